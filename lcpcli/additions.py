@@ -20,13 +20,13 @@ def addition(group: str, name: str) -> Any:
             try:
                 return point.load()
             except Exception as error:
-                fault = (
+                reason = (
                     f"is {point.value} of another package, which cannot be loaded: "
                     f"{raised(error)}"
                 )
                 raise LCPError(
                     name,
-                    fault,
+                    reason,
                     "correct its entry point, or install that package again",
                 ) from None
     return None
@@ -37,12 +37,12 @@ def package(group: str, name: str) -> str | None:
     if there is none."""
     with imports:
         from importlib.metadata import entry_points
-    found = (
+    distributions = (
         point.dist
         for point in entry_points(group=f"lcpcli.{group}", name=name)
         if point.dist is not None
     )
-    return next((f"{dist.name} {dist.version}" for dist in found), None)
+    return next((f"{dist.name} {dist.version}" for dist in distributions), None)
 
 
 @cache

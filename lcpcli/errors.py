@@ -93,7 +93,7 @@ def visible(text: str) -> str:
     \\x1b or \\n; all others, also the backslash, stay."""
     if text.isprintable():  # as most are, and this sees it sooner
         return text
-    return UNSEEN.sub(lambda found: repr(found[0])[1:-1], text)
+    return UNSEEN.sub(lambda match: repr(match[0])[1:-1], text)
 
 
 def visible_json(text: str) -> str:
@@ -102,7 +102,7 @@ def visible_json(text: str) -> str:
 
     if text.isprintable():
         return text
-    return UNSEEN.sub(lambda found: dumps(found[0])[1:-1], text)
+    return UNSEEN.sub(lambda match: dumps(match[0])[1:-1], text)
 
 
 def quoted(text: str) -> str:
@@ -110,10 +110,10 @@ def quoted(text: str) -> str:
     return repr(text if len(text) <= LONGEST_QUOTE else text[:LONGEST_QUOTE] + "...")
 
 
-def unknown(given: object) -> str:
+def unknown(value: object) -> str:
     """Return the fault of a word, or of another value, that is none of those that may
     stand there."""
-    return f"{quoted(given) if isinstance(given, str) else repr(given)} is unknown"
+    return f"{quoted(value) if isinstance(value, str) else repr(value)} is unknown"
 
 
 def out_of_range(value: object) -> str:
@@ -127,15 +127,15 @@ def numbers_for(n: int, noun: str, m: int, other: str) -> str:
     return f"has {count(n, noun)} for {count(m, other)}"
 
 
-def likely(given: str, known: Iterable[str], otherwise: str = "") -> str:
+def likely(user_word: str, valid_names: Iterable[str], otherwise: str = "") -> str:
     """Return the hint for an unknown word: the known word likely meant; failing that,
     `otherwise` or all known."""
-    known = tuple(known)
-    close = nearest(given, known)
+    valid_names = tuple(valid_names)
+    close = nearest(user_word, valid_names)
     return (
         f"did you mean {close}?"
         if close
-        else otherwise or f"choose one of {', '.join(known)}"
+        else otherwise or f"choose one of {', '.join(valid_names)}"
     )
 
 
@@ -143,57 +143,63 @@ def folded(text: str) -> str:
     return text.casefold().translate(UMLAUTS)
 
 
-def meant(given: str, meanings: Mapping[str, str]) -> str:
+def meant(user_word: str, meanings: Mapping[str, str]) -> str:
     """Return the hint for an unknown word of which only one meaning speaks, as of an
     author; "" if there is none."""
-    word = folded(given).replace("-", " ")
-    known = [name for name, meaning in meanings.items() if word in folded(meaning)]
+    folded_word = folded(user_word).replace("-", " ")
+    matches = [
+        name for name, meaning in meanings.items() if folded_word in folded(meaning)
+    ]
     return (
-        f"did you mean {known[0]}?"
-        if len(word) >= SHORTEST_WORD and len(known) == 1
+        f"did you mean {matches[0]}?"
+        if len(folded_word) >= SHORTEST_WORD and len(matches) == 1
         else ""
     )
 
 
 # Many lines of a file may have the same unknown word.
 @lru_cache(maxsize=64)
-def nearest(given: str, known: tuple[str, ...]) -> str | None:
+def nearest(user_word: str, valid_names: tuple[str, ...]) -> str | None:
     """Return the known word that begins with an unknown one, or is its beginning, or
     else resembles it; else None."""
     from difflib import get_close_matches
 
-    own = given.casefold()
-    begun = [word for word in known if own and word.startswith(own)]
-    begun += get_close_matches(own, known, n=1, cutoff=VERY_CLOSE)
+    folded_word = user_word.casefold()
+    begun = [
+        word for word in valid_names if folded_word and word.startswith(folded_word)
+    ]
+    begun += get_close_matches(folded_word, valid_names, n=1, cutoff=VERY_CLOSE)
     begun += [
         word
-        for word in known
-        if len(word.lstrip("-")) >= SHORTEST_BEGINNING and own.startswith(word)
+        for word in valid_names
+        if len(word.lstrip("-")) >= SHORTEST_BEGINNING and folded_word.startswith(word)
     ]
-    return next(iter(begun or get_close_matches(own, known, n=1)), None)
+    return next(iter(begun or get_close_matches(folded_word, valid_names, n=1)), None)
 
 
 def refuse_unknown(
     field: str,
-    given: Iterable[str],
-    known: Sequence[str],
-    whole: str = "a problem",
+    keys: Iterable[str],
+    valid_names: Sequence[str],
+    subject: str = "a problem",
     meant: Mapping[str, str] | None = None,
 ) -> None:
     """Raise ProblemError for the first unknown key, with a likely one; `meant` has
     other words for known ones."""
-    for key in given:
-        if key not in known:
-            folded = {name.casefold(): name for name in known} | dict(meant or {})
+    for key in keys:
+        if key not in valid_names:
+            folded = {name.casefold(): name for name in valid_names} | dict(meant or {})
             shown = key if len(key) <= LONGEST_QUOTE else f"{key[:LONGEST_QUOTE]}..."
             close = nearest(key, tuple(folded))
             hint = (
                 f"did you mean {folded[close]}?"
                 if close
-                else f"the keys are {', '.join(known)}"
+                else f"the keys are {', '.join(valid_names)}"
             )
             raise ProblemError(
-                f"{field}.{shown}" if field else shown, f"is not a key of {whole}", hint
+                f"{field}.{shown}" if field else shown,
+                f"is not a key of {subject}",
+                hint,
             )
 
 
@@ -233,10 +239,10 @@ class LCPError(ValueError):
     def file(self) -> str | None:
         return next((part for part in self.parts if isinstance(part, File)), None)
 
-    def inside(self, place: Where) -> LCPError:
+    def inside(self, outer_place: Where) -> LCPError:
         """Return this error with its location given from one level further out, such as
         the file with the field."""
-        outer = (place,) if isinstance(place, str) else place
+        outer = (outer_place,) if isinstance(outer_place, str) else outer_place
         return type(self)((*outer, *self.parts), self.fault, self.hint)
 
 
@@ -315,8 +321,8 @@ def raised(error: BaseException) -> str:
     line that have raised it."""
     from traceback import extract_tb
 
-    place = "".join(
+    position = "".join(
         f" ({frame.filename}, line {frame.lineno})"
         for frame in extract_tb(error.__traceback__)[-1:]
     )
-    return f"{type(error).__name__}: {error}{place}"
+    return f"{type(error).__name__}: {error}{position}"

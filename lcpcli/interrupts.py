@@ -22,7 +22,9 @@ from lcpcli import clock
 
 Item = TypeVar("Item")
 REQUESTS = (signal.SIGINT, signal.SIGTERM)  # to end
-NO_LIMIT = sys.float_info.max  # the deadline of a context `within` without a limit
+NO_LIMIT = (
+    sys.float_info.max
+)  # the deadline of a context `deadline_after` without a limit
 SOON = 0.001  # seconds until a signal is repeated
 # Seconds between checks for Ctrl-C: a delay that is hardly noticed, and hardly any
 # work.
@@ -53,10 +55,12 @@ _watch: ContextVar[Callable[[], None] | None] = ContextVar("watch", default=None
 
 
 @contextmanager
-def within(seconds: float, watch: Callable[[], None] | None = None) -> Iterator[None]:
-    """Open a context in which `check`, and calls through `interruptibly`, raise
-    TimeIsUp after this many seconds, or at the deadline of the enclosing context if
-    that is earlier. A generator must not yield in it: it would stay open.
+def deadline_after(
+    seconds: float, watch: Callable[[], None] | None = None
+) -> Iterator[None]:
+    """Open a context in which `raise_if_timed_out`, and calls through `interruptibly`,
+    raise TimeIsUp after this many seconds, or at the deadline of the enclosing context
+    if that is earlier. A generator must not yield in it: it would stay open.
 
     All limits are counted by `clock.seconds`, as are the seconds of a result: the
     modules that are loaded meanwhile take no time. It is the clock of this thread. Code
@@ -65,30 +69,34 @@ def within(seconds: float, watch: Callable[[], None] | None = None) -> Iterator[
     watch : a function that is called periodically during the wait, by default that of
         the enclosing context.
     """
-    end = _deadline.set(min(clock.seconds() + seconds, _deadline.get(), NO_LIMIT))
-    watching = _watch.set(watch or _watch.get())
+    deadline_token = _deadline.set(
+        min(clock.seconds() + seconds, _deadline.get(), NO_LIMIT)
+    )
+    watch_token = _watch.set(watch or _watch.get())
     try:
         yield
     finally:
-        _deadline.reset(end)
-        _watch.reset(watching)
+        _deadline.reset(deadline_token)
+        _watch.reset(watch_token)
 
 
 def remaining() -> float:
-    """Return the seconds until the time of the context `within` is up; infinite without
-    a time limit."""
-    end = _deadline.get()
-    if _stops and end < math.inf:
+    """Return the seconds until the time of the context `deadline_after` is up; infinite
+    without a time limit."""
+    deadline = _deadline.get()
+    if _stops and deadline < math.inf:
         return 0.0
-    return max(end - clock.seconds(), 0.0) if end < NO_LIMIT else math.inf
+    return max(deadline - clock.seconds(), 0.0) if deadline < NO_LIMIT else math.inf
 
 
-def check() -> None:
-    """Raise TimeIsUp if the time of the context `within` is up, or if a signal in a
-    context `stopping` ends it."""
-    end = _deadline.get()
+def raise_if_timed_out() -> None:
+    """Raise TimeIsUp if the time of the context `deadline_after` is up, or if a signal
+    in a context `stopping` ends it."""
+    deadline = _deadline.get()
     # Some calls come with every number.
-    if end < math.inf and (_stops or (end < NO_LIMIT and clock.seconds() > end)):
+    if deadline < math.inf and (
+        _stops or (deadline < NO_LIMIT and clock.seconds() > deadline)
+    ):
         raise TimeIsUp
 
 
@@ -96,7 +104,7 @@ def in_time(items: Iterable[Item]) -> Iterator[Item]:
     """Yield the items one after another until the time is up, as work on many takes
     seconds."""
     for item in items:
-        check()
+        raise_if_timed_out()
         yield item
 
 
@@ -132,7 +140,7 @@ def terminable() -> Iterator[None]:
     halves."""
     received.clear()
 
-    def end(number: int, frame: FrameType | None) -> None:
+    def raise_interrupt(number: int, frame: FrameType | None) -> None:
         while frame is not None:
             module = str(frame.f_globals.get("__name__"))
             if frame.f_code in _LOADING or module.startswith(_OWNING):
@@ -144,8 +152,8 @@ def terminable() -> Iterator[None]:
             raise KeyboardInterrupt
 
     with (
-        handling(signal.SIGINT, end, signal.default_int_handler),
-        handling(signal.SIGTERM, end, signal.SIG_DFL),
+        handling(signal.SIGINT, raise_interrupt, signal.default_int_handler),
+        handling(signal.SIGTERM, raise_interrupt, signal.SIG_DFL),
     ):
         yield
 
@@ -164,8 +172,8 @@ def repeat(number: int) -> None:
 @contextmanager
 def stopping() -> Iterator[list[int]]:
     """Open a context in which the first Ctrl-C or SIGTERM, as a time limit does, ends
-    what is done in a context `within` at its next `check`, and a second one acts as
-    usual; yield the list of such signals."""
+    what is done in a context `deadline_after` at its next `raise_if_timed_out`, and a
+    second one acts as usual; yield the list of such signals."""
     with ExitStack() as handlers:
 
         def stop(number: int, _: object) -> None:
@@ -266,7 +274,7 @@ def _called(call: Callable[[], Any], released: threading.Event | None) -> list[A
     watch = _watch.get()
     outcome, failure = list[Any](), list[BaseException]()
 
-    def work() -> None:
+    def run_call() -> None:
         if released is not None:
             _owners[released] = threading.current_thread()
         try:
@@ -281,7 +289,7 @@ def _called(call: Callable[[], Any], released: threading.Event | None) -> list[A
             _owners.pop(released, None)
 
     name, done = None if released is None else OWNER, threading.Event()
-    thread = threading.Thread(target=work, name=name, daemon=True)
+    thread = threading.Thread(target=run_call, name=name, daemon=True)
     try:
         try:
             thread.start()

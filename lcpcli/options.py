@@ -88,8 +88,8 @@ class Option(NamedTuple):
                 return int(text)
             number = float(text)
         except ValueError:
-            fault = f"{quoted(text.strip())} is not a number"
-            raise ParameterError(self.name, fault, self.hint) from None
+            reason = f"{quoted(text.strip())} is not a number"
+            raise ParameterError(self.name, reason, self.hint) from None
         is_whole = self.kind is int and number.is_integer()
         return int(number) if is_whole else number
 
@@ -109,15 +109,17 @@ class Option(NamedTuple):
             raise ParameterError(self.name, out_of_range(value), self.hint)
 
 
-def check(options: Iterable[Option], given: Mapping[str, Any]) -> None:
+def check(options: Iterable[Option], option_values: Mapping[str, Any]) -> None:
     """Check the values of some options, by name, each alone and all together; None
     stands for "not given"."""
     declared = {option.name: option for option in options}
     values: dict[str, Any] = {}
     for name, option in declared.items():
-        if given.get(name) is not None:
-            option.check(given[name])
-        values[name] = option.default if given.get(name) is None else given[name]
+        if option_values.get(name) is not None:
+            option.check(option_values[name])
+        values[name] = (
+            option.default if option_values.get(name) is None else option_values[name]
+        )
     for name, option in declared.items():
         if option.above and not float(values[option.above]) < float(values[name]):
             hint = f"with {option.above} = {values[option.above]} {option.hint}"
@@ -134,8 +136,11 @@ POSITIVE: tuple[str, Callable[[float], bool]] = (
 )
 
 
-def up_to(most: int) -> tuple[str, Callable[[float], bool]]:
-    return f"whole number from 1 to {most}", lambda number: 1 <= number <= most
+def up_to(max_value: int) -> tuple[str, Callable[[float], bool]]:
+    return (
+        f"whole number from 1 to {max_value}",
+        lambda number: 1 <= number <= max_value,
+    )
 
 
 TOL = Option(
@@ -218,14 +223,14 @@ class Limits:
     gap: float = field(default=GAP.value, repr=False)
 
     @classmethod
-    def taken_from(cls, options: dict[str, Any]) -> Limits:
+    def pop_from(cls, options: dict[str, Any]) -> Limits:
         """Return the limits among some options, which are then without them."""
-        own = {
+        values = {
             name: options.pop(name)
             for name in ("tol", "max_iterations", "time_limit", "gap")
             if name in options
         }
-        return cls(**own) if own else DEFAULTS
+        return cls(**values) if values else DEFAULTS
 
     def __post_init__(self) -> None:
         for option in LIMITS:

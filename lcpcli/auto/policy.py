@@ -33,7 +33,7 @@ from lcpcli.auto.attempts import (
     phases,
 )
 from lcpcli.clock import imports
-from lcpcli.interrupts import TimeIsUp, check
+from lcpcli.interrupts import TimeIsUp, raise_if_timed_out
 from lcpcli.linalg import factors
 from lcpcli.linalg.doubles import SMALL_DISTANCE, is_finite
 from lcpcli.linalg.matrices import accurate_residual, dense, is_sparse
@@ -586,7 +586,7 @@ def _exact(problem: Problem, z: Vector, tree: Tree | None) -> Stage:
                 yield from_point(
                     data, np.where(np.isfinite(z), z, 0.0), Effort(EXHAUSTION_EFFORT)
                 )
-            check()
+            raise_if_timed_out()
         if tree is not None and tree.goes_on():
             yield tree.solution
 

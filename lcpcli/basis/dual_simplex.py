@@ -11,7 +11,7 @@ from __future__ import annotations
 import numpy as np
 
 from lcpcli.basis.tableau import exchange
-from lcpcli.interrupts import check
+from lcpcli.interrupts import raise_if_timed_out
 from lcpcli.linalg.doubles import generator
 from lcpcli.typing import Vector
 
@@ -87,7 +87,7 @@ class DualSimplex:
         A z + b that show that there is none, which are 0 if that takes too many
         pivots."""
         for _ in range(MAX_PIVOTS * self._basic.size):
-            check()
+            raise_if_timed_out()
             i = int(np.argmin(self._rows[:, 0]))
             if self._rows[i, 0] >= -ZERO:
                 return None

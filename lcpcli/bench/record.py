@@ -20,7 +20,7 @@ from typing import Any, NamedTuple, cast, get_args, get_origin, get_type_hints
 
 from lcpcli.bench.suites import Case, method_of, series
 from lcpcli.errors import OptionError
-from lcpcli.files.contents import content_of, decode, place, within
+from lcpcli.files.contents import content_of, decode, source_name, within
 from lcpcli.report import wording
 from lcpcli.report.plotting import Growth, Power
 
@@ -129,22 +129,22 @@ class BenchRecord:
 
     def pending(self) -> list[tuple[Case, list[str]]]:
         done = {measurement.key for measurement in self.measurements}
-        left = [
+        unmeasured = [
             (case, [s for s in self.solvers if (case.name, s) not in done])
             for case in self.cases
         ]
-        return [(case, solvers) for case, solvers in left if solvers]
+        return [(case, solvers) for case, solvers in unmeasured if solvers]
 
 
 def read(path: str) -> BenchRecord:
     """Read the record in a file; raise an LCPError if the file holds none."""
-    text = within(place(path), decode, content_of(path, EXPECTED))
+    text = within(source_name(path), decode, content_of(path, EXPECTED))
     try:
         return parse(text)
-    except (ValueError, RecursionError, OverflowError) as fault:
-        where = f" ({fault})" if type(fault) is ValueError else ""
+    except (ValueError, RecursionError, OverflowError) as error:
+        where = f" ({error})" if type(error) is ValueError else ""
         raise OptionError(
-            place(path), f"is not a record of a bench{where}", EXPECTED
+            source_name(path), f"is not a record of a bench{where}", EXPECTED
         ) from None
 
 
@@ -152,8 +152,10 @@ def parse(text: str) -> BenchRecord:
     """Return the record in JSON, with the measurements in the lines below it, which a
     bench that was killed has added; raise ValueError, RecursionError or OverflowError
     for any other text."""
-    data, end = json.JSONDecoder().raw_decode(text.lstrip())
-    *lines, last = text.lstrip()[end:].split("\n")  # the last one may be cut off
+    data, end_of_object = json.JSONDecoder().raw_decode(text.lstrip())
+    *lines, last = text.lstrip()[end_of_object:].split(
+        "\n"
+    )  # the last one may be cut off
     rows = [json.loads(line) for line in lines if line.strip()]
     with suppress(ValueError):
         rows += [json.loads(last)] * bool(last.strip())
@@ -269,10 +271,13 @@ def mean_cells(
     """Return the shifted geometric means of times as cells, "" for no times, and their
     unit; a failure counts limit."""
     charged = {
-        key: [min(seconds, limit) for seconds in own] for key, own in times.items()
+        key: [min(seconds, limit) for seconds in seconds_of_key]
+        for key, seconds_of_key in times.items()
     }
     means = {
-        key: shifted_geometric_mean(own, shift) for key, own in charged.items() if own
+        key: shifted_geometric_mean(seconds_of_key, shift)
+        for key, seconds_of_key in charged.items()
+        if seconds_of_key
     }
     length, unit = wording.common_unit(means.values())
     return {
@@ -291,9 +296,15 @@ def performance_ratios(
         accept the problem. The performance profile of a solver at tau is the fraction
         of its ratios that are at most tau.
     """
-    problems = {problem for own in times.values() for problem in own}
+    problems = {
+        problem for times_of_solver in times.values() for problem in times_of_solver
+    }
     best = {
-        problem: min(own[problem] for own in times.values() if problem in own)
+        problem: min(
+            times_of_solver[problem]
+            for times_of_solver in times.values()
+            if problem in times_of_solver
+        )
         for problem in problems
     }
 
@@ -305,7 +316,8 @@ def performance_ratios(
         )
 
     return {
-        solver: sorted(starmap(ratio, own.items())) for solver, own in times.items()
+        solver: sorted(starmap(ratio, times_of_solver.items()))
+        for solver, times_of_solver in times.items()
     }
 
 
@@ -352,18 +364,21 @@ def growths(record: BenchRecord) -> dict[str, list[Growth]]:
             ).append(row)
     panels: dict[str, list[Growth]] = {}
     for name, by_solver in solved.items():
-        found = []
+        growths_of_series = []
         for solver in record.solvers:
             rows = sorted(by_solver.get(solver, []), key=lambda row: row.n)
-            n, own = [row.n for row in rows], [summary(row.seconds) for row in rows]
+            n, summaries = (
+                [row.n for row in rows],
+                [summary(row.seconds) for row in rows],
+            )
             if len(set(n)) > 1:
                 medians, lower, upper = (
-                    [getattr(each, key) for each in own]
+                    [getattr(each, key) for each in summaries]
                     for key in ("median", "lower", "upper")
                 )
                 fit = growth(list(zip(n, medians, strict=True)))
-                found.append(
+                growths_of_series.append(
                     Growth(method_of(solver), solver, n, medians, lower, upper, fit)
                 )
-        panels |= {name: found} if found else {}
+        panels |= {name: growths_of_series} if growths_of_series else {}
     return panels

@@ -56,11 +56,13 @@ def sheet(
     groups: Sequence[Sequence[Sequence[str]]],
     *notes: str,
 ) -> Section:
-    words, texts = (
+    word_columns, texts = (
         [j for j, name in enumerate(header) if name in names]
         for names in (WORDS, TEXTS)
     )
-    return Section(title, tables=[Table(header, groups, words, texts, notes=notes)])
+    return Section(
+        title, tables=[Table(header, groups, word_columns, texts, notes=notes)]
+    )
 
 
 def optimality(record: BenchRecord) -> Section:
@@ -79,7 +81,7 @@ def optimality(record: BenchRecord) -> Section:
         for row in record.measurements
         if row.problem in programs and not row.excluded
     ]
-    taken = {
+    measured = {
         solver: [row for row in counted if row.solver == solver]
         for solver in record.solvers
         if programs
@@ -89,15 +91,17 @@ def optimality(record: BenchRecord) -> Section:
             summary(row.seconds).median
             if _within(row, RELATIVE, SOLVED_TO)
             else math.inf
-            for row in own
+            for row in rows_of_solver
         ]
-        for solver, own in taken.items()
+        for solver, rows_of_solver in measured.items()
     }
     means, unit = mean_cells(times, record.options.time_limit, PROGRAM_SHIFT)
     rows = []
-    for solver, own in taken.items():
-        counts = (sum(_within(row, *level) for row in own) for level in COLUMNS)
-        rows.append([solver, *map(str, (len(own), *counts)), means[solver]])
+    for solver, rows_of_solver in measured.items():
+        counts = (
+            sum(_within(row, *level) for row in rows_of_solver) for level in COLUMNS
+        )
+        rows.append([solver, *map(str, (len(rows_of_solver), *counts)), means[solver]])
     levels = (f"{NAMES[measure]} {wording.level(level)}" for measure, level in COLUMNS)
     header = ["solver", "of", *levels, f"mean/{unit}"]
     note = (
@@ -159,11 +163,15 @@ def _solvers(record: BenchRecord) -> Section:
         Counter(row.solver for row in record.measurements if row.false_success),
     )
     solved = {
-        name: sum(seconds < math.inf for seconds in own.values())
-        for name, own in medians.items()
+        name: sum(seconds < math.inf for seconds in times_of_solver.values())
+        for name, times_of_solver in medians.items()
     }
     means, unit = mean_cells(
-        {name: [*own.values()] for name, own in medians.items() if record.measurements},
+        {
+            name: [*times_of_solver.values()]
+            for name, times_of_solver in medians.items()
+            if record.measurements
+        },
         limit,
     )
     rows = [
@@ -191,7 +199,7 @@ def _solvers(record: BenchRecord) -> Section:
     )
 
 
-def _beside(record: BenchRecord) -> Section:
+def _compared_with_peers(record: BenchRecord) -> Section:
     """Return, for each peer, how it and the first method do on the problems that both
     take."""
     medians, limit = times(record), record.options.time_limit
@@ -211,7 +219,10 @@ def _beside(record: BenchRecord) -> Section:
     rows = []
     for peer in dict.fromkeys(peer for peer, _ in pairs):
         pair = pairs[peer, peer], pairs[peer, method]
-        solved = (sum(seconds < math.inf for seconds in own) for own in pair)
+        solved = (
+            sum(seconds < math.inf for seconds in seconds_of_solver)
+            for seconds_of_solver in pair
+        )
         wins = sum(theirs < ours for theirs, ours in zip(*pair, strict=True))
         rows.append(
             [
@@ -250,9 +261,11 @@ def _by_kind(record: BenchRecord) -> Section:
         names = {case.name for case in kind.cases()}
         cells = []
         for solver, seconds in medians.items():
-            taken = {name: own for name, own in seconds.items() if name in names}
-            wrong = sum((name, solver) in false for name in taken)
-            cells.append(_of_kind(taken, medians[record.solvers[0]], wrong))
+            times_of_kind = {
+                name: time for name, time in seconds.items() if name in names
+            }
+            wrong = sum((name, solver) in false for name in times_of_kind)
+            cells.append(_of_kind(times_of_kind, medians[record.solvers[0]], wrong))
         rows.append([kind.name, *cells])
     note = (
         "Right answers of the problems that a solver takes: the residual, recomputed "
@@ -264,15 +277,17 @@ def _by_kind(record: BenchRecord) -> Section:
     return sheet("By kind of problem", ["kind", *record.solvers], [rows], note)
 
 
-def _of_kind(taken: dict[str, float], first: dict[str, float], wrong: int) -> str:
+def _of_kind(
+    times_of_kind: dict[str, float], first: dict[str, float], wrong: int
+) -> str:
     """Return the cell of a solver with these times, infinite where it failed."""
-    if not taken:
+    if not times_of_kind:
         return "-"
-    right = [name for name, seconds in taken.items() if seconds < math.inf]
-    shown = [f"{len(right)}/{len(taken)}"]
+    right = [name for name, seconds in times_of_kind.items() if seconds < math.inf]
+    shown = [f"{len(right)}/{len(times_of_kind)}"]
     compared = [name for name in right if first.get(name, math.inf) < math.inf]
     if compared:
-        ratios = (taken[name] / first[name] for name in compared)
+        ratios = (times_of_kind[name] / first[name] for name in compared)
         shown.append(wording.digits(statistics.geometric_mean(ratios)))
     if wrong:
         shown.append(f"{wrong} false")
@@ -296,17 +311,22 @@ def _over_time(record: BenchRecord) -> Section:
     for name in dict.fromkeys(cases.values()) if is_over_time(record) else ():
         rows: list[list[str]] = []
         for solver, medians in times(record).items():
-            own = [
+            times_of_series = [
                 seconds
                 for problem, seconds in medians.items()
                 if cases[problem] == name
             ]
-            if own:
+            if times_of_series:
                 counts = [
-                    sum(seconds <= moment for seconds in own) for moment in moments
+                    sum(seconds <= moment for seconds in times_of_series)
+                    for moment in moments
                 ]
                 rows.append(
-                    ["" if rows else name, solver, *map(str, (len(own), *counts))]
+                    [
+                        "" if rows else name,
+                        solver,
+                        *map(str, (len(times_of_series), *counts)),
+                    ]
                 )
         groups += [rows] * bool(rows)
     header = ["family", "solver", "of", *map(wording.duration, moments)]
@@ -319,12 +339,14 @@ def _times(record: BenchRecord) -> Section:
     )
     rows = []
     for name, group in groupby(record.measurements, key=lambda row: row.problem):
-        own = {row.solver: row for row in group}
+        row_of_solver = {row.solver: row for row in group}
         rows.append(
             [
                 name,
                 *(
-                    _time(own[solver], length) if solver in own else ""
+                    _time(row_of_solver[solver], length)
+                    if solver in row_of_solver
+                    else ""
                     for solver in record.solvers
                 ),
             ]
@@ -336,14 +358,16 @@ def _times(record: BenchRecord) -> Section:
 def _time(row: Measurement, length: float) -> str:
     if row.excluded or not row.success:
         return "-" if row.excluded else _failure(row)
-    own = summary(row.seconds)
-    return wording.digits(own.median / length) + (
-        "" if own.spread is None else f" ±{100 * own.spread:.0f}%"
+    times = summary(row.seconds)
+    return wording.digits(times.median / length) + (
+        "" if times.spread is None else f" ±{100 * times.spread:.0f}%"
     )
 
 
 def _failure(row: Measurement) -> str:
-    return "wrong" if row.false_success else "inexact" if row.claimed else "failed"
+    if row.false_success:
+        return "wrong"
+    return "inexact" if row.claimed else "failed"
 
 
 def _failures(record: BenchRecord) -> Section:
@@ -375,9 +399,9 @@ def _growth(record: BenchRecord) -> Section:
         ["family", "solver", "sizes", "exponent", "95% interval", "R^2"],
         [],
     )
-    for family, found in growths(record).items():
+    for family, growths_of_family in growths(record).items():
         rows: list[list[str]] = []
-        for growth in found:
+        for growth in growths_of_family:
             if fit := growth.fit:
                 interval = (
                     f"{fit.exponent - fit.margin:.2f} to "
@@ -406,14 +430,17 @@ def figure(record: BenchRecord) -> Picture:
     growth_panels = dict(islice(growths(record).items(), PANELS_OF_A_KIND))
     medians, in_seconds = times(record), is_over_time(record)
     ratios = (
-        {name: list(own.values()) for name, own in medians.items()}
+        {
+            name: list(ratios_of_solver.values())
+            for name, ratios_of_solver in medians.items()
+        }
         if in_seconds
         else performance_ratios(medians)
     )
     profiles = [
-        Profile(method_of(name), name, own, in_seconds)
-        for name, own in ratios.items()
-        if own
+        Profile(method_of(name), name, ratios_of_solver, in_seconds)
+        for name, ratios_of_solver in ratios.items()
+        if ratios_of_solver
     ]
     if len({row.problem for row in record.measurements}) < MIN_PROBLEMS and (
         panels or growth_panels
@@ -480,12 +507,14 @@ COPIED = [
 ]
 
 
-def render(record: BenchRecord, form: str, width: int | None, color: bool) -> str:
+def render(
+    record: BenchRecord, format_name: str, width: int | None, color: bool
+) -> str:
     def document(*_: object) -> Document:
         makers = (
             _solvers,
             _by_kind,
-            _beside,
+            _compared_with_peers,
             _over_time,
             _times,
             optimality,
@@ -509,7 +538,7 @@ def render(record: BenchRecord, form: str, width: int | None, color: bool) -> st
         lambda: (_rows(record), conditions(record)),
         PIPE_WIDTH,
     )
-    return report.render(form, width, color)
+    return report.render(format_name, width, color)
 
 
 def _rows(record: BenchRecord) -> Iterator[Sequence[object]]:

@@ -62,10 +62,11 @@ class Grid:
 
     def cases(self) -> Iterator[Case]:
         axes = [
-            own if isinstance(own, tuple) else (own,) for own in self.values.values()
+            value if isinstance(value, tuple) else (value,)
+            for value in self.values.values()
         ]
-        for n, *chosen in product(self.sizes, *axes):
-            yield case(self.family, n, **dict(zip(self.values, chosen, strict=True)))
+        for n, *values in product(self.sizes, *axes):
+            yield case(self.family, n, **dict(zip(self.values, values, strict=True)))
 
 
 class Shipped:
@@ -376,36 +377,36 @@ def kinds_of(asked: Sequence[str]) -> list[Kind]:
 
 def cases_of(
     asked: Sequence[str],
-    faults: list[str] | None = None,
+    errors: list[str] | None = None,
     tell: Tell = lambda _: None,
     infinity: float | None = None,
 ) -> list[Case]:
     """Return the cases of suites, files and folders, each once; a file with M alone is
     followed by the file of q.
 
-    faults : receives what is wrong with files that cannot be read, which are left out;
+    errors : receives what is wrong with files that cannot be read, which are left out;
         else a ProblemError is raised.
     tell : called with remarks on the problem in a file. infinity : as in `Case`, for
     the files. Raises OptionError for a name that is neither a suite nor a file.
     """
-    left = asked = [
+    remaining_names = asked = [
         path
         for each in asked
         for path in ([each] if each in SUITES else files_in([each], tell))
     ]
     cases = list[Case]()
-    while left:
-        files: Sequence[str] = left[:1]
-        if left[0] in (*SUITES, ALL):
+    while remaining_names:
+        files: Sequence[str] = remaining_names[:1]
+        if remaining_names[0] in (*SUITES, ALL):
             cases += [
                 each
                 for name, suite in SUITES.items()
-                if left[0] in (name, ALL)
+                if remaining_names[0] in (name, ALL)
                 for each in suite.cases
             ]
         else:
             try:
-                files = _files(left, tell, infinity)
+                files = _files(remaining_names, tell, infinity)
                 alike = {
                     path: [each for each in asked if Path(each).name == Path(path).name]
                     for path in files
@@ -424,14 +425,14 @@ def cases_of(
                         infinity=infinity,
                     )
                 )
-            except ProblemError as fault:
-                if faults is None:
+            except ProblemError as error:
+                if errors is None:
                     raise
-                faults.append(str(fault))
-        left = left[len(files) :]
+                errors.append(str(error))
+        remaining_names = remaining_names[len(files) :]
     if (
         infinity is not None
-        and not faults
+        and not errors
         and all(each.infinity is None for each in cases)
     ):
         raise ParameterError(
@@ -451,7 +452,7 @@ def _files(asked: Sequence[str], tell: Tell, infinity: float | None) -> Sequence
     from lcpcli.model import changes
     from lcpcli.verify.point import without_wrong_solutions
 
-    path, known = asked[0], (*SUITES, ALL)
+    path, suite_names = asked[0], (*SUITES, ALL)
     if path == "-":
         raise OptionError(
             "standard input", "cannot be read again for a resumed bench", NAME_FILE
@@ -461,8 +462,8 @@ def _files(asked: Sequence[str], tell: Tell, infinity: float | None) -> Sequence
     if not is_file and path not in contents.shipped_problems():
         hint = likely(
             path,
-            (*known, *contents.shipped_problems()),
-            f"choose one of {', '.join(known)}, or name a file",
+            (*suite_names, *contents.shipped_problems()),
+            f"choose one of {', '.join(suite_names)}, or name a file",
         )
         where, hint = File(path), GONE.get(path, hint)
         raise OptionError(where, "is neither a suite nor a file", hint)

@@ -75,8 +75,12 @@ def run_method(
     """Run one of METHODS, with the options in its name, as in shi:p=10, and otherwise
     with its defaults; on a nonlinear problem the method for these. Raises
     KeyboardInterrupt if the run was interrupted."""
-    known, nothing = bool(problem.solutions), np.array([], dtype=np.intp)
-    trace = Trace(1, MAX_POINTS, nothing, residuals=not known) if with_curve else None
+    has_reference, nothing = bool(problem.solutions), np.array([], dtype=np.intp)
+    trace = (
+        Trace(1, MAX_POINTS, nothing, residuals=not has_reference)
+        if with_curve
+        else None
+    )
     variant, limits, began = (
         methods.parse(name),
         Limits(tol, time_limit=time_limit),
@@ -90,7 +94,10 @@ def run_method(
     if result.interrupted:
         raise KeyboardInterrupt
     rows = result.curve.rows if result.curve else ()
-    curve = [(row.k, row.seconds, row.error if known else row.residual) for row in rows]
+    curve = [
+        (row.k, row.seconds, row.error if has_reference else row.residual)
+        for row in rows
+    ]
     ending = result.z, result.solved, result.seconds, result.message, result.status.word
     return Claim(
         *ending, result.setup_seconds, result.iterations, result.evaluations, curve
@@ -265,39 +272,40 @@ def optimality(
     the sum of the products of distances and multipliers, which is the difference of the
     objectives without its cancellation.
     """
-    if not isinstance(problem, Problem) or (form := problem.block_form) is None:
+    if not isinstance(problem, Problem) or (block_form := problem.block_form) is None:
         return None
     if z is None or not np.isfinite(z).all():
         return {}
     M, q, lower, upper = conditions_of(problem)
     terms = matrices.absolute_product(M, np.abs(z)) + np.abs(q)
-    w = (
-        accurate_residual(M, -z, q)
-        if all(map(are_moderate, (M.data if is_sparse(M) else M, q, z)))
-        else problem.w(z)
-    )
+    entries = M.data if is_sparse(M) else M
+    is_moderate = all(map(are_moderate, (entries, q, z)))
+    w = accurate_residual(M, -z, q) if is_moderate else problem.w(z)
     outside = np.maximum(np.maximum(lower - z, z - upper), 0.0)
-    end = np.where(w > 0, lower, upper)
-    near = np.abs(np.where(np.isfinite(end), z - end, np.inf)) <= np.maximum(
-        np.abs(z), 1.0
+    active_bound = np.where(w > 0, lower, upper)
+    is_close = np.abs(
+        np.where(np.isfinite(active_bound), z - active_bound, np.inf)
+    ) <= np.maximum(np.abs(z), 1.0)
+    dual_residual, active_bound = (
+        np.where(is_close, 0.0, w),
+        np.where(is_close, active_bound, 0.0),
     )
-    left, end = np.where(near, 0.0, w), np.where(near, end, 0.0)
-    k, ranges = form.variables, np.arange(z.size) >= z.size - form.ranges
+    k, ranges = block_form.variables, np.arange(z.size) >= z.size - block_form.ranges
     rows = (np.arange(z.size) >= k) & ~ranges
     curvature = np.abs(z[:k]) @ matrices.absolute_product(M[:k, :k], np.abs(z[:k]))
     primal, dual = (
-        _largest(outside[:k], left[rows], outside[ranges]),
-        _largest(left[:k], outside[rows]),
+        _largest(outside[:k], dual_residual[rows], outside[ranges]),
+        _largest(dual_residual[:k], outside[rows]),
     )
-    gap = float(max(curvature, np.abs(q) @ np.abs(z), np.abs(w @ end)))
-    residuals = primal, dual, abs(float(w @ (z - end)))
+    gap = float(max(curvature, np.abs(q) @ np.abs(z), np.abs(w @ active_bound)))
+    residuals = primal, dual, abs(float(w @ (z - active_bound)))
     sizes = (
-        _largest(terms[rows], z[:k], end[:k], outside[:k]),
+        _largest(terms[rows], z[:k], active_bound[:k], outside[:k]),
         _largest(terms[:k], z[rows]),
         gap,
     )
     floor = MIN_TERMS * max(sizes)
-    found = {
+    measures = {
         ABSOLUTE: max(residuals),
         RELATIVE: max(
             _over(residual, max(size, floor))
@@ -308,7 +316,7 @@ def optimality(
             float(terms.max(initial=0.0)) or max(sizes),
         ),
     }
-    return found if np.isfinite(list(found.values())).all() else {}
+    return measures if np.isfinite(list(measures.values())).all() else {}
 
 
 def _largest(*parts: Vector) -> float:
@@ -316,7 +324,9 @@ def _largest(*parts: Vector) -> float:
 
 
 def _over(size: float, terms: float) -> float:
-    return 0.0 if size == 0 else size / terms if terms else np.inf
+    if size == 0:
+        return 0.0
+    return size / terms if terms else np.inf
 
 
 def start(
@@ -329,14 +339,14 @@ def start(
     """Return an empty record; the wanted peers are selected by `registry.select`. Files
     are read once, so that errors in them are reported before any measurement. how :
     `tell` and `infinity` as for `cases_of`."""
-    faults = list[str]()
-    cases = cases_of(asked, faults, *how)
+    errors = list[str]()
+    cases = cases_of(asked, errors, *how)
     present, missing = list[str](), list[str]()
     for name in peers.select(wanted):
         (missing if peers.load(name).version() is None else present).append(name)
     who = list(dict.fromkeys(methods)), present, missing
     return BenchRecord(
-        list(asked), cases, *who, options, machine(), software(present), unread=faults
+        list(asked), cases, *who, options, machine(), software(present), unread=errors
     )
 
 
@@ -346,23 +356,23 @@ def machine() -> Machine:
         f"{platform.system()} {platform.release()}",
     )
     with suppress(OSError):  # on Linux only this file has the processor's name
-        found = re.search(
+        match = re.search(
             r"^model name[^:]*:(.*)",
             Path("/proc/cpuinfo").read_text(encoding="utf-8"),
             re.MULTILINE,
         )
-        name = found[1].strip() if found else name
+        name = match[1].strip() if match else name
     return Machine(name, os.cpu_count(), memory(), system, threads.in_environment())
 
 
 def software(names: Sequence[str]) -> dict[str, str | None]:
     """Return the versions of Python, of this program, of its numerical libraries, with
     numba if all runs use the compiled kernels, and of the named peers."""
-    own = {"python": platform.python_version(), "lcpcli": VERSION}
-    own |= {
+    versions = {"python": platform.python_version(), "lcpcli": VERSION}
+    versions |= {
         name: version(name) for name in ("numpy", *[NUMBA] * wants_kernels(), "scipy")
     }
-    return own | {name: peers.load(name).version() for name in names}
+    return versions | {name: peers.load(name).version() for name in names}
 
 
 def refuse_elsewhere(record: BenchRecord) -> None:
@@ -371,18 +381,19 @@ def refuse_elsewhere(record: BenchRecord) -> None:
     for case, _ in record.pending():
         if case.file:
             problem_of(case)
-    here = {**asdict(machine()), **software(record.peers)}
-    then = {**asdict(record.machine), **record.versions}
-    for name in here | then:
-        if here.get(name) != then.get(name):
+    current = {**asdict(machine()), **software(record.peers)}
+    recorded = {**asdict(record.machine), **record.versions}
+    for name in current | recorded:
+        if current.get(name) != recorded.get(name):
             hint = (
-                f"give --threads {then[name]}"
-                if name == THREADS.name and then[name]
+                f"give --threads {recorded[name]}"
+                if name == THREADS.name and recorded[name]
                 else "start a new bench"
             )
             raise ParameterError(
                 "resume",
-                f"was measured with {name} {then.get(name)}, not {here.get(name)}",
+                f"was measured with {name} {recorded.get(name)}, not "
+                f"{current.get(name)}",
                 hint,
             )
 
@@ -438,6 +449,7 @@ def _measure(
         if answer.curve
         else None
     )
+    measure_of_curve = "error" if problem.solutions else "residual"
     copied = ("status", "statement", "iterations", "evaluations", "setup_seconds")
     facts = {name: getattr(answer, name) for name in copied} | checked(
         problem, answer, options.accept
@@ -452,7 +464,7 @@ def _measure(
         kind=kind,
         claimed=is_claim(answer),
         seconds=seconds,
-        curve_of=("error" if problem.solutions else "residual") if curve else None,
+        curve_of=measure_of_curve if curve else None,
         curve=curve,
         **facts,
     )

@@ -22,7 +22,7 @@ from lcpcli.rational import exact_problem, numbers
 from lcpcli.report import plotting, solutions, wording
 
 if TYPE_CHECKING:
-    from lcpcli.files.inputs import Work
+    from lcpcli.files.inputs import InputItem
 
 CODES = {  # by how a search has ended, unless it is solved
     sets.TIME_LIMIT: Exit.NOT_SOLVED,
@@ -33,7 +33,7 @@ CODES = {  # by how a search has ended, unless it is solved
 
 def outcome(
     request: Request,
-    work: Work,
+    input_item: InputItem,
     output: Output,
     objective: str | Objective | None = None,
     sense: str = "min",
@@ -41,8 +41,8 @@ def outcome(
     """Search for every solution of a problem, or for the best one by an objective, with
     decimals as written; success means that the list is complete or has reached
     --max-solutions, or that the solution is proved to be the best."""
-    (problem,) = request.inputs.problems(work)
-    where, remarks = File(work.sources[0]), problem.remarks
+    (problem,) = request.inputs.problems(input_item)
+    where, remarks = File(input_item.sources[0]), problem.remarks
     if not isinstance(objective, str | None):
         others = (line.removesuffix(LEFT_OUT).removesuffix("; ") for line in remarks)
         remarks = [line for line in others if not line.endswith(": ")]
@@ -54,26 +54,26 @@ def outcome(
     best = (
         None if objective is None else _best(request, problem, where, objective, sense)
     )
-    found: Any = best or _search(request, problem, where)
-    report = solutions.report(found, work.sources[0], request.exact, request.names)
-    output.show(
-        report.render,
-        f"{where}: {best.message(numbers.approximate) if best else found.message}",
+    search_result: Any = best or _search(request, problem, where)
+    report = solutions.solutions_report(
+        search_result, input_item.sources[0], request.exact, request.names
     )
-    output.draw(request.plot, "cones", found)
-    return CODES.get(found.status, Exit.SOLVED)
+    message = best.message(numbers.approximate) if best else search_result.message
+    output.show(report.render, f"{where}: {message}")
+    output.draw(request.plot, "cones", search_result)
+    return CODES.get(search_result.status, Exit.SOLVED)
 
 
 def _search(request: Request, problem: InputProblem, where: str) -> sets.SolutionSet:
     """Search until the list is complete, a signal comes or the time is up, in which the
     numbers are also made exact."""
-    began, most = clock.seconds(), request.max_solutions
+    began, max_pieces = clock.seconds(), request.max_solutions
     try:
-        with interrupts.within(request.limits.time_limit):
+        with interrupts.deadline_after(request.limits.time_limit):
             data = problem.exactly()
-        left = request.limits.time_limit - (clock.seconds() - began)
+        time_left = request.limits.time_limit - (clock.seconds() - began)
     except TimeIsUp:  # zeros, which are not searched, take the place of the numbers
-        n, left = problem.problem.n, 0.0
+        n, time_left = problem.problem.n, 0.0
         data = exact_problem.ExactProblem(problem.problem, [{}] * n, [Fraction(0)] * n)
     shown = shows_progress(request.quiet)
     with stopping() as signals, Line("searching", is_shown=shown) as line:
@@ -82,22 +82,20 @@ def _search(request: Request, problem: InputProblem, where: str) -> sets.Solutio
             partial(
                 sets.solutions,
                 data,
-                time_limit=(left if left > 0 else None),
-                max_solutions=most,
+                time_limit=(time_left if time_left > 0 else None),
+                max_solutions=max_pieces,
             ),
         )
-        if left <= 0:
+        if time_left <= 0:
             search.stop()
         for _ in search:
             line.doing = f"searching: {count(len(search.pieces), 'piece')} found"
         is_interrupted = bool(signals)
-    ended = (
-        sets.INTERRUPTED
-        if is_interrupted
-        else sets.ENOUGH
-        if len(search.pieces) == most
-        else sets.TIME_LIMIT
-    )
+    ended = sets.TIME_LIMIT
+    if is_interrupted:
+        ended = sets.INTERRUPTED
+    elif len(search.pieces) == max_pieces:
+        ended = sets.ENOUGH
     return sets.SolutionSet(search, ended, clock.seconds() - began)
 
 
@@ -109,17 +107,19 @@ def _best(
     sense: str,
 ) -> search.Optimum:
     began, data = clock.seconds(), problem.exactly()
-    left = max(request.limits.time_limit - (clock.seconds() - began), 1e-6)
+    time_left = max(request.limits.time_limit - (clock.seconds() - began), 1e-6)
     shown = shows_progress(request.quiet)
     with stopping() as signals, Line("searching", is_shown=shown):
         if isinstance(objective, str):
             try:
-                found = search.optimum(data, objective, sense=sense, time_limit=left)
+                best_solution = search.optimum(
+                    data, objective, sense=sense, time_limit=time_left
+                )
             except ProblemError as error:
                 if error.where != "objective":
                     raise error.inside(where) from None
                 raise ProblemError(f"--{sense}imize", error.fault, error.hint) from None
         else:
-            found = within(where, search.best, data, *objective, left)
-        is_cut = bool(signals) and found.status == sets.TIME_LIMIT
-    return replace(found, status=sets.INTERRUPTED) if is_cut else found
+            best_solution = within(where, search.best, data, *objective, time_left)
+        is_cut = bool(signals) and best_solution.status == sets.TIME_LIMIT
+    return replace(best_solution, status=sets.INTERRUPTED) if is_cut else best_solution

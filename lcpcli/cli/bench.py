@@ -17,10 +17,10 @@ from lcpcli.cli.declarations import (
     Reporting,
     option,
     refuse,
-    refuse_beside,
+    reject_conflicting_options,
 )
 from lcpcli.cli.main import of_end, refused
-from lcpcli.cli.problems import Inputs, same_file, settle_threads, taken, tell
+from lcpcli.cli.problems import Inputs, pop_options, same_file, settle_threads, tell
 from lcpcli.cli.terminal import Line, shows_progress
 from lcpcli.errors import (
     OTHER_OUTPUT,
@@ -176,26 +176,26 @@ def _run(request: Bench, destination: output.Destination) -> int:
     files = [file for case in record.cases for file in (case.file, case.q_file) if file]
     Inputs(files).refuse({"--output": destination.path, "--plot": request.plot})
     if not record.cases:
-        for file, _, fault in (each.partition(": ") for each in record.unread):
-            refused(ProblemError(File(file), fault))
+        for file, _, reason in (each.partition(": ") for each in record.unread):
+            refused(ProblemError(File(file), reason))
         return Exit.BAD_INPUT
-    for fault in record.unread:
-        tell(fault)
+    for reason in record.unread:
+        tell(reason)
     if record.missing and not request.quiet:
         _, hint = missing(*(load(name).module for name in record.missing))
         tell(f"not installed, left out: {', '.join(record.missing)}; {hint}")
-    left = sum(len(solvers) for _, solvers in record.pending())
-    rows, number = record.measurements, len(record.measurements) + left
-    line = Line(total=left, is_shown=shows_progress(request.quiet))
+    n_pending = sum(len(solvers) for _, solvers in record.pending())
+    rows, number = record.measurements, len(record.measurements) + n_pending
+    line = Line(total=n_pending, is_shown=shows_progress(request.quiet))
     is_interrupted = _measured(record, saved, line)
     if rows:
         destination.draw(request.plot, "bench", record)
     false = sum(row.false_success for row in rows)
     good, measured = sum(row.success for row in rows), count(len(rows), "measurement")
-    told = f"{good} of {measured} succeeded" + f"; {count(false, 'false claim')}" * (
+    verdict = f"{good} of {measured} succeeded" + f"; {count(false, 'false claim')}" * (
         false > 0
     )
-    destination.show(partial(report.render, record), told)
+    destination.show(partial(report.render, record), verdict)
     if not is_interrupted:
         return Exit.BAD_INPUT if record.unread else of_end(not false)
     hint = (
@@ -268,22 +268,22 @@ def _new_record(request: Bench) -> BenchRecord:
     numbers = {
         **{number.name: number.default for number in MEASURING},
         "budget": budget,
-        **taken(vars(request).copy(), [number.name for number in MEASURING]),
+        **pop_options(vars(request).copy(), [number.name for number in MEASURING]),
     }
-    chosen = declarations.chosen_variants(
+    variants = declarations.chosen_variants(
         request.methods, request.sweep, (), methods_of(suites)
     )
     settings = Settings(**{name: float(value) for name, value in numbers.items()})
     how = partial(tell, quiet=request.quiet), None if infinity == math.inf else infinity
     return timing.start(
-        suites, [str(variant) for variant in chosen], request.peers, settings, *how
+        suites, [str(variant) for variant in variants], request.peers, settings, *how
     )
 
 
 def _read_record(request: Bench) -> BenchRecord:
     from lcpcli.bench import record, timing
 
-    refuse_beside(request.given, RESUMED_BENCH)
+    reject_conflicting_options(request.option_values, RESUMED_BENCH)
     past = record.read(str(request.resume))
     if past.pending():
         timing.refuse_elsewhere(past)

@@ -21,7 +21,7 @@ from lcpcli.cli.declarations import (
     argument,
     option,
     refuse,
-    refuse_beside,
+    reject_conflicting_options,
     reporting,
 )
 from lcpcli.cli.main import of_end
@@ -29,7 +29,7 @@ from lcpcli.cli.problems import InputProblem, Inputs
 from lcpcli.cli.terminal import Line, shows_progress
 from lcpcli.errors import Exit, OptionError
 from lcpcli.files import contents
-from lcpcli.files.contents import place
+from lcpcli.files.contents import source_name
 from lcpcli.options import INSPECTION_SECONDS, TIME_LIMIT, TOL
 from lcpcli.report.document import RECORD_MEANINGS
 
@@ -89,7 +89,7 @@ class Check(Bounds, Reporting):
 @reporting(RECORD_MEANINGS)
 def check(request: Check) -> int:
     """Verify the proposed SOLUTION of the problem in FILE, or in FILE and Q_FILE."""
-    paths, tol, exact = request.paths, request.tol, request.exact
+    paths, exact = request.paths, request.exact
     if not 2 <= len(paths) <= 3:
         hint = (
             "give the file of the problem, the file of q if it is separate, and the "
@@ -99,15 +99,15 @@ def check(request: Check) -> int:
             "FILE [Q_FILE] SOLUTION", f"stands for 2 or 3 files, not {len(paths)}", hint
         )
     if exact:
-        refuse_beside(request.given, EXACT)
+        reject_conflicting_options(request.option_values, EXACT)
     destination = output.Destination.of(request)
     inputs = Inputs.of(request, paths[:-1], request.quiet, paths[-1:])
     inputs.prepare({"--output": destination.path})
     read = inputs.read(takes_models=True)
     with Line("verifying", is_shown=shows_progress(destination.quiet)):
-        verifications = _verifications(read, inputs, paths[-1], tol, exact)
+        verifications = _verifications(read, inputs, paths[-1], request.tol, exact)
     accepted = sum(verification.accepted for verification in verifications)
-    told = (
+    verdict = (
         verifications[0].message
         if len(verifications) == 1
         else f"{accepted} of {len(verifications)} are correct"
@@ -116,7 +116,8 @@ def check(request: Check) -> int:
         from lcpcli.report import verification_text
 
         destination.show(
-            verification_text.report(verifications).render, f"{place(paths[0])}: {told}"
+            verification_text.verification_report(verifications).render,
+            f"{source_name(paths[0])}: {verdict}",
         )
     return max(of_end(verification.accepted) for verification in verifications)
 
@@ -126,9 +127,9 @@ def _verifications(
 ) -> list[Verification]:
     from lcpcli.model.problem import Problem
 
-    problem, where = read.problem, place(solution)
+    problem, where = read.problem, source_name(solution)
     if not isinstance(problem, Problem):
-        refuse_beside({"--exact": exact}, NONLINEAR_MODEL)
+        reject_conflicting_options({"--exact": exact}, NONLINEAR_MODEL)
     data = read.exactly() if exact else None
     candidates = _candidates(read, inputs, solution)
     remark = candidates[0].remark
@@ -177,12 +178,12 @@ def _verified(
 
     is_answer, is_proof = candidate.kind == "answer", candidate.kind == "farkas"
     if not isinstance(problem, Problem):
-        fault = "is a proof, which a nonlinear model cannot have"
-        refuse(is_proof, "SOLUTION", fault, "give z")
+        reason = "is a proof, which a nonlinear model cannot have"
+        refuse(is_proof, "SOLUTION", reason, "give z")
         values = rounded(candidate.values)
         return verification.verify_nonlinear(problem, values, tol or TOL.value)
     if is_proof:
-        refuse_beside({"--tol": tol}, PROOF)
+        reject_conflicting_options({"--tol": tol}, PROOF)
         is_rounded = not candidate.exact
         return checking.verified_proof(
             problem, candidate.values, data, is_rounded=is_rounded
@@ -206,10 +207,10 @@ def _verified(
 
 @dataclass(eq=False, repr=False)
 class Inspect(OneProblem, Reporting):
-    """What lcp inspect was asked; whole : by --all."""
+    """What lcp inspect was asked; shows_all : by --all."""
 
     time_limit: float | None = None
-    whole: bool = False
+    shows_all: bool = False
 
 
 @command(
@@ -227,7 +228,7 @@ class Inspect(OneProblem, Reporting):
 )
 @declarations.problem_file
 @option("Stopping", OF_INSPECTION)
-@option("Output", "--all whole  Show everything; JSON and CSV always do.")
+@option("Output", "--all shows_all  Show everything; JSON and CSV always do.")
 @reporting(RECORD_MEANINGS)
 def inspect(request: Inspect) -> int:
     """Report the classes of M, its scaling, and which methods are guaranteed to solve
@@ -240,11 +241,12 @@ def inspect(request: Inspect) -> int:
     from lcpcli.report import inspection_text
 
     read = inputs.read(takes_models=True)
-    found: Inspection | NonlinearInspection = inspected(
+    diagnosis: Inspection | NonlinearInspection = inspected(
         read.problem, request.time_limit or OF_INSPECTION.value
     )
-    report = inspection_text.report(found, request.whole)
+    report = inspection_text.inspection_report(diagnosis, request.shows_all)
     destination.show(
-        report.render, f"{place(request.file)}: {inspection_text.verdict(found)}"
+        report.render,
+        f"{source_name(request.file)}: {inspection_text.verdict(diagnosis)}",
     )
     return 0

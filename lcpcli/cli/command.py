@@ -80,21 +80,21 @@ class Command(click.Command):
         super().__init__(*positional, **attributes)
         self.examples, self.common, self.lists = examples, common, lists or {}
         self.request = request
-        own = {Exit.BAD_INPUT: Exit.BAD_INPUT.meaning, **exits}
-        self.exits = {code: own[code] for code in Exit if code in own}
+        meanings = {Exit.BAD_INPUT: Exit.BAD_INPUT.meaning, **exits}
+        self.exits = {code: meanings[code] for code in Exit if code in meanings}
 
     def parse_args(self, ctx: click.Context, args: list[str]) -> list[str]:
-        given, hint = list(args), f"see {ctx.command_path} --help"
+        typed_args, hint = list(args), f"see {ctx.command_path} --help"
         if ctx.allow_interspersed_args:  # else the words belong to another command
             self._refuse_file_of_trace(args)
             if "--all" in args and not {"-h", "--help"}.isdisjoint(args):
                 ctx.meta[WHOLE], args = True, ["--help"]
             self._refuse_single_dash(ctx, args)
             # With a blank, a number is no option, until `_as_typed` takes it away.
-            end = args.index("--") if "--" in args else len(args)
+            end_of_options = args.index("--") if "--" in args else len(args)
             args = [
-                " " * bool(at < end and NEGATIVE.match(word)) + word
-                for at, word in enumerate(args)
+                " " * bool(at < end_of_options and NEGATIVE.match(argument)) + argument
+                for at, argument in enumerate(args)
             ]
         try:
             self._refuse_repeated(ctx, args)
@@ -103,38 +103,44 @@ class Command(click.Command):
             name, _, _ = getattr(error.param, "human_readable_name", "").partition(" ")
             raise OptionError(name, IS_MISSING, hint) from None
         except click.BadOptionUsage as error:
-            fault = error.message.removeprefix(f"Option {error.option_name!r} ")
-            raise OptionError(error.option_name, fault.rstrip("."), hint) from None
+            reason = error.message.removeprefix(f"Option {error.option_name!r} ")
+            raise OptionError(error.option_name, reason.rstrip("."), hint) from None
         except click.NoSuchOption as error:
             # For -tol, click's parser reports only -t.
-            begun = (word for word in given if word.startswith(error.option_name))
+            begun = (
+                argument
+                for argument in typed_args
+                if argument.startswith(error.option_name)
+            )
             name = next(begun, error.option_name).partition("=")[0]
-            suggested = self._in_variant(ctx, name, given) or self._suggest(ctx, name)
-            fault = NO_OPTION.format(ctx.command_path)
-            raise OptionError(name, fault, suggested or hint) from None
+            suggested = self._in_variant(ctx, name, typed_args) or self._suggest(
+                ctx, name
+            )
+            reason = NO_OPTION.format(ctx.command_path)
+            raise OptionError(name, reason, suggested or hint) from None
 
-    def _refuse_file_of_trace(self, words: Sequence[str]) -> None:
+    def _refuse_file_of_trace(self, arguments: Sequence[str]) -> None:
         """Refuse --trace FILE.csv, where scripts of earlier versions mean an output."""
         if all(TRACE not in param.opts for param in self.params):
             return
-        for word, following in pairwise([*words, ""]):
-            is_given = word == TRACE and following.casefold().endswith(".csv")
-            if is_given or word.startswith(f"{TRACE}="):
-                file = following if is_given else word.removeprefix(f"{TRACE}=")
+        for argument, following in pairwise([*arguments, ""]):
+            is_given = argument == TRACE and following.casefold().endswith(".csv")
+            if is_given or argument.startswith(f"{TRACE}="):
+                file = following if is_given else argument.removeprefix(f"{TRACE}=")
                 hint = f"write {TRACE} -o {file} for the iterates, or put {TRACE} last"
                 raise OptionError(TRACE, "takes no file", hint)
 
-    def _refuse_single_dash(self, ctx: click.Context, words: Sequence[str]) -> None:
+    def _refuse_single_dash(self, ctx: click.Context, arguments: Sequence[str]) -> None:
         """Refuse -max-iterations, which would be read as -m ax-iterations."""
         options = {flag for param in self.get_params(ctx) for flag in param.opts}
-        for word in words:
-            is_short = word.startswith("-") and not word.startswith("--")
-            if is_short and word not in options and f"-{word}" in options:
-                fault = NO_OPTION.format(ctx.command_path)
-                raise OptionError(word, fault, f"did you mean -{word}?")
+        for argument in arguments:
+            is_short = argument.startswith("-") and not argument.startswith("--")
+            if is_short and argument not in options and f"-{argument}" in options:
+                reason = NO_OPTION.format(ctx.command_path)
+                raise OptionError(argument, reason, f"did you mean -{argument}?")
 
-    def _refuse_repeated(self, ctx: click.Context, words: Sequence[str]) -> None:
-        _, _, order = self.make_parser(ctx).parse_args(list(words))
+    def _refuse_repeated(self, ctx: click.Context, arguments: Sequence[str]) -> None:
+        _, _, order = self.make_parser(ctx).parse_args(list(arguments))
         for param, times in Counter(order).items():
             if times == 1 or not isinstance(param, click.Option) or param.multiple:
                 continue
@@ -144,62 +150,74 @@ class Command(click.Command):
                 raise OptionError(name, f"is given {times} times", "give it once")
 
     def invoke(self, ctx: click.Context) -> Any:
-        given = {name: _as_typed(value) for name, value in ctx.params.items()}
-        ctx.params = given
+        option_values = {name: _as_typed(value) for name, value in ctx.params.items()}
+        ctx.params = option_values
         if self.request is not None:
-            ctx.params = {"request": self.request(**given)}
+            ctx.params = {"request": self.request(**option_values)}
         return super().invoke(ctx)
 
-    def _in_variant(self, ctx: click.Context, name: str, words: Sequence[str]) -> str:
+    def _in_variant(
+        self, ctx: click.Context, name: str, arguments: Sequence[str]
+    ) -> str:
         """Return the hint for an option of a method, which is no option of a command
         that takes methods; "" for another one."""
-        word, params = name.lstrip("-").replace("_", "-"), self.get_params(ctx)
+        option_name, params = name.lstrip("-").replace("_", "-"), self.get_params(ctx)
         takes_methods = {"method", "methods"} & {param.name for param in params}
-        if not takes_methods or any(f"--{word}" in param.opts for param in params):
+        if not takes_methods or any(
+            f"--{option_name}" in param.opts for param in params
+        ):
             return ""
         from lcpcli.methods.registry import in_variant
 
-        followed = dict(pairwise([*words, ""]))
-        chosen = followed.get("-m") or followed.get("--method", "")
-        values = dict(word.split("=", 1) for word in words if "=" in word)
+        followed = dict(pairwise([*arguments, ""]))
+        methods = followed.get("-m") or followed.get("--method", "")
+        values = dict(
+            option_name.split("=", 1) for option_name in arguments if "=" in option_name
+        )
         value = values.get(name, followed.get(name, ""))
         value = "" if value.startswith("--") else value
-        variant = in_variant(word, value, chosen)
+        variant = in_variant(option_name, value, methods)
         return f"write --method {variant}" if variant else ""
 
-    def _suggest(self, ctx: click.Context, given: str) -> str:
+    def _suggest(self, ctx: click.Context, unknown_option: str) -> str:
         """Return the hint for an unknown option, which may be a value of another
         option, or a misspelling."""
-        word = given.lstrip("-").casefold().replace("_", "-")
-        if word in GONE:
-            return GONE[word]
-        word = ELSEWHERE.get(word, word)
+        option_name = unknown_option.lstrip("-").casefold().replace("_", "-")
+        if option_name in GONE:
+            return GONE[option_name]
+        option_name = ELSEWHERE.get(option_name, option_name)
         options = [
             param for param in self.get_params(ctx) if isinstance(param, click.Option)
         ]
         for param in options:
-            if isinstance(param.type, click.Choice) and word in param.type.choices:
-                return f"did you mean {param.opts[-1]} {word}?"
-        known = [
-            flag[2:]
-            for param in options
-            for flag in (*param.opts, *param.secondary_opts)
-            if flag[:2] == "--"
+            if (
+                isinstance(param.type, click.Choice)
+                and option_name in param.type.choices
+            ):
+                return f"did you mean {param.opts[-1]} {option_name}?"
+        flags = [
+            flag for param in options for flag in (*param.opts, *param.secondary_opts)
         ]
-        meant = nearest(word, tuple(known)) if len(word) > 1 else None
+        valid_names = [flag[2:] for flag in flags if flag[:2] == "--"]
+        meant = (
+            nearest(option_name, tuple(valid_names)) if len(option_name) > 1 else None
+        )
         return f"did you mean --{meant}?" if meant else ""
 
     def format_options(
         self, ctx: click.Context, formatter: click.HelpFormatter
     ) -> None:
         with formatter.section("Examples"):
-            room = formatter.width - formatter.current_indent
+            available_width = formatter.width - formatter.current_indent
             # A line that is too wide continues after a backslash.
             for line in self.examples:
                 parts = [line]
-                if len(line) > room:
+                if len(line) > available_width:
                     parts = wrap(
-                        line, room - 2, subsequent_indent="  ", break_on_hyphens=False
+                        line,
+                        available_width - 2,
+                        subsequent_indent="  ",
+                        break_on_hyphens=False,
                     )
                 formatter.write(
                     " \\\n".join(
@@ -222,20 +240,20 @@ class Command(click.Command):
             bool(self.common) and WHOLE not in ctx.meta,
         )
         for param in params:
-            heading, words = (
+            heading, word_meanings = (
                 getattr(param, "heading", HELP),
                 getattr(param, "words", {}),
             )
             if (
                 is_brief
-                and not words
+                and not word_meanings
                 and heading != HELP
                 and param.opts[-1] not in self.common
             ):
                 continue
             rows = tables.setdefault(heading, [])
-            if words:
-                rows.extend(words.items())
+            if word_meanings:
+                rows.extend(word_meanings.items())
             elif record := param.get_help_record(ctx):
                 rows.append(
                     (record[0], _brief(record[1]))
@@ -307,18 +325,19 @@ class Candidates(NamedTuple):
     ) -> list[CompletionItem]:
         from click.shell_completion import CompletionItem
 
-        known = dict(self.words)
+        completions = dict(self.words)
         if self.problems:
             from lcpcli.files.contents import shipped_problems
 
-            known |= dict.fromkeys(shipped_problems(), "A shipped problem.")
-        words = [
-            CompletionItem(word, help=text)
-            for word, text in known.items()
-            if word.startswith(incomplete)
+            completions |= dict.fromkeys(shipped_problems(), "A shipped problem.")
+        items = [
+            CompletionItem(completion, help=text)
+            for completion, text in completions.items()
+            if completion.startswith(incomplete)
         ]
         # Bash forgets words before files.
-        return [CompletionItem(incomplete, type="file")] * self.files + words
+        files = [CompletionItem(incomplete, type="file")] if self.files else []
+        return files + items
 
 
 class Choice(click.Choice):  # type: ignore[type-arg,unused-ignore]

@@ -86,7 +86,7 @@ class Writing:
     quiet: bool = False
 
     @property
-    def given(self) -> dict[str, Any]:
+    def option_values(self) -> dict[str, Any]:
         """Return the values of the options by flag."""
         return {FLAGS.get(name, name): value for name, value in vars(self).items()}
 
@@ -186,7 +186,7 @@ def _numeric(declared: Option) -> tuple[str, dict[str, Any]]:
 
 
 def argument(
-    heading: str, name: str, words: Mapping[str, str], **attributes: Any
+    heading: str, name: str, word_meanings: Mapping[str, str], **attributes: Any
 ) -> Declaration:
     """Declare an argument under a heading, with the meanings of its words; the rest is
     as for `click.argument`."""
@@ -194,7 +194,7 @@ def argument(
     def declare(function: Any) -> Any:
         function = click.argument(name, **attributes)(function)
         made = function.__click_params__[-1]
-        made.heading, made.words = heading, words
+        made.heading, made.words = heading, word_meanings
         FLAGS.setdefault(made.name, name.upper())  # an option of the name goes first
         return function
 
@@ -217,9 +217,17 @@ def reporting(
 ) -> Declaration:
     """Declare --format, one of these formats if there are any, None leaving it to the
     suffix of -o; the others; -o and --quiet, with their meanings."""
-    form = "-f --format form FORMAT  {}.  [default: by the suffix of -o, else table]"
+    declaration = (
+        "-f --format form FORMAT  {}.  [default: by the suffix of -o, else table]"
+    )
     choice = (
-        [option("Output", form.format(listed(formats, "or")), type=Choice(formats))]
+        [
+            option(
+                "Output",
+                declaration.format(listed(formats, "or")),
+                type=Choice(formats),
+            )
+        ]
         if formats
         else []
     )
@@ -293,15 +301,18 @@ def files_argument(
     heading: str,
     name: str,
     metavar: str,
-    words: Mapping[str, str],
+    word_meanings: Mapping[str, str],
     offered: Candidates = PROBLEM_FILES,
     **attributes: Any,
 ) -> Declaration:
-    words = {**words, "FOLDER": "All files in it that hold one problem, by name."}
+    word_meanings = {
+        **word_meanings,
+        "FOLDER": "All files in it that hold one problem, by name.",
+    }
     return argument(
         heading,
         name,
-        words,
+        word_meanings,
         metavar=metavar,
         nargs=-1,
         shell_complete=offered,
@@ -309,25 +320,30 @@ def files_argument(
     )
 
 
-def refuse(is_wrong: bool, where: str, fault: str, hint: str = LEAVE_OUT) -> None:
+def refuse(is_wrong: bool, where: str, reason: str, hint: str = LEAVE_OUT) -> None:
     if is_wrong:
-        raise OptionError(where, fault, hint)
+        raise OptionError(where, reason, hint)
 
 
 def chosen_variants(
-    chosen: Sequence[Variant],
+    methods: Sequence[Variant],
     sweep: Sequence[str],
     vary: Sequence[str],
     default: Sequence[str],
-    given: Collection[str] = (),
+    option_names: Collection[str] = (),
 ) -> list[Variant]:
     """Return the requested methods, or the default ones, for all values of --sweep or
     of --vary, which may set no given option."""
     for axis in (*sweep, *vary):
         name = axis.partition("=")[0].strip().replace("-", "_")
         where = VARY if vary else SWEEP
-        refuse(name in given, where, f"{flag(name)} is given beside it", LEAVE_ONE_OUT)
-    variants = list(dict.fromkeys(chosen or map(Variant, default)))
+        refuse(
+            name in option_names,
+            where,
+            f"{flag(name)} is given beside it",
+            LEAVE_ONE_OUT,
+        )
+    variants = list(dict.fromkeys(methods or map(Variant, default)))
     return registry.vary(variants, vary) if vary else registry.sweep(variants, sweep)
 
 
@@ -408,16 +424,16 @@ problem_output = reporting(  # of a command that writes a problem
 )
 
 
-def _methods(own: Option) -> str:
-    names = [name for name, method in METHODS.items() if own in method.options]
+def _methods(option: Option) -> str:
+    names = [name for name, method in METHODS.items() if option in method.options]
     return f"Method{'s' * (len(names) > 1)} {listed(names)}"
 
 
-def of_variants(name: str, own: Option | str) -> tuple[str, str]:
+def of_variants(name: str, option: Option | str) -> tuple[str, str]:
     """Return an option of a method as METHOD:option=value has it, and what it means."""
-    if isinstance(own, str):
-        return f"{name}, {name}=false", own
-    term, _, meaning = _numeric(own)[0].partition("  ")
+    if isinstance(option, str):
+        return f"{name}, {name}=false", option
+    term, _, meaning = _numeric(option)[0].partition("  ")
     return term.removeprefix("--").replace(" ", "="), meaning
 
 
@@ -532,7 +548,7 @@ class Refusal(NamedTuple):
     them."""
 
     lacks: Needs
-    fault: str = "has no effect with {mode}"
+    reason: str = "has no effect with {mode}"
     hint: str = LEAVE_OUT
 
 
@@ -650,20 +666,20 @@ FROM_QP = Mode("--from-qp", [Refusal(Needs.FAMILY | Needs.GAME, hint=LEAVE_ONE_O
 FROM_GAME = Mode("--from-game", [Refusal(Needs.FAMILY, hint=LEAVE_ONE_OUT)])
 
 
-def refuse_beside(given: Mapping[str, Any], *modes: Mode) -> None:
+def reject_conflicting_options(option_values: Mapping[str, Any], *modes: Mode) -> None:
     """Raise OptionError if one of these modes is asked for beside an option without
     effect in it. given : the values of options by flag; None, False and an empty tuple
     stand for one that is not given."""
     names = [
         name
-        for name, value in given.items()
+        for name, value in option_values.items()
         if value is not None and value is not False and value != ()
     ]
     for mode in modes:
-        for lacks, fault, hint in mode.refusals:
+        for lacks, reason, hint in mode.refusals:
             for name in names:
                 is_lacking = bool(NEEDS.get(name, NOTHING) & lacks)
-                refuse(is_lacking, name, fault.format(mode=mode.name), hint)
+                refuse(is_lacking, name, reason.format(mode=mode.name), hint)
 
 
 def among(modes: Mapping[Mode, bool]) -> list[Mode]:

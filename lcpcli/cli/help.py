@@ -57,15 +57,18 @@ FOLDER = Path(__file__).parent.parent / "topics"
 KEYS = re.compile(r"^\| keys of \| `schemas/(.+)\.json` \|$", re.MULTILINE)
 
 
-def _keys(found: re.Match[str]) -> str:
+def _keys(match: re.Match[str]) -> str:
     """Return rows with the keys of a record that have a description, neighbours of the
     same meaning in one."""
     from lcpcli.report.result_formats import keys_of
 
     meanings = groupby(
-        keys_of(found[1]).items(), lambda each: each[1].get("description", "")
+        keys_of(match[1]).items(), lambda each: each[1].get("description", "")
     )
-    rows = [(", ".join(f"`{key}`" for key, _ in own), text) for text, own in meanings]
+    rows = [
+        (", ".join(f"`{key}`" for key, _ in keys_with_text), text)
+        for text, keys_with_text in meanings
+    ]
     return "\n".join(f"| {keys} | {text} |" for keys, text in rows if text)
 
 
@@ -176,11 +179,12 @@ class Entry(NamedTuple):
     nargs=-1,
 )
 @option(
-    "Topic", "--all whole  Show all options of a command, and all names that they take."
+    "Topic",
+    "--all shows_all  Show all options of a command, and all names that they take.",
 )
 @click.pass_context
 def help(
-    context: click.Context, topic: str | None, words: Sequence[str], whole: bool
+    context: click.Context, topic: str | None, words: Sequence[str], shows_all: bool
 ) -> None:
     """Show the page on TOPIC, or its sections on a word; or say what words of the field
     are here, and list the pages that have them."""
@@ -188,7 +192,7 @@ def help(
     is_empty = topic is not None and not topic.strip()
     refuse(is_empty, "TOPIC", IS_EMPTY, "lcp help lists the topics")
     refuse(
-        whole and topic not in commands,
+        shows_all and topic not in commands,
         "--all",
         "shows all options of a command",
         "name one: lcp help solve --all",
@@ -203,7 +207,7 @@ def help(
         _list(context)
     elif topic in commands:
         named = click.Context(commands[topic], context.find_root(), topic)
-        if whole:
+        if shows_all:
             named.meta[WHOLE] = True
         click.echo(named.command.get_help(named))
     elif topic in PAGES:
@@ -227,10 +231,10 @@ def _list(context: click.Context) -> None:
     )
 
 
-def _sections(name: str, words: str) -> str:
+def _sections(name: str, phrase: str) -> str:
     """Return the sections of a page, without its title, whose headings have the words;
     the page if none has."""
-    has_words, (_, _, *parts) = _pattern(words), SECTIONS.split(PAGES[name])
+    has_words, (_, _, *parts) = _pattern(phrase), SECTIONS.split(PAGES[name])
     sections = [
         part.strip("\n") + "\n"
         for part in parts
@@ -258,8 +262,8 @@ def _lists_of(method: str, solve: click.Command, context: click.Context) -> str:
     flags = {param.name for param in solve.params}
     declared: dict[str, Option | str] = {**OPTIONS, **ADDITIONS, **SWITCHES}
     settings = [
-        of_variants(name.replace("_", "-"), own)
-        for name, own in declared.items()
+        of_variants(name.replace("_", "-"), option)
+        for name, option in declared.items()
         if name in known_options(method) - flags
     ]
     lists = {
@@ -272,32 +276,34 @@ def _lists_of(method: str, solve: click.Command, context: click.Context) -> str:
     return str(formatter.getvalue())
 
 
-def _search(context: click.Context, words: str) -> None:
+def _search(context: click.Context, phrase: str) -> None:
     """Show what words are here, by the glossary, and the pages that have them; raise
     OptionError if nothing has."""
     formatter, entries = context.make_formatter(), glossary()
-    for page, meaning in _rows_on(words):
-        formatter.write_text(f"{words}: {meaning}.")
+    for page, meaning in _rows_on(phrase):
+        formatter.write_text(f"{phrase}: {meaning}.")
         formatter.write_dl([(f"lcp help {page}", _title(page))])
         formatter.write("\n")
-    about = [entry for entry in entries if _is_about(entry, words)]
+    about = [entry for entry in entries if _is_about(entry, phrase)]
     for entry in about:
         formatter.write_text(f"{entry.words}: {entry.meaning}.")
         more = [(f"lcp help {page}", _title(*page.split(" "))) for page in entry.pages]
         formatter.write_dl(more)
         formatter.write("\n")
-    is_other_name = words.casefold() in OTHER_NAMES
-    if not about and not is_other_name and (places := _places(words)):
-        heading = f"Pages with {quoted(words)}, and their sections"
-        tabulate(formatter, {heading: places})
+    is_other_name = phrase.casefold() in OTHER_NAMES
+    if not about and not is_other_name and (pages_with_phrase := _pages_with(phrase)):
+        heading = f"Pages with {quoted(phrase)}, and their sections"
+        tabulate(formatter, {heading: pages_with_phrase})
     if shown := formatter.getvalue().strip("\n"):
         click.echo(shown)
         return
-    known = [word for entry in entries for word in entry.words.casefold().split(", ")]
+    glossary_words = [
+        word for entry in entries for word in entry.words.casefold().split(", ")
+    ]
     hint = suggestion(
-        words, [*TOPICS, *lcp.commands, *known], "lcp help lists the topics"
+        phrase, [*TOPICS, *lcp.commands, *glossary_words], "lcp help lists the topics"
     )
-    raise OptionError("TOPIC", unknown(words), hint)
+    raise OptionError("TOPIC", unknown(phrase), hint)
 
 
 @cache
@@ -319,38 +325,40 @@ def _rows_on(name: str) -> list[tuple[str, str]]:
     ]
 
 
-def _is_about(entry: Entry, words: str) -> bool:
+def _is_about(entry: Entry, phrase: str) -> bool:
     """Return whether the words have those of an entry among them."""
-    known = map(_plain, entry.words.split(", "))
-    return any(re.search(rf"\b{re.escape(word)}\b", _plain(words)) for word in known)
+    entry_words = map(_plain, entry.words.split(", "))
+    return any(
+        re.search(rf"\b{re.escape(word)}\b", _plain(phrase)) for word in entry_words
+    )
 
 
-def _plain(words: str) -> str:
+def _plain(phrase: str) -> str:
     """Return words in small letters, without hyphens and the s of a plural."""
-    return re.sub(r"(?<=\w{3})s\b", "", folded(words).replace("-", " "))
+    return re.sub(r"(?<=\w{3})s\b", "", folded(phrase).replace("-", " "))
 
 
-def _title(name: str, word: str = "") -> str:
+def _title(name: str, phrase: str = "") -> str:
     """Return the title of a page, or that of its first section with a word."""
-    page = _sections(name, word) if word else PAGES[name]
+    page = _sections(name, phrase) if phrase else PAGES[name]
     return page.partition("\n")[0].strip("# ")
 
 
-def _pattern(words: str, plural: str = "") -> re.Pattern[str]:
+def _pattern(phrase: str, plural: str = "") -> re.Pattern[str]:
     """Return what finds words in a text. plural : what may end each of them."""
-    parts = (re.escape(part) + plural for part in re.split(r"[-\s]+", folded(words)))
+    parts = (re.escape(part) + plural for part in re.split(r"[-\s]+", folded(phrase)))
     return re.compile(r"(?<!\w)" + r"[-\s]+".join(parts) + r"(?!\w)")
 
 
-def _places(word: str) -> list[tuple[str, str]]:
+def _pages_with(phrase: str) -> list[tuple[str, str]]:
     """Return the pages that have a word, as one or in the plural, each with the
     sections that do."""
-    has_word, found = _pattern(_plain(word), plural="s?"), []
+    has_word, pages = _pattern(_plain(phrase), plural="s?"), []
 
     def rank(name: str) -> tuple[bool, int, int]:
         """First where it often stands as it is asked for."""
         page = folded(PAGES[name])
-        as_asked = len(_pattern(word).findall(page))
+        as_asked = len(_pattern(phrase).findall(page))
         return name in LAST, -as_asked, -len(has_word.findall(page))
 
     frequent = sorted(PAGES, key=rank)
@@ -367,8 +375,8 @@ def _places(word: str) -> list[tuple[str, str]]:
                 if len(headings) > MAX_HEADINGS
                 else ""
             )
-            found.append((name, "; ".join(headings[:MAX_HEADINGS]) + more))
-    return found
+            pages.append((name, "; ".join(headings[:MAX_HEADINGS]) + more))
+    return pages
 
 
 SHELLS = {

@@ -145,16 +145,16 @@ def _output_alone() -> Iterator[None]:
     descriptor 1, which itself is the null device."""
     from lcpcli import interrupts
 
-    usual, own = sys.stdout, sys.__stdout__
+    usual, original = sys.stdout, sys.__stdout__
     with interrupts.silent() as copy:
-        if own is not None and own is usual and own.fileno() == 1:
+        if original is not None and original is usual and original.fileno() == 1:
             stream = io.TextIOWrapper(
                 io.BufferedWriter(
                     _Output(1 if copy is None else copy, "w", closefd=False)
                 ),
-                own.encoding,
-                own.errors,
-                line_buffering=own.line_buffering,
+                original.encoding,
+                original.errors,
+                line_buffering=original.line_buffering,
             )
             sys.stdout = sys.__stdout__ = stream  # type: ignore[misc]
         try:
@@ -162,7 +162,7 @@ def _output_alone() -> Iterator[None]:
         finally:
             with contextlib.suppress(OSError, ValueError):
                 sys.stdout.flush()
-            sys.stdout, sys.__stdout__ = usual, own  # type: ignore[misc]
+            sys.stdout, sys.__stdout__ = usual, original  # type: ignore[misc]
 
 
 def leave(code: int) -> NoReturn:
@@ -204,9 +204,12 @@ def _run() -> int:
 
     output = sys.stdout
     try:
-        for word in WORDS.keys() & {*sys.argv[2:]}:  # that the formulation has
-            row, others = WORDS[word], [own for own in sys.argv[2:] if own != word]
-            code = module_of(row, row.words[word], word).run(sys.argv[1], others)
+        for keyword in WORDS.keys() & {*sys.argv[2:]}:  # that the formulation has
+            row, others = (
+                WORDS[keyword],
+                [argument for argument in sys.argv[2:] if argument != keyword],
+            )
+            code = module_of(row, row.words[keyword], keyword).run(sys.argv[1], others)
             return int(code)
         code = lcp.main(prog_name="lcp", standalone_mode=False, complete_var=VARIABLE)
         sys.stdout.flush()
@@ -255,8 +258,8 @@ def _complain_of_system(error: OSError) -> int:
         return refused(OptionError(File(error.filename), str(error.strerror)))
     if is_folder_gone():
         return refused(OptionError("", GONE))
-    fault = f"the system refused: {error.strerror or error}"
-    return refused(ResourceError("", fault))
+    reason = f"the system refused: {error.strerror or error}"
+    return refused(ResourceError("", reason))
 
 
 def as_written(error: LCPError) -> LCPError:
@@ -318,26 +321,26 @@ def of_usage(error: click.UsageError) -> int:
     return refused(OptionError(name, message))
 
 
-def asks_for_json(words: Sequence[str]) -> bool:
+def asks_for_json(arguments: Sequence[str]) -> bool:
     """Return whether a command line asks for records in JSON, by -f or by the suffix of
     -o, and not for silence, whatever else is wrong with it."""
     from lcpcli.cli.command import lcp
     from lcpcli.files.formats import LINES
 
-    end = words.index("--") if "--" in words else len(words)
-    known, given = words[:end], dict[str, str]()
-    for word, following in zip(known, [*known[1:], ""], strict=True):
-        if found := OUTPUT_OPTION.fullmatch(word):
-            name = found[1] or found[3][0]
-            given[name] = found[2] or found[4] or following
-    if any(map(QUIET.fullmatch, known)):
+    n_options = arguments.index("--") if "--" in arguments else len(arguments)
+    options, values = arguments[:n_options], dict[str, str]()
+    for argument, following in zip(options, [*options[1:], ""], strict=True):
+        if match := OUTPUT_OPTION.fullmatch(argument):
+            name = match[1] or match[3][0]
+            values[name] = match[2] or match[4] or following
+    if any(map(QUIET.fullmatch, options)):
         return False
-    if "f" in given:
-        return given["f"] == "json"
-    if not known or known[0] not in lcp.commands:
+    if "f" in values:
+        return values["f"] == "json"
+    if not options or options[0] not in lcp.commands:
         return False
-    has_formats = any(param.name == "form" for param in lcp.commands[known[0]].params)
-    name = given.get("o", "").casefold()
+    has_formats = any(param.name == "form" for param in lcp.commands[options[0]].params)
+    name = values.get("o", "").casefold()
     return has_formats and name.endswith((".json", *LINES))
 
 
@@ -351,9 +354,9 @@ def _complain_of_loading(error: BaseException) -> int:
         return say(f"lcp: {GONE}")
     while error.__cause__ or error.__context__:
         error = error.__cause__ or error.__context__ or error
-    fault = one_line(str(error) or type(error).__name__)
+    reason = one_line(str(error) or type(error).__name__)
     return say(
-        f"lcp: {fault}; out of memory, or is the installation broken?", Exit.NOT_SOLVED
+        f"lcp: {reason}; out of memory, or is the installation broken?", Exit.NOT_SOLVED
     )
 
 

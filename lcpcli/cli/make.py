@@ -21,7 +21,7 @@ from lcpcli.cli.declarations import (
     problem_file,
     problem_output,
     refuse,
-    refuse_beside,
+    reject_conflicting_options,
 )
 from lcpcli.cli.output import Destination
 from lcpcli.cli.problems import Inputs, tell, without_wrong_solutions
@@ -114,14 +114,14 @@ def make(request: Make) -> int:
     """Write a problem of FAMILY, a family of the gallery, or the problem of a program
     or a game."""
     if request.listed:
-        refuse_beside(request.given, LIST)
+        reject_conflicting_options(request.option_values, LIST)
         return _show_list()
     output, quiet, family = request.output, request.quiet, request.family
     sources = [(request.from_qp, FROM_QP), (request.from_game, FROM_GAME)]
     prepare(Inputs([path for path, _ in sources if path is not None]), output)
     for path, mode in sources:
         if path is not None:
-            refuse_beside(request.given, mode)
+            reject_conflicting_options(request.option_values, mode)
             from lcpcli.files import reading
 
             kind = mode.name.removeprefix("--from-")
@@ -238,9 +238,12 @@ def convert(request: Convert) -> int:
     if output is None:
         return 0
     if left_out := losses(written.rounded, output):
-        kept = kind_to_write(output).keeps
+        kept_parts = kind_to_write(output).keeps
         form = written.rounded.formulation.form
-        tell(f"{output}: {form} {kept}; left out: {', '.join(left_out)}", inputs.quiet)
+        tell(
+            f"{output}: {form} {kept_parts}; left out: {', '.join(left_out)}",
+            inputs.quiet,
+        )
     if (kind := kind_to_write(output)).of:
         for remark in formats.load(kind.form).remarks(written.rounded):
             tell(f"{output}: {remark}", inputs.quiet)
@@ -272,11 +275,13 @@ def read_written(inputs: Inputs) -> Written[Problem]:
 
     with inputs.hint_at_tables(), inputs.reading():
         first, *others = reading.files_of(inputs.files)
-        found = written(parse)
-    rounded, remarks = without_wrong_solutions(found.rounded, inputs.files[0])
+        as_written = written(parse)
+    rounded, remarks = without_wrong_solutions(as_written.rounded, inputs.files[0])
     inputs.tell(remarks)
     return Written(
-        rounded, without_wrong_solutions(found.own, inputs.files[0])[0], found.exact
+        rounded,
+        without_wrong_solutions(as_written.own, inputs.files[0])[0],
+        as_written.exact,
     )
 
 
@@ -329,15 +334,15 @@ def losses(problem: Problem, output: str) -> list[str]:
     }
     if kind.of:
         del parts["name"], parts["origin"]
-    known = [
+    lost_parts = [
         name
         for name, value in parts.items()
         if (value is not None and not isinstance(value, str)) or value
     ]
-    if known[-1:] == ["origin"]:
+    if lost_parts[-1:] == ["origin"]:
         is_headed = kind.is_table and csv_format.can_head(problem.names)
-        known[-1:] = [
+        lost_parts[-1:] = [
             *problem.formulation.left_out,
             *["names"] * (any(problem.names) and not is_headed),
         ]
-    return [*known, *(["solution"] if problem.solutions else [])]
+    return [*lost_parts, *(["solution"] if problem.solutions else [])]

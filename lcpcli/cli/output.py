@@ -17,7 +17,7 @@ from lcpcli.cli.declarations import (
     Reporting,
     among,
     refuse,
-    refuse_beside,
+    reject_conflicting_options,
 )
 from lcpcli.cli.problems import AnyProblem, Request, tell
 from lcpcli.cli.terminal import emit, size, terminal
@@ -139,7 +139,7 @@ class Output(Destination):
             NO_UNKNOWNS: not kind.has_proofs and has_axes and not self.with_iterates,
             CSV: not kind.has_proofs,
         }
-        refuse_beside(request.given, *among(modes))
+        reject_conflicting_options(request.option_values, *among(modes))
         for figure, drawn in self.figures.items():
             require_plot(drawn, FIGURES[figure].option)
 
@@ -174,11 +174,11 @@ class Output(Destination):
                 columns=self._of_traces,
             )
         if has_curve:
-            every, most = (1, MAX_POINTS) if draws else (sys.maxsize, None)
+            every, max_points = (1, MAX_POINTS) if draws else (sys.maxsize, None)
             residuals = draws and not problem.solutions
             curve = Trace(
                 every,
-                most,
+                max_points,
                 np.empty(0, dtype=np.intp),
                 residuals,
                 levels,
@@ -201,11 +201,11 @@ class Output(Destination):
             return self.request.every, None, components
         if self.kind.has_figures:
             return 1, MAX_POINTS, components
-        most = MAX_ROWS
+        max_rows = MAX_ROWS
         # A screen has room for them.
         if width is not None and not self.request.levels:
-            most = min(MAX_ROWS, max(MIN_ROWS, size().lines - SUMMARY_LINES))
-        return int(EVERY.value), most, components
+            max_rows = min(MAX_ROWS, max(MIN_ROWS, size().lines - SUMMARY_LINES))
+        return int(EVERY.value), max_rows, components
 
 
 def require_plot(file: str | None, option: str = "plot") -> None:

@@ -64,21 +64,23 @@ class PathRequest(ManyProblems, Reporting):
         """Return the inputs of all files, and those of each problem."""
         files, quiet = self.files, self.quiet
         is_one = self.direction is not None
-        where, means, fewest = ("FROM TO", "stands for", 2)
+        where, means = "FROM TO", "stands for"
+        min_files = 2
         hint = (
             "give two problems, or a file with M and two with q, or a problem and "
             "--direction"
         )
         if is_one:
-            where, means, fewest = ("--direction", "takes", 1)
+            where, means = "--direction", "takes"
+            min_files = 1
             hint = "give one problem: a file, or a file with M and one with q"
-        fault = f"{means} {fewest} or {fewest + 1} files, not {len(files)}"
-        refuse(len(files) not in (fewest, fewest + 1), where, fault, hint)
+        reason = f"{means} {min_files} or {min_files + 1} files, not {len(files)}"
+        refuse(len(files) not in (min_files, min_files + 1), where, reason, hint)
         others = [] if self.direction is None else [self.direction]
-        whole = Inputs.of(self, files, quiet, others)
+        all_inputs = Inputs.of(self, files, quiet, others)
         if is_one:
-            return whole, [whole]
-        return whole, [
+            return all_inputs, [all_inputs]
+        return all_inputs, [
             Inputs.of(self, [*files[:-2], each], quiet) for each in files[-2:]
         ]
 
@@ -158,13 +160,13 @@ def path(request: PathRequest) -> int:
     from lcpcli.parametric.path import REACHED
 
     destination, names = Destination.of(request), request.names
-    whole, inputs = request.inputs()
-    whole.prepare({"--output": destination.path, "--plot": request.plot})
+    all_inputs, inputs = request.inputs()
+    all_inputs.prepare({"--output": destination.path, "--plot": request.plot})
     span = _span(request)
     require_plot(request.plot)
     asked = _values(request.at, *span, request.exact)
-    ends = _ends(request, inputs, span)
-    files_read = [contents.place(each.files[-1]) for each in inputs]
+    endpoints = _endpoint_problems(request, inputs, span)
+    files_read = [contents.source_name(each.files[-1]) for each in inputs]
     file = files_read[-1]
     limits = {
         "tol": request.tol,
@@ -172,17 +174,21 @@ def path(request: PathRequest) -> int:
         "max_breakpoints": request.max_breakpoints,
     }
     with Line("following the path", is_shown=shows_progress(request.quiet)):
-        found, code = _followed(ends, file, span, turns=request.turns, **limits)
+        solution_path, code = _followed(
+            endpoints, file, span, turns=request.turns, **limits
+        )
     from lcpcli.report import path_formats
 
     # There is no second problem.
-    if request.direction is not None and found.end == REACHED:
-        found = replace(found, message=f"the path reaches t = {request.stop}")
+    if request.direction is not None and solution_path.end == REACHED:
+        solution_path = replace(
+            solution_path, message=f"the path reaches t = {request.stop}"
+        )
     destination.show(
-        path_formats.report(found, asked, files_read, names).render,
-        f"{file}: {found.message}",
+        path_formats.path_report(solution_path, asked, files_read, names).render,
+        f"{file}: {solution_path.message}",
     )
-    destination.draw(request.plot, "response", found, None, names)
+    destination.draw(request.plot, "response", solution_path, None, names)
     return code
 
 
@@ -192,26 +198,28 @@ def _span(request: PathRequest) -> tuple[Number, Number]:
     refuse(has_no_end, "--direction", "has no end", "add --to, the last t")
     start = _number("--from", request.start or "0", request.exact)
     stop = _number("--to", request.stop or "1", request.exact)
-    fault = f"is {float(stop):g}, and the path begins at t = {float(start):g}"
-    refuse(start >= stop, "--to", fault, "give a larger number")
+    reason = f"is {float(stop):g}, and the path begins at t = {float(start):g}"
+    refuse(start >= stop, "--to", reason, "give a larger number")
     return start, stop
 
 
-def _ends(
+def _endpoint_problems(
     request: PathRequest, inputs: Sequence[Inputs], span: tuple[Number, Number]
 ) -> list[InputProblem]:
     """Return the problems between which the path leads; refuse a name that neither
     has."""
-    ends = [each.read() for each in inputs]
+    endpoints = [each.read() for each in inputs]
     if request.direction is not None:
-        d = _direction(request.direction, ends[0].problem)
-        ends = [contents.within("--direction", _along, ends[0], d, t) for t in span]
+        d = _direction(request.direction, endpoints[0].problem)
+        endpoints = [
+            contents.within("--direction", _along, endpoints[0], d, t) for t in span
+        ]
     if request.names:
-        from lcpcli.report.path_formats import Ends
+        from lcpcli.report.path_formats import EndpointProblems
 
-        names = Ends(*(each.problem for each in ends)).names()
-        wording.places(names, request.names)
-    return ends
+        names = EndpointProblems(*(each.problem for each in endpoints)).names()
+        wording.selected_components(names, request.names)
+    return endpoints
 
 
 def _number(option: str, text: str, exact: bool) -> Number:
@@ -238,11 +246,11 @@ def _values(text: str | None, start: Number, stop: Number, exact: bool) -> list[
         raise OptionError("--at", f"{text!r} is not a list of numbers", "write 0,0.5,1")
     values = [_number("--at", number, exact) for number in typed]
     for value in values:
-        fault = (
+        reason = (
             f"is {float(value):g}, and the path goes from {float(start):g} to "
             f"{float(stop):g}"
         )
-        refuse(not start <= value <= stop, "--at", fault, "give values between these")
+        refuse(not start <= value <= stop, "--at", reason, "give values between these")
     return values
 
 
@@ -259,56 +267,58 @@ def _direction(text: str, problem: Problem) -> list[Fraction]:
     return file.exact_vector("--direction", problem.n, lambda: problem.names)
 
 
-def _along(end: InputProblem, d: Sequence[Fraction], t: Number) -> InputProblem:
+def _along(endpoint: InputProblem, d: Sequence[Fraction], t: Number) -> InputProblem:
     """Return the problem with q + t d."""
     import numpy as np
 
     from lcpcli.rational.numbers import rounded
 
     with np.errstate(over="ignore"):
-        q = end.problem.q + float(t) * rounded(d)
+        q = endpoint.problem.q + float(t) * rounded(d)
     changed: dict[str, Any] = {"q": q, "solutions": (), "verdict": ""}
     try:
-        problem = replace(end.problem, **changed)
+        problem = replace(endpoint.problem, **changed)
     except ProblemError:  # it is not one of a program or a game any more
-        names = end.problem.names if any(end.problem.names) else ()
-        problem = replace(end.problem, **changed, names=names, origin=None)
+        names = endpoint.problem.names if any(endpoint.problem.names) else ()
+        problem = replace(endpoint.problem, **changed, names=names, origin=None)
 
     def exactly() -> ExactProblem:
 
-        own: ExactProblem = end.exactly()
-        rows = zip(own.constants, own.scales, d, strict=True)
-        moved = [
+        exact: ExactProblem = endpoint.exactly()
+        rows = zip(exact.constants, exact.scales, d, strict=True)
+        moved_q = [
             Fraction(constant, scale) + Fraction(t) * change
             for constant, scale, change in rows
         ]
-        return type(own)(problem, own.M, moved, own.lower, own.upper)
+        return type(exact)(problem, exact.M, moved_q, exact.lower, exact.upper)
 
     return InputProblem(problem, exactly, [])
 
 
 def _followed(
-    ends: Sequence[InputProblem], file: str, span: tuple[Any, Any], **given: Any
+    endpoints: Sequence[InputProblem], file: str, span: tuple[Any, Any], **options: Any
 ) -> tuple[Path, int]:
     """Follow the path; return it with the exit code. file : of the last problem."""
     from lcpcli.parametric.following import follow
     from lcpcli.parametric.path import INFEASIBLE, INTERRUPTED, OTHER_M, Family
 
-    first, last = ends
+    first, last = endpoints
 
     def data() -> tuple[ExactProblem, ExactProblem]:
-        own, other = first.exactly(), last.exactly()
-        if own.M != other.M:
+        first_data, last_data = first.exactly(), last.exactly()
+        if first_data.M != last_data.M:
             raise ProblemError("M", *OTHER_M)
-        return own, other
+        return first_data, last_data
 
     try:
         family = Family(first.problem, last.problem, *span)
-        found = follow(
-            family, read=data if isinstance(span[0], Fraction) else None, **given
+        solution_path = follow(
+            family, read=data if isinstance(span[0], Fraction) else None, **options
         )
-    except ProblemError as fault:
-        raise fault.inside(file) from None
-    return found, of_end(
-        found.complete, found.end == INFEASIBLE, found.end == INTERRUPTED
+    except ProblemError as error:
+        raise error.inside(file) from None
+    return solution_path, of_end(
+        solution_path.complete,
+        solution_path.end == INFEASIBLE,
+        solution_path.end == INTERRUPTED,
     )

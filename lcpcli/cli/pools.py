@@ -48,7 +48,7 @@ class Local:
     where that is safe: on Linux, beside no other threads, be it of linear algebra, and
     unless they are very many.
 
-    size : their number. most : inputs that are handed over to a process at once.
+    size : their number. max_items : inputs that are handed over to a process at once.
     kill_error : of a future whose process was killed. end_errors, end : errors of
     futures that mean that no process is left, and the error to report then.
 
@@ -56,7 +56,7 @@ class Local:
     one has ended: those that are left then end too, and nothing waits for them.
     """
 
-    most: int = sys.maxsize
+    max_items: int = sys.maxsize
     kill_error: type[BaseException] = BrokenExecutor
     end_errors: tuple[type[Exception], ...] = ()
     end = ResourceError("--jobs", "no process is left")
@@ -103,7 +103,7 @@ class Local:
             self._executor.submit(int).result(SECONDS_TO_START)
             return self._executor.submit(function, *arguments)
 
-    def look(self) -> None:
+    def check_alive(self) -> None:
         """End all processes if one was killed, as the executor does unless it waits for
         the rest of a result. Raises ResourceError if its thread has ended, without
         which no result arrives."""
@@ -159,7 +159,7 @@ class Cluster:
     """The workers of a Dask scheduler, which repeats the work of a killed one, and
     hands over one in milliseconds."""
 
-    most = 16
+    max_items = 16
     end_errors: tuple[type[Exception], ...] = (OSError, CancelledError, RuntimeError)
 
     def __init__(self, address: str) -> None:
@@ -220,7 +220,7 @@ class Cluster:
         future: Future[Any] = self._executor.submit(function, *arguments)
         return future
 
-    def look(self) -> None:
+    def check_alive(self) -> None:
         """Count the workers, which may come and go, and warn once if there are none."""
         now = time.monotonic()
         if now < self._counted_at + SECONDS_BETWEEN_COUNTS:

@@ -28,7 +28,7 @@ from lcpcli.cli.declarations import (
     ManyProblems,
     Reporting,
     refuse,
-    refuse_beside,
+    reject_conflicting_options,
 )
 from lcpcli.cli.main import say
 from lcpcli.cli.terminal import STANDARD, Line, shows_progress
@@ -44,8 +44,8 @@ from lcpcli.errors import (
     listed,
 )
 from lcpcli.files import contents, fields, formats
-from lcpcli.files.contents import files_in, place
-from lcpcli.interrupts import within
+from lcpcli.files.contents import files_in, source_name
+from lcpcli.interrupts import deadline_after
 from lcpcli.linalg.threads import GENERAL, MANY_ROWS, VARIABLES
 from lcpcli.methods.registry import (
     METHODS,
@@ -62,7 +62,7 @@ from lcpcli.report.wording import flag
 
 if TYPE_CHECKING:
     from lcpcli.files.input_file import InputFile
-    from lcpcli.files.inputs import Input, QColumns, Work
+    from lcpcli.files.inputs import Input, InputItem, QColumns
     from lcpcli.model.nonlinear import NonlinearProblem
     from lcpcli.model.problem import Problem
     from lcpcli.rational.exact_problem import ExactProblem
@@ -158,12 +158,12 @@ class Inputs(NamedTuple):
             if source := next(
                 (path for path in self.paths if same_file(output, path)), None
             ):
-                fault = (
+                reason = (
                     "is an input of this run"
                     if source in self.others
                     else "holds the problem"
                 )
-                raise OptionError(File(output), fault, OTHER_OUTPUT)
+                raise OptionError(File(output), reason, OTHER_OUTPUT)
             earlier = written.setdefault(os.path.abspath(output), option)
             refuse(
                 earlier != option,
@@ -185,16 +185,16 @@ class Inputs(NamedTuple):
 
         with self.hint_at_tables(), self.reading():
             if self.tables:
-                work = self.of_tables()
+                input_item = self.of_tables()
             else:
-                work = Input(tuple(reading.files_of(self.files)))
-            (found,) = self.problems(work, takes_models)
-        self.tell(found.remarks)
-        return found
+                input_item = Input(tuple(reading.files_of(self.files)))
+            (input_problem,) = self.problems(input_item, takes_models)
+        self.tell(input_problem.remarks)
+        return input_problem
 
     def reading(self) -> Line:
         """Return a context in which files are read, which may take long."""
-        names = listed(map(place, self.files[:2])) if self.files else ""
+        names = listed(map(source_name, self.files[:2])) if self.files else ""
         more = ", ..." if len(self.files) > 2 else ""
         return Line(f"reading {names}{more}", is_shown=shows_progress(self.quiet))
 
@@ -239,8 +239,8 @@ class Inputs(NamedTuple):
             if row.tables is not None and row.tables.hints:
                 with suppress(ProblemError):  # its folder is missing
                     module = formulations.module_of(row, row.tables.module, "")
-                    if told := module.hint(read):
-                        return str(told)
+                    if advice := module.hint(read):
+                        return str(advice)
         return ""
 
     def of_tables(self) -> Input:
@@ -248,10 +248,10 @@ class Inputs(NamedTuple):
         row = formulations.row_of(self.tables)
         assert row.tables is not None
         module = formulations.module_of(row, row.tables.module, row.tables.option)
-        found: Input = module.input_of(self.files)
-        return found
+        input_item: Input = module.input_of(self.files)
+        return input_item
 
-    def works(self, are_many: bool = False) -> tuple[Iterator[Work], bool]:
+    def input_items(self, are_many: bool = False) -> tuple[Iterator[InputItem], bool]:
         """Return the inputs in the files, and whether they may be several problems, as
         they are with `are_many`."""
         from lcpcli.files.inputs import FIRST_NAME, QColumns, inputs
@@ -268,55 +268,56 @@ class Inputs(NamedTuple):
             return each, True
         first = list(islice(each, 2))
         if isinstance(first[0], QColumns) and first[0].names[0] == FIRST_NAME:
-            own, columns = first[0].sources[0].file, len(first[0].names)
+            q_file, columns = first[0].sources[0].file, len(first[0].names)
             means = (
                 f"its {columns} columns are {columns} q; if they are M and q, name it "
                 "alone"
             )
             # It may have been meant as [M | q]
-            self.tell([f"{own}: {means}"] * (columns == len(first[0].Q) + 1))
+            if columns == len(first[0].Q) + 1:
+                self.tell([f"{q_file}: {means}"])
         return chain(first, each), len(first) > 1 or isinstance(first[0], QColumns)
 
     def problems(
-        self, work: Work, takes_models: bool = False
+        self, input_item: InputItem, takes_models: bool = False
     ) -> Iterator[InputProblem]:
         """Yield the problems of an input. takes_models : whether they may be
         nonlinear."""
         from lcpcli.files.inputs import QColumns
 
-        if not isinstance(work, QColumns):
-            file, *others = work.files
+        if not isinstance(input_item, QColumns):
+            file, *others = input_item.files
             model = file.nonlinear if takes_models else None
             if model is None:
-                yield self._single(work)
+                yield self._single(input_item)
                 return
             if others:
                 from lcpcli.files.input_file import NOT_SECOND
 
-                fault = f"is not needed: {file.place} is a model"
-                raise ProblemError(others[0].place, fault, NOT_SECOND)
-            given = {flag(name): value for name, value in self.bounds.items()}
-            refuse_beside(given, NONLINEAR_MODEL)
-            remarks = [f"{file.place}: {model.note}"] if model.note else []
+                reason = f"is not needed: {file.source_name} is a model"
+                raise ProblemError(others[0].source_name, reason, NOT_SECOND)
+            option_values = {flag(name): value for name, value in self.bounds.items()}
+            reject_conflicting_options(option_values, NONLINEAR_MODEL)
+            remarks = [f"{file.source_name}: {model.note}"] if model.note else []
             yield InputProblem(model, None, remarks, file=file)
             return
         from lcpcli.rational.exact_problem import ExactProblem
 
-        first = self.first_of(work)
-        for q, name in zip(work.Q.T, work.names, strict=True):
+        first = self.first_of(input_item)
+        for q, name in zip(input_item.Q.T, input_item.names, strict=True):
             problem = replace(first, q=q, name=name)
             yield InputProblem(
                 problem, cache(partial(ExactProblem.of_decimals, problem)), []
             )
 
-    def first_of(self, work: QColumns) -> Problem:
+    def first_of(self, input_item: QColumns) -> Problem:
         from lcpcli.files import beside
 
-        return beside.with_bounds(work.first_problem(), self.bounds)
+        return beside.with_bounds(input_item.first_problem(), self.bounds)
 
-    def _single(self, work: Input) -> InputProblem:
-        original = changed = work.read()
-        file, as_given = work.files[0], work.compact()
+    def _single(self, input_item: Input) -> InputProblem:
+        original = changed = input_item.read()
+        file, as_given = input_item.files[0], input_item.compact()
         bounds: dict[str, InputFile] = {}  # standard input can be read only once
         if any(bound is not None for bound in self.bounds.values()):
             from lcpcli.files import beside
@@ -329,11 +330,11 @@ class Inputs(NamedTuple):
             from lcpcli.model import changes
 
             notes.append(changes.remark(problem))
-        if len(work.files) == 1 and file.kind.is_table:
+        if len(input_item.files) == 1 and file.kind.is_table:
             from lcpcli.files import csv_format
 
             notes.append(csv_format.remark(problem))
-        remarks.extend(f"{file.place}: {note}" for note in notes if note)
+        remarks.extend(f"{file.source_name}: {note}" for note in notes if note)
 
         @cache
         def exactly() -> ExactProblem:
@@ -359,15 +360,17 @@ def _may_be_table(path: str) -> bool:
 def without_wrong_solutions(problem: Problem, file: str) -> tuple[Problem, list[str]]:
     """Return the problem without wrong known solutions, and remarks on these and on a
     shipped problem in place of a missing file."""
-    vetted, faults = problem, list[str]()
+    vetted, reasons = problem, list[str]()
     if problem.solutions:
         from lcpcli.verify.point import without_wrong_solutions
 
-        vetted, faults = without_wrong_solutions(problem)
+        vetted, reasons = without_wrong_solutions(problem)
     # Perhaps the user meant a file.
     if os.path.splitext(file)[1] and contents.shipped_file(file):
-        faults.insert(0, "no such file; the problem that ships under this name is read")
-    return vetted, [f"{place(file)}: {fault}" for fault in faults]
+        reasons.insert(
+            0, "no such file; the problem that ships under this name is read"
+        )
+    return vetted, [f"{source_name(file)}: {reason}" for reason in reasons]
 
 
 def tell(line: str, quiet: bool = False) -> None:
@@ -418,11 +421,11 @@ Traces = Callable[[AnyProblem], "tuple[Trace | None, Trace | None]"]
 class Request(ManyProblems, Reporting):
     """What a command that solves was asked.
 
-    own : the options of methods, the additions and the starts that are given, by name.
-    numbers : likewise the limits of a run. max_solutions to sweep : of one of the
-    commands alone. inputs : the problems. levels : for a comparison, the errors whose
-    first attainment is recorded.
-    adds_auto : whether `auto` runs too where none of the methods solves a problem.
+    method_options : the options of methods, the additions and the starts that are
+    given, by name. numbers : likewise the limits of a run. max_solutions to sweep : of
+    one of the commands alone. inputs : the problems. levels : for a comparison, the
+    errors whose first attainment is recorded. adds_auto : whether `auto` runs too where
+    none of the methods solves a problem.
     """
 
     exact: bool = False
@@ -441,7 +444,7 @@ class Request(ManyProblems, Reporting):
     resume: str | None = None
     vary: Sequence[str] = ()
     sweep: Sequence[str] = ()
-    own: Mapping[str, Any] = field(default_factory=dict)
+    method_options: Mapping[str, Any] = field(default_factory=dict)
     numbers: Mapping[str, Any] = field(default_factory=dict)
     inputs: Inputs = NO_INPUTS
     variants: Sequence[Variant] = ()
@@ -449,11 +452,11 @@ class Request(ManyProblems, Reporting):
     adds_auto: bool = False
 
     @classmethod
-    def of(cls: type[R], **given: Any) -> R:
+    def of(cls: type[R], **option_values: Any) -> R:
         """Return the request for the values of the options of a command."""
-        own = taken(given, OF_METHODS)
-        numbers = taken(given, [each.name for each in LIMITS])
-        return cls(own=own, numbers=numbers, **given)
+        method_options = pop_options(option_values, OF_METHODS)
+        numbers = pop_options(option_values, [each.name for each in LIMITS])
+        return cls(method_options=method_options, numbers=numbers, **option_values)
 
     def prepared(self: R, default: Sequence[str] = (), **more: Any) -> R:
         """Return the request with its inputs and more attributes; set the threads, and
@@ -461,7 +464,9 @@ class Request(ManyProblems, Reporting):
         given."""
         wants_kernels()  # or its error, before anything is read
         files = files_in(self.files, partial(tell, quiet=self.quiet)) or default
-        starts = [self.own[name] for name in STARTS if name in self.own]
+        starts = [
+            self.method_options[name] for name in STARTS if name in self.method_options
+        ]
         inputs = Inputs.of(self, files, self.quiet, starts)
         # With --resume there is no other output.
         outputs = {
@@ -479,12 +484,12 @@ class Request(ManyProblems, Reporting):
         return replace(self, inputs=self.inputs._replace(ahead=ahead))
 
     @property
-    def given(self) -> dict[str, Any]:
+    def option_values(self) -> dict[str, Any]:
         """Return the values of the options by flag; those of methods are all given, and
         no method stands for auto."""
-        own = {flag(name): True for name in (*self.own, *self.numbers)}
+        flags = {flag(name): True for name in (*self.method_options, *self.numbers)}
         method = None if [*self.variants] == [Variant(AUTO)] else self.variants
-        return own | super().given | {"--method": method}
+        return flags | super().option_values | {"--method": method}
 
     @property
     def limits(self) -> Limits:
@@ -493,7 +498,7 @@ class Request(ManyProblems, Reporting):
     def run(
         self,
         problem: AnyProblem,
-        chosen: Sequence[Values],
+        options_of_methods: Sequence[Values],
         traces: Traces,
         compared: bool = False,
         of_many: bool = False,
@@ -501,51 +506,23 @@ class Request(ManyProblems, Reporting):
     ) -> Iterator[Result]:
         """Yield one result for each method.
 
-        chosen : as from `options_for`. traces : makes the empty trace and curve of a
-        run. compared : whether the times are compared. of_many : whether there are many
-        problems; their results have no labels, and no progress is shown.
+        options_of_methods : as from `options_for`. traces : makes the empty trace and
+        curve of a run. compared : whether the times are compared. of_many : whether
+        there are many problems; their results have no labels, and no progress is shown.
         compiled : whether there are so many that the extra `fast` is worth loading; by
             default as the process is set.
         """
         from lcpcli.model.problem import Problem
         from lcpcli.solving import driver
 
-        limits, watched = self.limits, shows_progress(self.quiet) and not of_many
+        watched = shows_progress(self.quiet) and not of_many
         # Somebody sees the times.
         is_shown = not (self.quiet or self.output)
 
-        def once(method: str, values: Values, again: bool) -> Result:
-            trace, curve = traces(problem)
-            own: dict[str, Any] = {
-                "limits": limits,
-                "trace": trace,
-                "curve": curve,
-                "compiled": compiled,
-                **values,
-            }
-            if not isinstance(problem, Problem):
-                from lcpcli.solving.solve_mcp import run_nonlinear
-
-                z0 = own.pop("z0", None)
-                begun = problem if z0 is None else problem.starting_at(z0)
-                own |= {
-                    "trace": trace or False,
-                    "threads": self.threads,
-                    "proof": self.bound,
-                }
-                return run_nonlinear(begun, interrupts="return", **own)
-            with Line(is_shown=watched) as line:
-                own |= {
-                    "compiled": compiled and method == "auto",
-                    "observe": line.tell if watched and not again else None,
-                }
-                return driver.run(
-                    problem.anew() if again else problem, method, began=seconds(), **own
-                )
-
+        once = SingleRun(self, problem, traces, compiled, watched).run
         is_open = self.adds_auto
         for variant, label, values in zip(
-            self.variants, labels(self.variants), chosen, strict=True
+            self.variants, labels(self.variants), options_of_methods, strict=True
         ):
             is_first = variant.method not in methods_run
             methods_run.add(variant.method)
@@ -582,76 +559,143 @@ class Request(ManyProblems, Reporting):
         if is_nonlinear := not isinstance(problem, Problem):
             for variant in self.variants:
                 if variant != Variant(AUTO) and variant.method not in NONLINEAR:
-                    fault = (
+                    reason = (
                         f"{variant} solves linear problems only, and this model is "
                         "nonlinear"
                     )
-                    raise OptionError("--method", fault, f"give {listed([*NONLINEAR])}")
-            refuse_beside(self.given, NONLINEAR_MODEL)
-        given = {name: _value(name, text, problem) for name, text in self.own.items()}
+                    raise OptionError(
+                        "--method", reason, f"give {listed([*NONLINEAR])}"
+                    )
+            reject_conflicting_options(self.option_values, NONLINEAR_MODEL)
+        explicit_options = {
+            name: _value(name, text, problem)
+            for name, text in self.method_options.items()
+        }
         if is_nonlinear:
-            return [given | variant.options for variant in self.variants]
-        first, *others = [name for name in START_OPTIONS if name in given] or [""]
+            return [explicit_options | variant.options for variant in self.variants]
+        first, *others = [
+            name for name in START_OPTIONS if name in explicit_options
+        ] or [""]
         if others:
             raise OptionError(
                 flag(others[0]),
                 f"gives the starting point, and so does {flag(first)}",
                 LEAVE_ONE_OUT,
             )
-        known = [
+        valid_names = [
             known_options(variant.method) - set(variant.options)
             for variant in self.variants
         ]
-        for name in (name for name in given if not any(name in own for own in known)):
+        for name in (
+            name
+            for name in explicit_options
+            if not any(name in names for names in valid_names)
+        ):
             self._refuse(name)
-        chosen = []
-        for variant, own in zip(self.variants, known, strict=True):
-            chosen.append(
-                {name: value for name, value in given.items() if name in own}
+        options_of_methods = []
+        for variant, names in zip(self.variants, valid_names, strict=True):
+            options_of_methods.append(
+                {
+                    name: value
+                    for name, value in explicit_options.items()
+                    if name in names
+                }
                 | variant.options
             )
-            options.check(declared(variant.method).options, chosen[-1])
-        return chosen
+            options.check(declared(variant.method).options, options_of_methods[-1])
+        return options_of_methods
 
     def _refuse(self, name: str) -> None:
         """Raise OptionError for an option that none of the methods has, naming the
         methods that have it."""
-        fault = f"has no effect with {' and '.join(map(str, self.variants))}"
+        reason = f"has no effect with {' and '.join(map(str, self.variants))}"
         if name in START_OPTIONS:
-            fault += f", which use{'s' * (len(self.variants) == 1)} no starting point"
-            raise OptionError(flag(name), fault, LEAVE_OUT)
+            reason += f", which use{'s' * (len(self.variants) == 1)} no starting point"
+            raise OptionError(flag(name), reason, LEAVE_OUT)
         owners = [method for method in METHODS if name in known_options(method)]
         is_chosen = len(self.variants) == 1 and self.variants[0].method != "auto"
         cure = "leave it out, or give" if is_chosen else "add"
         hint = f"it belongs to {listed(owners)}: {cure} --method {' or '.join(owners)}"
-        raise OptionError(flag(name), fault, hint)
+        raise OptionError(flag(name), reason, hint)
 
 
-def taken(given: dict[str, Any], names: Iterable[str]) -> dict[str, Any]:
+class SingleRun(NamedTuple):
+    """The conditions of one run of a method on a problem.
+
+    traces : makes the empty trace and curve of a run. compiled : as for `Request.run`.
+    is_watched : whether progress is shown.
+    """
+
+    request: Request
+    problem: AnyProblem
+    traces: Traces
+    compiled: bool | None
+    is_watched: bool
+
+    def run(self, method: str, values: Values, again: bool) -> Result:
+        """Return the result of a run with these options of the method. again : whether
+        an earlier run is repeated, for its time."""
+        from lcpcli.model.problem import Problem
+        from lcpcli.solving import driver
+
+        problem, request = self.problem, self.request
+        trace, curve = self.traces(problem)
+        run_options: dict[str, Any] = {
+            "limits": request.limits,
+            "trace": trace,
+            "curve": curve,
+            "compiled": self.compiled,
+            **values,
+        }
+        if not isinstance(problem, Problem):
+            from lcpcli.solving.solve_mcp import run_nonlinear
+
+            z0 = run_options.pop("z0", None)
+            begun = problem if z0 is None else problem.starting_at(z0)
+            run_options |= {
+                "trace": trace or False,
+                "threads": request.threads,
+                "proof": request.bound,
+            }
+            return run_nonlinear(begun, interrupts="return", **run_options)
+        with Line(is_shown=self.is_watched) as line:
+            run_options |= {
+                "compiled": self.compiled and method == "auto",
+                "observe": line.tell if self.is_watched and not again else None,
+            }
+            return driver.run(
+                problem.anew() if again else problem,
+                method,
+                began=seconds(),
+                **run_options,
+            )
+
+
+def pop_options(option_values: dict[str, Any], names: Iterable[str]) -> dict[str, Any]:
     """Return the options of these names that are given, and take them all away."""
-    own = {name: given.pop(name, None) for name in names}
-    return {name: value for name, value in own.items() if value is not None}
+    values = {name: option_values.pop(name, None) for name in names}
+    return {name: value for name, value in values.items() if value is not None}
 
 
-def _value(name: str, given: Any, problem: AnyProblem) -> Any:
+def _value(name: str, text: Any, problem: AnyProblem) -> Any:
     """Return the value of an option for a problem: a vector or states if the option
     gives a start."""
     if name not in STARTS:
-        return given
+        return text
     from lcpcli.files import beside
     from lcpcli.model.problem import Problem
 
     if name == "basis" and isinstance(problem, Problem):
-        return beside.read_states(given, problem)
-    if beside.typed_numbers(given) is None and not (given and os.path.exists(given)):
+        return beside.read_states(text, problem)
+    if beside.typed_numbers(text) is None and not (text and os.path.exists(text)):
         raise OptionError(
             flag(name),
-            f"{given!r} is neither a file nor numbers",
+            f"{text!r} is neither a file nor numbers",
             "write 1,-2,0.5 or name a file",
         )
     return beside.read_start(
         flag(name),
-        given,
+        text,
         problem.n,
         None if name == "z0" else problem.box,
         lambda: problem.names,
@@ -665,17 +709,17 @@ def with_references(problems: Sequence[AnyProblem], limits: Limits) -> list[AnyP
     from lcpcli.model.problem import Problem
     from lcpcli.solving import proof
 
-    found = [*problems]
+    referenced = [*problems]
     try:
         for i, problem in enumerate(problems):
             if isinstance(problem, Problem):
-                with within(limits.time_limit):
+                with deadline_after(limits.time_limit):
                     solved = proof.with_reference(problem)
-                found[i] = others.with_all_references(solved)
+                referenced[i] = others.with_all_references(solved)
     except KeyboardInterrupt:
         tell(
             "interrupted while solving for the reference of the errors, before "
             "the first run"
         )
         raise
-    return found
+    return referenced

@@ -20,9 +20,9 @@ from lcpcli.cli.declarations import STARTS
 from lcpcli.cli.main import of_status
 from lcpcli.cli.problems import Request
 from lcpcli.errors import Exit, OptionError, count
-from lcpcli.files.contents import Source, place
+from lcpcli.files.contents import Source, source_name
 from lcpcli.files.fields import BOUND_OPTIONS
-from lcpcli.files.inputs import Input, QColumns, Work, digest
+from lcpcli.files.inputs import Input, InputItem, QColumns, digest
 from lcpcli.report.result_formats import BAD_INPUT as UNREAD
 from lcpcli.solving import result as results
 
@@ -40,7 +40,7 @@ MAX_NAMED = 5  # problems that one line names
 HINT = "give the same files, delete its line to solve it again, or begin a new log"
 
 
-class Known(NamedTuple):
+class LogRecord(NamedTuple):
     """A record of a log: the number of its problem in the run, its place, its digest,
     and how its run ended."""
 
@@ -53,68 +53,82 @@ class Known(NamedTuple):
 class Past:
     """The records of a log, which `missing` takes out as their problems come.
 
-    ends : counts how the runs of the problems ended that have come.
+    outcomes : counts how the runs of the problems ended that have come.
     """
 
     def __init__(self, records: Iterable[Mapping[str, Any]], request: Request) -> None:
-        self._given = options_of(request)
-        known = [_known(record, self._given) for record in records]
-        files = set(map(place, request.inputs.files))
-        self._is_moved = files.isdisjoint(each.source.file for each in known)
-        self._left: dict[tuple[Any, str], list[Known]] = {}
-        for each in known:
+        self._options = options_of(request)
+        log_records = [_log_record(record, self._options) for record in records]
+        files = set(map(source_name, request.inputs.files))
+        self._is_moved = files.isdisjoint(each.source.file for each in log_records)
+        self._unmatched: dict[tuple[Any, str], list[LogRecord]] = {}
+        for each in log_records:
             key = self._key(each.source, each.number, each.digest)
-            self._left.setdefault(key, []).append(each)
-        self._numbers = {each.number for each in known}
-        self._places = Counter(each.source for each in known)  # of those that are left
+            self._unmatched.setdefault(key, []).append(each)
+        self._numbers = {each.number for each in log_records}
+        self._places = Counter(
+            each.source for each in log_records
+        )  # of those that are left
         self._last = max(self._numbers, default=0)
         self._added = 0  # the last number of a problem that has been added
         # Of a record that an earlier problem of the same content has taken: this one,
         # in whose place the problem is that has written the record.
         self._lent: dict[tuple[tuple[Any, str], Source], tuple[Source, int]] = {}
-        self.ends = Counter[Kind]()
+        self.outcomes = Counter[Kind]()
 
-    def missing(self, works: Iterator[Work]) -> Iterator[Work]:
+    def missing(self, input_items: Iterator[InputItem]) -> Iterator[InputItem]:
         """Yield the inputs that the log lacks, with the marks of their records; raise
         OptionError if it is not a log of them."""
         position = 0
-        for whole in works:
-            for work in (
-                whole.parts(MARKED_TOGETHER) if isinstance(whole, QColumns) else [whole]
+        for unsplit in input_items:
+            for input_item in (
+                unsplit.parts(MARKED_TOGETHER)
+                if isinstance(unsplit, QColumns)
+                else [unsplit]
             ):
-                marks: list[Mapping[str, Any]] = []
+                log_entries: list[Mapping[str, Any]] = []
                 are_new: list[bool] = []
-                for source, content in zip(work.sources, work.digests, strict=True):
+                for source, content in zip(
+                    input_item.sources, input_item.digests, strict=True
+                ):
                     position += 1
                     source, number = self._stands_for(source, position, content)
-                    known = self._take(source, number, content)
-                    if isinstance(work, Input) and source.item != work.line:
-                        work = work.in_line(source.item)
-                    number = self._number(number) if known is None else known.number
-                    marks.append(
-                        {"number": number, "digest": content, "given": self._given}
+                    log_record = self._take(source, number, content)
+                    if isinstance(input_item, Input) and source.item != input_item.line:
+                        input_item = input_item.in_line(source.item)
+                    number = (
+                        self._number(number)
+                        if log_record is None
+                        else log_record.number
                     )
-                    are_new.append(known is None)
+                    log_entries.append(
+                        {"number": number, "digest": content, "given": self._options}
+                    )
+                    are_new.append(log_record is None)
                 # Of a line that differs, the log may have the next one instead; not of
                 # the first of many columns, for which M may have changed.
-                if isinstance(work, QColumns) and work.first == 1 and all(are_new):
-                    for source in work.sources:
+                if (
+                    isinstance(input_item, QColumns)
+                    and input_item.first == 1
+                    and all(are_new)
+                ):
+                    for source in input_item.sources:
                         if self._places[source]:
                             raise _changed(source)
-                yield from _parts(work, marks, are_new)
+                yield from _parts(input_item, log_entries, are_new)
 
     def remarks(self) -> list[str]:
         """Return the line, if any, that names the problems with records that have not
         come: they are gone or have changed."""
-        left = [each for records in self._left.values() for each in records]
-        if not left:
+        unmatched = [each for records in self._unmatched.values() for each in records]
+        if not unmatched:
             return []
-        names = ", ".join(str(each.source) for each in left[:MAX_NAMED])
-        more = ", ..." if len(left) > MAX_NAMED else ""
+        names = ", ".join(str(each.source) for each in unmatched[:MAX_NAMED])
+        more = ", ..." if len(unmatched) > MAX_NAMED else ""
         return [
-            f"--resume: the log has {count(len(left), 'result')} of problems that are "
-            f"not given, or have changed: {names}{more}; delete their lines if they "
-            "are not wanted"
+            f"--resume: the log has {count(len(unmatched), 'result')} of problems that "
+            f"are not given, or have changed: {names}{more}; delete their lines if "
+            "they are not wanted"
         ]
 
     def _key(self, source: Source, number: int, digest: str) -> tuple[Any, str]:
@@ -126,26 +140,26 @@ class Past:
         """Return the place and the position for which a problem stands: its own, unless
         an earlier one that the log lacks has taken its record, as of equal lines in a
         log that several processes have written."""
-        own = self._key(source, position, digest), source
-        return self._lent.pop(own, (source, position))
+        key = self._key(source, position, digest), source
+        return self._lent.pop(key, (source, position))
 
-    def _take(self, source: Source, position: int, digest: str) -> Known | None:
+    def _take(self, source: Source, position: int, digest: str) -> LogRecord | None:
         """Take out the record of a problem, that of the same item if there are several;
         None if there is none. Raise OptionError if the problem has changed."""
         key = self._key(source, position, digest)
-        if records := self._left.get(key):
+        if records := self._unmatched.get(key):
             alike = (at for at, each in enumerate(records) if each.source == source)
-            known = records.pop(next(alike, 0))
+            log_record = records.pop(next(alike, 0))
             if not records:
-                del self._left[key]
-            if known.source != source:
-                self._lent[key, known.source] = source, position
-            self._places[known.source] -= 1
-            self.ends[known.kind] += 1
-            return known
+                del self._unmatched[key]
+            if log_record.source != source:
+                self._lent[key, log_record.source] = source, position
+            self._places[log_record.source] -= 1
+            self.outcomes[log_record.kind] += 1
+            return log_record
         if self._is_moved and position in self._numbers:
-            fault = f"has a problem other than {source} as number {position}"
-            raise OptionError("--resume", fault, HINT)
+            reason = f"has a problem other than {source} as number {position}"
+            raise OptionError("--resume", reason, HINT)
         if source.item is None and self._places[source]:
             raise _changed(source)
         return None
@@ -161,14 +175,16 @@ class Past:
 
 
 def _parts(
-    work: Work, marks: Sequence[Mapping[str, Any]], are_new: Sequence[bool]
-) -> Iterator[Work]:
+    input_item: InputItem,
+    log_entries: Sequence[Mapping[str, Any]],
+    are_new: Sequence[bool],
+) -> Iterator[InputItem]:
     """Yield those parts of an input that are new."""
-    marked = work._replace(marks=marks)
+    marked = input_item._replace(log_entries=log_entries)
     if not isinstance(marked, QColumns):
         yield from [marked] * are_new[0]
         return
-    for is_new, group in groupby(range(len(marks)), are_new.__getitem__):
+    for is_new, group in groupby(range(len(log_entries)), are_new.__getitem__):
         columns = list(group)
         if is_new:
             yield marked.part(columns[0], columns[-1] + 1)
@@ -183,47 +199,51 @@ def _changed(source: Source) -> OptionError:
 def options_of(request: Request) -> dict[str, str]:
     """Return the options on which records depend, as texts, with digests of the files
     that they name."""
-    given = {**request.inputs._asdict(), **vars(request)}
+    options = {**request.inputs._asdict(), **vars(request)}
     nothing = None, False, ()
-    given = {name: given[name] for name in OF_RUN if given[name] not in nothing}
-    given |= {request.inputs.tables: True} if request.inputs.tables else {}
+    options = {name: options[name] for name in OF_RUN if options[name] not in nothing}
+    options |= {request.inputs.tables: True} if request.inputs.tables else {}
     if request.trace:
-        given["trace"] = ""  # as logs of earlier versions have it
-    given |= {"method": request.variants[0], **request.own, **vars(request.limits)}
-    texts = {name: str(value) for name, value in given.items()}
+        options["trace"] = ""  # as logs of earlier versions have it
+    options |= {
+        "method": request.variants[0],
+        **request.method_options,
+        **vars(request.limits),
+    }
+    texts = {name: str(value) for name, value in options.items()}
     for name in {*STARTS, *BOUND_OPTIONS} & texts.keys():
         if os.path.isfile(text := texts[name]):
             texts[name] = f"{text} (digest {digest(Path(text).read_bytes())})"
     return texts
 
 
-def _known(record: Mapping[str, Any], given: Mapping[str, str]) -> Known:
+def _log_record(record: Mapping[str, Any], options: Mapping[str, str]) -> LogRecord:
     """Return what is known of the problem of a record; raise OptionError if the record
     was written with other options."""
-    number, word, exact = record["number"], record["status"], record.get("exact")
+    number, status, exact = record["number"], record["status"], record.get("exact")
     source = Source(record.get("file"), record.get("item"))
     try:
-        then = {**dict.fromkeys(given, "none"), **record["given"]}
-        now = {**dict.fromkeys(then, "none"), **given}
+        then = {**dict.fromkeys(options, "none"), **record["given"]}
+        now = {**dict.fromkeys(then, "none"), **options}
         if other := next((name for name in now if then[name] != now[name]), None):
-            fault = (
+            reason = (
                 f"was written with {other.replace('_', ' ')} {then[other]}, but "
                 f"here it is {now[other]}"
             )
             raise OptionError(
-                "--resume", fault, "give the same options, or begin a new log"
+                "--resume", reason, "give the same options, or begin a new log"
             )
         if number < 1:
             raise TypeError
         code = Exit.BAD_INPUT
-        if word != UNREAD:
+        if status != UNREAD:
             code = (
-                of_status(results.Status[word.upper()])
+                of_status(results.Status[status.upper()])
                 if exact is None or exact["status"]
                 else Exit.NOT_SOLVED
             )
-            word = results.word_of(word, (record.get("answer") or {}).get("proved"))
-        return Known(number, source, record["digest"], (word, code))
+            status = results.word_of(status, (record.get("answer") or {}).get("proved"))
+        return LogRecord(number, source, record["digest"], (status, code))
     except (KeyError, TypeError, AttributeError):
-        fault = f"has a record of {source} that is damaged"
-        raise OptionError("--resume", fault, "begin a new log") from None
+        reason = f"has a record of {source} that is damaged"
+        raise OptionError("--resume", reason, "begin a new log") from None

@@ -24,7 +24,7 @@ from lcpcli.enumeration import others
 from lcpcli.errors import OTHER_OUTPUT, Exit, File, LCPError, OptionError, ProblemError
 from lcpcli.files import contents
 from lcpcli.files.formats import has_lines
-from lcpcli.files.inputs import Work
+from lcpcli.files.inputs import InputItem
 from lcpcli.options import AUTO
 from lcpcli.report import result_formats, wording
 from lcpcli.solving import driver
@@ -35,7 +35,7 @@ Faults: TypeAlias = "list[tuple[contents.Source, LCPError]]"
 
 
 def run(
-    request: Request, of_one: Callable[[Request, Work, Output], int] | None = None
+    request: Request, of_one: Callable[[Request, InputItem, Output], int] | None = None
 ) -> int:
     """Run the methods on the problems, or `of_one` on a single one, show the results,
     and return the exit code."""
@@ -59,7 +59,7 @@ def run(
     )
     with inputs.reading():
         inputs = inputs.with_tables()
-        works, several = inputs.works(are_many and takes_many)
+        input_items, several = inputs.input_items(are_many and takes_many)
     if several:
         hint = inputs.hint()
         refuse(
@@ -72,14 +72,16 @@ def run(
         if takes_many:
             from lcpcli.cli import streams
 
-            return streams.run(works, output, request)
+            return streams.run(input_items, output, request)
     return (
-        of_one(request, next(works), output) if of_one else _run(request, works, output)
+        of_one(request, next(input_items), output)
+        if of_one
+        else _run(request, input_items, output)
     )
 
 
-def _run(request: Request, works: Iterator[Work], output: Output) -> int:
-    problems, sources, faults = _read(request.inputs, list(works))
+def _run(request: Request, input_items: Iterator[InputItem], output: Output) -> int:
+    problems, sources, faults = _read(request.inputs, list(input_items))
 
     def text_of(results: Results) -> str:
         return _text(request, output, results, sources, faults)
@@ -95,14 +97,16 @@ def _run(request: Request, works: Iterator[Work], output: Output) -> int:
             concluded = results
             if request.levels:
                 concluded = [
-                    [driver.verified(result) for result in own] for own in results
+                    [driver.verified(result) for result in results_of_problem]
+                    for results_of_problem in results
                 ]
             elif not interrupted:
                 concluded = _with_others(results, first)
             text, results = text_of(concluded), concluded
         except KeyboardInterrupt:  # without the conclusions
             results = [
-                [replace(result, interrupted=True) for result in own] for own in results
+                [replace(result, interrupted=True) for result in results_of_problem]
+                for results_of_problem in results
             ]
             text = text_of(results)
     made = list(chain.from_iterable(results))
@@ -130,13 +134,13 @@ def _text(
 ) -> str:
     if not (results or output.kind.has_records):
         return ""
-    report = result_formats.report(
+    report = result_formats.results_report(
         results,
         sources[: len(results)],  # the others were not reached
         faults,
         compared=bool(request.levels),
         swept=bool(request.sweep or request.vary),
-        whole=output.path is not None,
+        shows_all=output.path is not None,
         iterates=output.with_iterates,
         columns=request.columns,
         names=request.names,
@@ -155,34 +159,46 @@ def _with_others(results: Results, read: InputProblem) -> Results:
     is_asked = read.exactly is not None and others.is_asked(read.problem)
     if not is_asked or not result.solved or result.interrupted:
         return results
-    found = others.search_others(result.problem, result.z, read.exactly, read.length)
-    return [[replace(result, others=found.others, exactly_solvable=found.solvable)]]
+    other_solutions = others.search_others(
+        result.problem, result.z, read.exactly, read.length
+    )
+    return [
+        [
+            replace(
+                result,
+                others=other_solutions.others,
+                exactly_solvable=other_solutions.solvable,
+            )
+        ]
+    ]
 
 
 def _read(
-    inputs: Inputs, works: Sequence[Work]
+    inputs: Inputs, input_items: Sequence[InputItem]
 ) -> tuple[list[InputProblem], list[contents.Source], Faults]:
     """Return the problems, their places, and the errors of unreadable ones; the error
     of a single problem is raised."""
     problems: list[InputProblem] = []
     sources: list[contents.Source] = []
     faults: Faults = []
-    for work in works:
+    for input_item in input_items:
         try:
             with inputs.reading():
-                own = list(inputs.problems(work, takes_models=True))
+                problems_of_item = list(inputs.problems(input_item, takes_models=True))
         except LCPError as error:
-            if len(works) == 1:
+            if len(input_items) == 1:
                 raise
-            fault = as_written(error)
+            shown_error = as_written(error)
             # As that of an option may be for all.
-            if str(fault) not in {str(other) for _, other in faults}:
-                tell(str(fault))
-            faults.append((work.sources[0], fault))
+            if str(shown_error) not in {str(other) for _, other in faults}:
+                tell(str(shown_error))
+            faults.append((input_item.sources[0], shown_error))
             continue
-        problems += own
-        sources += work.sources
-        inputs.tell(list(chain.from_iterable(each.remarks for each in own)))
+        problems += problems_of_item
+        sources += input_item.sources
+        inputs.tell(
+            list(chain.from_iterable(each.remarks for each in problems_of_item))
+        )
     return problems, sources, faults
 
 
@@ -201,7 +217,7 @@ def _results(
     problems = [each.problem for each in inputs]
     data = [each.exactly if request.exact else None for each in inputs]
     inputs.clear()
-    chosen = [request.options_for(problem) for problem in problems]
+    options_of_problems = [request.options_for(problem) for problem in problems]
     for kind in output.figures:
         from lcpcli.report import plotting
 
@@ -213,15 +229,17 @@ def _results(
     is_timed = request.plot is not None or (bool(request.levels) and not output.silent)
     results: Results = []
     try:
-        for problem, source, own in zip(problems, sources, chosen, strict=True):
+        for problem, source, options in zip(
+            problems, sources, options_of_problems, strict=True
+        ):
             results.append([])
             try:
-                for result in request.run(problem, own, output.traces, is_timed):
+                for result in request.run(problem, options, output.traces, is_timed):
                     results[-1].append(result)
                     if result.interrupted:
                         return results, True
-            except ProblemError as fault:  # where F is undefined at the start
-                raise fault.inside(File(source)) from None
+            except ProblemError as error:  # where F is undefined at the start
+                raise error.inside(File(source)) from None
         doing = "proving" if request.exact or request.bound else ""
         with Line(doing, is_shown=shows_progress(request.quiet)):
             for made, exactly in zip(results, data, strict=True):

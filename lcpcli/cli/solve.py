@@ -20,7 +20,7 @@ from lcpcli.cli.declarations import (
     VARIED,
     chosen_variants,
     option,
-    refuse_beside,
+    reject_conflicting_options,
 )
 from lcpcli.cli.problems import Request
 from lcpcli.errors import EXITS, Exit, ProblemError
@@ -102,29 +102,29 @@ def solve(request: Solve) -> int:
     minimize, files = request.minimize, request.files
     objective = request.maximize if minimize is None else minimize
     if not request.all_of_them and objective is None:
-        refuse_beside(request.given, ONE)
+        reject_conflicting_options(request.option_values, ONE)
         if not (len(files) == 1 and is_model(files[0])):
             return run(request)
     from lcpcli.cli import all_solutions
 
     if request.all_of_them:
-        refuse_beside(request.given, ALL)
+        reject_conflicting_options(request.option_values, ALL)
         return run(request, all_solutions.outcome)
-    refuse_beside(request.given, ONE)
+    reject_conflicting_options(request.option_values, ONE)
     if objective is not None:
         sense, mode = ("max", MAXIMIZE) if minimize is None else ("min", MINIMIZE)
-        refuse_beside(request.given, mode)
+        reject_conflicting_options(request.option_values, mode)
         search = partial(all_solutions.outcome, objective=objective, sense=sense)
         return run(request, search)
     from lcpcli.files.input_file import InputFile
 
     file = InputFile.read(files[0])
-    own = file.objective
+    objective_of_model = file.objective
     request = request.reading({files[0]: file})
-    if own is None:
+    if objective_of_model is None:
         return run(request)
-    refuse_beside(request.given, OBJECTIVE)
-    return run(request, partial(all_solutions.outcome, objective=own))
+    reject_conflicting_options(request.option_values, OBJECTIVE)
+    return run(request, partial(all_solutions.outcome, objective=objective_of_model))
 
 
 def _is_nonlinear(file: InputFile) -> bool:
@@ -182,7 +182,7 @@ def compare(request: Compare) -> int:
     examples = [contents.shipped_path(name) for name in contents.PAPER_EXAMPLES]
     request = request.prepared(examples, levels=LEVELS)
     if request.vary:
-        refuse_beside(request.given, VARIED)
+        reject_conflicting_options(request.option_values, VARIED)
     from lcpcli.cli.session import run
 
     default, files = AS_PUBLISHED, request.inputs.files
@@ -193,7 +193,10 @@ def compare(request: Compare) -> int:
         request = request.reading(ahead)
         if all(map(_is_nonlinear, ahead.values())):
             default = tuple(NONLINEAR)
-    axes, is_free = (request.sweep, request.vary), not (request.methods or request.own)
-    variants = chosen_variants(request.methods, *axes, default, request.own)
+    axes, is_free = (
+        (request.sweep, request.vary),
+        not (request.methods or request.method_options),
+    )
+    variants = chosen_variants(request.methods, *axes, default, request.method_options)
     adds_auto = is_free and not any(axes)
     return run(replace(request, variants=variants, adds_auto=adds_auto))

@@ -29,7 +29,7 @@ from lcpcli.cli.declarations import (
     SEVERAL_IN_TABLES,
     among,
     refuse,
-    refuse_beside,
+    reject_conflicting_options,
 )
 from lcpcli.cli.main import as_written, of_result, of_several, reading
 from lcpcli.cli.output import Output
@@ -39,9 +39,9 @@ from lcpcli.cli.terminal import Line, emit, shows_progress
 from lcpcli.errors import Exit, LCPError, count
 from lcpcli.files import formats
 from lcpcli.files.atomic_write import gradual_writing, open_log, refuse_unwritable
-from lcpcli.files.contents import Source, place
+from lcpcli.files.contents import Source, source_name
 from lcpcli.files.formats import has_lines
-from lcpcli.files.inputs import QColumns, Work
+from lcpcli.files.inputs import InputItem, QColumns
 from lcpcli.report import result_formats
 from lcpcli.report.columns import of_traces
 from lcpcli.report.result_formats import Layout
@@ -55,12 +55,13 @@ if TYPE_CHECKING:
 Write = Callable[[str], object]
 
 
-def run(works: Iterator[Work], output: Output, request: Request) -> int:
+def run(input_items: Iterator[InputItem], output: Output, request: Request) -> int:
     """Solve the problems in the inputs, write each result, and return the exit code."""
     _refuse(request, output)
     is_log = output.kind.has_records and has_lines(output.path or "")
     log_path = request.resume or (output.path if is_log else None)
-    task, past, left = _task(request, output), None, works
+    task, past = _task(request, output), None
+    missing_items = input_items
     with ExitStack() as stack:
         # Processes would keep files that are open.
         pool = _pool(request)
@@ -72,16 +73,16 @@ def run(works: Iterator[Work], output: Output, request: Request) -> int:
             book = stack.enter_context(open_log(log_path, anew=not request.resume))
             write = book.add
             past = Past(book.records() if request.resume else (), request)
-            left = past.missing(works)
+            missing_items = past.missing(input_items)
         elif output.path is not None and not output.silent:
             write = stack.enter_context(gradual_writing(output.path))
             if output.is_json_file:
                 write = stack.enter_context(_in_list(write))
         if log_path is None:
-            write(result_formats.heading(task.form, task.layout))
+            write(result_formats.heading(task.format_name, task.layout))
         is_to_file = log_path is not None or output.path is not None
-        ends, is_interrupted = _written(
-            all_records(task, left, pool, in_order=log_path is None),
+        outcomes, is_interrupted = _written(
+            all_records(task, missing_items, pool, in_order=log_path is None),
             write,
             Line(
                 total=_total(request.inputs),
@@ -89,13 +90,13 @@ def run(works: Iterator[Work], output: Output, request: Request) -> int:
             ),
         )
     if past is not None:
-        ends = past.ends + ends  # counted by the thread that reads
+        outcomes = past.outcomes + outcomes  # counted by the thread that reads
         for remark in [] if is_interrupted else past.remarks():
             tell(remark, request.quiet)
-    tell(_summary(ends, is_interrupted, log_path), request.quiet)
+    tell(_summary(outcomes, is_interrupted, log_path), request.quiet)
     if is_interrupted:
         return Exit.INTERRUPTED
-    return of_several({Exit.SOLVED, *(code for _, code in ends)})
+    return of_several({Exit.SOLVED, *(code for _, code in outcomes)})
 
 
 def _refuse(request: Request, output: Output) -> None:
@@ -109,18 +110,20 @@ def _refuse(request: Request, output: Output) -> None:
         CLUSTER: bool(request.cluster),
         SEQUENCE: request.sequence,
     }
-    refuse_beside(request.given, *among(modes))
+    reject_conflicting_options(request.option_values, *among(modes))
     if request.resume and not Path(request.resume).exists():
-        fault = f"there is no log {request.resume}"
+        reason = f"there is no log {request.resume}"
         hint = "name a log or a new FILE.jsonl"
-        refuse(not has_lines(request.resume), "--resume", fault, hint)
+        refuse(not has_lines(request.resume), "--resume", reason, hint)
         refuse_unwritable(request.resume)
 
 
 def _task(request: Request, output: Output) -> Task:
-    form = "json" if request.resume else "" if output.silent else output.form
+    form = "" if output.silent else output.form
+    if request.resume:
+        form = "json"
     every = (request.every or 1) if output.with_iterates else None
-    layout = Layout.of(list(map(place, request.inputs.files)), output.width)
+    layout = Layout.of(list(map(source_name, request.inputs.files)), output.width)
     if not request.sequence:
         return Task(request, form, layout, every)
     from lcpcli.solving.solver import Solver
@@ -139,13 +142,16 @@ def _pool(request: Request) -> Pool | None:
     return pools.Cluster(request.cluster)
 
 
-def _summary(ends: Counter[Kind], is_interrupted: bool, log_path: str | None) -> str:
+def _summary(
+    outcomes: Counter[Kind], is_interrupted: bool, log_path: str | None
+) -> str:
     """Return the line on how many problems ended how, and how to go on."""
-    words = Counter(word for word, _ in ends.elements())
+    statuses = Counter(status for status, _ in outcomes.elements())
     numbers = ", ".join(
-        f"{number} {word.replace('_', ' ')}" for word, number in words.most_common()
+        f"{number} {status.replace('_', ' ')}"
+        for status, number in statuses.most_common()
     )
-    line = f"{count(words.total(), 'problem')}{': ' * bool(numbers)}{numbers}"
+    line = f"{count(statuses.total(), 'problem')}{': ' * bool(numbers)}{numbers}"
     if not is_interrupted:
         return line
     if log_path is None:
@@ -186,20 +192,20 @@ def _written(
 ) -> tuple[Counter[Kind], bool]:
     """Write all records; return how many problems ended how, and whether Ctrl-C ended
     that. progress : where their number is shown meanwhile."""
-    ends = Counter[Kind]()
+    outcomes = Counter[Kind]()
     with progress as line:
         try:
             for record in records:
                 write(record.text)
-                ends[record.word, record.exit_code] += 1
+                outcomes[record.status, record.exit_code] += 1
                 for complaint in record.complaints:
                     line.note(f"lcp: {complaint}")
-                line.tell_number(ends.total())
+                line.tell_number(outcomes.total())
                 if record.interrupted:
-                    return ends, True
+                    return outcomes, True
         except KeyboardInterrupt:
-            return ends, True
-    return ends, False
+            return outcomes, True
+    return outcomes, False
 
 
 # Of work that is handed over: long against the milliseconds that this costs, short for
@@ -210,13 +216,14 @@ PIECE_SECONDS = 0.1
 class TaskRecord(NamedTuple):
     """The output for one problem.
 
-    text : the result in the format of the output. word : how the run ended. complaints
+    text : the result in the format of the output. status : how the run ended.
+    complaints
         : lines for standard error.
     interrupted : whether Ctrl-C ended the run.
     """
 
     text: str
-    word: str
+    status: str
     exit_code: Exit
     complaints: tuple[str, ...] = ()
     interrupted: bool = False
@@ -230,35 +237,36 @@ class Task(NamedTuple):
     """The work on every problem: solve it by the method, prove the result if requested,
     and typeset the record.
 
-    form : the format, "" for none. layout : the columns of a table. every : the step
-    from one written iterate to the next; None to write none. steps : what solves each
-    problem from the states of the last one, in a sequence.
+    format_name : the format, "" for none. layout : the columns of a table. every : the
+    step from one written iterate to the next; None to write none. steps : what solves
+    each problem from the states of the last one, in a sequence.
     """
 
     request: Request
-    form: str
+    format_name: str
     layout: Layout
     every: int | None
     steps: Solver | None = None
 
-    def all_of(self, works: Sequence[Work]) -> Records:
+    def all_of(self, input_items: Sequence[InputItem]) -> Records:
         """Return the records of inputs and their seconds; the last are missing if the
         others took long."""
-        began, seconds, records = time.perf_counter(), 0.0, list[list[TaskRecord]]()
-        for work in works:
-            records.append(list(self.records(work)))
+        began, seconds = time.perf_counter(), 0.0
+        records = list[list[TaskRecord]]()
+        for input_item in input_items:
+            records.append(list(self.records(input_item)))
             if (seconds := time.perf_counter() - began) >= PIECE_SECONDS:
                 break
         return records, seconds
 
-    def records(self, work: Work) -> Iterator[TaskRecord]:
+    def records(self, input_item: InputItem) -> Iterator[TaskRecord]:
         alone = self.request.exact or self.request.bound or self.every or self.steps
         made = (
-            self._together(work)
-            if isinstance(work, QColumns) and not alone
-            else self._each(work)
+            self._together(input_item)
+            if isinstance(input_item, QColumns) and not alone
+            else self._each(input_item)
         )
-        number, sources = 0, work.sources
+        number, sources = 0, input_item.sources
         try:
             for source, (result, remarks) in zip(sources, made, strict=False):
                 try:
@@ -280,24 +288,24 @@ class Task(NamedTuple):
             yield from self._records_of_fault(sources[number:], as_written(error))
         except MemoryError:
             yield from self.records_of_loss(
-                work, "there is not enough memory for this problem"
+                input_item, "there is not enough memory for this problem"
             )[number:]
 
     def _text(self, result: Result, source: Source) -> str:
         return (
-            result_formats.of_result(result, source, self.form, self.layout)
-            if self.form
+            result_formats.of_result(result, source, self.format_name, self.layout)
+            if self.format_name
             else ""
         )
 
     def _records_of_fault(
-        self, sources: Sequence[Source], fault: LCPError
+        self, sources: Sequence[Source], error: LCPError
     ) -> list[TaskRecord]:
         records = []
         for source in sources:
-            is_named = source.file in fault.parts
-            message = str(fault) if is_named else f"{source}: {fault}"
-            field = result_formats.field_in(fault, source)
+            is_named = source.file in error.parts
+            message = str(error) if is_named else f"{source}: {error}"
+            field = result_formats.field_in(error, source)
             records.append(
                 self._without_result(
                     source, result_formats.BAD_INPUT, message, Exit.BAD_INPUT, field
@@ -305,16 +313,16 @@ class Task(NamedTuple):
             )
         return records
 
-    def records_of_loss(self, work: Work, message: str) -> list[TaskRecord]:
+    def records_of_loss(self, input_item: InputItem, message: str) -> list[TaskRecord]:
         """Return the records of an input whose results were lost."""
         return [
             self._without_result(
                 at, result_formats.LOST, f"{at}: {message}", Exit.NOT_SOLVED
             )
-            for at in work.sources
+            for at in input_item.sources
         ]
 
-    def _each(self, work: Work) -> Iterator[tuple[Result, Sequence[str]]]:
+    def _each(self, input_item: InputItem) -> Iterator[tuple[Result, Sequence[str]]]:
         """Yield the results for problems that are solved one by one, with remarks on
         what was read."""
         inputs = self.request.inputs
@@ -323,46 +331,50 @@ class Task(NamedTuple):
             columns = of_traces(self.request.columns or ())
             return Trace(self.every, columns=columns) if self.every else None, None
 
-        for read in inputs.problems(work, takes_models=self.steps is None):
+        for read in inputs.problems(input_item, takes_models=self.steps is None):
             from lcpcli.solving.direct_run import uses_kernels
 
-            compiled = uses_kernels(None, work.sources[0].item or 0)
+            compiled = uses_kernels(None, input_item.sources[0].item or 0)
             if self.steps is not None:
                 result = self.steps.follow(read.problem, compiled)
             else:
-                chosen = self.request.options_for(read.problem)
+                options_of_methods = self.request.options_for(read.problem)
                 (result,) = self.request.run(
-                    read.problem, chosen, traces, of_many=True, compiled=compiled
+                    read.problem,
+                    options_of_methods,
+                    traces,
+                    of_many=True,
+                    compiled=compiled,
                 )
             yield (
                 self.request.prove(result, read.exactly),
                 [] if inputs.quiet else read.remarks,
             )
 
-    def _together(self, work: QColumns) -> Iterator[tuple[Result, Sequence[str]]]:
+    def _together(self, input_item: QColumns) -> Iterator[tuple[Result, Sequence[str]]]:
         from lcpcli.solving.many import solve_many
 
-        request, first = self.request, self.request.inputs.first_of(work)
+        request, first = self.request, self.request.inputs.first_of(input_item)
         (options,) = request.options_for(first)
         how = {"lower": first.lower, "upper": first.upper, **options, **request.numbers}
-        results = solve_many(first.M, work.Q, request.variants[0].method, **how)
-        for name, result in zip(work.names, results, strict=True):
+        results = solve_many(first.M, input_item.Q, request.variants[0].method, **how)
+        for name, result in zip(input_item.names, results, strict=True):
             yield replace(result, problem=result.problem.named(name, first.origin)), []
 
     def _without_result(
         self,
         source: Source,
-        word: str,
+        status: str,
         message: str,
         exit_code: Exit,
         field: str | None = None,
     ) -> TaskRecord:
         text = ""
-        if self.form:
+        if self.format_name:
             text = result_formats.without_result(
-                source, word, message, field, self.form, self.layout
+                source, status, message, field, self.format_name, self.layout
             )
-        return TaskRecord(text, word, exit_code, (message,))
+        return TaskRecord(text, status, exit_code, (message,))
 
 
 # Of waiting inputs and records, 32 MiB: memory must not grow with the number of
@@ -387,10 +399,14 @@ class Ahead:
     """Inputs that a thread reads ahead, as far as there is room; `news` is set for each
     of them and at the end."""
 
-    def __init__(self, works: Iterable[Work], news: Event) -> None:
-        self._works, self._news, self._read = works, news, deque[Work]()
-        self._room = Semaphore(READ_AHEAD)
-        self._ends: list[BaseException | None] = []
+    def __init__(self, input_items: Iterable[InputItem], news: Event) -> None:
+        self._input_items, self._news, self._read = (
+            input_items,
+            news,
+            deque[InputItem](),
+        )
+        self._free_places = Semaphore(READ_AHEAD)
+        self._endings: list[BaseException | None] = []
         thread = Thread(target=self._run, daemon=True)
         reading.append(thread)
         thread.start()
@@ -399,54 +415,54 @@ class Ahead:
     def is_at_end(self) -> bool:
         """Return whether all inputs have been taken. Raises the error, if any, that
         ended the reading."""
-        is_at_end = bool(self._ends) and not self._read
-        if is_at_end and self._ends[0] is not None:
-            raise self._ends[0]
+        is_at_end = bool(self._endings) and not self._read
+        if is_at_end and self._endings[0] is not None:
+            raise self._endings[0]
         return is_at_end
 
-    def take(self, most: int) -> list[Work]:
-        taken, size = list[Work](), 0
-        while self._read and len(taken) < most and size < PIECE_BYTES:
-            taken.append(self._read.popleft())
-            size += taken[-1].size
-            self._room.release(_room_for(taken[-1]))
-        return taken
+    def take(self, max_items: int) -> list[InputItem]:
+        items, size = list[InputItem](), 0
+        while self._read and len(items) < max_items and size < PIECE_BYTES:
+            items.append(self._read.popleft())
+            size += items[-1].size
+            self._free_places.release(_places_of(items[-1]))
+        return items
 
     def _run(self) -> None:
-        end = None
+        failure = None
         try:
-            for whole in self._works:
-                for work in (
-                    whole.parts(COLUMNS_TOGETHER)
-                    if isinstance(whole, QColumns)
-                    else [whole]
+            for unsplit in self._input_items:
+                for input_item in (
+                    unsplit.parts(COLUMNS_TOGETHER)
+                    if isinstance(unsplit, QColumns)
+                    else [unsplit]
                 ):
-                    for _ in range(_room_for(work)):
-                        self._room.acquire()
-                    self._read.append(work)
+                    for _ in range(_places_of(input_item)):
+                        self._free_places.acquire()
+                    self._read.append(input_item)
                     self._news.set()
         except BaseException as error:
-            end = error
-        self._ends.append(end)
+            failure = error
+        self._endings.append(failure)
         self._news.set()
 
 
-def _room_for(work: Work) -> int:
+def _places_of(input_item: InputItem) -> int:
     """Return as how many inputs one counts that is read ahead: those that wait have at
     most MAX_BYTES together."""
-    return min(READ_AHEAD, 1 + work.size * READ_AHEAD // MAX_BYTES)
+    return min(READ_AHEAD, 1 + input_item.size * READ_AHEAD // MAX_BYTES)
 
 
 def all_records(
-    task: Task, works: Iterable[Work], pool: Pool | None, in_order: bool
+    task: Task, input_items: Iterable[InputItem], pool: Pool | None, in_order: bool
 ) -> Iterator[TaskRecord]:
     """Yield the records that the pool makes, or this process without one, in order or
     each as soon as it is known."""
     if pool is None:
-        yield from chain.from_iterable(map(task.records, works))
+        yield from chain.from_iterable(map(task.records, input_items))
         return
     try:
-        yield from _Distribution(task, works, pool).records(in_order)
+        yield from _Distribution(task, input_items, pool).records(in_order)
     except pool.end_errors:
         raise pool.end from None
 
@@ -458,22 +474,26 @@ class _Distribution:
     that wait for an earlier one.
     """
 
-    def __init__(self, task: Task, works: Iterable[Work], pool: Pool) -> None:
+    def __init__(
+        self, task: Task, input_items: Iterable[InputItem], pool: Pool
+    ) -> None:
         self._task, self._pool, self._news = task, pool, Event()
-        self._inputs = Ahead(works, self._news)
+        self._inputs = Ahead(input_items, self._news)
         self._pieces: list[_Piece] = []  # in the order of the inputs
         self._size = 1  # problems of the next piece
 
     def records(self, in_order: bool) -> Iterator[TaskRecord]:
         while True:
             self._news.clear()
-            self._pool.look()
+            self._pool.check_alive()
             self._take_outcomes()
             self._hand_over_next()
             ready = [piece for piece in self._pieces if piece.records is not None]
             if in_order:
-                known = takewhile(lambda piece: piece.records is not None, self._pieces)
-                ready = list(known)
+                finished = takewhile(
+                    lambda piece: piece.records is not None, self._pieces
+                )
+                ready = list(finished)
             for piece in ready:
                 self._pieces.remove(piece)
                 yield from chain.from_iterable(piece.records or [])
@@ -482,8 +502,8 @@ class _Distribution:
                     return
                 self._news.wait(SECONDS_BETWEEN)
 
-    def _hand_over(self, taken: Sequence[Work], index: int) -> None:
-        piece = _Piece(taken, self._pool.submit(self._task.all_of, taken))
+    def _hand_over(self, items: Sequence[InputItem], index: int) -> None:
+        piece = _Piece(items, self._pool.submit(self._task.all_of, items))
         self._pieces.insert(index, piece)
         piece.future.add_done_callback(lambda _: self._news.set())
 
@@ -499,13 +519,15 @@ class _Distribution:
             done = running
         outcomes = list(self._outcomes(done))
         for piece, (records, seconds) in zip(done, outcomes, strict=True):
-            left = piece.works[len(records) :]
+            remaining_items = piece.input_items[len(records) :]
             piece.take(records)
             in_time = int(PIECE_SECONDS * len(records) / max(seconds, 1e-6))
             self._size = max(1, min(MAX_IN_A_PIECE, 2 * self._size, in_time))
             first = self._pieces.index(piece) + 1
-            for index, at in enumerate(range(0, len(left), self._size), first):
-                self._hand_over(left[at : at + self._size], index)
+            for index, at in enumerate(
+                range(0, len(remaining_items), self._size), first
+            ):
+                self._hand_over(remaining_items[at : at + self._size], index)
 
     def _outcomes(self, done: Sequence[_Piece]) -> Iterator[Records]:
         """Yield the records of pieces, of those that were killed the ones of a second
@@ -515,18 +537,24 @@ class _Distribution:
             try:
                 yield piece.future.result()
             except self._pool.kill_error:
-                again = piece.works if suspects > 0 else []
-                yield [_alone(self._task, work, self._pool) for work in again], 0.0
+                again = piece.input_items if suspects > 0 else []
+                yield (
+                    [
+                        _alone(self._task, input_item, self._pool)
+                        for input_item in again
+                    ],
+                    0.0,
+                )
                 suspects -= 1
 
     def _hand_over_next(self) -> None:
         free = PIECES_EACH * self._pool.size
         free -= sum(piece.records is None for piece in self._pieces)
         while free > 0 and sum(piece.bytes for piece in self._pieces) < MAX_BYTES:
-            taken = self._inputs.take(min(self._size, self._pool.most))
-            if not taken:
+            items = self._inputs.take(min(self._size, self._pool.max_items))
+            if not items:
                 break
-            self._hand_over(taken, len(self._pieces))
+            self._hand_over(items, len(self._pieces))
             free -= 1
 
 
@@ -534,27 +562,29 @@ class _Piece:
     """Inputs that are handed over together, and then their records; and the bytes of
     these."""
 
-    def __init__(self, works: Sequence[Work], future: Future[Records]) -> None:
-        self.works, self.future = works, future
-        self.bytes = sum(work.size for work in works)
+    def __init__(
+        self, input_items: Sequence[InputItem], future: Future[Records]
+    ) -> None:
+        self.input_items, self.future = input_items, future
+        self.bytes = sum(input_item.size for input_item in input_items)
         self.records: list[list[TaskRecord]] | None = None
 
     def take(self, records: list[list[TaskRecord]]) -> None:
-        self.works, self.records = [], records
+        self.input_items, self.records = [], records
         self.bytes = sum(
             RECORD_BYTES + len(record.text) for record in chain.from_iterable(records)
         )
 
 
-def _alone(task: Task, work: Work, pool: Pool) -> list[TaskRecord]:
-    future: Future[Records] = pool.submit(task.all_of, [work])
+def _alone(task: Task, input_item: InputItem, pool: Pool) -> list[TaskRecord]:
+    future: Future[Records] = pool.submit(task.all_of, [input_item])
     _await([future], pool)
     try:
         return future.result()[0][0]
     except pool.kill_error:
-        return task.records_of_loss(work, KILLED)
+        return task.records_of_loss(input_item, KILLED)
 
 
 def _await(futures: Sequence[Future[Records]], pool: Pool) -> None:
     while wait(futures, SECONDS_BETWEEN).not_done:
-        pool.look()
+        pool.check_alive()

@@ -91,25 +91,25 @@ def why(request: Why) -> int:
 
     with stopping() as signals:
         try:
-            with interrupts.within(limit):
+            with interrupts.deadline_after(limit):
                 data = read.exactly()
         except TimeIsUp:
             data = ExactProblem.of_floats(read.problem)
-        left = max(limit - (clock.seconds() - began), MIN_SECONDS)
-        found = explained(
+        time_left = max(limit - (clock.seconds() - began), MIN_SECONDS)
+        explanation = explained(
             data,
             keep=request.keep,
             change=request.change or None,
             weights=costs,
-            time_limit=left,
+            time_limit=time_left,
         )
         is_cut = bool(signals)
-    if is_cut and found.status == TIME_LIMITED:
-        found = replace(found, status=INTERRUPTED)
-    where = contents.place(request.file)
-    shown = report(found, contents.Source(request.file), request.exact)
-    destination.show(shown.render, f"{where}: {message(found, approximate)}")
-    return of_end(found.complete, interrupted=is_cut)
+    if is_cut and explanation.status == TIME_LIMITED:
+        explanation = replace(explanation, status=INTERRUPTED)
+    where = contents.source_name(request.file)
+    shown = report(explanation, contents.Source(request.file), request.exact)
+    destination.show(shown.render, f"{where}: {message(explanation, approximate)}")
+    return of_end(explanation.complete, interrupted=is_cut)
 
 
 def _weight(text: str) -> tuple[str, Fraction]:

@@ -24,7 +24,7 @@ from lcpcli import clock, options
 from lcpcli.enumeration.meaning import InPayoffs, meaning_of
 from lcpcli.enumeration.search import TIME_LIMIT, UNSOLVABLE, in_exact_numbers
 from lcpcli.errors import ProblemError
-from lcpcli.interrupts import TimeIsUp, remaining, within
+from lcpcli.interrupts import TimeIsUp, deadline_after, remaining
 from lcpcli.model.arrays import as_vector
 from lcpcli.model.block_form import SENSES, sense_of
 from lcpcli.model.problem import Problem
@@ -227,7 +227,7 @@ def optimum(
     costs = _costs(searched.data, objective)
     search = Search(searched.data, [sign * cost for cost in costs])
     try:
-        with within(math.inf if time_limit is None else time_limit):
+        with deadline_after(math.inf if time_limit is None else time_limit):
             search.begin()
             status = search.run()
     except TimeIsUp:

@@ -15,7 +15,7 @@ from lcpcli.clock import imports
 from lcpcli.enumeration.meaning import Arrangement, meaning_of, vertices_of
 from lcpcli.enumeration.pieces import Piece, combined, pieces
 from lcpcli.errors import ProblemError, count
-from lcpcli.interrupts import TimeIsUp, check, within
+from lcpcli.interrupts import TimeIsUp, deadline_after, raise_if_timed_out
 from lcpcli.linalg import matrices
 from lcpcli.model.problem import Problem, as_problem
 from lcpcli.rational.dictionary import Point
@@ -200,7 +200,7 @@ class Solutions(Iterator[Piece]):
         if not self._steps:  # the search begins
             self._deadline = min(self._deadline, clock.seconds() + self._time_limit)
         try:
-            with within(self._deadline - clock.seconds()):
+            with deadline_after(self._deadline - clock.seconds()):
                 piece = next(self._search)
         except TimeIsUp:
             raise StopIteration from None
@@ -261,7 +261,7 @@ class Solutions(Iterator[Piece]):
     def _check(self) -> None:
         """Raise TimeIsUp after the deadline or the last step, or when there is no
         effort left."""
-        check()
+        raise_if_timed_out()
         self._steps += 1
         self._spend()
         if self._steps > self._last or clock.seconds() > self._deadline:

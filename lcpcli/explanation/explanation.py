@@ -24,7 +24,7 @@ from lcpcli.explanation.ranges import Range
 from lcpcli.explanation.ranges import ranges as ranges_of
 from lcpcli.explanation.repair import Repairs, solution
 from lcpcli.explanation.report import SOLVED, UNDECIDED, Explanation
-from lcpcli.interrupts import TimeIsUp, remaining, within
+from lcpcli.interrupts import TimeIsUp, deadline_after, remaining
 from lcpcli.model.problem import Problem, as_problem
 from lcpcli.rational.elimination import Effort
 from lcpcli.rational.exact_problem import ExactProblem
@@ -86,7 +86,7 @@ def why(
     search = _Search(system, kept, _weights(system, change, weights))
     began, status = clock.seconds(), ""
     try:
-        with within(math.inf if time_limit is None else time_limit):
+        with deadline_after(math.inf if time_limit is None else time_limit):
             search.run()
     except TimeIsUp:
         status = TIME_LIMIT
@@ -143,7 +143,7 @@ class _Search:
         finder = self._finder
         # Half of a limited time is left for the repair.
         try:
-            with within(remaining() / 2):
+            with deadline_after(remaining() / 2):
                 finder.contradict()
                 if finder.conflict is None:
                     self._z = solution(self.system.data, most_searched=0)

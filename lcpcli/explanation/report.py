@@ -34,7 +34,7 @@ from lcpcli.rational.exact_problem import ExactProblem
 from lcpcli.rational.numbers import approximate, brief, text
 from lcpcli.report import wording
 from lcpcli.report.document import Document, Section, Table
-from lcpcli.report.result_formats import Report, keys_of, place
+from lcpcli.report.result_formats import Report, keys_of, source_record
 from lcpcli.report.result_formats import record as plain_record
 
 SOLVED, UNDECIDED = "solved", "undecided"
@@ -375,7 +375,7 @@ def record(found: Explanation, source: Source = NO_SOURCE) -> dict[str, Any]:
     system, repair = System(found.data), found.repair
     multipliers = found.multipliers
     own: dict[str, Any] = {
-        **place(source, found.data.problem),
+        **source_record(source, found.data.problem),
         "message": message(found),
         "conflict": [
             {

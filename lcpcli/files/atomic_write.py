@@ -124,8 +124,8 @@ def naming(
         yield
     except OSError as error:
         hint = GONE if is_folder_gone(path) else hint
-        fault = f"cannot be {what} ({error.strerror})"
-        raise OptionError(File(path), fault, hint) from None
+        reason = f"cannot be {what} ({error.strerror})"
+        raise OptionError(File(path), reason, hint) from None
 
 
 def _put(content: Content, file: IO[bytes]) -> None:
@@ -202,13 +202,13 @@ def reserve(paths: Iterable[str]) -> Iterator[None]:
                 if not _is_special(path):
                     targets[Path(path).resolve()] = path
         for target, path in targets.items():
-            beside = target.with_name(f".{target.name}.lock")
+            lock_file = target.with_name(f".{target.name}.lock")
             # A folder that cannot be written, where nothing is going to be replaced.
             with suppress(OSError):
-                locks.enter_context(open_alone(beside, path))
+                locks.enter_context(open_alone(lock_file, path))
                 # As some systems keep a file that is open.
                 locks.enter_context(suppress(OSError))
-                locks.callback(beside.unlink)  # before it is closed
+                locks.callback(lock_file.unlink)  # before it is closed
         yield
 
 
@@ -245,7 +245,7 @@ class Log:
         run, is removed."""
         if not Path(self._path).is_file():
             raise OptionError(File(self._path), "is not a file", EXPECTED)
-        finished = place = 0
+        finished = n_bytes = 0
         for at, line in enumerate(self._file, 1):
             text = line.rstrip(b"\0")  # a power failure may leave zeros
             if not line.endswith(b"\n") and (
@@ -259,9 +259,9 @@ class Log:
                 raise OptionError(
                     File(self._path), f"is not a log of results (line {at})", EXPECTED
                 )
-            place += len(line)
+            n_bytes += len(line)
             if record["status"] != UNFINISHED:
-                finished = place
+                finished = n_bytes
                 yield record
         with naming(self._path):
             self._file.seek(finished)

@@ -36,7 +36,7 @@ from lcpcli.errors import (
     listed,
     quoted,
 )
-from lcpcli.files.contents import STANDARD_INPUT, decode, place, within
+from lcpcli.files.contents import STANDARD_INPUT, decode, source_name, within
 from lcpcli.files.csv_format import Table, is_number
 from lcpcli.files.fields import BOUNDS
 from lcpcli.files.formats import refuse
@@ -69,7 +69,7 @@ REFUSALS = {
 
 def with_bounds(
     problem: Problem,
-    given: Mapping[str, Any],
+    option_values: Mapping[str, Any],
     files: dict[str, InputFile] | None = None,
     doubles: Doubles | None = None,
 ) -> Problem:
@@ -81,7 +81,9 @@ def with_bounds(
     as written, in place of the nearest doubles."""
     read = {} if files is None else files
     number = float if doubles is None else doubles.of
-    texts = {name: given[name] for name in BOUNDS if given[name] is not None}
+    texts = {
+        name: option_values[name] for name in BOUNDS if option_values[name] is not None
+    }
     values = {
         name: _values(name, text, read, number, lambda: problem.names)
         for name, text in texts.items()
@@ -102,23 +104,25 @@ def with_bounds(
             replace(problem, solutions=(), verdict="", **values) if values else problem
         )
     except ProblemError as error:
-        own = next((name for name in values if error.where.startswith(name)), "")
-        name = own or next(iter(values))
+        named_bound = next(
+            (name for name in values if error.where.startswith(name)), ""
+        )
+        name = named_bound or next(iter(values))
         if not _is_typed(texts[name]):
-            raise error.inside((f"--{name}", place(texts[name]))) from None
-        before = "--" if own else f"--{name}: "
+            raise error.inside((f"--{name}", source_name(texts[name]))) from None
+        before = "--" if named_bound else f"--{name}: "
         raise ProblemError(f"{before}{error.where}", error.fault, error.hint) from None
-    if given["infinity"] is None:
+    if option_values["infinity"] is None:
         return problem
     from lcpcli.model.changes import with_infinity
 
-    return within("--infinity", with_infinity, problem, given["infinity"])
+    return within("--infinity", with_infinity, problem, option_values["infinity"])
 
 
 def with_exact_bounds(
     data: ExactProblem,
     problem: Problem,
-    given: Mapping[str, Any],
+    option_values: Mapping[str, Any],
     files: dict[str, InputFile],
 ) -> ExactProblem:
     """Return the exact data of the problem that `with_bounds` returned, with the bounds
@@ -128,20 +132,22 @@ def with_exact_bounds(
         return (data.of_floats if data.are_floats() else data.of_decimals)(problem)
     for name in BOUNDS:
         bounds: Bounds = getattr(data, name)
-        if given[name] is not None:
-            values = _values(name, given[name], files, Fraction, lambda: problem.names)
+        if option_values[name] is not None:
+            values = _values(
+                name, option_values[name], files, Fraction, lambda: problem.names
+            )
             values = values if isinstance(values, list) else data.n * [values]
             bounds = [
                 None if value in (None, math.inf, -math.inf) else number_of(value)
                 for value in values
             ]
-        ends = np.broadcast_to(getattr(problem, name), data.n)
+        rounded_bounds = np.broadcast_to(getattr(problem, name), data.n)
         setattr(
             data,
             name,
             [
-                value if math.isfinite(end) else None
-                for value, end in zip(bounds, ends, strict=True)
+                value if math.isfinite(rounded_bound) else None
+                for value, rounded_bound in zip(bounds, rounded_bounds, strict=True)
             ],
         )
     return data
@@ -157,10 +163,12 @@ def _values(
     """Return the value of a bound, or the list of values; None stands for no bound.
     files : those that have been read. number : converts a number."""
     if _is_typed(text):
-        words = re.split(PARTING, text.strip().strip("[]").strip())
+        texts = re.split(PARTING, text.strip().strip("[]").strip())
         values = [
-            None if word.casefold() in ("none", "null") else _end(name, word, number)
-            for word in words
+            None
+            if entry.casefold() in ("none", "null")
+            else _bound(name, entry, number)
+            for entry in texts
         ]
         return values[0] if len(values) == 1 else values
     if text != STANDARD_INPUT and not os.path.exists(text):
@@ -174,10 +182,10 @@ def _values(
         files[text] = InputFile.read(text, hint)
     file = files[text]
     file.require_order(names, name)
-    as_written = partial(_end, name, number=number)
-    held = file.values(f"--{name}", float if number is float else as_written)
-    is_array = number is not float and isinstance(held, np.ndarray)
-    return held.tolist() if is_array else held
+    as_written = partial(_bound, name, number=number)
+    contents = file.values(f"--{name}", float if number is float else as_written)
+    is_array = number is not float and isinstance(contents, np.ndarray)
+    return contents.tolist() if is_array else contents
 
 
 def _is_typed(text: str) -> bool:
@@ -186,7 +194,7 @@ def _is_typed(text: str) -> bool:
     ) is not None and not os.path.exists(text)
 
 
-def _end(name: str, text: str, number: Callable[[Fraction], Any]) -> Any:
+def _bound(name: str, text: str, number: Callable[[Fraction], Any]) -> Any:
     try:
         is_infinite = "inf" in text.casefold() or text.casefold() == "nan"
         return float(text) if is_infinite else number(within(f"--{name}", ratio, text))
@@ -244,35 +252,35 @@ def read_candidates(
     else:
         file = InputFile.read(path)
     if not file.kind.has_results:
-        found = [Candidate("solution", fractions_of(file.vector("z")))]
+        candidates = [Candidate("solution", fractions_of(file.vector("z")))]
     elif not file.kind.is_table:
         return file.within(of_json, file.content, lengths, problem)
     else:
         file.require_order(names)
-        own = file.within(of_table, file.within(file.data.grid, False))
-        found = [each._replace(w=None) for each in own]
-    for each in found:
+        in_table = file.within(of_table, file.within(file.data.grid, False))
+        candidates = [each._replace(w=None) for each in in_table]
+    for each in candidates:
         if not each.parts:
             file.within(of_length, "z", each.values, lengths)
-    return found
+    return candidates
 
 
-def read_states(given: str, problem: Problem) -> list[str]:
+def read_states(text: str, problem: Problem) -> list[str]:
     """Return the states, one for each variable, given in words or in a file, of a basis
     that the problem has."""
-    is_file, words = os.path.exists(given), given.replace(",", " ").split()
-    if not is_file and not set(words) & set(WORDS.values()):
-        fault = f"{given!r} is neither a file nor states"
-        raise ParameterError("basis", fault, "write lower,basic,upper or name a file")
-    states = words
+    is_file, typed_words = os.path.exists(text), text.replace(",", " ").split()
+    if not is_file and not set(typed_words) & set(WORDS.values()):
+        reason = f"{text!r} is neither a file nor states"
+        raise ParameterError("basis", reason, "write lower,basic,upper or name a file")
+    states = typed_words
     if is_file:
-        file = InputFile.read(given, STATES_HINT)
+        file = InputFile.read(text, STATES_HINT)
         states = file.within(_states_in, file, problem)
     try:
         basis_of_words(problem, states)
     except ProblemError as error:
         if is_file:
-            raise error.inside(("--basis", place(given))) from None
+            raise error.inside(("--basis", source_name(text))) from None
         raise ProblemError(f"--{error.where}", error.fault, error.hint) from None
     return states
 
@@ -330,8 +338,8 @@ def _vectors_in(file: InputFile, n: int, before: str) -> tuple[Vector, Vector | 
         )
         both = [numbers_in(data["z"]), numbers_in(data["w"])]
     z, w = (
-        None if own is None else as_vector(f"{before}{key}", own, n)
-        for key, own in zip("zw", both, strict=True)
+        None if vector is None else as_vector(f"{before}{key}", vector, n)
+        for key, vector in zip("zw", both, strict=True)
     )
     return cast(Vector, z), w
 
@@ -394,23 +402,25 @@ def record_of(text: str, problem: Sought) -> tuple[str, str]:
     records = [_object(line) for line in lines]
 
     def likeness(record: Mapping[str, Any]) -> tuple[bool, ...]:
-        own = str(record.get("file") or "")
-        are_same = (do(own) == do(file) for do in (os.path.abspath, os.path.basename))
+        record_file = str(record.get("file") or "")
+        are_same = (
+            do(record_file) == do(file) for do in (os.path.abspath, os.path.basename)
+        )
         return *are_same, str(record.get("problem") or "") == name
 
     best = max(map(likeness, records))
-    own = [
+    own_records = [
         line
         for line, record in zip(lines, records, strict=True)
         if likeness(record) == best
     ]
-    if len(own) == 1:
-        return own[0], ""
+    if len(own_records) == 1:
+        return own_records[0], ""
     if any(best) or all(
         record.get("file") and record.get("digest") for record in records
     ):
-        fault = f"has {len(own) if any(best) else 'no'} results for {name}"
-        raise ProblemError("", fault, "give the line of one as a file of its own")
+        reason = f"has {len(own_records) if any(best) else 'no'} results for {name}"
+        raise ProblemError("", reason, "give the line of one as a file of its own")
     first = first_of(lines)
     which = f"for {_object(first).get('problem') or 'a problem'}: none is for {name}"
     return first, f"the first of {len(lines)} results is checked, {which}"
@@ -418,15 +428,18 @@ def record_of(text: str, problem: Sought) -> tuple[str, str]:
 
 def first_of(lines: Sequence[str]) -> str:
     """Return the result with the smallest number; without numbers the first one."""
-    given = [_object(line).get("number") for line in lines]
-    numbers = [own if isinstance(own, int) else at for at, own in enumerate(given, 1)]
+    record_numbers = [_object(line).get("number") for line in lines]
+    numbers = [
+        number if isinstance(number, int) else at
+        for at, number in enumerate(record_numbers, 1)
+    ]
     return lines[numbers.index(min(numbers))]
 
 
 def _object(line: str | bytes) -> dict[str, Any]:
     with suppress(ValueError, RecursionError):
-        found = json.loads(line)
-        return found if isinstance(found, dict) else {}
+        data = json.loads(line)
+        return data if isinstance(data, dict) else {}
     return {}
 
 
@@ -447,12 +460,13 @@ def of_json(content: bytes, lengths: Lengths, problem: Sought) -> list[Candidate
         return [_candidate(data, lengths)._replace(remark=remark)]
     field = "solutions" if isinstance(data, dict) else ""
     refuse(not solutions, field, IS_EMPTY, "give a solution to check")
-    own = (
+    entries = (
         (each.get("equilibrium") or each) if isinstance(each, dict) else each
         for each in solutions
     )
     return [
-        within(f"{field}[{i}]", _candidate, each, lengths) for i, each in enumerate(own)
+        within(f"{field}[{i}]", _candidate, each, lengths)
+        for i, each in enumerate(entries)
     ]
 
 
@@ -481,16 +495,18 @@ def _candidate(data: Any, lengths: Lengths) -> Candidate:
     if "z" not in data and parts:
         return _joined({key: _entries(key, data[key]) for key in parts})
     if "z" not in data and isinstance(sets := data.get("information_sets"), list):
-        own = [
+        probabilities = [
             each.get("probabilities") if isinstance(each, dict) else each
             for each in sets
         ]
-        found = [
+        values_of_sets = [
             x
-            for i, each in enumerate(own)
+            for i, each in enumerate(probabilities)
             for x in _entries(f"information_sets[{i}].probabilities", each)
         ]
-        return Candidate("solution", of_length("information_sets", found, lengths))
+        return Candidate(
+            "solution", of_length("information_sets", values_of_sets, lengths)
+        )
     answer, exact, certificate = (
         data[key] if isinstance(data.get(key), dict) else {}
         for key in ("answer", "exact", "certificate")
@@ -502,10 +518,10 @@ def _candidate(data: Any, lengths: Lengths) -> Candidate:
         for at, part in (("", data), ("answer.", answer)):
             if part.get("x") is not None:
                 sizes = {"x": k, "y": both - k}
-                given = (key for key in sizes if part.get(key) is not None)
+                present_keys = (key for key in sizes if part.get(key) is not None)
                 values = [
                     _numbers(f"{at}{key}", part[key], {sizes[key]: key})
-                    for key in given
+                    for key in present_keys
                 ]
                 return Candidate("answer", [*chain.from_iterable(values)])
     refuse("z" not in data, "", "is an object without z", EXPECTED_RESULT)
@@ -556,14 +572,14 @@ def _entries(field: str, values: Any) -> list[Fraction]:
 def of_length(field: str, values: list[Fraction], lengths: Lengths) -> list[Fraction]:
     if len(values) in lengths:
         return values
-    n, own = next(iter(lengths.items()))
-    fault = (
+    n, meaning = next(iter(lengths.items()))
+    reason = (
         f"has {count(len(values), 'entry')} for "
-        f"{own if own.endswith('strategies') else count(n, 'unknown')}"
+        f"{meaning if meaning.endswith('strategies') else count(n, 'unknown')}"
     )
-    refuse(len(lengths) == 1, field, fault, MAKE_AGREE)
+    refuse(len(lengths) == 1, field, reason, MAKE_AGREE)
     choices = (f"{size} for {what}" for size, what in sorted(lengths.items()))
-    raise ProblemError(field, fault, f"give {listed(choices, 'or')}")
+    raise ProblemError(field, reason, f"give {listed(choices, 'or')}")
 
 
 def of_table(grid: Table) -> list[Candidate]:
@@ -577,11 +593,11 @@ def of_table(grid: Table) -> list[Candidate]:
         (k, [*map(text_of if grid.commas else str.strip, row)]) for k, row in grid.lines
     ]
     width = len(lines[0][1])
-    fault = f"has {count(len(header), 'name')} above {count(width, 'column')}"
+    reason = f"has {count(len(header), 'name')} above {count(width, 'column')}"
     refuse(
         header and len(header) != width,
         f"line {grid.top}",
-        fault,
+        reason,
         "give each column one name",
     )
     if width == 1 or (len(lines) == 1 and "z" not in header):
@@ -606,7 +622,7 @@ def of_table(grid: Table) -> list[Candidate]:
                         (k, row)
                     )
             refuse(not groups, "", "has no solution", "give a solution to check")
-            return [made(own) for own in groups.values()]
+            return [made(group) for group in groups.values()]
     runs = [(row.get("problem"), row.get("method")) for _, row in rows]
     return [
         _solution([row for row, run in zip(rows, runs, strict=True) if run == runs[0]])
@@ -627,11 +643,11 @@ def _columns(rows: list[list[str]]) -> list[str]:
 
 def _strategies(rows: Rows) -> Candidate:
     first, other = next(keys for keys in formulations.PARTS if len(keys) == 2)
-    own: dict[str, Rows] = {first: [], other: []}
+    rows_of_players: dict[str, Rows] = {first: [], other: []}
     for each in rows:
-        own[first if each[1]["player"] == first else other].append(each)
+        rows_of_players[first if each[1]["player"] == first else other].append(each)
     refuse(
-        not all(own.values()),
+        not all(rows_of_players.values()),
         "",
         "has an equilibrium with the strategy of one player alone",
         "give both strategies",
@@ -639,7 +655,7 @@ def _strategies(rows: Rows) -> Candidate:
     return _joined(
         {
             player: _column("probability", _in_order("strategy", part))
-            for player, part in own.items()
+            for player, part in rows_of_players.items()
         }
     )
 
@@ -666,16 +682,14 @@ def _column(name: str, rows: Rows) -> list[Fraction]:
 def _in_order(name: str, rows: Rows) -> Rows:
     """Return the rows in the order of their components, which are in the column `name`,
     each once."""
-    places: dict[str, Any] = {str(i): None for i in range(1, len(rows) + 1)}
-    given = {row[name] for _, row in rows}
+    row_of_component: dict[str, Any] = {str(i): None for i in range(1, len(rows) + 1)}
+    components = {row[name] for _, row in rows}
     for k, row in rows:
-        if places.get(own := row[name], "") is not None:
-            missing = next(i for i in places if i not in given)
-            fault = (
-                f"has component {own!r}{' again' * (own in places)}, while "
-                f"{missing} is missing"
-            )
+        if row_of_component.get(component := row[name], "") is not None:
+            missing = next(i for i in row_of_component if i not in components)
+            again = " again" if component in row_of_component else ""
+            reason = f"has component {component!r}{again}, while {missing} is missing"
             where = f"line {k}, column {[*row].index(name) + 1}"
-            raise ProblemError(where, fault, f"give each of 1 to {len(rows)} once")
-        places[own] = k, row
-    return [*places.values()]
+            raise ProblemError(where, reason, f"give each of 1 to {len(rows)} once")
+        row_of_component[component] = k, row
+    return [*row_of_component.values()]

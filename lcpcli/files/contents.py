@@ -64,10 +64,10 @@ def shipped_path(name: str) -> str:
     from pathlib import Path
 
     package = Path(__file__).parent.parent
-    installed, beside = (
+    installed, in_source = (
         folder / "problems" / name for folder in (package, package.parent)
     )
-    return str(installed if installed.exists() else beside)
+    return str(installed if installed.exists() else in_source)
 
 
 def shipped_problems() -> dict[str, Path]:
@@ -133,14 +133,14 @@ def _inside(folder: str, tell: Callable[[str], object]) -> list[str]:
         ("entry", "folders, or without the suffix of a problem"),
         ("file", "results of lcp, not problems"),
     )
-    for left, (noun, kind) in zip(
+    for left_out, (noun, kind) in zip(
         (others if files else [], results), kinds, strict=True
     ):
-        if left:
-            names = ", ".join(file.name for file in left[:3]) + ", ..." * (
-                len(left) > 3
+        if left_out:
+            names = ", ".join(file.name for file in left_out[:3]) + ", ..." * (
+                len(left_out) > 3
             )
-            tell(f"{folder}: {count(len(left), noun)} left out ({kind}): {names}")
+            tell(f"{folder}: {count(len(left_out), noun)} left out ({kind}): {names}")
     return [str(file) for file in files if file not in results]
 
 
@@ -149,25 +149,25 @@ def refuse_folder(path: str) -> None:
         is_folder = os.path.isdir(path) and os.listdir(path) is not None
     except OSError as error:
         raise ProblemError(
-            place(path), f"cannot be read ({error.strerror})", "make it readable"
+            source_name(path), f"cannot be read ({error.strerror})", "make it readable"
         ) from None
     refuse(
         is_folder,
-        place(path),
+        source_name(path),
         "is a folder without problem files",
         f"they end in {', '.join(PROBLEMS)}",
     )
 
 
-def place(path: str) -> File:
+def source_name(path: str) -> File:
     return File("standard input" if path == STANDARD_INPUT else path)
 
 
-def within(where: Where, parse: Callable[..., T], *given: Any) -> T:
+def within(where: Where, parse: Callable[..., T], *arguments: Any) -> T:
     """Call `parse` with the given arguments; prefix the place to the message of a
     ProblemError that it raises."""
     try:
-        return parse(*given)
+        return parse(*arguments)
     except (ProblemError, MemoryError) as error:
         raise inside(where, error) from None
 
@@ -176,8 +176,8 @@ def inside(where: Where, error: ProblemError | MemoryError) -> LCPError:
     """Return an error in a file with its place; a lack of memory, which ends no run of
     several files, as one of this file."""
     if isinstance(error, MemoryError):
-        fault = "takes more memory than there is"
-        return ProblemError(where, fault, "give matrices in sparse form")
+        reason = "takes more memory than there is"
+        return ProblemError(where, reason, "give matrices in sparse form")
     return error.inside(where)
 
 
@@ -188,10 +188,10 @@ def content_of(path: str, expected: str) -> bytes:
 
 def checked(path: str, content: bytes, expected: str) -> bytes:
     if path.casefold().removesuffix(".gz").endswith(COMPRESSIBLE):
-        content = within(place(path), unpacked, content)
+        content = within(source_name(path), unpacked, content)
     content = without_mark(content)
     hint = "write the model again" if is_model(path) else expected
-    refuse(not content or content.isspace(), place(path), IS_EMPTY, hint)
+    refuse(not content or content.isspace(), source_name(path), IS_EMPTY, hint)
     return content
 
 
@@ -200,7 +200,7 @@ def open_file(path: str) -> Iterator[IO[bytes]]:
     """Open a context with a file to read from, or with standard input; a name without a
     file may be the name of a shipped problem. Raises ProblemError if the file cannot be
     read."""
-    name = place(path)
+    name = source_name(path)
     refuse(not path, "", "the name of a file is empty", NAME_FILE)
     refuse(path == STANDARD_INPUT and sys.stdin is None, name, "is closed", NAME_FILE)
     try:
@@ -271,25 +271,25 @@ def unpacked(content: bytes) -> bytes:
     return b"".join(parts)
 
 
-def uncompressed(content: bytes, form: int, size: int = 0) -> tuple[bytes, bytes]:
+def uncompressed(content: bytes, wbits: int, size: int = 0) -> tuple[bytes, bytes]:
     """Return what zlib uncompresses, and the bytes behind it; raise ProblemError if
     these are damaged, or if the result takes more than a quarter of the memory of this
     machine. form : `wbits` of zlib, 31 for gzip. size : of earlier parts."""
     import zlib
 
-    most = (memory() or 0) // 4 or sys.maxsize
-    unpacking = zlib.decompressobj(form)
+    max_bytes = (memory() or 0) // 4 or sys.maxsize
+    unpacking = zlib.decompressobj(wbits)
     try:
-        found = unpacking.decompress(content, max(most - size, 1))
+        data = unpacking.decompress(content, max(max_bytes - size, 1))
     except zlib.error:
         raise ProblemError(
             "", "cannot be uncompressed, as it is damaged", "compress it again"
         ) from None
-    fault = f"is more than {most / 1e9:.3g} GB when it is uncompressed"
+    reason = f"is more than {max_bytes / 1e9:.3g} GB when it is uncompressed"
     refuse(
         unpacking.unconsumed_tail,
         "",
-        fault,
+        reason,
         "uncompress it, and leave out what is not needed",
     )
     refuse(
@@ -298,7 +298,7 @@ def uncompressed(content: bytes, form: int, size: int = 0) -> tuple[bytes, bytes
         "cannot be uncompressed, as it is cut off",
         "compress it again",
     )
-    return found, unpacking.unused_data
+    return data, unpacking.unused_data
 
 
 def memory() -> int | None:
@@ -312,19 +312,21 @@ def refuse_beyond_memory(field: str, shape: tuple[int, ...], itemsize: int = 8) 
     """Raise ProblemError if an array of the shape that a file declares is larger than
     the memory of this machine."""
     size = math.prod(shape) * itemsize
-    fault = (
+    reason = (
         f"is {' x '.join(map(str, shape))}, {size / 1e9:.3g} GB, more than this "
         "machine's memory"
     )
-    refuse(size > (memory() or math.inf), field, fault, "give it in sparse form")
+    refuse(size > (memory() or math.inf), field, reason, "give it in sparse form")
 
 
 def refuse_mostly_absent(
-    field: str, shape: tuple[int, ...], size: int, given: int
+    field: str, shape: tuple[int, ...], size: int, n_entries: int
 ) -> None:
     """Raise ProblemError if work on `size` numbers would be done for a shape that a
     file declares but hardly gives: a few bytes could otherwise take all memory. given :
     the numbers in the file."""
-    fault = f"is declared as {' x '.join(map(str, shape))} with {count(given, 'entry')}"
-    is_wrong = size > FEW_ABSENT and size > MAX_ABSENT * given
-    refuse(is_wrong, field, fault, f"give at least one of {MAX_ABSENT} entries")
+    reason = (
+        f"is declared as {' x '.join(map(str, shape))} with {count(n_entries, 'entry')}"
+    )
+    is_wrong = size > FEW_ABSENT and size > MAX_ABSENT * n_entries
+    refuse(is_wrong, field, reason, f"give at least one of {MAX_ABSENT} entries")

@@ -68,7 +68,7 @@ class Table(NamedTuple):
     commas: bool  # whether commas are decimal marks
     rows: list[list[Any]]  # the numbers; in columns of bounds, None stands for no bound
     # The columns of q, lower and upper, from 0, if the header names bounds.
-    places: dict[str, int]
+    column_of: dict[str, int]
 
     @property
     def labels(self) -> list[str]:
@@ -106,10 +106,10 @@ class Tables:
         grid = self.grid(_is_bound(field))
         header = grid.header
         is_labelled = len(header) > 1 and is_header(header)
-        if is_labelled and "component" not in header and (own := names()):
-            refuse_other_order([row[0] for _, row in grid.lines], own)
+        if is_labelled and "component" not in header and (expected_names := names()):
+            refuse_other_order([row[0] for _, row in grid.lines], expected_names)
             if len(grid.lines) == 1:
-                refuse_other_order(header[grid.indexed :], own)
+                refuse_other_order(header[grid.indexed :], expected_names)
 
 
 def parse(content: bytes) -> Tables:
@@ -120,7 +120,7 @@ def fields(content: Tables, number: Number = float) -> dict[str, Any]:
     """Return M and q in n rows of n + 1 columns, or M alone in n rows of n, and what a
     header names."""
     table = content.table(number)
-    rows, places, header = table.rows, table.places, table.header
+    rows, column_of, header = table.rows, table.column_of, table.header
     unknowns = [name for name in header if name not in ("q", *BOUNDS)][
         : len(table.labels)
     ]  # q may be headed otherwise
@@ -128,18 +128,18 @@ def fields(content: Tables, number: Number = float) -> dict[str, Any]:
     n, first = len(rows), [row[0] for row in rows]
     is_long = (
         bool(header)
-        and 0 not in places.values()
-        and len(rows[0]) == n + (len(places) or 1) + 1
+        and 0 not in column_of.values()
+        and len(rows[0]) == n + (len(column_of) or 1) + 1
     )
     # The column only counts rows.
     if is_long and first in (list(range(n)), list(range(1, n + 1))):
-        rows, places = (
+        rows, column_of = (
             [row[1:] for row in rows],
-            {name: i - 1 for name, i in places.items()},
+            {name: i - 1 for name, i in column_of.items()},
         )
         header = header[1:]
     columns = len(rows[0])
-    if not places:
+    if not column_of:
         hint = (
             SHAPE
             + ", or name q, lower and upper in a header, if the last columns are these"
@@ -159,20 +159,22 @@ def fields(content: Tables, number: Number = float) -> dict[str, Any]:
             _names(header[:n]) if len(header) == columns == n + 1 else {}
         )
     M = [
-        [value for i, value in enumerate(row) if i not in places.values()]
+        [value for i, value in enumerate(row) if i not in column_of.values()]
         for row in rows
     ]
-    wanted = f"give M as many columns, beside {' and '.join(places)}"
+    wanted = f"give M as many columns, beside {' and '.join(column_of)}"
     refuse(
         len(M[0]) != n,
         "",
         f"has {count(n, 'row')} and {count(len(M[0]), 'column')} of M",
         wanted,
     )
-    names = _names([name for i, name in enumerate(header) if i not in places.values()])
+    names = _names(
+        [name for i, name in enumerate(header) if i not in column_of.values()]
+    )
     return (
         {"M": M}
-        | {name: [row[i] for row in rows] for name, i in places.items()}
+        | {name: [row[i] for row in rows] for name, i in column_of.items()}
         | names
     )
 
@@ -199,7 +201,7 @@ def _is_bound(field: str) -> bool:
 
 def values(field: str, content: Tables, number: Number = float) -> list[Any]:
     table = content.table(number, _is_bound(field))
-    rows, headed = table.rows, ", ".join(table.places)
+    rows, headed = table.rows, ", ".join(table.column_of)
     refuse(
         headed,
         "",
@@ -233,9 +235,9 @@ def render(fields: Mapping[str, Any], exact: Exact) -> dict[str, bytes]:
         "cannot hold a problem without unknowns",
         "write .json",
     )
-    given = [name for name in ("q", *BOUNDS) if name in fields]
+    vector_names = [name for name in ("q", *BOUNDS) if name in fields]
     table = np.column_stack(
-        (matrices.dense(fields["M"]), *(fields[name] for name in given))
+        (matrices.dense(fields["M"]), *(fields[name] for name in vector_names))
     )
 
     def text(x: float) -> str:
@@ -246,7 +248,7 @@ def render(fields: Mapping[str, Any], exact: Exact) -> dict[str, bytes]:
 
     rows = [list(map(text, row)) for row in table.tolist()]
     names = fields.get("names", ())
-    if len(given) > 1 or can_head(names):
+    if len(vector_names) > 1 or can_head(names):
         rows.insert(
             0,
             [
@@ -255,7 +257,7 @@ def render(fields: Mapping[str, Any], exact: Exact) -> dict[str, bytes]:
                     if can_head(names)
                     else (f"M{i + 1}" for i in range(len(rows)))
                 ),
-                *given,
+                *vector_names,
             ],
         )
     return {"": "".join(f"{','.join(row)}\n" for row in rows).encode()}
@@ -271,12 +273,12 @@ def lines_of(content: bytes) -> list[tuple[int, str]]:
     Breaks between quotation marks, as names may have, end no line if all marks
     match."""
     lines = decode(content).replace("\r\n", "\n").replace("\r", "\n").split("\n")
-    found, is_open = list[tuple[int, list[str]]](), False
+    logical_lines, is_open = list[tuple[int, list[str]]](), False
     for number, line in enumerate(lines, 1):
         if is_open:
-            found[-1][1].append(line)
+            logical_lines[-1][1].append(line)
         elif line.strip() and not COMMENT.match(line):
-            found.append((number, [line]))
+            logical_lines.append((number, [line]))
         else:
             continue
         is_open ^= line.count('"') % 2 == 1
@@ -286,7 +288,7 @@ def lines_of(content: bytes) -> list[tuple[int, str]]:
             for number, line in enumerate(lines, 1)
             if line.strip() and not COMMENT.match(line)
         ]
-    return [(number, "\n".join(parts)) for number, parts in found]
+    return [(number, "\n".join(parts)) for number, parts in logical_lines]
 
 
 def delimiter_of(line: str) -> str:
@@ -331,14 +333,14 @@ def grid_of(content: bytes, all_bounds: bool = False) -> Table:
     widths = [(number, len(row)) for number, row in rows]
     # The header is asked last.
     for line, columns in [*widths[:1], *[(top, len(first))] * indexed]:
-        number, own = next(
+        number, n_columns = next(
             (width for width in widths if width[1] != columns), (0, columns)
         )
-        fault = f"has {count(own, 'column')} where line {line} has {columns}"
+        reason = f"has {count(n_columns, 'column')} where line {line} has {columns}"
         refuse(
-            own != columns,
+            n_columns != columns,
             f"line {number}",
-            fault,
+            reason,
             "give every line the same number of columns",
         )
     return Table(
@@ -360,32 +362,34 @@ def table_of(
     are bounds; then a header may name anything."""
     top, header, below, _, indexed, commas, *_ = grid
     header = header[indexed:]
-    places = {} if all_bounds or not header else _places(top, header)
-    if "q" in header[:-1] and not (places or all_bounds):
-        place = f"line {top}, column {header.index('q') + indexed + 1}"
+    column_of = {} if all_bounds or not header else _columns_of_bounds(top, header)
+    if "q" in header[:-1] and not (column_of or all_bounds):
+        position = f"line {top}, column {header.index('q') + indexed + 1}"
         raise ProblemError(
-            place, "is headed q, which must be the last column", "reorder the columns"
+            position,
+            "is headed q, which must be the last column",
+            "reorder the columns",
         )
     columns = len(below[0][1]) - indexed
-    fault = f"has {count(len(header), 'name')} above {count(columns, 'column')}"
+    reason = f"has {count(len(header), 'name')} above {count(columns, 'column')}"
     # Of one more name than columns one is a title.
     one_more = len(header) == columns + 1
     refuse(
-        (places and len(header) != columns) or one_more,
+        (column_of and len(header) != columns) or one_more,
         f"line {top}",
-        fault,
+        reason,
         "give each column one name",
     )
     bounds = {
         i + indexed + 1
-        for i in (range(columns) if all_bounds else map(places.get, BOUNDS))
+        for i in (range(columns) if all_bounds else map(column_of.get, BOUNDS))
         if i is not None
     }
     may_be_plain = number_of is float and not commas
     rows: list[list[Any]] = []
     for number, row in below:
         cells = row[indexed:]
-        plain, own = list[float](), enumerate(cells, 1 + indexed)
+        plain, numbered_cells = list[float](), enumerate(cells, 1 + indexed)
         with suppress(ValueError):
             plain = list(map(float, cells)) if may_be_plain else []
         # Float reads 1_000.
@@ -395,10 +399,10 @@ def table_of(
             if plain and is_plain
             else [
                 value_of(cell, number, i, commas, number_of, i in bounds)
-                for i, cell in own
+                for i, cell in numbered_cells
             ]
         )
-    return grid._replace(header=header, rows=rows, places=places)
+    return grid._replace(header=header, rows=rows, column_of=column_of)
 
 
 def _has_title(lines: list[tuple[int, str]]) -> bool:
@@ -427,7 +431,7 @@ def _without_empty_ends(
     return rows
 
 
-def _places(line: int, names: list[str]) -> dict[str, int]:
+def _columns_of_bounds(line: int, names: list[str]) -> dict[str, int]:
     """Return the columns of q, lower and upper if the header names a bound; else an
     empty dictionary."""
     for column, name in list(enumerate(names, 1))[-3:]:
@@ -490,20 +494,22 @@ def remark(problem: Problem) -> str:
 
 
 def refuse_other_order(labels: Sequence[str], names: Sequence[str]) -> None:
-    own = [label.strip() for label in labels]
+    stripped_labels = [label.strip() for label in labels]
     if (
-        own != list(names)
-        and set(own) & set(names) - {""}
+        stripped_labels != list(names)
+        and set(stripped_labels) & set(names) - {""}
         and len(set(names)) == len(names)
     ):
-        fault = numbers_for(len(own), "label", len(names), "unknown")
-        if len(own) == len(names):
+        reason = numbers_for(len(stripped_labels), "label", len(names), "unknown")
+        if len(stripped_labels) == len(names):
             label, name = next(
-                pair for pair in zip(own, names, strict=True) if pair[0] != pair[1]
+                pair
+                for pair in zip(stripped_labels, names, strict=True)
+                if pair[0] != pair[1]
             )
-            fault = f"has the label {quoted(label)} in the place of {quoted(name)}"
+            reason = f"has the label {quoted(label)} in the place of {quoted(name)}"
         raise ProblemError(
-            "", fault, "put the labels in the order of the unknowns, or leave them out"
+            "", reason, "put the labels in the order of the unknowns, or leave them out"
         )
 
 
@@ -517,10 +523,10 @@ def cells_of(number: int, line: str, delimiter: str) -> list[str]:
             csv.reader([line], delimiter=delimiter, skipinitialspace=True, strict=True)
         )
     except csv.Error:
-        fault = (
+        reason = (
             "is not CSV (its quotation marks do not match, or an entry is very long)"
         )
-        raise ProblemError(f"line {number}", fault, CORRECT_THERE) from None
+        raise ProblemError(f"line {number}", reason, CORRECT_THERE) from None
 
 
 def is_name(entry: str) -> bool:
@@ -567,21 +573,21 @@ def value_of(
         return number_of(number)
     text = quoted(entry.strip())
     if is_ratio or not entry.strip():
-        fault, hint = (
+        reason, hint = (
             f"is {text}, a division by 0" if is_ratio else IS_EMPTY,
             GIVE_NUMBER,
         )
     elif is_mixed:
-        fault, hint = (
+        reason, hint = (
             f"is {quoted(entry)} in a file with decimal commas",
             "use one decimal mark, none for thousands",
         )
     elif is_number(number):
-        fault, hint = f"is {text}", "give a finite number in double precision"
+        reason, hint = f"is {text}", "give a finite number in double precision"
     else:
-        fault, hint = (
+        reason, hint = (
             f"is {quoted(entry)}, not a number",
             "write the minus sign as -" if "\u2212" in entry else REAL,
         )
         hint = "write whole numbers, as in 15/29" if "/" in entry else hint
-    raise ProblemError(f"line {line}, column {column}", fault, hint)
+    raise ProblemError(f"line {line}, column {column}", reason, hint)

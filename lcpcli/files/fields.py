@@ -87,14 +87,17 @@ def is_for_bounds(key: str) -> bool:
 
 
 def refuse_unknown(
-    field: str, given: Collection[str], known: tuple[str, ...], whole: str = "a problem"
+    field: str,
+    keys_in_file: Collection[str],
+    valid_names: tuple[str, ...],
+    subject: str = "a problem",
 ) -> None:
     """Raise ProblemError for the first unknown key, suggesting the one that is likely
     meant."""
-    others = [key for key in given if key not in known]
+    others = [key for key in keys_in_file if key not in valid_names]
     if not others:
         return
-    keys = set(given)
+    keys = set(keys_in_file)
     hint = "give M and q of a linear one, or a .nl model (lcp help models)"
     refuse(
         keys & NONLINEAR and not keys & {"M", "Q", "A"},
@@ -103,17 +106,24 @@ def refuse_unknown(
         hint,
     )
     refuse({"version", "status", "z"} <= keys, "", *A_RESULT)
-    bounds = PAIRS_OF_BOUNDS if "lower" in known else set[str]()
+    bounds = PAIRS_OF_BOUNDS if "lower" in valid_names else set[str]()
     meanings = (
         *(row.meant for row in formulations.TABLE.values()),
         (bounds, "bounds as lower and upper, each a list"),
     )
     for (names, what), key in product(meanings, others):
         refuse(
-            key.casefold() in names, key, f"is not a key of {whole}", f"give the {what}"
+            key.casefold() in names,
+            key,
+            f"is not a key of {subject}",
+            f"give the {what}",
         )
     errors.refuse_unknown(
-        field, given, known, whole, {k: v for k, v in OTHER_NAMES.items() if v in known}
+        field,
+        keys_in_file,
+        valid_names,
+        subject,
+        {k: v for k, v in OTHER_NAMES.items() if v in valid_names},
     )
 
 

@@ -87,18 +87,18 @@ FORMATS = {
 def _of_formulations(rows: Iterable[tuple[str, formulations.Row]]) -> dict[str, Kind]:
     return {
         suffix: Kind(
-            f"{row.home}.{form.module}",
-            f"the {row.word}" if form.is_written else "",
-            in_decimals=form.is_written,
+            f"{row.home}.{file_format.module}",
+            f"the {row.word}" if file_format.is_written else "",
+            in_decimals=file_format.is_written,
             is_packed=True,
-            beginning=form.beginning,
+            beginning=file_format.beginning,
             has_no_vector=f"is {row.noun}",
             of=kind,
-            pattern=form.pattern,
-            beside=form.beside,
+            pattern=file_format.pattern,
+            beside=file_format.beside,
         )
         for kind, row in rows
-        for suffix, form in row.files.items()
+        for suffix, file_format in row.files.items()
     }
 
 
@@ -106,8 +106,8 @@ def _of_formulations(rows: Iterable[tuple[str, formulations.Row]]) -> dict[str, 
 FORMATS |= _of_formulations(formulations.TABLE.items())
 
 
-def _suffixes(*kept: str) -> tuple[str, ...]:
-    return tuple(suffix for suffix, kind in FORMATS.items() if kind.keeps in kept)
+def _suffixes(*contents: str) -> tuple[str, ...]:
+    return tuple(suffix for suffix, kind in FORMATS.items() if kind.keeps in contents)
 
 
 # The formats that any problem can be written to.
@@ -122,7 +122,11 @@ PROBLEMS = (*FORMATS, *COMPRESSED)  # all suffixes of files with one problem
 def suffixes_of(kind: str) -> list[str]:
     """Return the formats that only problems of a kind of formulation can be written
     to."""
-    return [suffix for suffix, own in FORMATS.items() if own.of == kind and own.keeps]
+    return [
+        suffix
+        for suffix, file_kind in FORMATS.items()
+        if file_kind.of == kind and file_kind.keeps
+    ]
 
 
 # What to add to a list of suffixes.
@@ -176,17 +180,22 @@ class ModelFormat(Format, Protocol):
 
 
 @cache
-def load(form: str) -> Format:
+def load(module_name: str) -> Format:
     for suffix, row in formulations.FILES.items():
-        if FORMATS[suffix].form == form:
+        if FORMATS[suffix].form == module_name:
             module = row.files[suffix].module
             return cast(Format, formulations.module_of(row, module, suffix))
-    return cast(Format, import_module(form if "." in form else f"lcpcli.files.{form}"))
+    return cast(
+        Format,
+        import_module(
+            module_name if "." in module_name else f"lcpcli.files.{module_name}"
+        ),
+    )
 
 
-def package_of(form: str) -> str:
+def package_of(module_name: str) -> str:
     """Return the other package that has a format; "" for one of this package."""
-    package = form.partition(".")[0] if "." in form else ""
+    package = module_name.partition(".")[0] if "." in module_name else ""
     return "" if package == "lcpcli" else package
 
 
@@ -198,11 +207,11 @@ def kind_with(suffix: str) -> Kind | None:
 
         if kind := addition("formats", suffix):
             if not isinstance(kind, Kind) or "." not in kind.form:
-                fault = (
+                reason = (
                     f"{suffix} of another package is not a Kind whose module has "
                     "its full name"
                 )
-                raise ProblemError("", fault, "see lcp help development")
+                raise ProblemError("", reason, "see lcp help development")
             FORMATS[suffix] = kind
     return FORMATS.get(suffix)
 
@@ -315,8 +324,8 @@ def kind_in(path: str, content: bytes) -> Kind:
             for *advice, _, beginnings in FOREIGN
             if content.startswith(beginnings)
         )
-        fault, hint = next(foreign, ("", ""))
-        refuse(fault, "", fault, hint)
+        reason, hint = next(foreign, ("", ""))
+        refuse(reason, "", reason, hint)
     begun = (
         kind
         for kind in FORMATS.values()
@@ -330,13 +339,13 @@ def kind_in(path: str, content: bytes) -> Kind:
             (advice for *advice, suffixes, _ in FOREIGN if ending in suffixes.split()),
             ("", ""),
         )
-        fault, hint = AS_TABLE if re.search(RENDERED, content) else by_suffix
-        refuse(fault, "", fault, hint)
+        reason, hint = AS_TABLE if re.search(RENDERED, content) else by_suffix
+        refuse(reason, "", reason, hint)
     if kind is None:
         alike = (
-            own
-            for own in FORMATS.values()
-            if own.pattern and re.match(own.pattern, content)
+            candidate
+            for candidate in FORMATS.values()
+            if candidate.pattern and re.match(candidate.pattern, content)
         )
         kind = next(alike, None)
     if kind is None or kind is CSV_FILE:
@@ -352,6 +361,6 @@ def uncompressed(path: str) -> str:
     return path[:-3] if path.casefold().endswith(COMPRESSED) else path
 
 
-def refuse(is_wrong: Any, where: Where, fault: str, hint: str) -> None:
+def refuse(is_wrong: Any, where: Where, reason: str, hint: str) -> None:
     if is_wrong:
-        raise ProblemError(where, fault, hint)
+        raise ProblemError(where, reason, hint)

@@ -63,18 +63,18 @@ class InputFile:
     """A file that was read, or a line of one. Errors name it.
 
     path : its name; "-" is standard input. content : uncompressed. line : the number of
-    the line, from 1, if the file has a problem in each. fault : the error if it could
+    the line, from 1, if the file has a problem in each. error : the error if it could
     not be read; its content is then empty.
     """
 
     path: str
     content: bytes = b""
     line: int | None = None
-    fault: ProblemError | None = None
+    error: ProblemError | None = None
 
     # Another process works out for itself what it needs.
     def __reduce__(self) -> tuple[type[InputFile], tuple[Any, ...]]:
-        return type(self), (self.path, self.content, self.line, self.fault)
+        return type(self), (self.path, self.content, self.line, self.error)
 
     @classmethod
     def read(cls, path: str, expected: str = LINE) -> InputFile:
@@ -82,23 +82,23 @@ class InputFile:
         return cls(path, content_of(path, expected))
 
     @property
-    def place(self) -> File:
-        return contents.place(self.path)
+    def source_name(self) -> File:
+        return contents.source_name(self.path)
 
     @property
     def name(self) -> str:
         """Return the name of a problem without one of its own."""
         if self.path == STANDARD_INPUT:
-            name: str = self.place
+            name: str = self.source_name
         else:
             name = os.path.splitext(os.path.basename(uncompressed(self.path)))[0]
         return name if self.line is None else f"{name}:{self.line}"
 
-    def within(self, parse: Callable[..., T], *given: Any) -> T:
+    def within(self, parse: Callable[..., T], *arguments: Any) -> T:
         """Call `parse` with the given arguments; prefix the place of this file to the
         message of a ProblemError that it raises."""
         try:
-            return parse(*given)
+            return parse(*arguments)
         except (ProblemError, MemoryError) as error:
             raise self._named(error) from None
 
@@ -106,16 +106,16 @@ class InputFile:
         """Return an error with the place of this file; that it is in the first line of
         a line is left out."""
         if self.line is None:
-            return contents.inside(self.place, error)
+            return contents.inside(self.source_name, error)
         if isinstance(error, ProblemError) and error.where.startswith(FIRST_LINE):
             where = error.where.removeprefix(FIRST_LINE)
             error = ProblemError(where, error.fault, error.hint)
-        return contents.inside((self.place, f"line {self.line}"), error)
+        return contents.inside((self.source_name, f"line {self.line}"), error)
 
     @cached_property
     def kind(self) -> Kind:
-        if self.fault is not None:
-            raise self.fault
+        if self.error is not None:
+            raise self.error
         if self.line is not None:
             return JSON_FILE
         return self.within(kind_in, self.path, self.content)
@@ -137,12 +137,12 @@ class InputFile:
     def fields_as(self, number: Number) -> Mapping[str, Any]:
         """Return the fields. number : converts the numbers in texts to doubles."""
         if self.line is None:
-            refuse(is_result(self.content), self.place, *A_RESULT)
-        found: dict[str, Any] = self._called("fields", self.data, number)
-        is_problem = isinstance(found, dict) and (kind_of(found) or "M" in found)
-        fault = "has no M by the package of its format"
-        refuse(not is_problem, self.place, fault, OF_PACKAGE)
-        return found
+            refuse(is_result(self.content), self.source_name, *A_RESULT)
+        fields: dict[str, Any] = self._called("fields", self.data, number)
+        is_problem = isinstance(fields, dict) and (kind_of(fields) or "M" in fields)
+        reason = "has no M by the package of its format"
+        refuse(not is_problem, self.source_name, reason, OF_PACKAGE)
+        return fields
 
     @cached_property
     def nonlinear(self) -> NonlinearProblem | None:
@@ -164,23 +164,23 @@ class InputFile:
         if not path.casefold().endswith(self.kind.beside[:1]):
             return None
         other = InputFile.read(path, WHOLE)
-        form = cast(ModelFormat, load(self.kind.form))
-        return other.within(form.solution, self.data, other.content)
+        model_format = cast(ModelFormat, load(self.kind.form))
+        return other.within(model_format.solution, self.data, other.content)
 
-    def _called(self, function: str, *given: Any) -> Any:
+    def _called(self, function: str, *arguments: Any) -> Any:
         """Return what a function of the format returns. A fault of another package's
         module is one of the file."""
-        form = self.kind.form
+        module_name = self.kind.form
         try:
-            return getattr(load(form), function)(*given)
+            return getattr(load(module_name), function)(*arguments)
         except (ProblemError, MemoryError) as error:
             raise self._named(error) from None
         except Exception as error:
-            package = package_of(form)
+            package = package_of(module_name)
             if isinstance(error, LCPError) or not package:
                 raise
-            fault = f"cannot be read by the package {package}: {raised(error)}"
-            raise self._named(ProblemError("", fault, OF_PACKAGE)) from None
+            reason = f"cannot be read by the package {package}: {raised(error)}"
+            raise self._named(ProblemError("", reason, OF_PACKAGE)) from None
 
     @property
     def names(self) -> Sequence[str]:
@@ -195,8 +195,8 @@ class InputFile:
         number : converts the numbers in texts to doubles."""
         fields = self.fields if number is float else self.fields_as(number)
         if q is not None:
-            fault = f"is not needed: {self.place} contains M and q"
-            refuse(is_whole(fields), q.place, fault, NOT_SECOND)
+            reason = f"is not needed: {self.source_name} contains M and q"
+            refuse(is_whole(fields), q.source_name, reason, NOT_SECOND)
             names: Names = lambda: self.names  # noqa: E731
             fields = {**fields, "q": q.vector("q", number=number, names=names)}
         problem = self.within(made, fields)
@@ -206,16 +206,16 @@ class InputFile:
             self.within(refuse, True, "q", IS_MISSING, "add the key q")
         shape = " x ".join(map(str, problem.shape)) or "one number"
         raise ProblemError(
-            self.place,
+            self.source_name,
             f"contains M, {shape}, but no q",
             "add q, or name the file of q after it",
         )
 
     def values(self, field: str, number: Number = float) -> Any:
         """Return the numbers of a file with a single field, or of the given field."""
-        fault = self.kind.has_no_vector
+        reason = self.kind.has_no_vector
         hint = "name a file that holds a vector"
-        self.within(refuse, fault, "", fault, hint)
+        self.within(refuse, reason, "", reason, hint)
         return self._called("values", field, self.data, number)
 
     def require_order(self, names: Names, field: str = "") -> None:
@@ -245,8 +245,8 @@ class InputFile:
 
         if self.kind.has_arrays:
             return fractions_of(self.vector(field, n, names=names))
-        found = written(lambda number: self.vector(field, n, number, names))
-        return [found.number(value) for value in found.own.tolist()]
+        as_written = written(lambda number: self.vector(field, n, number, names))
+        return [as_written.number(value) for value in as_written.own.tolist()]
 
     def exactly(self, problem: Problem, q: InputFile | None = None) -> ExactProblem:
         """Return what `problem` has made of this file, and of one with q, with numbers
@@ -257,8 +257,8 @@ class InputFile:
         parts = problem.formulation.exact_conditions()
         if parts is not None:
             return ExactProblem(problem, *parts)
-        M, own_q, lower, upper = self._exact_parts(lacks_q=q is not None)
-        exact_q = own_q if q is None else q.exact_vector("q")
+        M, q_in_file, lower, upper = self._exact_parts(lacks_q=q is not None)
+        exact_q = q_in_file if q is None else q.exact_vector("q")
         return ExactProblem(problem, M, exact_q, lower, upper)
 
     def _exact_parts(self, lacks_q: bool) -> ExactParts:

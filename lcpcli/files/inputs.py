@@ -18,7 +18,7 @@ import numpy as np
 
 from lcpcli.errors import ProblemError
 from lcpcli.files import contents
-from lcpcli.files.contents import STANDARD_INPUT, Source, checked, place, within
+from lcpcli.files.contents import STANDARD_INPUT, Source, checked, source_name, within
 from lcpcli.files.fields import BOUNDS, is_whole, made
 from lcpcli.files.formats import has_lines, refuse
 from lcpcli.files.input_file import LINE, WHOLE, InputFile
@@ -38,7 +38,9 @@ FIRST_NAME = "q1"  # of several q without names
 
 class Input(NamedTuple):
     files: tuple[InputFile, ...]  # that of its problem, or those of M and of q
-    marks: Sequence[Mapping[str, Any]] = ()  # the mark of the problem in a log, or none
+    log_entries: Sequence[
+        Mapping[str, Any]
+    ] = ()  # the mark of the problem in a log, or none
 
     @property
     def line(self) -> int | None:  # that of the problem in its file
@@ -47,11 +49,11 @@ class Input(NamedTuple):
     @property
     def sources(self) -> list[Source]:  # the place of its problem
         file = self.files[0]
-        return [Source(file.place, file.line, *self.marks)]
+        return [Source(file.source_name, file.line, *self.log_entries)]
 
     @property
     def digests(self) -> list[str]:  # the digest of its problem as written
-        return [digest(*(file.content for file in self.files if file.fault is None))]
+        return [digest(*(file.content for file in self.files if file.error is None))]
 
     @property
     def size(self) -> int:  # in bytes
@@ -90,13 +92,15 @@ class QColumns(NamedTuple):
     # The bounds, and the names of the unknowns, that the file of M has.
     shared: Mapping[str, Any] = {}
     first: int = 1  # the number of the first column in the file, from 1
-    marks: Sequence[Mapping[str, Any]] = ()  # as in Input, for all problems or none
+    log_entries: Sequence[
+        Mapping[str, Any]
+    ] = ()  # as in Input, for all problems or none
 
     @property
     def sources(self) -> list[Source]:  # the places of its problems
-        file, marks = place(self.paths[1]), self.marks
+        file, log_entries = source_name(self.paths[1]), self.log_entries
         return [
-            Source(file, self.first + j, marks[j] if marks else None)
+            Source(file, self.first + j, log_entries[j] if log_entries else None)
             for j in range(len(self.names))
         ]
 
@@ -115,39 +119,43 @@ class QColumns(NamedTuple):
             key: np.asarray(value, dtype=object).tolist()
             for key, value in sorted(self.shared.items())
         }
-        whole = digest(
+        shared_digest = digest(
             *parts, *([json.dumps(shared, default=str).encode()] if shared else [])
         )
-        return [digest(whole.encode(), q.tobytes()) for q in self.Q.T]
+        return [digest(shared_digest.encode(), q.tobytes()) for q in self.Q.T]
 
     def first_problem(self) -> Problem:
         """Return the problem with the first q; a ProblemError names the file of M."""
         fields = {"M": self.M, "q": self.Q[:, 0], "name": self.names[0], **self.shared}
-        return within(place(self.paths[0]), lambda: cast(Problem, made(fields)))
+        return within(source_name(self.paths[0]), lambda: cast(Problem, made(fields)))
 
     def part(self, begin: int, end: int) -> QColumns:
-        names, marks = self.names[begin:end], self.marks[begin:end]
+        names, log_entries = self.names[begin:end], self.log_entries[begin:end]
         return self._replace(
-            Q=self.Q[:, begin:end], names=names, first=self.first + begin, marks=marks
+            Q=self.Q[:, begin:end],
+            names=names,
+            first=self.first + begin,
+            log_entries=log_entries,
         )
 
-    def parts(self, most: int) -> Iterator[QColumns]:
+    def parts(self, max_columns: int) -> Iterator[QColumns]:
         return (
-            self.part(begin, begin + most) for begin in range(0, len(self.names), most)
+            self.part(begin, begin + max_columns)
+            for begin in range(0, len(self.names), max_columns)
         )
 
 
-Work: TypeAlias = Input | QColumns
+InputItem: TypeAlias = Input | QColumns
 
 
 def digest(*parts: bytes) -> str:
     from hashlib import blake2b
 
-    found = blake2b(digest_size=8)
+    hasher = blake2b(digest_size=8)
     for part in parts:
-        found.update(len(part).to_bytes(8, "big"))
-        found.update(part)
-    return found.hexdigest()
+        hasher.update(len(part).to_bytes(8, "big"))
+        hasher.update(part)
+    return hasher.hexdigest()
 
 
 def inputs(
@@ -155,7 +163,7 @@ def inputs(
     streams: bool = False,
     of_folders: Collection[str] = (),
     ahead: Mapping[str, InputFile] | None = None,
-) -> Iterator[Work]:
+) -> Iterator[InputItem]:
     """Yield the inputs in the files, in order; "-" is standard input. A file with M
     alone is followed by the file of q.
 
@@ -180,47 +188,47 @@ class _Files:
         of_folders: Collection[str],
         ahead: Mapping[str, InputFile],
     ) -> None:
-        self._left, self._ahead = list(paths), dict(ahead)
+        self._remaining, self._ahead = list(paths), dict(ahead)
         self._of_folders = of_folders
 
-    def inputs(self, streams: bool) -> Iterator[Work]:
-        while self._left:
-            path = self._left.pop(0)
-            known = self._ahead.pop(path, None)
+    def inputs(self, streams: bool) -> Iterator[InputItem]:
+        while self._remaining:
+            path = self._remaining.pop(0)
+            input_file = self._ahead.pop(path, None)
             try:
                 contents.refuse_folder(path)
                 with (
                     contents.open_file(path)
-                    if known is None
-                    else nullcontext(io.BytesIO(known.content))
+                    if input_file is None
+                    else nullcontext(io.BytesIO(input_file.content))
                 ) as file:
                     is_stream = streams and path == STANDARD_INPUT
                     head, are_lines = _head(path, file, is_stream)
                     if are_lines:
                         yield from _lines(path, chain(head, file))
                         continue
-                    if known is None:
+                    if input_file is None:
                         content = b"".join([*head, file.read()])
-                        known = InputFile(path, checked(path, content, WHOLE))
-                yield self._with_next(known)
-            except ProblemError as fault:
-                if self._left and self._is_q():
+                        input_file = InputFile(path, checked(path, content, WHOLE))
+                yield self._with_next(input_file)
+            except ProblemError as error:
+                if self._remaining and self._is_q():
                     self._take(LINE)
-                yield Input((InputFile(path, fault=fault),))
+                yield Input((InputFile(path, error=error),))
 
     def _take(self, expected: str) -> InputFile:
         """Return the next file. expected : the hint for an empty one."""
-        path = self._left.pop(0)
+        path = self._remaining.pop(0)
         return self._ahead.pop(path, None) or InputFile.read(path, expected)
 
-    def _with_next(self, file: InputFile) -> Work:
+    def _with_next(self, file: InputFile) -> InputItem:
         """Return the problem in a file. The next file is taken as q if this one has M
         alone, or if the next one has a vector and no problem, so that the error can
         name both; of a folder only if M is alone and it can only be q."""
-        if not self._left:
+        if not self._remaining:
             return Input((file,))
         M, shared = _without_q(file)
-        both = {file.path, self._left[0]}
+        both = {file.path, self._remaining[0]}
         are_named = both.isdisjoint(self._of_folders)
         if M is None:
             takes = are_named and self._is_q()
@@ -241,19 +249,21 @@ class _Files:
             from lcpcli.files.csv_format import refuse_two_meanings
 
             q.within(refuse_two_meanings, q.data, file.data)
-        own = columns[0][:, : len(columns[0])]
-        has_M = 1 < len(own) >= len(columns[1]) - 1 and np.array_equal(own, dense(M))
-        fault, hint = (
-            f"begins with M of {file.place}",
+        first_columns = columns[0][:, : len(columns[0])]
+        has_M = 1 < len(first_columns) >= len(columns[1]) - 1 and np.array_equal(
+            first_columns, dense(M)
+        )
+        reason, hint = (
+            f"begins with M of {file.source_name}",
             "if it holds M and q, name it alone",
         )
-        refuse(has_M, q.place, fault, hint)
+        refuse(has_M, q.source_name, reason, hint)
         return QColumns((file.path, q.path), M, *columns, shared or {})
 
     def _refuse_swapped(self, file: InputFile) -> None:
         """Raise ProblemError if a file holds q, and the next one the M that should come
         before it."""
-        if (path := self._left[0]) == STANDARD_INPUT:
+        if (path := self._remaining[0]) == STANDARD_INPUT:
             return
         M = q = None
         with suppress(ProblemError):
@@ -262,17 +272,17 @@ class _Files:
             M, _ = _without_q(self._ahead[path])
         if q is not None and M is not None and len(q) == M.shape[0]:
             other = self._take(WHOLE).path
-            fault, hint = (
+            reason, hint = (
                 f"holds q, and {other} M",
                 f"name M first: {other} {file.path}",
             )
-            raise ProblemError(file.place, fault, hint)
+            raise ProblemError(file.source_name, reason, hint)
 
     def _is_q(self, n: int | None = None) -> bool:
         """Return whether the next file holds q and cannot be a problem, or M alone. n :
         the rows of the M before it, if any; then a vector of n entries is q whatever
         else it could be, and several q may be given in columns."""
-        path = self._left[0]
+        path = self._remaining[0]
         if path == STANDARD_INPUT or has_lines(path):
             return False
         with suppress(ProblemError):
@@ -280,12 +290,18 @@ class _Files:
                 self._ahead[path] = InputFile(path, content)
             if (file := self._ahead.get(path)) is None:
                 return False
-            own: Problem | Matrix | None = None
+            problem_or_matrix: Problem | Matrix | None = None
             with suppress(ProblemError):
-                own = made(file.fields)
+                problem_or_matrix = made(file.fields)
             with suppress(ProblemError):
-                return file.vector("q").size == n or not isinstance(own, Problem)
-            return own is None and n is not None and _columns(file, n) is not None
+                return file.vector("q").size == n or not isinstance(
+                    problem_or_matrix, Problem
+                )
+            return (
+                problem_or_matrix is None
+                and n is not None
+                and _columns(file, n) is not None
+            )
         return False
 
 
@@ -357,8 +373,8 @@ def _columns(file: InputFile, n: int) -> tuple[Matrix, list[str]] | None:
         return None
     names = list[str]()
     if file.kind.is_table:
-        own = file.within(file.data.table, float)
-        table, names = own.rows, own.header
+        parsed = file.within(file.data.table, float)
+        table, names = parsed.rows, parsed.header
     else:
         table = file.values("q")
     shape = np.shape(table) if isinstance(table, (list, np.ndarray)) else ()
@@ -367,8 +383,8 @@ def _columns(file: InputFile, n: int) -> tuple[Matrix, list[str]] | None:
     if len(shape) != 2 or shape[1] == 1 or (shape[0] == 1 and n > 1):
         return None
     Q = file.within(as_matrix, "q", table)
-    transposed = "transpose it: " * (shape[1] == n)
+    transposed = "transpose it: " if shape[1] == n else ""
     hint = f"{transposed}give one column for each problem, of as many rows as M has"
-    fault = f"is {shape[0]} x {shape[1]} but M is {n} x {n}"
-    file.within(refuse, shape[0] != n, "q", fault, hint)
+    reason = f"is {shape[0]} x {shape[1]} but M is {n} x {n}"
+    file.within(refuse, shape[0] != n, "q", reason, hint)
     return Q, names or [FIRST_NAME, *(f"q{j}" for j in range(2, shape[1] + 1))]

@@ -158,12 +158,16 @@ def fields(content: JsonText, number: Number = float) -> dict[str, Any]:
             "M", data["M"], as_vector("q", data["q"]).size if "q" in data else None
         )
     if "solution" in data:
-        given, hint = (
+        solutions, hint = (
             data["solution"],
             "give a list of numbers, or a list of such lists",
         )
-        refuse(not isinstance(given, list), "solution", f"is {kind(given)}", hint)
-        data["solution"] = given if given and isinstance(given[0], list) else [given]
+        refuse(
+            not isinstance(solutions, list), "solution", f"is {kind(solutions)}", hint
+        )
+        data["solution"] = (
+            solutions if solutions and isinstance(solutions[0], list) else [solutions]
+        )
     return data
 
 
@@ -283,47 +287,47 @@ def load(text: str, number: Callable[[str], Any] = float) -> Any:
                 "has another object below the first one",
                 SEVERAL,
             ) from None
-        raise _fault(text, error) from None
+        raise _syntax_error(text, error) from None
     except RecursionError:
         raise ProblemError(
             "", "is nested too deeply", "M needs two levels of brackets"
         ) from None
 
 
-def _fault(text: str, error: json.JSONDecodeError) -> ProblemError:
+def _syntax_error(text: str, error: json.JSONDecodeError) -> ProblemError:
     """Return what is wrong where json has stopped. Its words, and the place of a comma
     too many, differ between versions of Python."""
-    place = f"line {error.lineno}, column {error.colno}"
+    position = f"line {error.lineno}, column {error.colno}"
     rest = text[error.pos :].lstrip()
     if rest in ("", "-") or error.msg.startswith("Unterminated string"):
-        return ProblemError(place, ENDS_TOO_EARLY, "is the file cut off?")
+        return ProblemError(position, ENDS_TOO_EARLY, "is the file cut off?")
     # From Python 3.13 on it stops at the comma, earlier behind it.
     at = error.pos if rest[0] == "," else len(text[: error.pos].rstrip()) - 1
     bracket = text[at + 1 :].lstrip()[:1]
     if text[at : at + 1] == "," and bracket in ("]", "}"):
         column = at - text.rfind("\n", 0, at)
-        place = f"line {text.count(chr(10), 0, at) + 1}, column {column}"
-        return ProblemError(place, f"has a comma before {bracket}", "remove it")
+        position = f"line {text.count(chr(10), 0, at) + 1}, column {column}"
+        return ProblemError(position, f"has a comma before {bracket}", "remove it")
     seen = quoted(text[error.pos : error.pos + SHOWN])
-    return ProblemError(place, f"is not JSON from {seen} on", CORRECT_THERE)
+    return ProblemError(position, f"is not JSON from {seen} on", CORRECT_THERE)
 
 
 def objects_in(text: str) -> list[str]:
     """Return the texts of the objects in a JSON list, as several results are in a .json
     file; else the lines of a text that are not blank, as in JSON lines."""
-    whole, objects = text.strip(), list[str]()
+    stripped, objects = text.strip(), list[str]()
     decode, end = json.JSONDecoder().raw_decode, 1
     with suppress(ValueError, RecursionError):
-        while whole.startswith("[") and whole.endswith("]"):
-            while whole[end] in " \t\r\n,":
+        while stripped.startswith("[") and stripped.endswith("]"):
+            while stripped[end] in " \t\r\n,":
                 end += 1
-            if end == len(whole) - 1 and objects:
+            if end == len(stripped) - 1 and objects:
                 return objects
             begin = end
-            value, end = decode(whole, begin)
+            value, end = decode(stripped, begin)
             if not isinstance(value, dict):
                 break
-            objects.append(whole[begin:end])
+            objects.append(stripped[begin:end])
     return [line for line in text.split("\n") if line.strip()]
 
 
@@ -345,25 +349,29 @@ def _decoder(number: Callable[[str], Any]) -> json.JSONDecoder:
     )
 
 
-def sparse_matrix(field: str, given: dict[str, Any], n: int | None = None) -> Matrix:
+def sparse_matrix(
+    field: str, coordinates: dict[str, Any], n: int | None = None
+) -> Matrix:
     """Return the sparse matrix, after checking that its indices fit its shape, which is
     n x n unless n is None."""
     from lcpcli.linalg.patterns import outside
 
-    refuse_unknown(field, given, OF_COORDINATES)
+    refuse_unknown(field, coordinates, OF_COORDINATES)
     for key in OF_COORDINATES:
-        refuse(key not in given, f"{field}.{key}", IS_MISSING, f"add the key {key}")
+        refuse(
+            key not in coordinates, f"{field}.{key}", IS_MISSING, f"add the key {key}"
+        )
     refuse(
-        given["format"] != "coo",
+        coordinates["format"] != "coo",
         f"{field}.format",
-        f"is {kind(given['format'])}",
+        f"is {kind(coordinates['format'])}",
         'the only format is "coo"',
     )
     shape, values = (
-        as_vector(f"{field}.{key}", given[key]) for key in ("shape", "values")
+        as_vector(f"{field}.{key}", coordinates[key]) for key in ("shape", "values")
     )
     rows, cols = (
-        as_vector(f"{field}.{key}", given[key], values.size, "value")
+        as_vector(f"{field}.{key}", coordinates[key], values.size, "value")
         for key in ("rows", "cols")
     )
     where, declared = (
@@ -398,20 +406,20 @@ def of_coordinates(
 
     from lcpcli.linalg.patterns import outside
 
-    def refuse_entry(key: str, at: int, fault: str, hint: str) -> None:
+    def refuse_entry(key: str, at: int, reason: str, hint: str) -> None:
         # Which Matrix Market has not.
         where = field if first else f"{field}.{key}[{at}]"
         raise ProblemError(
-            where, f"has the entry ({rows[at]:.15g}, {cols[at]:.15g}) {fault}", hint
+            where, f"has the entry ({rows[at]:.15g}, {cols[at]:.15g}) {reason}", hint
         )
 
-    for key, places, size in (("rows", rows, shape[0]), ("cols", cols, shape[1])):
+    for key, indices, size in (("rows", rows, shape[0]), ("cols", cols, shape[1])):
         hint = (
             f"give whole numbers from {first} to {size - 1 + first}"
             if size
             else "leave it empty"
         )
-        for at in outside(places - first, size)[:1]:
+        for at in outside(indices - first, size)[:1]:
             refuse_entry(key, at, f"and is {shape[0]} x {shape[1]}", hint)
     order = np.lexsort((cols, rows))
     again = np.flatnonzero((np.diff(rows[order]) == 0) & (np.diff(cols[order]) == 0))

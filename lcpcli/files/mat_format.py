@@ -50,9 +50,11 @@ def fields(
     number: Number = float,  # noqa: ARG001
 ) -> dict[str, Any]:
     variables = dict(content)
-    known = {name: values for name, values in variables.items() if name in KNOWN}
-    if "M" not in variables and kind_of(known):
-        return of_arrays(known)
+    program_fields = {
+        name: values for name, values in variables.items() if name in KNOWN
+    }
+    if "M" not in variables and kind_of(program_fields):
+        return of_arrays(program_fields)
     shown = (
         ", ".join([*variables][:6]) + ", ..." * (len(variables) > 6) or "no variables"
     )
@@ -71,8 +73,8 @@ def fields(
             and (is_end or is_for_bounds(name))
             and math.prod(values.shape) in (1, n, 2 * n)
         ):
-            fault = "may hold bounds of z, which are called lower and upper"
-            raise ProblemError(name, fault, "rename it, or leave it out")
+            reason = "may hold bounds of z, which are called lower and upper"
+            raise ProblemError(name, reason, "rename it, or leave it out")
     if "names" in variables and len(texts(variables["names"]) or ()) != n:
         del variables["names"]  # of something else in the workspace
     if (
@@ -146,7 +148,7 @@ SIZES_OF_4 = (8, 4, 4, 2, 2, 1)  # of the numbers in version 4, in bytes, by the
 class Element(NamedTuple):
     kind: int
     data: bytes
-    whole: bytes  # with the type and the size
+    with_header: bytes  # with the type and the size
 
 
 def _require(condition: Any) -> None:
@@ -167,7 +169,7 @@ def checked(content: bytes) -> bytes:
         for element in _arrays(content[HEADER:], order)
         if _is_readable(element.data, order)
     )
-    return content[:HEADER] + b"".join(element.whole for element in arrays)
+    return content[:HEADER] + b"".join(element.with_header for element in arrays)
 
 
 def _elements(content: bytes, order: str) -> Iterator[Element]:
@@ -222,9 +224,9 @@ def _is_readable(data: bytes, order: str) -> bool:
             and values[0].kind == values[1].kind == INT32
             and shape.size == 2
         )
-        rows, ends = (_integers(part, order) for part in values[:2])
-        given = min(rows.size, *(_count(part, order) for part in values[2:]))
-        _require(are_compressed(ends, rows[:given], shape[1], shape[0]))
+        rows, column_starts = (_integers(part, order) for part in values[:2])
+        n_entries = min(rows.size, *(_count(part, order) for part in values[2:]))
+        _require(are_compressed(column_starts, rows[:n_entries], shape[1], shape[0]))
     else:
         _require(
             len(values) == 1 + is_complex

@@ -42,27 +42,27 @@ DECIMAL = rb"[-+]?(?:\d+(?:\.\d*)?|\.\d+)(?:[eE][-+]?\d+)?"
 
 
 class Entries(NamedTuple):
-    form: str  # "array" or "coordinate"
+    layout: str  # "array" or "coordinate"
     sign: int  # of the mirrored entries, 0 if there are none
     shape: tuple[int, int]
-    words: list[bytes]  # the values, of coordinates with their rows and columns
+    numbers: list[bytes]  # the values, of coordinates with their rows and columns
 
 
 def parse(content: bytes) -> Entries:
-    (form, kind, symmetry), shape, entries, end = _header(content)
-    width, sign = (1 if form == "array" else 3), SIGNS[symmetry]  # numbers per entry
-    fault = f"is {symmetry} but {shape[0]} x {shape[1]}"
-    refuse(sign and shape[0] != shape[1], "", fault, "make it square or general")
-    if form == "array":
+    (layout, kind, symmetry), shape, entries, end = _header(content)
+    width, sign = (1 if layout == "array" else 3), SIGNS[symmetry]  # numbers per entry
+    reason = f"is {symmetry} but {shape[0]} x {shape[1]}"
+    refuse(sign and shape[0] != shape[1], "", reason, "make it square or general")
+    if layout == "array":
         refuse_beyond_memory("", shape)
-    fault = f"is declared with {count(entries, 'entry')}, more than the file holds"
-    refuse(entries * 2 * width > len(content) - end + 1, "", fault, CUT_OFF)
-    _refuse_other_lines(form, kind, content, end)
-    words = content[end:].split()
-    given = count(len(words) // width, "entry")
-    fault = f"is declared with {count(entries, 'entry')} but has {given}"
-    refuse(len(words) != entries * width, "", fault, MAKE_AGREE)
-    return Entries(form, sign, shape, words)
+    reason = f"is declared with {count(entries, 'entry')}, more than the file holds"
+    refuse(entries * 2 * width > len(content) - end + 1, "", reason, CUT_OFF)
+    _refuse_other_lines(layout, kind, content, end)
+    numbers = content[end:].split()
+    n_given = count(len(numbers) // width, "entry")
+    reason = f"is declared with {count(entries, 'entry')} but has {n_given}"
+    refuse(len(numbers) != entries * width, "", reason, MAKE_AGREE)
+    return Entries(layout, sign, shape, numbers)
 
 
 def fields(content: Entries, number: Number = float) -> dict[str, Any]:
@@ -97,18 +97,18 @@ def _text(matrix: Matrix, exact: Exact) -> bytes:
     if not exact:
         return text
     lines = [line.split() for line in text.decode().strip().split("\n")]
-    for words in lines[
+    for numbers in lines[
         next(i for i, line in enumerate(lines, 1) if not line[0].startswith("%")) :
     ]:
-        double = float(words[-1])
-        words[-1] = in_decimals(exact[double]) if double in exact else words[-1]
-    return "".join(f"{' '.join(words)}\n" for words in lines).encode()
+        double = float(numbers[-1])
+        numbers[-1] = in_decimals(exact[double]) if double in exact else numbers[-1]
+    return "".join(f"{' '.join(numbers)}\n" for numbers in lines).encode()
 
 
-def _matrix(field: str, given: Entries, number: Number) -> Any:
-    form, sign, shape, words = given
-    width = 1 if form == "array" else 3
-    texts = words[width - 1 :: width]
+def _matrix(field: str, content: Entries, number: Number) -> Any:
+    layout, sign, shape, numbers = content
+    width = 1 if layout == "array" else 3
+    texts = numbers[width - 1 :: width]
     entries = len(texts)
     doubles = (
         map(float, texts)
@@ -116,14 +116,17 @@ def _matrix(field: str, given: Entries, number: Number) -> Any:
         else (number(text.decode("ascii")) for text in texts)
     )
     values = np.fromiter(doubles, np.float64, entries)
-    if form == "array":
+    if layout == "array":
         return _dense(sign, shape, values)
     rows, cols = (
-        np.fromiter(map(int, words[i::width]), np.int64, entries) for i in range(2)
+        np.fromiter(map(int, numbers[i::width]), np.int64, entries) for i in range(2)
     )
     if sign:
-        mirrored, fault = rows != cols, "is skew-symmetric with entries on its diagonal"
-        refuse(sign < 0 and not mirrored.all(), field, fault, "leave them out")
+        mirrored, reason = (
+            rows != cols,
+            "is skew-symmetric with entries on its diagonal",
+        )
+        refuse(sign < 0 and not mirrored.all(), field, reason, "leave them out")
         values = np.concatenate((values, sign * values[mirrored]))
         rows, cols = (
             np.concatenate((rows, cols[mirrored])),
@@ -145,15 +148,15 @@ def _dense(sign: int, shape: tuple[int, int], values: Vector) -> Matrix:
 
 def _header(content: bytes) -> tuple[list[str], tuple[int, int], int, int]:
     file = io.BytesIO(content)
-    words = file.readline().decode("latin-1").lower().split()
-    is_other = len(words) != 5 or words[:2] != ["%%matrixmarket", "matrix"]
+    fields = file.readline().decode("latin-1").lower().split()
+    is_other = len(fields) != 5 or fields[:2] != ["%%matrixmarket", "matrix"]
     refuse(is_other, "line 1", "is not a Matrix Market header", f"begin with {BANNER}")
-    refuse("complex" in words, "line 1", "is the header of a complex matrix", REAL)
-    for word, choices in zip(words[2:], CHOICES, strict=True):
+    refuse("complex" in fields, "line 1", "is the header of a complex matrix", REAL)
+    for field, choices in zip(fields[2:], CHOICES, strict=True):
         refuse(
-            word not in choices,
+            field not in choices,
             "line 1",
-            f"{quoted(word)} cannot be read",
+            f"{quoted(field)} cannot be read",
             f"use {' or '.join(choices)}",
         )
     of_size = (
@@ -170,7 +173,7 @@ def _header(content: bytes) -> tuple[list[str], tuple[int, int], int, int]:
     )
     sizes, names = (
         line.split(),
-        ("rows", "columns", "entries")[: 2 if words[2] == "array" else 3],
+        ("rows", "columns", "entries")[: 2 if fields[2] == "array" else 3],
     )
     if len(sizes) != len(names) or not all(
         re.fullmatch(rb"\d{1,18}", size) for size in sizes
@@ -180,27 +183,27 @@ def _header(content: bytes) -> tuple[list[str], tuple[int, int], int, int]:
             f"line {number}", f"is {shown}", f"give the numbers of {', '.join(names)}"
         )
     rows, columns, *entries = map(int, sizes)
-    sign = SIGNS[words[4]]
+    sign = SIGNS[fields[4]]
     # Of an array, which does not say it.
     entries += [rows * columns - abs(sign) * rows * (rows - sign) // 2]
-    return words[2:], (rows, columns), entries[0], file.tell()
+    return fields[2:], (rows, columns), entries[0], file.tell()
 
 
-def _refuse_other_lines(form: str, kind: str, content: bytes, end: int) -> None:
+def _refuse_other_lines(layout: str, kind: str, content: bytes, end: int) -> None:
     number, noun = (
         (rb"[-+]?\d+", "whole number") if kind == "integer" else (DECIMAL, "number")
     )
-    entry = number if form == "array" else rb"\d{1,18}[ \t]+\d{1,18}[ \t]+" + number
+    entry = number if layout == "array" else rb"\d{1,18}[ \t]+\d{1,18}[ \t]+" + number
     other = re.compile(rb"^(?![ \t]*(?:%b[ \t]*)?\r?$)[^\n]*" % entry, re.MULTILINE)
-    if found := other.search(content, end):
-        line = content.count(b"\n", 0, found.start()) + 1
+    if match := other.search(content, end):
+        line = content.count(b"\n", 0, match.start()) + 1
         expected = (
             f"give one {noun}"
-            if form == "array"
+            if layout == "array"
             else f"give a row, a column and a {noun}"
         )
         raise ProblemError(
             f"line {line}",
-            f"is {quoted(found.group().decode('latin-1').strip())}",
+            f"is {quoted(match.group().decode('latin-1').strip())}",
             expected,
         )

@@ -56,8 +56,8 @@ def render(fields: Mapping[str, Any], exact: Exact) -> dict[str, bytes]:  # noqa
     }
 
 
-def written(save: Callable[..., object], *given: Any, **options: Any) -> bytes:
-    save(file := io.BytesIO(), *given, **options)
+def written(save: Callable[..., object], *arguments: Any, **options: Any) -> bytes:
+    save(file := io.BytesIO(), *arguments, **options)
     return file.getvalue()
 
 
@@ -104,14 +104,14 @@ def _single_object(file: IO[bytes]) -> bytes | None:
 
 def _refuse_objects(content: bytes) -> None:
     """Raise an error unless the pickle of an array of shape () is that of None."""
-    fault = "is a sparse matrix as a pickle, which may run any code when it is read"
-    refuse(b"scipy.sparse" in content, "", fault, "save it dense, as by toarray()")
+    reason = "is a sparse matrix as a pickle, which may run any code when it is read"
+    refuse(b"scipy.sparse" in content, "", reason, "save it dense, as by toarray()")
     if not PICKLE_OF_NONE.search(content[-LONGEST_END:]):
         raise ValueError
 
 
 @contextmanager
-def unless_damaged(name: str, fault: str, hint: str) -> Iterator[None]:
+def unless_damaged(name: str, reason: str, hint: str) -> Iterator[None]:
     """Open a context in which whatever is raised becomes a ProblemError: neither numpy
     nor scipy nor zipfile document what a broken file may raise."""
     try:
@@ -119,7 +119,7 @@ def unless_damaged(name: str, fault: str, hint: str) -> Iterator[None]:
     except (ProblemError, MemoryError):
         raise
     except Exception:
-        raise ProblemError(name, fault, hint) from None
+        raise ProblemError(name, reason, hint) from None
 
 
 def parse(content: bytes) -> Any:

@@ -141,25 +141,27 @@ def _matrix(arrays: dict[str, Any]) -> Matrix:
         IS_MISSING,
         "add the key M, or data, indices, indptr and shape of a sparse M",
     )
-    form = text("format", arrays["format"]) if "format" in arrays else "csr"
+    matrix_format = text("format", arrays["format"]) if "format" in arrays else "csr"
     refuse(
-        form not in PARTS,
+        matrix_format not in PARTS,
         "format",
-        unknown(form),
+        unknown(matrix_format),
         f"use one of {', '.join(PARTS)}",
     )
     from scipy import sparse
 
     parts = (
-        f"{', '.join(PARTS[form])} (whole numbers but for data) and shape, of two "
-        "numbers"
+        f"{', '.join(PARTS[matrix_format])} (whole numbers but for data) and shape, of "
+        "two numbers"
     )
     hint = "give all, as scipy.sparse.save_npz writes them"
     with unless_damaged("M", f"has inconsistent parts: {parts}", hint):
-        data, *places = (arrays[key] for key in PARTS[form])
+        data, *indices = (arrays[key] for key in PARTS[matrix_format])
         shape = tuple(map(int, arrays["shape"].tolist()))
         refuse_mostly_absent("M", shape, max(shape), data.size)
-        if not fit(form, places, data.shape, shape):
+        if not fit(matrix_format, indices, data.shape, shape):
             raise ValueError
-        given = (data, tuple(places)) if form == "coo" else (data, *places)
-        return getattr(sparse, f"{form}_array")(given, shape=shape)
+        parts_of_matrix = (
+            (data, tuple(indices)) if matrix_format == "coo" else (data, *indices)
+        )
+        return getattr(sparse, f"{matrix_format}_array")(parts_of_matrix, shape=shape)

@@ -57,7 +57,11 @@ def files_of(paths: Sequence[str]) -> list[InputFile]:
 def read_origin(kind: str, path: str) -> Problem:
     """Read the problem of a formulation, or of one of the same noun, in a file."""
     problem, row = read(path), formulations.row_of(kind)
-    kinds = {each for each, own in formulations.TABLE.items() if own.noun == row.noun}
+    kinds = {
+        each
+        for each, candidate in formulations.TABLE.items()
+        if candidate.noun == row.noun
+    }
     is_other = problem.formulation.kind not in kinds
-    refuse(is_other, contents.place(path), f"is not {row.noun}", row.hint)
+    refuse(is_other, contents.source_name(path), f"is not {row.noun}", row.hint)
     return problem

@@ -45,15 +45,15 @@ def write(
     write_as(Written(problem, problem, {}), os.fspath(path), as_program)
 
 
-def write_as(found: Written[Problem], path: str, as_program: bool) -> None:
+def write_as(as_written: Written[Problem], path: str, as_program: bool) -> None:
     ending = ending_of(path)
-    if found.rounded.bounds and kind_to_write(path).keeps == formats.M_AND_Q:
+    if as_written.rounded.bounds and kind_to_write(path).keeps == formats.M_AND_Q:
         raise ProblemError(
             File(path),
             "cannot hold the bounds of z",
             f"use {', '.join(formats.COMPLETE)} or .csv",
         )
-    contents = contents_of(found, path, ending, as_program)
+    contents = contents_of(as_written, path, ending, as_program)
     write_together(
         {
             path.removesuffix(ending) + part + ending: content
@@ -63,16 +63,18 @@ def write_as(found: Written[Problem], path: str, as_program: bool) -> None:
 
 
 def contents_of(
-    found: Written[Problem], path: str, ending: str, as_program: bool
+    as_written: Written[Problem], path: str, ending: str, as_program: bool
 ) -> dict[str, bytes]:
     kind = formats.FORMATS[ending.casefold()]
     in_text = kind.in_decimals
-    problem, exact = (found.own, found.exact) if in_text else (found.rounded, {})
+    problem, exact = (
+        (as_written.own, as_written.exact) if in_text else (as_written.rounded, {})
+    )
     if kind.of and problem.formulation.kind != kind.of:
-        word = formulations.row_of(kind.of).word
-        fault = f"is for {word}s, and the problem is not made from one"
+        noun = formulations.row_of(kind.of).word
+        reason = f"is for {noun}s, and the problem is not made from one"
         hint = f"use {listed(formats.COMPLETE, 'or')}"
-        raise ProblemError(File(path), fault, hint)
+        raise ProblemError(File(path), reason, hint)
     others = (
         problem.solutions
         or problem.verdict
@@ -81,24 +83,24 @@ def contents_of(
     )
     # Its origin has a key for all that it holds.
     is_whole = as_program and kind.keeps == formats.ALL and not others
-    own = None
+    origin_fields = None
     if kind.of or is_whole:
-        own = _fields_of_origin(problem, in_text)
+        origin_fields = _fields_of_origin(problem, in_text)
     fields: dict[str, Any] = {
         key: getattr(problem, key) for key in TEXTS if getattr(problem, key)
     }
-    fields |= _fields(problem, in_text) if own is None else own
+    fields |= _fields(problem, in_text) if origin_fields is None else origin_fields
     try:
         return formats.load(kind.form).render(fields, exact)
     except AttributeError as error:
         package = formats.package_of(kind.form)
         if not package:
             raise
-        fault = f"cannot be written by the package {package}: {error}"
-        raise ProblemError(File(path), fault, hint) from None
+        reason = f"cannot be written by the package {package}: {error}"
+        raise ProblemError(File(path), reason, hint) from None
     except UnicodeEncodeError:
-        fault = "cannot hold half a character, which a text of the problem has"
-        raise ProblemError(File(path), fault, "write .json") from None
+        reason = "cannot hold half a character, which a text of the problem has"
+        raise ProblemError(File(path), reason, "write .json") from None
     except ProblemError as error:
         raise error.inside(File(path)) from None
 
@@ -134,11 +136,11 @@ def _fields_of_origin(problem: Problem, in_text: bool) -> dict[str, Any] | None:
     return problem.formulation.fields(problem, in_text=in_text)
 
 
-def with_exact_conditions(found: Written[Problem], path: str) -> Written[Problem]:
+def with_exact_conditions(as_written: Written[Problem], path: str) -> Written[Problem]:
     """Return the problem of a formulation for a file with M and q, where these are
     known exactly. The problem stays as it is if some numbers are not decimals, if it
     has bounds, and for any other file."""
-    problem = found.rounded
+    problem = as_written.rounded
     # Which is written in decimals, and does not keep all?
     kind = kind_to_write(path) if path else formats.JSON_FILE
     is_brief = kind.in_decimals and kind.keeps != formats.ALL
@@ -148,7 +150,7 @@ def with_exact_conditions(found: Written[Problem], path: str) -> Written[Problem
         or problem.bounds
         or any(places(value) is None for row in parts[0] for value in row.values())
     ):
-        return found
+        return as_written
 
     def parse(doubles: Doubles) -> Problem:
         M = np.zeros(problem.M.shape)
@@ -156,14 +158,14 @@ def with_exact_conditions(found: Written[Problem], path: str) -> Written[Problem
             M[i, list(row)] = [doubles.of(value) for value in row.values()]
         return Problem(M, problem.q, problem.name)
 
-    own = written(parse)
-    return Written(problem, own.own, own.exact)
+    exactly_written = written(parse)
+    return Written(problem, exactly_written.own, exactly_written.exact)
 
 
-def is_rounded(found: Written[Problem], path: str) -> bool:
+def is_rounded(as_written: Written[Problem], path: str) -> bool:
     """Return whether a file with the problem of `with_exact_conditions` has rounded
     doubles in place of numbers that are known exactly."""
-    problem, kind = found.own, kind_to_write(path)
+    problem, kind = as_written.own, kind_to_write(path)
     parts = problem.formulation.exact_conditions()
     if parts is not None:
         is_kept = kind.keeps == formats.ALL and (
@@ -172,8 +174,8 @@ def is_rounded(found: Written[Problem], path: str) -> bool:
         )
         return not is_kept and not _are_doubles(parts[0])
     if kind.in_decimals:
-        return not kind.has_fractions and not _are_decimals(found)
-    return bool(found.exact)
+        return not kind.has_fractions and not _are_decimals(as_written)
+    return bool(as_written.exact)
 
 
 def _are_doubles(rows: Sequence[Mapping[int, Fraction]]) -> bool:
@@ -185,13 +187,13 @@ def _are_doubles(rows: Sequence[Mapping[int, Fraction]]) -> bool:
     )
 
 
-def _are_decimals(found: Written[Problem]) -> bool:
-    return all(places(value) is not None for value in found.exact.values())
+def _are_decimals(as_written: Written[Problem]) -> bool:
+    return all(places(value) is not None for value in as_written.exact.values())
 
 
-def exact_endings(found: Written[Problem]) -> list[str]:
+def exact_endings(as_written: Written[Problem]) -> list[str]:
     """Return the suffixes of the formats that keep all numbers of a problem."""
-    problem = found.rounded
+    problem = as_written.rounded
     holding = formats.WITH_BOUNDS if problem.bounds else formats.GENERAL_SUFFIXES
     endings = [ending for ending in holding if formats.FORMATS[ending].in_decimals]
     if problem.origin is not None and not problem.origin.is_names_alone:
@@ -199,7 +201,7 @@ def exact_endings(found: Written[Problem]) -> list[str]:
     return [
         ending
         for ending in endings
-        if formats.FORMATS[ending].has_fractions or _are_decimals(found)
+        if formats.FORMATS[ending].has_fractions or _are_decimals(as_written)
     ]
 
 
@@ -210,8 +212,8 @@ def ending_of(path: str) -> str:
         return ending
     hint = f"use {listed(formats.COMPLETE, 'or')}{formats.FOR_SOME}"
     refuse(kind is not None, File(path), "is of a format that is only read", hint)
-    fault = f"has the unknown suffix {ending}" if ending else "has no suffix"
-    raise ProblemError(File(path), fault, f"use {formats.WRITTEN}")
+    reason = f"has the unknown suffix {ending}" if ending else "has no suffix"
+    raise ProblemError(File(path), reason, f"use {formats.WRITTEN}")
 
 
 def kind_to_write(path: str) -> formats.Kind:

@@ -16,7 +16,7 @@ import numpy as np
 
 from lcpcli.clock import imports, seconds
 from lcpcli.errors import SCALE_PAYOFFS, ProblemError
-from lcpcli.interrupts import TimeIsUp, within
+from lcpcli.interrupts import TimeIsUp, deadline_after
 from lcpcli.model.formulation import Answer, Formulation
 from lcpcli.rational.elimination import Effort
 from lcpcli.solving.result import Result, Status
@@ -127,7 +127,7 @@ def _rounded(result: Result, exactly: Exact) -> Vector | None:
     with imports:
         from lcpcli.verify.exact_solution import finitely_rounded
     z: Sequence[Fraction] | None = None
-    with suppress(TimeIsUp), within(result.limits.time_limit - result.seconds):
+    with suppress(TimeIsUp), deadline_after(result.limits.time_limit - result.seconds):
         z = exactly(Effort(EFFORT))
     return None if z is None else finitely_rounded(z)
 

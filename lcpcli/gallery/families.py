@@ -150,17 +150,21 @@ def _entries(table: str, home: str) -> Iterator[tuple[str, Entry]]:
             file = f"{home}.{name[:-1]}"
 
 
-def _with_formulations(known: dict[str, Entry]) -> dict[str, Entry]:
+def _with_formulations(entries: dict[str, Entry]) -> dict[str, Entry]:
     """Return these families and those of the formulations that are installed, each
     behind the family that its table names."""
     for kind in formulations.TABLE:
         row = formulations.row_of(kind)
         with suppress(ProblemError):
-            place, table = formulations.module_of(row, "gallery", "").FAMILIES
-            names, added = [*known], dict(_entries(table, row.home))
-            first = names[: names.index(place) + 1] if place in known else names
-            known = {name: known[name] for name in first} | added | known
-    return known
+            predecessor, table = formulations.module_of(row, "gallery", "").FAMILIES
+            names, added = [*entries], dict(_entries(table, row.home))
+            first = (
+                names[: names.index(predecessor) + 1]
+                if predecessor in entries
+                else names
+            )
+            entries = {name: entries[name] for name in first} | added | entries
+    return entries
 
 
 REGISTRY = _with_formulations(dict(_entries(TABLE, "lcpcli.gallery")))
@@ -222,9 +226,9 @@ def make(name: str, n: int | None = None, seed: int = 0, **parameters: Any) -> P
 
 
 def refuse_unknown(name: str, parameter: str) -> None:
-    known = parameters_of(name)
-    if parameter not in known:
-        hint = likely(parameter, known) if known else LEAVE_OUT
+    valid_names = parameters_of(name)
+    if parameter not in valid_names:
+        hint = likely(parameter, valid_names) if valid_names else LEAVE_OUT
         raise OptionError(
             "parameters", f"{quoted(parameter)} is not a parameter of {name}", hint
         )

@@ -151,10 +151,10 @@ def degenerate(n: int, seed: int) -> Problem:
     """Draw integers M = A'A + I and q; z > 0 for a quarter of the indices and w > 0 for
     another, rounded down."""
     random = np.random.default_rng([seed, n])
-    M, places, quarter = integer_matrix(random, n), random.permutation(n), (n + 2) // 4
+    M, order, quarter = integer_matrix(random, n), random.permutation(n), (n + 2) // 4
     z, w = np.zeros((2, n))
-    z[places[:quarter]] = random.integers(1, 10, quarter)
-    w[places[quarter : n // 2]] = random.integers(1, 10, n // 2 - quarter)
+    z[order[:quarter]] = random.integers(1, 10, quarter)
+    w[order[quarter : n // 2]] = random.integers(1, 10, n // 2 - quarter)
     note = (
         "The solution is exact: all numbers are integers. z_i = w_i = 0 for half of "
         "the indices."
@@ -401,9 +401,9 @@ def planted(n: int, seed: int, *, entries: int = 0) -> Problem:
     if entries:
         from scipy.sparse import csr_array
 
-        places = np.repeat(np.arange(n), entries), random.integers(0, n, entries * n)
+        positions = np.repeat(np.arange(n), entries), random.integers(0, n, entries * n)
         values = _rounded(random.standard_normal(entries * n), STEPS_OF_M)
-        M: Matrix = csr_array((values, places), shape=(n, n))
+        M: Matrix = csr_array((values, positions), shape=(n, n))
     else:
         M = _rounded(random.standard_normal((n, n)), STEPS_OF_M)
     inside = random.integers(0, 2, n) == 1

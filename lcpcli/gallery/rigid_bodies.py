@@ -70,25 +70,23 @@ class Scene:
         friction: float = 0.5,
         ceiling: float | None = None,
     ) -> None:
-        ends = (1, int(ceiling is not None))
+        n_fixed = (1, int(ceiling is not None))
         self.centres, self.velocities = (
-            np.pad(rows, (ends, (0, 0))) for rows in (centres, velocities)
+            np.pad(rows, (n_fixed, (0, 0))) for rows in (centres, velocities)
         )
-        self.angles, self.friction = np.pad(angles, ends), friction
+        self.angles, self.friction = np.pad(angles, n_fixed), friction
         self.centres[0, 1] = -GROUND[1]
-        fixed = [0] * ends[0] + [-1] * ends[1]
+        fixed = [0] * n_fixed[0] + [-1] * n_fixed[1]
         if ceiling is not None:
             self.centres[-1, 1], self.velocities[-1, 1] = ceiling + GROUND[1], -DESCENT
         self._half, self._inverse_masses = (
             np.tile(HALF, (self.angles.size, 1)),
             np.ones(self.velocities.shape),
         )
-        self._half[fixed], self._inverse_masses[:, 2], self._inverse_masses[fixed] = (
-            GROUND,
-            INVERSE_INERTIA,
-            0.0,
-        )
-        self._look()
+        self._half[fixed] = GROUND
+        self._inverse_masses[:, 2] = INVERSE_INERTIA
+        self._inverse_masses[fixed] = 0.0
+        self._update_contacts()
 
     def problem(self) -> Problem:
         """Return the LCP of the next step, for z = (normal impulses, tangential ones in
@@ -102,16 +100,17 @@ class Scene:
         k = len(self.contacts)
         rows = self._rows * np.sqrt(self._inverse_masses.ravel())
         S, speeds = rows @ rows.T, self._rows @ self._free().ravel()
-        places, signs = (
+        row_indices, signs = (
             np.concatenate((np.arange(2 * k), np.arange(k, 2 * k))),
             np.repeat([1.0, 1.0, -1.0], k),
         )
         speeds[:k] += np.array([contact.gap for contact in self.contacts]) / STEP
         return Problem(
             systems.with_friction(
-                np.outer(signs, signs) * S[np.ix_(places, places)], self.friction
+                np.outer(signs, signs) * S[np.ix_(row_indices, row_indices)],
+                self.friction,
             ),
-            np.concatenate((signs * speeds[places], np.zeros(k))),
+            np.concatenate((signs * speeds[row_indices], np.zeros(k))),
             name=f"rigid-boxes-{4 * k}",
             source="Stewart and Trinkle 1996, a time step of boxes in the plane",
             note=f"{count(k, 'contact')}, friction {self.friction:g}.",
@@ -129,14 +128,14 @@ class Scene:
             )
         self.centres = self.centres + STEP * self.velocities[:, :2]
         self.angles = self.angles + STEP * self.velocities[:, 2]
-        self._look()
+        self._update_contacts()
 
     def _free(self) -> Vector:
         return self.velocities - STEP * GRAVITY * np.array([0.0, 1.0, 0.0]) * (
             self._inverse_masses > 0
         )
 
-    def _look(self) -> None:
+    def _update_contacts(self) -> None:
         """Find the contacts and the rows N and T, which map the velocities of all
         bodies to those at the contacts."""
         c, s = np.cos(self.angles), np.sin(self.angles)
@@ -145,18 +144,20 @@ class Scene:
         )  # rows for each body
         self._margins = NEAR + STEP * _distances(self.velocities[:, :2])
         reach, moves = np.hypot(*self._half.T), self._inverse_masses[:, 0] > 0
-        near = _distances(self.centres) <= np.add.outer(reach, reach) + self._margins
+        may_touch = (
+            _distances(self.centres) <= np.add.outer(reach, reach) + self._margins
+        )
         pairs = np.argwhere(
-            np.triu(near & np.logical_or.outer(moves, moves), 1)
+            np.triu(may_touch & np.logical_or.outer(moves, moves), 1)
         ).tolist()
         self.contacts = [contact for i, j in pairs for contact in self._between(i, j)]
         k = len(self.contacts)
         rows = np.zeros((2 * k, self.angles.size, 3))
-        for place, (first, second, (x, y), point, _) in enumerate(self.contacts):
+        for row, (first, second, (x, y), point, _) in enumerate(self.contacts):
             for body, sign in ((first, -1.0), (second, 1.0)):
                 a, b = point - self.centres[body]
-                rows[place, body] = sign * np.array([x, y, a * y - b * x])
-                rows[k + place, body] = sign * np.array([-y, x, a * x + b * y])
+                rows[row, body] = sign * np.array([x, y, a * y - b * x])
+                rows[k + row, body] = sign * np.array([-y, x, a * x + b * y])
         self._rows = rows.reshape(2 * k, 3 * self.angles.size)
 
     def _between(self, i: int, j: int) -> list[Contact]:
@@ -194,13 +195,13 @@ class Scene:
             self._half[second, 1 - k] * self._axes[second, 1 - k],
             self._half[first, 1 - axis],
         )
-        side, ends = self._axes[first, 1 - axis], np.array([-1.0, 1.0])
+        side, interval = self._axes[first, 1 - axis], np.array([-1.0, 1.0])
         at, per = side @ (middle - self.centres[first]), side @ along
         # The points middle + t along above the side of the first body.
         if abs(per) > 1e-9:
             low, high = sorted(((-width - at) / per, (width - at) / per))
-            ends = np.array([max(low, -1.0), min(high, 1.0)])
-        points = middle + np.outer(ends, along)
+            interval = np.array([max(low, -1.0), min(high, 1.0)])
+        points = middle + np.outer(interval, along)
         gaps = (
             (points - self.centres[first]) @ normal - self._half[first, axis]
         ).tolist()
@@ -211,7 +212,7 @@ class Scene:
         return [
             each
             for each in contacts
-            if each.gap <= self._margins[first, second] and ends[0] < ends[1]
+            if each.gap <= self._margins[first, second] and interval[0] < interval[1]
         ]
 
 
@@ -246,12 +247,12 @@ def contact_in_time(
         2 * HALF,
     )
     if kind == "pyramid":
-        places = [
+        positions = [
             (column + row / 2, row + 0.5)
             for row in range(boxes)
             for column in range(boxes - row)
         ]
-        centres = np.array(places) * (1.1 * width, height)
+        centres = np.array(positions) * (1.1 * width, height)
     else:
         spacing = 1.2 * width if kind == "heap" else height
         centres = np.stack(

@@ -41,7 +41,7 @@ class Support(NamedTuple):
     the end, under a load of 1, for a stiffness of 1 and the length 1."""
 
     meaning: str
-    ends: tuple[str, str]
+    at_ends: tuple[str, str]
     deflection: float
 
 
@@ -87,23 +87,26 @@ def beam(
     load : 1 bends the beam, with a stiffness of 1 and without the obstacle, by 2.5
         times its least distance from that; with a mass, its inertia does so besides.
     """
-    held, n = _support(support), max(n, MIN_NODES)
+    support_type, n = _support(support), max(n, MIN_NODES)
     h, factor = 1 / (n + 1), float(np.rint(contrast))
-    M = _differences(n, held.ends, factor)
+    M = _differences(n, support_type.at_ends, factor)
     springs = np.zeros(n)
-    springs[[0, -1]] = [SPRING * h**3 * (end == "spring") for end in held.ends]
+    springs[[0, -1]] = [
+        SPRING * h**3 * (support_of_end == "spring")
+        for support_of_end in support_type.at_ends
+    ]
     M = plus_diagonal(M, springs + mass * h**4)
-    humps = _humps(_places(np.arange(1, n + 1), n + 1))
-    obstacle = (humps * DEPTH + np.full(n, GAP)) * -held.deflection
-    force = load * h**4 * (1 + mass * held.deflection)
+    humps = _humps(_relative_positions(np.arange(1, n + 1), n + 1))
+    obstacle = (humps * DEPTH + np.full(n, GAP)) * -support_type.deflection
+    force = load * h**4 * (1 + mass * support_type.deflection)
     q = AccurateProduct(M)(obstacle, np.full(n, force))
     inertia = f", mass {mass:g}" if mass else ""
     return Problem(
         M,
         q,
         note=(
-            f"A beam of {count(n, 'node')}, {held.meaning}, contrast {factor:g}, load "
-            f"{load:g}{inertia}: deflections above the obstacle."
+            f"A beam of {count(n, 'node')}, {support_type.meaning}, contrast "
+            f"{factor:g}, load {load:g}{inertia}: deflections above the obstacle."
         ),
     )
 
@@ -128,7 +131,7 @@ def plate(
         raise _unknown(support, OF_PLATE)
     k, factor = max(round(math.sqrt(n)), MIN_NODES), float(np.rint(contrast))
     M = _laplacians(k, support == "clamped", factor)
-    humps = _humps(_places(np.arange(1, k + 1), k + 1))
+    humps = _humps(_relative_positions(np.arange(1, k + 1), k + 1))
     along, across = np.repeat(np.arange(k), k), np.tile(np.arange(k), k)
     product = humps[along] * humps[across]
     obstacle = (product * DEPTH + np.full(k * k, GAP)) * -OF_PLATE[support]
@@ -157,32 +160,36 @@ def frame(
 
     support, contrast, load : as for a beam.
     """
-    held = _support(support)
-    held_unknowns = sum(FIXED.get(end, 0) for end in held.ends)
+    support_type = _support(support)
+    held_unknowns = sum(
+        FIXED.get(support_of_end, 0) for support_of_end in support_type.at_ends
+    )
     k = max(round((n + held_unknowns) / 2) - 1, MIN_NODES)
     h, factor = 1 / k, float(np.rint(contrast))
-    M, ends = _elements(k, factor), (0, 2 * k)
+    M, end_nodes = _elements(k, factor), (0, 2 * k)
     springs, fixed = np.zeros(2 * k + 2), list[int]()
-    for deflection, end in zip(ends, held.ends, strict=True):
-        springs[deflection] = SPRING * h**3 * (end == "spring")
-        fixed += range(deflection, deflection + FIXED.get(end, 0))
-    kept = np.delete(np.arange(2 * k + 2), fixed)
-    M = principal(plus_diagonal(M, springs), kept)
-    humps = _humps(_places(np.repeat(np.arange(k + 1), 2), k))
-    is_free = kept % 2 == 1
-    obstacle = (humps * DEPTH + np.full(2 * k + 2, GAP)) * -held.deflection
+    for deflection, support_of_end in zip(end_nodes, support_type.at_ends, strict=True):
+        springs[deflection] = SPRING * h**3 * (support_of_end == "spring")
+        fixed += range(deflection, deflection + FIXED.get(support_of_end, 0))
+    free_unknowns = np.delete(np.arange(2 * k + 2), fixed)
+    M = principal(plus_diagonal(M, springs), free_unknowns)
+    humps = _humps(_relative_positions(np.repeat(np.arange(k + 1), 2), k))
+    is_free = free_unknowns % 2 == 1
+    obstacle = (humps * DEPTH + np.full(2 * k + 2, GAP)) * -support_type.deflection
     # Of an even load, each element has half at both of its nodes, and moments.
     forces = np.tile([load * h**4, 0.0], k + 1)
     forces[[0, -2]] /= 2
     forces[[1, -1]] = load * h**4 / 12, -load * h**4 / 12
-    q = AccurateProduct(M)(obstacle[kept] * np.where(is_free, 0.0, 1.0), forces[kept])
+    q = AccurateProduct(M)(
+        obstacle[free_unknowns] * np.where(is_free, 0.0, 1.0), forces[free_unknowns]
+    )
     return Problem(
         M,
         q,
         note=(
-            f"A beam of {count(k, 'element')}, {held.meaning}, contrast {factor:g}, "
-            f"load {load:g}: each deflection above the obstacle before the rotation of "
-            "its node, which is free."
+            f"A beam of {count(k, 'element')}, {support_type.meaning}, contrast "
+            f"{factor:g}, load {load:g}: each deflection above the obstacle before the "
+            "rotation of its node, which is free."
         ),
         lower=np.where(is_free, -np.inf, 0.0),
     )
@@ -194,11 +201,11 @@ def _support(name: str) -> Support:
     return SUPPORTS[name]
 
 
-def _unknown(name: str, known: Iterable[str]) -> OptionError:
+def _unknown(name: str, valid_names: Iterable[str]) -> OptionError:
     return OptionError(
         "support",
         f"{quoted(name)} is unknown",
-        likely(name, known, f"choose one of {', '.join(known)}"),
+        likely(name, valid_names, f"choose one of {', '.join(valid_names)}"),
     )
 
 
@@ -209,7 +216,7 @@ def _stiffness(parts: int, factor: float) -> Vector:
     return np.where(segments % 2 == 1, factor, 1.0)
 
 
-def _differences(n: int, ends: tuple[str, str], factor: float) -> Matrix:
+def _differences(n: int, supports: tuple[str, str], factor: float) -> Matrix:
     """Return B'EB for the second differences B at the nodes 0, ..., n + 1 of a beam, of
     which the first and the last are fixed; a free end, or one on a spring, is the node
     1 or n."""
@@ -218,19 +225,19 @@ def _differences(n: int, ends: tuple[str, str], factor: float) -> Matrix:
     # At node i, of the nodes i - 1, i and i + 1; the deflection beyond a clamped end
     # is that before it, and its curvature counts for half an interval.
     B = np.zeros((3, n + 2))
-    B[0], B[1], B[2] = 1.0, -2.0, 1.0
+    B[:] = [[1.0], [-2.0], [1.0]]
     E = _stiffness(n + 2, factor)
-    for first, second, end in zip((0, n + 1), (1, n), ends, strict=True):
+    for first, second, support in zip((0, n + 1), (1, n), supports, strict=True):
         B[:, first] = 0.0
-        if end == "clamped":
+        if support == "clamped":
             B[2 if first == 0 else 0, first] = 2.0
             E[first] /= 2
-        elif end in ("free", "spring"):
+        elif support in ("free", "spring"):
             B[:, second] = 0.0
-    own = np.repeat(np.arange(n + 2), 3)
-    other = own + np.tile([-1, 0, 1], n + 2)
-    inside = (other >= 1) & (other <= n)
-    entries = B.T.ravel()[inside], (own[inside], other[inside] - 1)
+    row_indices = np.repeat(np.arange(n + 2), 3)
+    column_indices = row_indices + np.tile([-1, 0, 1], n + 2)
+    inside = (column_indices >= 1) & (column_indices <= n)
+    entries = B.T.ravel()[inside], (row_indices[inside], column_indices[inside] - 1)
     matrix = csr_array(entries, shape=(n + 2, n))
     return _without_zeros(matrix.T @ diags_array(E) @ matrix)
 
@@ -243,7 +250,8 @@ def _laplacians(k: int, is_clamped: bool, factor: float) -> Matrix:
     i, j = (each.ravel() for each in np.indices((k + 2, k + 2)))
     on_edge = (np.minimum(i, j) == 0) | (np.maximum(i, j) == k + 1)
     weights = np.where(on_edge, 0.5 * is_clamped, 1.0) * _stiffness(k + 2, factor)[i]
-    rows, columns, values = list[Indices](), list[Indices](), list[Vector]()
+    rows, columns = list[Indices](), list[Indices]()
+    values = list[Vector]()
     for di, dj, value in ((0, 0, -4), (1, 0, 1), (-1, 0, 1), (0, 1, 1), (0, -1, 1)):
         # Beyond a clamped edge the deflection is that before it.
         other = [
@@ -254,8 +262,8 @@ def _laplacians(k: int, is_clamped: bool, factor: float) -> Matrix:
         rows.append(inside.nonzero()[0])
         columns.append(((other[0] - 1) * k + other[1] - 1)[inside])
         values.append(np.full(rows[-1].size, float(value)))
-    places = np.concatenate(rows), np.concatenate(columns)
-    L = csr_array((np.concatenate(values), places), shape=((k + 2) ** 2, k * k))
+    positions = np.concatenate(rows), np.concatenate(columns)
+    L = csr_array((np.concatenate(values), positions), shape=((k + 2) ** 2, k * k))
     return _without_zeros(L.T @ diags_array(weights) @ L)
 
 
@@ -266,9 +274,9 @@ def _elements(k: int, factor: float) -> Matrix:
 
     rows, columns = (2 * np.arange(k)[:, np.newaxis] + each.ravel() for each in INDICES)
     values = _stiffness(k, factor)[:, np.newaxis] * ELEMENT.ravel()
-    places = rows.ravel(), columns.ravel()
+    positions = rows.ravel(), columns.ravel()
     size = 2 * k + 2
-    return _without_zeros(csr_array((values.ravel(), places), shape=(size, size)))
+    return _without_zeros(csr_array((values.ravel(), positions), shape=(size, size)))
 
 
 def _without_zeros(M: Matrix) -> Matrix:
@@ -278,7 +286,7 @@ def _without_zeros(M: Matrix) -> Matrix:
     return M
 
 
-def _places(numbers: Indices, parts: int) -> DoubleDouble:
+def _relative_positions(numbers: Indices, parts: int) -> DoubleDouble:
     """Return numbers / parts."""
     high = numbers / parts
     # What high leaves of the number is exact.

@@ -70,13 +70,10 @@ def _rows(random: Generator, k: int) -> tuple[Vector, Vector]:
         angle, arms = random.uniform(0, 2 * np.pi), random.uniform(-1, 1, (2, 2))
         for body, sign, (x, y) in zip(pair, (1, -1), arms, strict=True):
             if body < bodies:
-                place, c, s = (
-                    slice(3 * body, 3 * body + 3),
-                    sign * np.cos(angle),
-                    sign * np.sin(angle),
-                )
-                normal[i, place] = c, s, x * s - y * c
-                tangential[i, place] = -s, c, x * c + y * s
+                columns = slice(3 * body, 3 * body + 3)
+                c, s = sign * np.cos(angle), sign * np.sin(angle)
+                normal[i, columns] = c, s, x * s - y * c
+                tangential[i, columns] = -s, c, x * c + y * s
     return np.rint(UNITS * normal) / UNITS, np.rint(UNITS * tangential) / UNITS
 
 
@@ -124,15 +121,18 @@ def circuit(n: int, _seed: int) -> Problem:
     )
 
 
-def _incidence(nodes: int, ends: Sequence[tuple[Indices, Indices]]) -> Any:
+def _incidence(nodes: int, branches: Sequence[tuple[Indices, Indices]]) -> Any:
     """Return a column for each branch of a network, with 1 at its first node and -1 at
     its second node."""
     from scipy.sparse import csr_array
 
-    first, second = map(np.concatenate, zip(*ends, strict=True))
-    places, one = np.tile(np.arange(first.size), 2), np.ones(first.size)
+    first, second = map(np.concatenate, zip(*branches, strict=True))
+    branch_numbers, one = np.tile(np.arange(first.size), 2), np.ones(first.size)
     return csr_array(
-        (np.concatenate((one, -one)), (np.concatenate((first, second)), places)),
+        (
+            np.concatenate((one, -one)),
+            (np.concatenate((first, second)), branch_numbers),
+        ),
         (nodes, first.size),
     )
 
@@ -151,13 +151,14 @@ def relays(n: int, seed: int, *, step: float = 0.125) -> Problem:
     A = S - S.T - np.eye(n)
     state = np.rint(UNITS * random.standard_normal(n)) / UNITS
     inverse = np.linalg.inv(np.eye(n) - step * A)
-    M, q, end = step * (C @ inverse @ C.T), C @ (inverse @ state), np.ones(n)
+    M, q = step * (C @ inverse @ C.T), C @ (inverse @ state)
+    ones = np.ones(n)
     return Problem(
         M,
         q,
         note=f"Step {step:g}. Relays with -1 < z < 1 slide.",
-        lower=-end,
-        upper=end,
+        lower=-ones,
+        upper=ones,
     )
 
 
@@ -253,11 +254,11 @@ def two_obstacles(
     J. F. Rodrigues, Obstacle Problems in Mathematical Physics, North-Holland (1987).
     """
     M, q = _membrane(n)
-    end, note = (
+    half_gap, note = (
         np.full(q.size, gap / 2),
         f"The membrane touches an obstacle where |z| = {gap / 2:g}.",
     )
-    return Problem(M, load * q, note=note, lower=-end, upper=end)
+    return Problem(M, load * q, note=note, lower=-half_gap, upper=half_gap)
 
 
 def torsion(n: int, _seed: int, *, angle: float = 4.0) -> Problem:

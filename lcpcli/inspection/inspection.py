@@ -25,7 +25,7 @@ from lcpcli.clock import imports
 from lcpcli.errors import count
 from lcpcli.inspection import theory
 from lcpcli.inspection.verdict import NO, YES, Verdict, classify, weak_row
-from lcpcli.interrupts import TimeIsUp, check, within
+from lcpcli.interrupts import TimeIsUp, deadline_after, raise_if_timed_out
 from lcpcli.linalg import matrices
 from lcpcli.linalg.doubles import generator, size
 from lcpcli.linalg.patterns import affordable
@@ -174,7 +174,7 @@ def inspect(
         return inspect_nonlinear(problem, time_limit)
     as_problem(problem)
     M, end = problem.M, clock.seconds() + time_limit
-    with within(time_limit):
+    with deadline_after(time_limit):
         classes = classify(M)
     definite = classes["symmetric"].word == classes["positive_definite"].word == YES
     p, smoothing_error = theory.smoothing(problem)
@@ -192,28 +192,28 @@ def inspect(
         obvious=_obvious(problem, classes),
         hints=list(filter(None, [changes.remark(problem)])),
     )
-    with suppress(TimeIsUp), within(end - clock.seconds()):
-        check()
+    with suppress(TimeIsUp), deadline_after(end - clock.seconds()):
+        raise_if_timed_out()
         if problem.n and affordable(M):
             found.condition = theory.condition(M)
-            check()
+            raise_if_timed_out()
             found.equilibrated_condition = theory.condition(scaled)
-            check()
+            raise_if_timed_out()
             found.stiffness = stiffness(M)
-        check()
+        raise_if_timed_out()
         if problem.n and classes["symmetric"].word == YES:
             found.spectrum = theory.eigenvalues(M, definite)
-        check()
+        raise_if_timed_out()
         if problem.n:
             found.published, found.best = theory.rates(
                 M, found.spectrum if definite else None
             )
-    with suppress(TimeIsUp), within(end - clock.seconds()):
-        check()
+    with suppress(TimeIsUp), deadline_after(end - clock.seconds()):
+        raise_if_timed_out()
         found.presolve = presolved(problem) if problem.is_mixed else None
-        check()
+        raise_if_timed_out()
         found.plan = plan(problem)
-    with suppress(TimeIsUp), within(end - clock.seconds()):
+    with suppress(TimeIsUp), deadline_after(end - clock.seconds()):
         found.hints.extend(_hints(found))
     return found
 
@@ -288,7 +288,7 @@ def _hints(own: Inspection) -> list[str]:
     transpose = M.T.tocsr() if matrices.is_sparse(M) else np.ascontiguousarray(M.T)
     if (
         own.classes["strictly_diagonally_dominant"].word == NO
-        and weak_row(transpose, check) is None
+        and weak_row(transpose, raise_if_timed_out) is None
     ):
         found.append(
             "strictly diagonally dominant by columns, not by rows: if rows were "
@@ -380,7 +380,7 @@ def inspect_nonlinear(
     )
     operators, common, fixed = problem.composition() if problem.composition else NO_TEXT
     condition, classes = None, dict[str, Verdict]()
-    with suppress(TimeIsUp), within(time_limit):
+    with suppress(TimeIsUp), deadline_after(time_limit):
         if J is not None and problem.n and affordable(J):
             condition = theory.condition(J)
         if J is not None:

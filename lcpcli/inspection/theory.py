@@ -157,7 +157,7 @@ def _is_copositive_for_q(classes: Mapping[str, Verdict], problem: Problem) -> bo
     contact with friction."""
     if classes["copositive"].word != YES or problem.is_mixed:
         return False
-    return ends_at_solution(problem.M, problem.q, interrupts.check)
+    return ends_at_solution(problem.M, problem.q, interrupts.raise_if_timed_out)
 
 
 def rates(M: Matrix, ends: Spectrum | None) -> tuple[Rate, Rate | None]:

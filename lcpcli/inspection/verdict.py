@@ -56,7 +56,7 @@ def called(name: str) -> str:
     return ("an " if words[0] in "HM" else "a ") * words.endswith("-matrix") + words
 
 
-# It raises TimeIsUp if the time is used up, as `interrupts.check` does.
+# It raises TimeIsUp if the time is used up, as `interrupts.raise_if_timed_out` does.
 Check = Callable[[], None]
 
 
@@ -370,7 +370,7 @@ def classify(M: Matrix, last: str = "", steps: float = math.inf) -> dict[str, Ve
     def check() -> None:
         if next(counter) >= steps:
             raise TimeIsUp
-        interrupts.check()
+        interrupts.raise_if_timed_out()
 
     context = Context(M, check)
     for name, file in CLASSES.items():

@@ -17,7 +17,7 @@ from itertools import pairwise
 
 import numpy as np
 
-from lcpcli.interrupts import check
+from lcpcli.interrupts import raise_if_timed_out
 from lcpcli.linalg.double_double import DoubleDouble
 from lcpcli.linalg.factors import SingularMatrix
 from lcpcli.typing import Vector
@@ -86,7 +86,7 @@ class FixedPointFactors:
         rows, columns, n = self._rows, self._columns, self._n
         for j, row in enumerate(rows):
             if not j % CHECKED_EVERY:
-                check()
+                raise_if_timed_out()
             pivot = row[0]
             if not pivot:
                 raise SingularMatrix
@@ -131,7 +131,7 @@ class FixedPointFactors:
             value = x[j]
             for a, factor in enumerate(factors, j + 1):
                 x[a] -= factor * value >> BITS
-        check()
+        raise_if_timed_out()
         for j in range(self._n - 1, -1, -1):
             row, total = self._rows[j], x[j] << BITS
             for a in range(1, min(self._width + 1, self._n - j)):

@@ -26,7 +26,7 @@ from typing import Any, Literal, TypeAlias
 import numpy as np
 
 from lcpcli.clock import imports
-from lcpcli.interrupts import check
+from lcpcli.interrupts import raise_if_timed_out
 from lcpcli.linalg.doubles import (
     LARGEST_DOUBLE,
     MAX_COPIED_ENTRIES,
@@ -573,7 +573,7 @@ def accurate_residual(A: Matrix, x: Vector, b: Vector) -> Vector:
     if not is_sparse(A):
         used = x.nonzero()[0]
         for part in row_parts(b.size, max(used.size, 1)):
-            check()
+            raise_if_timed_out()
             rows = split_products(A[part].take(used, 1), x[used])
             sums = zip(b[part].tolist(), *(each.tolist() for each in rows), strict=True)
             w[part] = [math.fsum(chain((value,), *row)) for value, *row in sums]
@@ -622,7 +622,7 @@ def _distilled(A: Matrix, x: Vector, b: Vector) -> Vector:
 
 def _products(a: Vector, x: Vector) -> tuple[list[float], list[float]]:
     """Return two lists whose i-th entries add up to exactly -a_i x_i."""
-    check()
+    raise_if_timed_out()
     terms, errors = split_products(a, x)
     return terms.tolist(), errors.tolist()
 

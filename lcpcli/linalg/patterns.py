@@ -20,7 +20,7 @@ from typing import Any
 import numpy as np
 
 from lcpcli.clock import imports
-from lcpcli.interrupts import check
+from lcpcli.interrupts import raise_if_timed_out
 from lcpcli.linalg.doubles import ROUNDING, distinct
 from lcpcli.linalg.matrices import (
     compressed,
@@ -179,7 +179,7 @@ def fill(M: Matrix, most: int) -> int:
     waiting: list[list[Indices]] = [[] for _ in columns]
     total = 0
     for j, own in enumerate(columns):
-        check()
+        raise_if_timed_out()
         merged = distinct(np.concatenate((own, *waiting[j]))) if waiting[j] else own
         waiting[j] = []
         total += merged.size

@@ -22,7 +22,7 @@ from typing import NamedTuple
 import numpy as np
 
 from lcpcli.basis.exchanges import BasicSolution, exchanging
-from lcpcli.interrupts import check
+from lcpcli.interrupts import raise_if_timed_out
 from lcpcli.linalg.doubles import EPS, ROUNDING, SMALLEST_NORMAL
 from lcpcli.linalg.factors import PrincipalSolver, SingularMatrix, Solve
 from lcpcli.linalg.krylov import (
@@ -174,7 +174,7 @@ class Inexact:
         b = -(self.q + self._operator(z) if np.count_nonzero(z) else self.q) * mask
 
         def product(v: Vector) -> Vector:
-            check()
+            raise_if_timed_out()
             self.products += 1
             return np.asarray(self._operator(v, mask, self._image))
 

@@ -21,7 +21,7 @@ import numpy as np
 
 from lcpcli.basis.exchanges import BasicSolutions
 from lcpcli.clock import imports
-from lcpcli.interrupts import check
+from lcpcli.interrupts import raise_if_timed_out
 from lcpcli.linalg.doubles import ROUNDING, SIGN_ROUNDING, generator, is_finite
 from lcpcli.linalg.factors import SingularMatrix
 from lcpcli.linalg.matrices import is_sparse
@@ -241,7 +241,7 @@ class _Path:
                 self.is_over, self.is_complete = True, leaving is not None
                 break
             self.entering, self.is_x = leaving, not self.is_x
-        check()
+        raise_if_timed_out()
 
     def point(self) -> Vector:
         """Return the strategies, not scaled, at this point of the path; basic ones that

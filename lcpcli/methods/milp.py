@@ -35,7 +35,13 @@ import numpy as np
 from lcpcli.basis.dual_simplex import MAX_DENSE, DualSimplex
 from lcpcli.basis.exchanges import BasicSolutions
 from lcpcli.clock import imports
-from lcpcli.interrupts import TimeIsUp, check, interruptibly, remaining, silent
+from lcpcli.interrupts import (
+    TimeIsUp,
+    interruptibly,
+    raise_if_timed_out,
+    remaining,
+    silent,
+)
 from lcpcli.linalg.doubles import ROW_ROUNDING, is_finite
 from lcpcli.linalg.factors import SingularMatrix
 from lcpcli.linalg.matrices import dense, is_sparse, stack, unit_columns
@@ -183,7 +189,12 @@ class _Nodes:
     they count for."""
 
     def __init__(self, system: ComplementarySystem) -> None:
-        self.system, self.examined, self.cost, self.check = system, 0, 0, check
+        self.system, self.examined, self.cost, self.check = (
+            system,
+            0,
+            0,
+            raise_if_timed_out,
+        )
 
     def violations(self, node: _Node) -> dict[int, float] | None:
         """Return min(z, w) at a point of a node, where there is no decision yet; None
@@ -209,7 +220,7 @@ class _Nodes:
         M, q, decided, y = self.system.M, self.system.q, node.decided, None
         self.examined, self.cost = self.examined + 1, self.cost + 1
         if simplex is not None:
-            check()
+            raise_if_timed_out()
             y = simplex.feasible() if node.form is None else simplex.vanish(node.form)
             if y is None and (point := simplex.point()) is not None:
                 return point

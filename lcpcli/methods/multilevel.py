@@ -34,7 +34,7 @@ import numpy as np
 
 from lcpcli.basis.exchanges import BasicSolutions
 from lcpcli.clock import imports
-from lcpcli.interrupts import check
+from lcpcli.interrupts import raise_if_timed_out
 from lcpcli.linalg.doubles import SMALLEST_NORMAL, generator, largest
 from lcpcli.linalg.factors import Solve
 from lcpcli.linalg.krylov import dot
@@ -356,7 +356,7 @@ class FullApproximation:
 
     def _cycle(self, level: int, z: Vector, q: Vector) -> Vector:
         """Return a better z for A z + q, with A the matrix of the level."""
-        check()
+        raise_if_timed_out()
         if level == len(self._levels):
             return self._coarsest(z, q)
         (A, _, R, P, T, A_coarse), box = self._levels[level], self._boxes[level]

@@ -34,7 +34,7 @@ import numpy as np
 
 from lcpcli.basis.exchanges import BasicSolution, BasicSolutions
 from lcpcli.clock import imports
-from lcpcli.interrupts import TimeIsUp, check
+from lcpcli.interrupts import TimeIsUp, raise_if_timed_out
 from lcpcli.linalg.doubles import each_step
 from lcpcli.linalg.factors import PrincipalSolver, SingularMatrix
 from lcpcli.linalg.matrices import (
@@ -75,7 +75,7 @@ def _exchanged(
     multipliers if a pivot is not positive."""
     known = 0
     while negative := system.negative(basic):
-        check()
+        raise_if_timed_out()
         known, basic = len(basic), basic + negative
     if negative is not None:
         return basic, None
@@ -191,7 +191,7 @@ def decided(
             _, y = _exchanged(system, guess)
             z = system.found.z if y is None and system.found is not None else None
         except TimeIsUp:
-            check()  # whether all of the time is up
+            raise_if_timed_out()  # whether all of the time is up
             break
         if y is not None and data.refuted_by(y):
             return None, y
@@ -313,7 +313,7 @@ class Elimination:
             if np.array_equal(found, basic):
                 break
             basic = found
-            check()
+            raise_if_timed_out()
         U = np.asfortranarray(
             [np.append(0.0, np.where(ends, 0.0, self._above)), pivots]
         )

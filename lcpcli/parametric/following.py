@@ -13,7 +13,12 @@ from typing import Any, NamedTuple, TypeAlias
 import numpy as np
 
 from lcpcli.clock import seconds
-from lcpcli.interrupts import TimeIsUp, check, deferring_signals, within
+from lcpcli.interrupts import (
+    TimeIsUp,
+    deadline_after,
+    deferring_signals,
+    raise_if_timed_out,
+)
 from lcpcli.linalg.doubles import generator
 from lcpcli.linalg.factors import SingularMatrix, checked_solver, finite
 from lcpcli.linalg.matrices import dense, product
@@ -60,7 +65,7 @@ def basic_states(
     low, high = units.problem.box.vectors(problem.n)
     z, w = units.z_inside(z), units.w_inside(w)
     for _ in range(4 * problem.n + 1):
-        check()
+        raise_if_timed_out()
         null = _null_vector(units.problem.M, states)
         if null is None:
             return states
@@ -275,7 +280,7 @@ class _Following:
         result: Result | None = None
         try:
             # Overflow is found where it matters.
-            with within(self.limits.time_limit), np.errstate(all="ignore"):
+            with deadline_after(self.limits.time_limit), np.errstate(all="ignore"):
                 if self.read is not None:
                     self.exact = ExactFamily(*self.read())
                 result = driver.run(self.family.problem, "auto", limits=self.limits)
@@ -351,7 +356,7 @@ class _Following:
         self.add(s, z, None)
         points = 0
         for edge in edges:
-            check()
+            raise_if_timed_out()
             if edge.is_ray:
                 return _End(ends.RAY, ENDS[ends.RAY], edge)
             if edge.rise < 0 and not edge.is_point and not self.turns:

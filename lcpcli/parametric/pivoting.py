@@ -30,7 +30,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from lcpcli.interrupts import check
+from lcpcli.interrupts import raise_if_timed_out
 from lcpcli.linalg.doubles import generator
 from lcpcli.linalg.factors import SingularMatrix
 from lcpcli.linalg.matrices import is_sparse
@@ -460,7 +460,9 @@ class ExactPivoting(pivoting.Pivoting):
             n + i for i, (low, high) in enumerate(bounds) if low is None or low != high
         ]
         super().__init__(
-            n, Dictionary(self._rows(), [*own, 3 * n], signed, check), states.tolist()
+            n,
+            Dictionary(self._rows(), [*own, 3 * n], signed, raise_if_timed_out),
+            states.tolist(),
         )
         self._begin()
 
@@ -472,7 +474,7 @@ class ExactPivoting(pivoting.Pivoting):
         for i, (row, scale, (q, change)) in enumerate(
             zip(family.rows, family.scales, family.q, strict=True)
         ):
-            check()
+            raise_if_timed_out()
             constant = scale * q + sum(a * ends[j][0] for j, a in row.items())
             slope = scale * change + sum(a * ends[j][1] for j, a in row.items())
             rows[n + i] = whole_multiple(

@@ -26,7 +26,7 @@ from typing import Any
 
 import numpy as np
 
-from lcpcli.interrupts import check
+from lcpcli.interrupts import raise_if_timed_out
 from lcpcli.linalg.doubles import ROUNDING
 from lcpcli.linalg.matrices import absolute_product, is_sparse, product, row_errors
 from lcpcli.model.box import LOWER, UPPER
@@ -171,7 +171,7 @@ class _Breakpoints:
         """Return whether breakpoints with one t solve their problems, or do after a
         replacement, which is made."""
         for t, Z in self._replacements(first, end):
-            check()
+            raise_if_timed_out()
             criterion = Criterion(self.family.at(t), self.tol)
             points = [Point(criterion, z) for z in Z]
             if all(

@@ -62,19 +62,25 @@ def is_monotone(problem: Problem) -> bool:
 def program_of(problem: Problem, infinite: float = np.inf) -> Blocks:
     """Return the program, to be minimized, with a solver's own infinity; without rows
     if the problem has no program."""
-    given, form = conditions_of(problem), problem.block_form
-    data = None if form is None else form.blocks(given)
+    conditions, block_form = conditions_of(problem), problem.block_form
+    data = None if block_form is None else block_form.blocks(conditions)
     if data is None:
         none = np.zeros(0)
         data = Blocks(
-            problem.M, problem.q, problem.M[:0], none, none, given.lower, given.upper
+            problem.M,
+            problem.q,
+            problem.M[:0],
+            none,
+            none,
+            conditions.lower,
+            conditions.upper,
         )
-    ends = {
+    bounds = {
         name: getattr(data, name)
         for name in ("row_lower", "row_upper", "lower", "upper")
     }
     return data._replace(
-        **{name: np.clip(end, -infinite, infinite) for name, end in ends.items()}
+        **{name: np.clip(bound, -infinite, infinite) for name, bound in bounds.items()}
     )
 
 
@@ -108,7 +114,7 @@ def columns(*blocks: Any) -> Any:
     )
 
 
-Ending = tuple[Any, Any, bool, str] | tuple[Any, Any, bool, str, float]
+PeerOutcome = tuple[Any, Any, bool, str] | tuple[Any, Any, bool, str, float]
 """x and y, whether the program is solved, and the statement of a `Claim`, perhaps its
 seconds. x is the minimizer of the program, None if there is none; y are the multipliers
 of its rows, the derivatives of the minimum with respect to their bounds; if y is None,
@@ -128,7 +134,7 @@ class PackageSolver:
     """
 
     module: str
-    call: Callable[[Any, Any, Any, float, float], Ending]
+    call: Callable[[Any, Any, Any, float, float], PeerOutcome]
     refusals: tuple[Callable[[Any], str], ...]
     prepare: Callable[[Any], Any] = program_of
     compile: Callable[[Any], object] = id
@@ -153,14 +159,14 @@ class PackageSolver:
         prepared = self.prepare(problem)
         self.compile(module)
         began = clock.seconds()
-        x, y, solved, statement, *own = self.call(
+        x, y, solved, statement, *own_seconds = self.call(
             module, problem, prepared, tol, time_limit
         )
-        seconds = own[0] if own else clock.seconds() - began
+        seconds = own_seconds[0] if own_seconds else clock.seconds() - began
         z = None if x is None else np.array(x)
-        form = problem.block_form
-        if z is not None and y is not None and form is not None:
-            z = form.z_of(z, np.array(y), program_of(problem))
+        block_form = problem.block_form
+        if z is not None and y is not None and block_form is not None:
+            z = block_form.z_of(z, np.array(y), program_of(problem))
         return Claim(z, solved, seconds, statement)
 
 
@@ -175,7 +181,7 @@ class PackageSolver:
     ),
     compile=lambda optimize: optimize.lcp_lemke(np.eye(2), -np.ones(2), max_iter=10**6),
 )
-def quantecon(optimize: Any, problem: Problem, *_: Any) -> Ending:
+def quantecon(optimize: Any, problem: Problem, *_: Any) -> PeerOutcome:
     """Run QuantEcon.py's compiled Lemke method with lexicographic ratio test, without a
     tolerance and a time limit."""
     result = optimize.lcp_lemke(dense(problem.M), problem.q.copy(), max_iter=10**6)
@@ -191,7 +197,7 @@ def quantecon(optimize: Any, problem: Problem, *_: Any) -> Ending:
 @partial(PackageSolver, "clarabel", refusals=(not_sparse, not_convex))
 def clarabel(
     clarabel: Any, _: Problem, program: Blocks, tol: float, time_limit: float
-) -> Ending:
+) -> PeerOutcome:
     """Run Clarabel: P. J. Goulart and Y. Chen, Clarabel: an interior-point solver for
     conic programs with quadratic objectives, arXiv:2405.12762 (2024).
 
@@ -214,13 +220,13 @@ def clarabel(
     A = columns(
         program.A[equal], -program.A[below], program.A[above], -one[low], one[high]
     )
-    ends = (
+    bound_values = (
         -program.row_lower[below],
         program.row_upper[above],
         -program.lower[low],
         program.upper[high],
     )
-    b = np.concatenate((program.row_lower[equal], *ends))
+    b = np.concatenate((program.row_lower[equal], *bound_values))
     cones = [clarabel.ZeroConeT(int(equal.sum()))] if equal.any() else []
     cones.append(clarabel.NonnegativeConeT(b.size - int(equal.sum())))
     solution = clarabel.DefaultSolver(
@@ -263,7 +269,7 @@ ENDINGS_OF_DAQP += "initial working set overdetermined, time limit"
 )
 def daqp(
     daqp: Any, _: Problem, program: Blocks, tol: float, time_limit: float
-) -> Ending:
+) -> PeerOutcome:
     """Run DAQP: D. Arnström, A. Bemporad and D. Axehill, A dual active-set solver for
     embedded quadratic programming using recursive LDL' updates, IEEE Trans. Automat.
     Control 67 (2022) 4362-4369.
@@ -295,7 +301,7 @@ def daqp(
 @partial(PackageSolver, "highspy", refusals=(not_sparse, not_convex))
 def highs(
     highspy: Any, _: Problem, program: Blocks, tol: float, time_limit: float
-) -> Ending:
+) -> PeerOutcome:
     """Run HiGHS, the simplex method for linear and an active-set method for convex
     quadratic programs: Q. Huangfu and J. A. J. Hall, Parallelizing the dual revised
     simplex method, Math. Program. Comput. 10 (2018) 119-142; https://highs.dev.
@@ -311,7 +317,7 @@ def highs(
     k, m = program.c.size, program.row_lower.size
     rows = columns(program.A if m else np.eye(1, k))
     bounds = program.lower, program.upper
-    ends = (
+    row_bounds = (
         (program.row_lower, program.row_upper)
         if m
         else (program.lower[:1], program.upper[:1])
@@ -322,7 +328,7 @@ def highs(
         "qp_regularization_value": 0.0,
     }
     triangle = tril(columns(program.Q)) if (program.Q != 0).sum() else None
-    highs = highs_with(highspy, program.c, rows, ends, bounds, options, triangle)
+    highs = highs_with(highspy, program.c, rows, row_bounds, bounds, options, triangle)
     if highs is None:
         return None, None, False, "refused the model"
     highs.run()
@@ -339,7 +345,7 @@ def highs(
 @partial(PackageSolver, "osqp", refusals=(not_sparse, not_convex))
 def osqp(
     osqp: Any, _: Problem, program: Blocks, tol: float, time_limit: float
-) -> Ending:
+) -> PeerOutcome:
     """Run OSQP: B. Stellato, G. Banjac, P. Goulart, A. Bemporad and S. Boyd, OSQP: an
     operator splitting solver for quadratic programs, Math. Program. Comput. 12 (2020)
     637-672.
@@ -350,7 +356,7 @@ def osqp(
     with imports:  # also of its own parts, some of which it seeks each time
         from scipy.sparse import eye, triu
 
-        solver, known = osqp.OSQP(), osqp.SolverStatus
+        solver, statuses = osqp.OSQP(), osqp.SolverStatus
     # the integers of the settings have 32 bits; its own limit of time is 1e10 s
     limits = {"max_iter": 2 * 10**9, "time_limit": min(time_limit, 1e10)}
     P, q = columns(triu(columns(program.Q))), program.c.copy()
@@ -365,24 +371,26 @@ def osqp(
     except osqp.OSQPException as error:
         return None, None, False, f"refused the problem with error {error}"
     status = result.info.status_val
-    if status == known.OSQP_SIGINT:
+    if status == statuses.OSQP_SIGINT:
         raise KeyboardInterrupt  # Ctrl-C, which OSQP has intercepted
-    limited = known.OSQP_MAX_ITER_REACHED, known.OSQP_TIME_LIMIT_REACHED
+    limited = statuses.OSQP_MAX_ITER_REACHED, statuses.OSQP_TIME_LIMIT_REACHED
     x = (
         result.x
-        if status in (known.OSQP_SOLVED, known.OSQP_SOLVED_INACCURATE, *limited)
+        if status in (statuses.OSQP_SOLVED, statuses.OSQP_SOLVED_INACCURATE, *limited)
         else None
     )
     return (
         x,
         -np.array(result.y)[: program.row_lower.size],
-        status == known.OSQP_SOLVED,
+        status == statuses.OSQP_SOLVED,
         result.info.status,
     )
 
 
 @partial(PackageSolver, "piqp", refusals=(not_convex,))
-def piqp(_: Any, problem: Problem, program: Blocks, tol: float, __: float) -> Ending:
+def piqp(
+    _: Any, problem: Problem, program: Blocks, tol: float, __: float
+) -> PeerOutcome:
     """Run PIQP as `minimized` does, which has no time limit, but stops after 250
     iterations."""
     stored, y = (
@@ -437,7 +445,7 @@ os.write(output, json.dumps([x, y, time.perf_counter() - began]).encode())
 )
 def gambit(
     _: Any, problem: Problem, __: Blocks, ___: float, time_limit: float
-) -> Ending:
+) -> PeerOutcome:
     m, M = _strategies(problem), dense(problem.M)
     R, C = M[:m, m:], M[m:, :m].T
     limit = None if time_limit == np.inf else time_limit + SECONDS_TO_LOAD

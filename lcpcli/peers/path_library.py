@@ -42,7 +42,7 @@ from lcpcli.linalg.matrices import is_sparse
 from lcpcli.model.evaluations import Evaluations
 from lcpcli.model.nonlinear import NonlinearProblem
 from lcpcli.model.problem import Problem, conditions_of
-from lcpcli.peers.packages import Ending, PackageSolver
+from lcpcli.peers.packages import PackageSolver, PeerOutcome
 from lcpcli.typing import Matrix
 
 NO_LIMIT = 1e10  # seconds, in place of infinity
@@ -134,36 +134,45 @@ def _solved(
     prepared: tuple[NonlinearProblem, Matrix],
     tol: float,
     limit: float,
-) -> Ending:
+) -> PeerOutcome:
     (made, J), path = prepared, _functions()
-    n, most = made.n, J.nnz if is_sparse(J) else made.n**2
-    most = most if path.Path_CheckLicense(n, most) else MAX_ENTRIES
-    units = (
+    n, max_entries = made.n, J.nnz if is_sparse(J) else made.n**2
+    max_entries = max_entries if path.Path_CheckLicense(n, max_entries) else MAX_ENTRIES
+    scale = (
         max(float(np.abs(problem.q).max()), 1.0)
         if isinstance(problem, Problem)
         else 1.0
     )
     options = {
-        "convergence_tolerance": tol * units,
+        "convergence_tolerance": tol * scale,
         "time_limit": min(limit, NO_LIMIT),
         "output": "no",
     }
     began, faults = clock.seconds(), list[BaseException]()
-    own = path.Options_Create()
-    path.Path_AddOptions(own)
-    path.Options_Default(own)
+    options_handle = path.Options_Create()
+    path.Path_AddOptions(options_handle)
+    path.Options_Default(options_handle)
     for name, value in options.items():
-        path.Options_Set(own, f"{name} {value}".encode())
-    run = path.MCP_Create(n, most)
-    interface, information = _called(made, most, faults), _Information(use_start=1)
+        path.Options_Set(options_handle, f"{name} {value}".encode())
+    run = path.MCP_Create(n, max_entries)
+    interface, information = (
+        _called(made, max_entries, faults),
+        _Information(use_start=1),
+    )
     path.MCP_SetInterface(run, byref(interface))
     ending = path.Path_Solve(run, byref(information))
     z = np.ctypeslib.as_array(path.MCP_GetX(run), (n,)).copy()
     path.MCP_Destroy(run)
-    path.Options_Destroy(own)
+    path.Options_Destroy(options_handle)
     seconds = clock.seconds() - began
     if faults and isinstance(faults[0], BufferError):
-        return None, None, False, f"the Jacobian has more than {most} entries", seconds
+        return (
+            None,
+            None,
+            False,
+            f"the Jacobian has more than {max_entries} entries",
+            seconds,
+        )
     if faults:
         raise faults[0]
     return z, None, ending == 1, ENDINGS.split(", ")[ending - 1], seconds
@@ -191,15 +200,19 @@ def _functions() -> Any:
 
 class _Library(PackageSolver):
     def version(self) -> str | None:
-        found = super().version()
-        return f"GAMS {found}" if found is not None and _path().exists() else None
+        package_version = super().version()
+        return (
+            f"GAMS {package_version}"
+            if package_version is not None and _path().exists()
+            else None
+        )
 
 
 path_start = _Library("gamspy_base", _solved, (_unlicensed,), _prepared)
 
 
 def _called(
-    problem: NonlinearProblem, most: int, faults: list[BaseException]
+    problem: NonlinearProblem, max_entries: int, faults: list[BaseException]
 ) -> _Interface:
     """Return what PATH calls for a problem. most : the entries of the Jacobian that
     there is room for. faults : gets the first error in a call, which PATH cannot pass
@@ -207,37 +220,41 @@ def _called(
     evaluations = Evaluations(problem)
 
     def guarded(evaluate: Callable[..., int]) -> Callable[..., int]:
-        def call(_data: Any, n: int, *places: Any) -> int:
+        def call(_data: Any, n: int, *arguments: Any) -> int:
             if not faults:
                 try:
-                    return evaluate(n, *places)
+                    return evaluate(n, *arguments)
                 # Also Ctrl-C; the caller raises it when PATH returns.
-                except BaseException as fault:
-                    faults.append(fault)
+                except BaseException as error:
+                    faults.append(error)
             return n  # values are undefined: all of them after an error
 
         return call
 
     def size(_data: Any, n: Any, entries: Any) -> None:
-        n[0], entries[0] = problem.n, most
+        n[0], entries[0] = problem.n, max_entries
 
     def bounds(_data: Any, n: int, z: Any, lower: Any, upper: Any) -> None:
-        ends = (
+        finite_bounds = (
             np.clip(bound, -INFINITY, INFINITY)
             for bound in (problem.lower, problem.upper)
         )
-        for place, values in zip((z, lower, upper), (problem.x0, *ends), strict=True):
-            np.ctypeslib.as_array(place, (n,))[:] = values
+        for target, values in zip(
+            (z, lower, upper), (problem.x0, *finite_bounds), strict=True
+        ):
+            np.ctypeslib.as_array(target, (n,))[:] = values
 
     def function(n: int, z: Any, F: Any) -> int:
         values = evaluations.values(np.ctypeslib.as_array(z, (n,)).copy())
         np.ctypeslib.as_array(F, (n,))[:] = values
         return int(np.count_nonzero(~np.isfinite(values)))
 
-    def jacobian(n: int, z: Any, wants: int, F: Any, entries: Any, *places: Any) -> int:
+    def jacobian(
+        n: int, z: Any, wants: int, F: Any, entries: Any, *targets: Any
+    ) -> int:
         undefined = function(n, z, F) if wants else 0
         J = csc_array(evaluations.jacobian(np.ctypeslib.as_array(z, (n,)).copy()))
-        if J.nnz > most:
+        if J.nnz > max_entries:
             raise BufferError
         entries[0] = J.nnz
         begins_lengths_rows_values = (
@@ -246,8 +263,8 @@ def _called(
             J.indices + 1,
             J.data,
         )
-        for place, part in zip(places, begins_lengths_rows_values, strict=True):
-            np.ctypeslib.as_array(place, (part.size,))[:] = part
+        for target, part in zip(targets, begins_lengths_rows_values, strict=True):
+            np.ctypeslib.as_array(target, (part.size,))[:] = part
         return undefined + int(np.count_nonzero(~np.isfinite(J.data)))
 
     return _Interface(

@@ -18,7 +18,7 @@ import numpy as np
 
 from lcpcli.clock import imports
 from lcpcli.errors import ProblemError
-from lcpcli.interrupts import check
+from lcpcli.interrupts import raise_if_timed_out
 from lcpcli.linalg.matrices import is_sparse
 from lcpcli.model.changes import Change
 from lcpcli.model.problem import Problem
@@ -112,7 +112,7 @@ def presolved(given: Problem, only: Collection[str] = ALL) -> Presolved | None:
     for _ in range(MAX_ROUNDS):
         at_first = system.columns.size
         for name in (name for name in RULES if name in only):
-            check()
+            raise_if_timed_out()
             before = system.columns.size
             steps += RULES[name](system)
             if system.columns.size < before:
@@ -120,7 +120,7 @@ def presolved(given: Problem, only: Collection[str] = ALL) -> Presolved | None:
         if not 0 < system.columns.size < at_first:
             break
     if SIGNS in only:
-        check()
+        raise_if_timed_out()
         steps += signs_of_equations(system)
     kept = system.columns
     rows = system.row_of[kept]

@@ -20,7 +20,7 @@ from collections.abc import Callable, Iterator
 import numpy as np
 
 from lcpcli.clock import imports
-from lcpcli.interrupts import check
+from lcpcli.interrupts import raise_if_timed_out
 from lcpcli.linalg.doubles import generator
 from lcpcli.presolve.system import (
     Entries,
@@ -93,19 +93,19 @@ def signs_of_equations(system: System) -> Iterator[Step]:
     if not system.columns.size:
         return
     pairs = _pairs(system)
-    check()
+    raise_if_timed_out()
     i, _, forth, back = pairs
     # An entry of the column, or its row, has no image.
     unpaired = mask_of(system.n, i[(forth == 0) != (back == 0)])
     if (unpaired & system.free & (_diagonal(system) == 0)).any():
         _assign(system)
         pairs = _pairs(system)
-    check()
+    raise_if_timed_out()
     factors = _factors(system, pairs)
     if (factors != 1).any():
         yield system.multiply(factors)
         pairs = _pairs(system)
-    check()
+    raise_if_timed_out()
     i, j, forth, back = pairs
     sign = np.where(forth * back > 0, 1.0, -1.0)
     nearly = (
@@ -198,7 +198,7 @@ def _assign(system: System) -> None:
     assigned already: at first, of those with bounds."""
     settled = ~system.free & (system.row_of >= 0)
     for _ in range(ASSIGNMENT_ROUNDS):
-        check()
+        raise_if_timed_out()
         for columns, rows in (
             _alike(system, settled, of) for of in (np.abs, np.ones_like)
         ):

@@ -30,7 +30,7 @@ from typing import Any, NamedTuple
 
 from lcpcli.clock import imports
 from lcpcli.errors import ParameterError, missing
-from lcpcli.interrupts import TimeIsUp, check, remaining
+from lcpcli.interrupts import TimeIsUp, raise_if_timed_out, remaining
 from lcpcli.rational.exact_problem import ExactProblem
 
 MAX_PLAIN_ROWS = 16  # up to which FLINT is not faster
@@ -137,7 +137,7 @@ def _reduced(rows: list[list[int]], n: int) -> tuple[list[list[int]], list[int],
     pivots: list[int] = []
     previous = 1
     for column in range(n):
-        check()
+        raise_if_timed_out()
         top = len(pivots)
         found = next((i for i in range(top, len(rows)) if rows[i][column]), None)
         if found is None:

@@ -21,7 +21,7 @@ from typing import Any, Generic, TypeVar
 import numpy as np
 
 from lcpcli.errors import GIVE_FINITE, GIVE_NUMBER, ProblemError, quoted
-from lcpcli.interrupts import check, in_time
+from lcpcli.interrupts import in_time, raise_if_timed_out
 from lcpcli.linalg.doubles import LARGEST_DOUBLE, SMALLEST_NORMAL, WIDEST
 from lcpcli.typing import Mask, Vector
 
@@ -49,7 +49,7 @@ T = TypeVar("T")
 def fraction(text: str) -> Fraction:
     """Return the rational number of a decimal text; raise ProblemError if it has none,
     or too large an exponent."""
-    check()
+    raise_if_timed_out()
     try:
         if "_" in text:
             raise InvalidOperation
@@ -330,7 +330,7 @@ class Doubles:
     def __call__(self, text: str) -> float:
         """Return the double for a text, as `NUMBER` has them; infinities and NaN remain
         unchanged. May raise TimeIsUp."""
-        check()
+        raise_if_timed_out()
         if "/" in text:
             return self.of(ratio(text))
         double = float(text)

@@ -23,7 +23,7 @@ from typing import Any
 
 import numpy as np
 
-from lcpcli.interrupts import check
+from lcpcli.interrupts import raise_if_timed_out
 from lcpcli.typing import Indices
 
 PRIME = 2**27 - 39
@@ -57,7 +57,7 @@ def has_rank(A: Any, rows: Indices, columns: Indices) -> bool | None:
         return None
     R, T = whole[np.ix_(rows, rest)], whole[np.ix_(others, rest)]
     for _ in range(digits):
-        check()
+        raise_if_timed_out()
         x = inverse @ (R % PRIME).astype(np.int64) % PRIME
         R = (R - upper @ x) // PRIME
         T = T - lower @ x

@@ -27,7 +27,8 @@ if TYPE_CHECKING:
 class Frame(NamedTuple):
     """What the cells of a table of iterates depend on besides their rows.
 
-    names : of all unknowns, for headings. kept : the indices of the components that are
+    names : of all unknowns, for headings. shown_components : the indices of the
+    components that are
         shown, None for those that are omitted.
     signs : of the components in the rows, by which z is multiplied. largest : the size
         of the largest component of z at the end of a run.
@@ -37,7 +38,7 @@ class Frame(NamedTuple):
 
     problem: Problem
     names: Sequence[str]
-    kept: Sequence[int | None]
+    shown_components: Sequence[int | None]
     signs: Any
     largest: float
     unit: tuple[float, str]
@@ -69,32 +70,35 @@ class Column(NamedTuple):
         if not self.is_vector:
             return [self.name]
         n = len(frame.names)
-        own = frame.names if self.name == "z" else self.keys(range(n))
-        return [wording.ELLIPSIS if i is None else own[i] for i in frame.kept]
+        component_names = frame.names if self.name == "z" else self.keys(range(n))
+        return [
+            wording.ELLIPSIS if i is None else component_names[i]
+            for i in frame.shown_components
+        ]
 
     def shown(self, row: TraceRow, frame: Frame) -> list[str]:
         """Return the cells of a row of a table."""
         value = self.value(row)
         if value is None:
-            return [""] * (len(frame.kept) if self.is_vector else 1)
+            return [""] * (len(frame.shown_components) if self.is_vector else 1)
         cells = self.cells(value, row, frame)
-        if self.is_vector and None in frame.kept:
+        if self.is_vector and None in frame.shown_components:
             cells[-1:-1] = [wording.ELLIPSIS]
         return cells
 
-    def keys(self, kept: Iterable[int]) -> list[str]:
+    def keys(self, shown_components: Iterable[int]) -> list[str]:
         """Return the names in CSV, of a vector for each of these components."""
         if self.is_vector:
-            return [f"{self.name}{i + 1}" for i in kept]
+            return [f"{self.name}{i + 1}" for i in shown_components]
         return [self.key or self.name]
 
-    def values(self, row: TraceRow, kept: Sequence[int]) -> list[Any]:
+    def values(self, row: TraceRow, shown_components: Sequence[int]) -> list[Any]:
         """Return the values in CSV, in which a shorter vector leaves cells empty."""
         value = self.value(row)
         if not self.is_vector:
             return [value]
-        whole = [] if value is None else value.tolist()
-        return [whole[i] if i < len(whole) else "" for i in kept]
+        entries = [] if value is None else value.tolist()
+        return [entries[i] if i < len(entries) else "" for i in shown_components]
 
 
 TIME = "time"
@@ -139,20 +143,20 @@ def _of_step(row: TraceRow, name: str) -> Any:
     return row.quantities.get(name)
 
 
-def _quantity(own: Quantity) -> Column:
+def _quantity(quantity: Quantity) -> Column:
     """Return the column of a quantity of a step."""
-    if own is X:
+    if quantity is X:
         return Column(X.name, X.meaning, lambda row: row.x, _components_of_x, True)
-    if own is Z0:
+    if quantity is Z0:
         return Column(Z0.name, Z0.meaning, lambda row: row.z0, _plain)
-    cells = _components if own.is_vector else _plain
-    value = partial(_of_step, name=own.name)
-    return Column(own.name, own.meaning, value, cells, own.is_vector)
+    cells = _components if quantity.is_vector else _plain
+    value = partial(_of_step, name=quantity.name)
+    return Column(quantity.name, quantity.meaning, value, cells, quantity.is_vector)
 
 
 def table() -> dict[str, Column]:
     """Return all columns by name, in the order in which a table has them."""
-    of_steps = {name: _quantity(own) for name, own in QUANTITIES.items()}
+    of_steps = {name: _quantity(quantity) for name, quantity in QUANTITIES.items()}
     made = [
         Column("k", "the number of the iterate; the start is 0", lambda r: r.k, _plain),
         Column("z", "the components of z", lambda r: r.z, _components_of_z, True),
@@ -184,27 +188,27 @@ def table() -> dict[str, Column]:
 OF_EVERY_METHOD = ("k", "z", "residual", "error", TIME, "step")
 
 
-def chosen(names: Sequence[str], methods: Sequence[str]) -> list[Column]:
+def selected_columns(names: Sequence[str], methods: Sequence[str]) -> list[Column]:
     """Return the columns of these names for runs of some methods; "all" stands for
     those of every method and of these."""
-    known = table()
+    all_columns = table()
     if ALL not in names:
-        return [known[name] for name in dict.fromkeys(names)]
-    own = quantities_of(methods)
+        return [all_columns[name] for name in dict.fromkeys(names)]
+    of_methods = quantities_of(methods)
     return [
         column
-        for name, column in known.items()
-        if name not in QUANTITIES or name in own
+        for name, column in all_columns.items()
+        if name not in QUANTITIES or name in of_methods
     ]
 
 
 def require(names: Sequence[str], methods: Sequence[str]) -> None:
     """Raise an error for a name that is no column, or one of none of the methods."""
-    known = [*table(), ALL]
+    valid_names = [*table(), ALL]
     for name in names:
-        if name not in known:
-            fault = f"{quoted(name)} is not a column"
-            raise ParameterError("columns", fault, likely(name, known))
+        if name not in valid_names:
+            reason = f"{quoted(name)} is not a column"
+            raise ParameterError("columns", reason, likely(name, valid_names))
     require_quantities(names, methods)
 
 
@@ -215,9 +219,9 @@ def of_traces(names: Sequence[str]) -> tuple[str, ...]:
 
 def by_default(problem: Problem, rows: Sequence[TraceRow]) -> list[Column]:
     """Return the columns of a table of iterates, where none is chosen."""
-    known = table()
+    all_columns = table()
     names = ["k", "z", Z0.name, "step", "error" if problem.solutions else "residual"]
-    shown = [known[name] for name in [*names, TIME]]
+    shown = [all_columns[name] for name in [*names, TIME]]
     return [
         column
         for column in shown
@@ -231,8 +235,8 @@ def has_values(column: Column, rows: Sequence[TraceRow]) -> bool:
 
 def records(trace: Trace) -> list[dict[str, Any]]:
     """Return the rows of a trace for JSON, with its columns."""
-    known, has_x = table(), not {X.name, ALL}.isdisjoint(trace.columns)
-    always = [known[name] for name in OF_EVERY_METHOD]
+    all_columns, has_x = table(), not {X.name, ALL}.isdisjoint(trace.columns)
+    always = [all_columns[name] for name in OF_EVERY_METHOD]
     return [
         {
             **{column.key or column.name: column.value(row) for column in always},
@@ -248,5 +252,5 @@ def records(trace: Trace) -> list[dict[str, Any]]:
 def meanings(method: str) -> list[tuple[str, str]]:
     """Return the names and meanings of the columns of a method for help, in the order
     of tables."""
-    own = chosen([ALL], [method])
-    return [(column.name, column.meaning) for column in own]
+    method_columns = selected_columns([ALL], [method])
+    return [(column.name, column.meaning) for column in method_columns]

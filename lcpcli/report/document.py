@@ -48,7 +48,8 @@ class Section(NamedTuple):
 
     verdict : the line that matters most, which begins the section; "" if the tables
         come first.
-    settled : whether the verdict is as requested. facts : lines below the verdict, or
+    is_as_requested : whether the verdict is as requested. facts : lines below the
+    verdict, or
         below the title.
     remarks : lines of advice, above the tables if there is a verdict, else below them.
     provenance : what made the section. figure : a function that returns its `Picture`;
@@ -57,7 +58,7 @@ class Section(NamedTuple):
 
     title: str
     verdict: str = ""
-    settled: bool = False
+    is_as_requested: bool = False
     facts: Sequence[str] = ()
     tables: Sequence[Table] = ()
     remarks: Sequence[str] = ()
@@ -75,8 +76,8 @@ class Document(NamedTuple):
         """Return the report as people see it, without empty tables."""
         title, sections = all_visible(self)
         shown = [
-            own._replace(tables=[table for table in own.tables if table.rows])
-            for own in sections
+            section._replace(tables=[table for table in section.tables if table.rows])
+            for section in sections
         ]
         return Document(title, shown)
 
@@ -220,9 +221,9 @@ SUFFIXES = {
 
 
 def typeset(
-    document: Document, form: str, width: int | None = None, color: bool = False
+    document: Document, format_name: str, width: int | None = None, color: bool = False
 ) -> str:
     """Return a report as text in a format. width : of the terminal, None if there is
     none. color : whether it has colours."""
-    module = import_module(f"lcpcli.report.{FORMATS[form].renderer}")
+    module = import_module(f"lcpcli.report.{FORMATS[format_name].renderer}")
     return str(module.render(document.visible(), width, color))

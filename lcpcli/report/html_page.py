@@ -53,21 +53,20 @@ def render(document: Document, _: int | None, __: bool) -> str:
     )
     parts = [head, f"<style>{STYLE}</style>", f"<h1>{title}</h1>"]
     for section in document.sections:
-        parts += [f"<h2>{escape(section.title)}</h2>"] * (
-            section.title != document.title
-        )
+        if section.title != document.title:
+            parts.append(f"<h2>{escape(section.title)}</h2>")
         parts += _section(section)
     return '<!doctype html>\n<html lang="en">\n' + "\n".join(parts) + "\n</html>\n"
 
 
 def part(section: Section) -> str:
     """Return a section as a part of another page, as a notebook is one."""
-    (own,) = Document(section.title, [section]).visible().sections
+    (shown,) = Document(section.title, [section]).visible().sections
     parts = [
         '<div class="lcp"><style>.lcp .left { text-align: left }</style>',
-        f"<b>{escape(own.title)}</b>",
+        f"<b>{escape(shown.title)}</b>",
     ]
-    return "\n".join([*parts, *_section(own), "</div>"])
+    return "\n".join([*parts, *_section(shown), "</div>"])
 
 
 def _section(section: Section) -> list[str]:
@@ -75,15 +74,15 @@ def _section(section: Section) -> list[str]:
     means, the facts and the tables without a name; the figure, the tables with a name,
     and notes."""
     first = [section.verdict] * bool(section.verdict)
-    parts = [_line(text, f"verdict{' settled' * section.settled}") for text in first]
+    verdict_class = "verdict settled" if section.is_as_requested else "verdict"
+    parts = [_line(text, verdict_class) for text in first]
     notes = [*([] if first else section.remarks), *filter(None, [section.provenance])]
     parts += [
         _line(text, "")
         for text in (*(section.remarks if first else []), *section.facts)
     ]
-    parts += [
-        part for table in section.tables if not table.name for part in _table(table)
-    ]
+    unnamed = [table for table in section.tables if not table.name]
+    parts += [part for table in unnamed for part in _table(table)]
     if section.figure is not None and find_spec("matplotlib") is None:
         notes.insert(
             0,
@@ -95,19 +94,22 @@ def _section(section: Section) -> list[str]:
         parts.append(
             f'<figure><img alt="{escape(section.title)}" src="{data}"></figure>'
         )
-    parts += [part for table in section.tables if table.name for part in _table(table)]
+    named = [table for table in section.tables if table.name]
+    parts += [part for table in named for part in _table(table)]
     return [*parts, *(_line(text, "notes") for text in notes)]
 
 
 def _table(table: Table) -> list[str]:
     kinds = {**dict.fromkeys(table.words, "left"), **dict.fromkeys(table.texts, "text")}
-    looks = [
+    css_classes = [
         f' class="{kinds[j]}"' if j in kinds else "" for j in range(len(table.header))
     ]
 
     def row(kind: str, cells: Sequence[str]) -> str:
-        shown = zip(cells, looks, strict=True)
-        tags = (f"<{kind}{look}>{escape(cell)}</{kind}>" for cell, look in shown)
+        shown = zip(cells, css_classes, strict=True)
+        tags = (
+            f"<{kind}{css_class}>{escape(cell)}</{kind}>" for cell, css_class in shown
+        )
         return f"<tr>{''.join(tags)}</tr>"
 
     bodies = [f"<thead>{row('th', table.header)}</thead>"] * any(table.header)
@@ -117,12 +119,12 @@ def _table(table: Table) -> list[str]:
     ]
     grid = f'<div class="wide"><table>{"".join(bodies)}</table></div>'
     if table.name:
-        opened = " open" * (len(table.rows) <= MAX_OPEN)
+        opened = " open" if len(table.rows) <= MAX_OPEN else ""
         grid = (
             f"<details{opened}><summary>{escape(table.name)}</summary>{grid}</details>"
         )
     return [grid, *(_line(text, "notes") for text in table.notes)]
 
 
-def _line(text: str, look: str) -> str:
-    return f'<p class="{look}">{escape(text)}</p>'
+def _line(text: str, css_class: str) -> str:
+    return f'<p class="{css_class}">{escape(text)}</p>'

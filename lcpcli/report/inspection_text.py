@@ -32,90 +32,99 @@ BINARY = ((2**30, "GiB"), (2**20, "MiB"), (2**10, "KiB"), (1, "bytes"))
 Row = tuple[str, ...]
 
 
-def report(
-    found: Inspection | NonlinearInspection, whole: bool = True
+def inspection_report(
+    diagnosis: Inspection | NonlinearInspection, shows_all: bool = True
 ) -> result_formats.Report:
     """Return the report on an inspection. whole : whether to show all in tables;
     otherwise only what decides about the methods."""
-    name = wording.title(found.problem) or "problem"
+    name = wording.title(diagnosis.problem) or "problem"
     classes = [
         (title(name), verdict.word, verdict.evidence)
-        for name, verdict in found.classes.items()
+        for name, verdict in diagnosis.classes.items()
     ]
 
     def document(*_: Any) -> Document:
-        if isinstance(found, Inspection):
+        if isinstance(diagnosis, Inspection):
             tables, heading = (
-                _linear_tables(found, classes, whole),
-                f"{name}: {wording.size(found.problem)}",
+                _linear_tables(diagnosis, classes, shows_all),
+                f"{name}: {wording.size(diagnosis.problem)}",
             )
         else:
-            shown = [row for row in classes if whole or row[0] in DECISIVE]
+            shown = [row for row in classes if shows_all or row[0] in DECISIVE]
             of_start = _table(("class of M = J at the start", "", "because"), shown)
-            tables = [_table(("", ""), _nonlinear_facts(found)), of_start]
-            heading = f"{name}, nonlinear: {wording.size(found.problem)}"
-        facts = list(filter(None, [getattr(found, "obvious", ""), *found.hints]))
+            tables = [_table(("", ""), _nonlinear_facts(diagnosis)), of_start]
+            heading = f"{name}, nonlinear: {wording.size(diagnosis.problem)}"
+        facts = list(
+            filter(None, [getattr(diagnosis, "obvious", ""), *diagnosis.hints])
+        )
         return Document(heading, [Section(heading, facts=facts, tables=tables)])
 
     return result_formats.Report(
-        document, lambda: [_record(found)], pipe=wording.PIPE_WIDTH
+        document, lambda: [_record(diagnosis)], pipe=wording.PIPE_WIDTH
     )
 
 
 def _linear_tables(
-    found: Inspection, classes: Sequence[Row], whole: bool
+    diagnosis: Inspection, classes: Sequence[Row], shows_all: bool
 ) -> list[Table]:
     methods = [
         (name, guarantee.word, guarantee.reason)
-        for name, guarantee in found.guarantees.items()
+        for name, guarantee in diagnosis.guarantees.items()
     ]
     guaranteed = _table(
         ("method", "guaranteed", "in exact arithmetic, because"), methods
     )
-    tries = [
-        (one, f"{count(one[2], 'iteration')}, then twice as many" if one[2] else "")
-        for one in found.plan or ()
+    attempts = [
+        (
+            attempt_row,
+            f"{count(attempt_row[2], 'iteration')}, then twice as many"
+            if attempt_row[2]
+            else "",
+        )
+        for attempt_row in diagnosis.plan or ()
     ]
     plan = [
         (method, "; ".join(filter(None, (part, share))), why)
-        for (method, part, _, why), share in tries
+        for (method, part, _, why), share in attempts
     ]
-    if whole:
+    if shows_all:
         return [
-            _table(("", ""), _facts(found) if found.problem.n else []),
+            _table(("", ""), _facts(diagnosis) if diagnosis.problem.n else []),
             _table(("class of M", "", "because"), classes),
             guaranteed,
             _table(("auto tries", "", "reason"), plan, texts=(1, 2)),
         ]
     shown = [
-        ("condition", _condition(found)),
+        ("condition", _condition(diagnosis)),
         *(
             (text, f"{word}: {reason}")
             for text, word, reason in classes
             if text in DECISIVE
         ),
-        *_presolve(found.presolve),
+        *_presolve(diagnosis.presolve),
         (
             "auto tries",
-            ", ".join(dict.fromkeys(attempt.method for attempt in found.plan or ())),
+            ", ".join(
+                dict.fromkeys(attempt.method for attempt in diagnosis.plan or ())
+            ),
         ),
         (
             "the rest",
             f"--all shows {len(classes)} classes, sizes, rates and why auto tries what",
         ),
     ]
-    return [_table(("", ""), shown if found.problem.n else []), guaranteed]
+    return [_table(("", ""), shown if diagnosis.problem.n else []), guaranteed]
 
 
-def verdict(found: Inspection | NonlinearInspection) -> str:
+def verdict(diagnosis: Inspection | NonlinearInspection) -> str:
     """Return an inspection in a line: the obvious answer, else the classes that decide
     about the methods."""
     proved = [
         title(name)
-        for name, own in found.classes.items()
-        if own.word == "yes" and title(name) in DECISIVE
+        for name, class_verdict in diagnosis.classes.items()
+        if class_verdict.word == "yes" and title(name) in DECISIVE
     ]
-    obvious = getattr(found, "obvious", "")
+    obvious = getattr(diagnosis, "obvious", "")
     return (
         obvious
         or ", ".join(proved)
@@ -129,28 +138,35 @@ def _table(header: Row, rows: Sequence[Row], texts: Sequence[int] = ()) -> Table
     )
 
 
-def _facts(found: Inspection) -> list[Row]:
-    n, stored = found.problem.n, "sparse" if is_sparse(found.problem.M) else "dense"
-    nonzeros = (
-        f"{found.nonzeros} of {n**2} nonzero ({100 * found.nonzeros / n**2:.3g} %)"
+def _facts(diagnosis: Inspection) -> list[Row]:
+    n, stored = (
+        diagnosis.problem.n,
+        "sparse" if is_sparse(diagnosis.problem.M) else "dense",
     )
-    unit, name = next((unit, name) for unit, name in BINARY if found.cost.bytes >= unit)
-    before, after, cost = found.spread, found.equilibrated_spread, found.cost
+    percentage = f"{100 * diagnosis.nonzeros / n**2:.3g} %"
+    nonzeros = f"{diagnosis.nonzeros} of {n**2} nonzero ({percentage})"
+    unit, name = next(
+        (unit, name) for unit, name in BINARY if diagnosis.cost.bytes >= unit
+    )
+    before, after, cost = (
+        diagnosis.spread,
+        diagnosis.equilibrated_spread,
+        diagnosis.cost,
+    )
     size = f"{cost.factor_entries:.2g} entries, {cost.factor_operations:.2g} operations"
     if cost.bandwidth is not None:
         size = f"at most {size} (bandwidth {cost.bandwidth} after reordering)"
     eigenvalues = (
         "not computed: M is not symmetric"
-        if found.classes["symmetric"].word == "no"
+        if diagnosis.classes["symmetric"].word == "no"
         else UNKNOWN
     )
-    if (ends := found.spectrum) is not None:
-        eigenvalues = (
-            f"{'about ' * ends.estimated}{ends.smallest:.4g} to {ends.largest:.4g}"
-        )
+    if (spectrum := diagnosis.spectrum) is not None:
+        about = "about " if spectrum.estimated else ""
+        eigenvalues = f"{about}{spectrum.smallest:.4g} to {spectrum.largest:.4g}"
     error = (
-        f"p = {found.p:.2g} leaves a smoothing error of at most "
-        f"{found.smoothing_error:.1e} in F"
+        f"p = {diagnosis.p:.2g} leaves a smoothing error of at most "
+        f"{diagnosis.smoothing_error:.1e} in F"
     )
     return [
         ("entries", f"{stored}, {nonzeros}, {cost.bytes / unit:.3g} {name}"),
@@ -159,13 +175,13 @@ def _facts(found: Inspection) -> list[Row]:
             f"{_spread(before)} ({after.rows:.1f} and {after.columns:.1f} after "
             "equilibration)",
         ),
-        ("condition", _condition(found)),
+        ("condition", _condition(diagnosis)),
         ("eigenvalues", eigenvalues),
         ("factorization", size),
-        ("fixed-point", _contraction(found.published, found)),
-        ("  omega=auto", _contraction(found.best, found)),
+        ("fixed-point", _contraction(diagnosis.published, diagnosis)),
+        ("  omega=auto", _contraction(diagnosis.best, diagnosis)),
         ("shi", error),
-        *_presolve(found.presolve),
+        *_presolve(diagnosis.presolve),
     ]
 
 
@@ -175,52 +191,53 @@ def _spread(spread: Spread) -> str:
     )
 
 
-def _removed(found: Presolved | None) -> dict[str, object] | None:
+def _removed(presolved: Presolved | None) -> dict[str, object] | None:
     return (
         None
-        if found is None
+        if presolved is None
         else {
             "contradiction": False,
-            "unknowns": found.kept.size,
-            "removed": found.removed,
+            "unknowns": presolved.kept.size,
+            "removed": presolved.removed,
         }
     )
 
 
-def _presolve(found: Presolved | None) -> list[Row]:
-    if found is None:
+def _presolve(presolved: Presolved | None) -> list[Row]:
+    if presolved is None:
         return []
     n, parts = (
-        found.original.n,
-        ", ".join(f"{number} by {rule}" for rule, number in found.removed.items()),
+        presolved.original.n,
+        ", ".join(f"{number} by {rule}" for rule, number in presolved.removed.items()),
     )
-    changed = "writes equations in another way" * found.has_new_rows
+    changed = "writes equations in another way" if presolved.has_new_rows else ""
     removes = (
-        f"removes {n - found.kept.size} of {count(n, 'unknown')}: {parts}"
+        f"removes {n - presolved.kept.size} of {count(n, 'unknown')}: {parts}"
         if parts
         else ""
     )
     return [("presolve", "; ".join(filter(None, (removes, changed))))]
 
 
-def _condition(found: Inspection) -> str:
-    own, scaled = found.condition, found.equilibrated_condition
-    if own is None or scaled is None:
+def _condition(diagnosis: Inspection) -> str:
+    unscaled, scaled = diagnosis.condition, diagnosis.equilibrated_condition
+    if unscaled is None or scaled is None:
         return UNKNOWN
-    if own == scaled == math.inf:
+    if unscaled == scaled == math.inf:
         return "singular to working precision"
     one, other = (
-        "infinite" if value == math.inf else f"{value:.2g}" for value in (own, scaled)
+        "infinite" if value == math.inf else f"{value:.2g}"
+        for value in (unscaled, scaled)
     )
     return f"{one} in the 1-norm, {other} after equilibration"
 
 
-def _contraction(rate: Rate | None, found: Inspection) -> str:
+def _contraction(rate: Rate | None, diagnosis: Inspection) -> str:
     if rate is None:
         return UNKNOWN
     start = f"omega = {rate.omega:.4g}:"
     if rate.factor is None:
-        is_small = found.problem.n <= MAX_WITH_NORM
+        is_small = diagnosis.problem.n <= MAX_WITH_NORM
         return (
             f"{start} "
             f"{'omega I + M is singular, or nearly' if is_small else 'rate unknown'}"
@@ -238,52 +255,60 @@ def _contraction(rate: Rate | None, found: Inspection) -> str:
         if many
         else count(rate.iterations, "iteration")
     )
-    most = "about" if found.spectrum and found.spectrum.estimated else "at most"
+    qualifier = (
+        "about" if diagnosis.spectrum and diagnosis.spectrum.estimated else "at most"
+    )
     return (
-        f"{start} |T| = {factor}, {most} {times} to {TOL.value:.0e} of the initial "
-        "error"
+        f"{start} |T| = {factor}, {qualifier} {times} to {TOL.value:.0e} of the "
+        "initial error"
     )
 
 
-def _nonlinear_facts(found: NonlinearInspection) -> Sequence[Row]:
-    n, named = found.problem.n, [name for name in found.problem.names if name]
+def _nonlinear_facts(diagnosis: NonlinearInspection) -> Sequence[Row]:
+    n, named = diagnosis.problem.n, [name for name in diagnosis.problem.names if name]
     rows = (
-        f"{count(found.equations, 'equation')}, {count(n - found.equations, 'row')} "
+        f"{count(diagnosis.equations, 'equation')}, "
+        f"{count(n - diagnosis.equations, 'row')} "
         "of unknowns with bounds"
     )
-    facts = [("rows", f"{rows}; {found.nonlinear_rows} of {n} nonlinear")]
-    if found.operators is not None:
-        constants = ", which are constants" * bool(found.fixed_variables)
-        fixed = f"{found.fixed_variables}{constants}"
+    facts = [("rows", f"{rows}; {diagnosis.nonlinear_rows} of {n} nonlinear")]
+    if diagnosis.operators is not None:
+        constants = ", which are constants" * bool(diagnosis.fixed_variables)
+        fixed = f"{diagnosis.fixed_variables}{constants}"
         operators = (
-            ", ".join(f"{name} {number}" for name, number in found.operators.items())
+            ", ".join(
+                f"{name} {number}" for name, number in diagnosis.operators.items()
+            )
             or "none"
         )
-        common = str(found.common_expressions)
+        common = str(diagnosis.common_expressions)
         facts += [
             ("operators", operators),
             ("common expressions", common),
             ("fixed variables", fixed),
         ]
-    density = f" ({100 * found.nonzeros / n**2:.3g} %)" if n else ""
-    of_rows, of_free = found.structural_rank_of_equations, found.structural_rank_of_free
+    density = f" ({100 * diagnosis.nonzeros / n**2:.3g} %)" if n else ""
+    of_rows, of_free = (
+        diagnosis.structural_rank_of_equations,
+        diagnosis.structural_rank_of_free,
+    )
     free = (
         f"; {of_rows} of the rows of equations, {of_free} of the columns of "
-        "free unknowns" * bool(found.equations)
+        "free unknowns" * bool(diagnosis.equations)
     )
     facts += [
         (
             "names",
             f"{named[0]}{f' to {named[-1]}' * (len(named) > 1)}" if named else "none",
         ),
-        ("entries of J", f"{found.nonzeros} of {n**2} nonzero{density}"),
-        ("structural rank", f"{found.structural_rank} of {n}{free}"),
+        ("entries of J", f"{diagnosis.nonzeros} of {n**2} nonzero{density}"),
+        ("structural rank", f"{diagnosis.structural_rank} of {n}{free}"),
         (
             "at the start",
-            f"natural residual {wording.short(found.residual) or 'undefined'}",
+            f"natural residual {wording.short(diagnosis.residual) or 'undefined'}",
         ),
     ]
-    if (condition := found.condition) is not None:
+    if (condition := diagnosis.condition) is not None:
         facts.append(
             (
                 "condition of J",
@@ -292,20 +317,22 @@ def _nonlinear_facts(found: NonlinearInspection) -> Sequence[Row]:
                 else f"{condition:.2g} in the 1-norm",
             )
         )
-    return facts + ([("scaling of J", _spread(found.spread))] if found.spread else [])
+    return facts + (
+        [("scaling of J", _spread(diagnosis.spread))] if diagnosis.spread else []
+    )
 
 
-def _record(found: Inspection | NonlinearInspection) -> dict[str, Any]:
-    problem, is_linear = found.problem, isinstance(found, Inspection)
+def _record(diagnosis: Inspection | NonlinearInspection) -> dict[str, Any]:
+    problem, is_linear = diagnosis.problem, isinstance(diagnosis, Inspection)
     condition = (
-        found.equilibrated_condition
-        if isinstance(found, Inspection)
-        else found.condition
+        diagnosis.equilibrated_condition
+        if isinstance(diagnosis, Inspection)
+        else diagnosis.condition
     )
     own = {
-        **result_formats.place(NO_SOURCE, problem),
+        **result_formats.source_record(NO_SOURCE, problem),
         "bounds": dict(problem.box.kinds) or None,
-        "density": found.nonzeros / problem.n**2 if problem.n else None,
+        "density": diagnosis.nonzeros / problem.n**2 if problem.n else None,
         "classes": {
             name: {
                 "verdict": own.word,
@@ -313,33 +340,35 @@ def _record(found: Inspection | NonlinearInspection) -> dict[str, Any]:
                 "indices": own.indices,
                 "vector": own.vector,
             }
-            for name, own in found.classes.items()
+            for name, own in diagnosis.classes.items()
         },
-        "spread": _decades(found.spread),
+        "spread": _decades(diagnosis.spread),
         "singular": None if condition is None else math.isinf(condition),
         "linear": is_linear,
     }
-    if isinstance(found, Inspection):
+    if isinstance(diagnosis, Inspection):
         own |= {
-            "sparse": is_sparse(found.problem.M),
-            "equilibrated_spread": _decades(found.equilibrated_spread),
-            **dict(zip(EIGENVALUES, found.spectrum or (None, None, None), strict=True)),
-            **vars(found.cost),
-            "fixed_point": found.published or NO_RATE,
-            "fixed_point_best": found.best or NO_RATE,
+            "sparse": is_sparse(diagnosis.problem.M),
+            "equilibrated_spread": _decades(diagnosis.equilibrated_spread),
+            **dict(
+                zip(EIGENVALUES, diagnosis.spectrum or (None, None, None), strict=True)
+            ),
+            **vars(diagnosis.cost),
+            "fixed_point": diagnosis.published or NO_RATE,
+            "fixed_point_best": diagnosis.best or NO_RATE,
             "methods": {
                 name: {"guaranteed": own.word, "reason": own.reason}
-                for name, own in found.guarantees.items()
+                for name, own in diagnosis.guarantees.items()
             },
-            "presolve": _removed(found.presolve),
+            "presolve": _removed(diagnosis.presolve),
             "plan": None
-            if found.plan is None
-            else [attempt._asdict() for attempt in found.plan],
-            "obvious": found.obvious or None,
-            "stiffness": found.stiffness,
+            if diagnosis.plan is None
+            else [attempt._asdict() for attempt in diagnosis.plan],
+            "obvious": diagnosis.obvious or None,
+            "stiffness": diagnosis.stiffness,
         }
     keys = result_formats.keys_of("inspect" if is_linear else "inspect-nonlinear")
-    return result_formats.record(keys, found, own)
+    return result_formats.record(keys, diagnosis, own)
 
 
 def _decades(spread: Spread | None) -> dict[str, float] | None:

@@ -112,7 +112,8 @@ def _tabular(table: Table) -> list[str]:
     lines = [rf"\begin{{tabular}}{{{kinds}}}", r"\toprule"]
     lines += [_row([_heading(name) for name in table.header])] * any(table.header)
     for group in table.groups:
-        lines += [r"\midrule"] * (len(lines) > 2)
+        if len(lines) > 2:
+            lines.append(r"\midrule")
         lines += [
             _row([_cell(text, j in table.words) for j, text in enumerate(cells)])
             for cells in group
@@ -135,9 +136,9 @@ SYMBOL_WITH_INDEX = re.compile(r"([a-z]+)(\d+)")
 def _heading(name: str) -> str:
     if name in SYMBOLS:
         return f"${SYMBOLS[name]}$"
-    found = SYMBOL_WITH_INDEX.fullmatch(name)
-    if found and found[1] in INDEXED:
-        return f"${INDEXED[found[1]]}_{{{found[2]}}}$"
+    match = SYMBOL_WITH_INDEX.fullmatch(name)
+    if match and match[1] in INDEXED:
+        return f"${INDEXED[match[1]]}_{{{match[2]}}}$"
     return (
         _cell(name)
         if name.startswith(("time/", "to ")) or name == ELLIPSIS
@@ -147,8 +148,8 @@ def _heading(name: str) -> str:
 
 def _cell(text: str, is_word: bool = False) -> str:
     """Return a cell; a number among words is a name."""
-    own = escape_latex if is_word and EXPONENT.fullmatch(text) else _text
-    return r"\dots" if text == ELLIPSIS else own(text)
+    escape = escape_latex if is_word and EXPONENT.fullmatch(text) else _text
+    return r"\dots" if text == ELLIPSIS else escape(text)
 
 
 def _text(text: str) -> str:

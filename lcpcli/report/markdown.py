@@ -38,9 +38,11 @@ def _section(section: Section, level: str) -> str:
 
 
 def _grid(table: Table) -> str:
-    marks = [":--" if j in table.words else "--:" for j in range(len(table.header))]
+    alignments = [
+        ":--" if j in table.words else "--:" for j in range(len(table.header))
+    ]
     header, *rows = (map(escape_markdown, row) for row in (table.header, *table.rows))
-    return "\n".join(f"| {' | '.join(row)} |" for row in (header, marks, *rows))
+    return "\n".join(f"| {' | '.join(row)} |" for row in (header, alignments, *rows))
 
 
 def escape_markdown(text: str) -> str:

@@ -62,11 +62,9 @@ def proofs(result: Result) -> list[str]:
                 )
                 shown = f"{used[:-1]}; 0 elsewhere)"
             lines.append(f"exact y = {shown}{_as_proof(problem, y)}")
-        return (
-            [*lines, "proof: " * (exact.z is not None) + exact.proof]
-            if result.solved
-            else lines
-        )
+        if result.solved:
+            lines.append(exact.proof if exact.z is None else f"proof: {exact.proof}")
+        return lines
     if certificate is None or certificate.vector is None:
         return [f"certificate: {certificate.kind}"] if certificate else []
     cell: Callable[[Any], str] = (
@@ -126,7 +124,7 @@ def verdict(result: Result) -> str:
     problem alone."""
     if result.solved:
         said = [*wording.headline(result), *_about_objective(result)]
-        objective = "".join(f"; {words}" for words in said)
+        objective = "".join(f"; {text}" for text in said)
         others = (
             UNSOLVABLE
             if result.exactly_solvable is False
@@ -167,7 +165,7 @@ def _work(result: Result, with_route: bool = True) -> str:
 
 
 def facts(
-    result: Result, width: int | None, whole: bool, names: Sequence[str] = ()
+    result: Result, width: int | None, shows_all: bool, names: Sequence[str] = ()
 ) -> list[str]:
     """Return lines with the work and its parts, the residuals, the error and z, and
     with bounds also the basis. whole : whether to show all of a long z instead of a
@@ -195,26 +193,26 @@ def facts(
     if result.error is not None:
         measures += f", error {error(result.error, result.problem)}"
     lines.append(measures)
-    least, i = (
+    min_digits, i = (
         fewest(result.problem, result.z, np.array(result.digits, dtype=float))
         if result.digits
         else (DIGITS, 0)
     )
-    if least < ENOUGH_DIGITS:
-        digits = f"about {count(least, 'digit')}" if least else "no digit"
+    if min_digits < ENOUGH_DIGITS:
+        digits = f"about {count(min_digits, 'digit')}" if min_digits else "no digit"
         lines.append(
             f"the data determine {digits} of z{i + 1}: rounding the data once "
             "changes the others"
         )
     if result.not_unique and result.others is not False:  # which exact arithmetic saw
         lines.append(_not_unique(result.not_unique))
-    lines += _vector(result, width or PIPE_WIDTH, whole, names)
+    lines += _vector(result, width or PIPE_WIDTH, shows_all, names)
     if names or not result.problem.bounds:
         return lines
     basis, counts = f"basis = ({', '.join(result.basis)})", Counter(result.basis)
     if len(basis) > (width or PIPE_WIDTH):
         of_states = (
-            f"{counts[word]} {word}" for word in WORDS.values() if counts[word]
+            f"{counts[state]} {state}" for state in WORDS.values() if counts[state]
         )
         basis = f"basis: {', '.join(of_states)}"
     return [*lines, basis]
@@ -235,29 +233,37 @@ def short_vector(result: Result, width: int) -> str:
     """Return z in a line of this width: all components, or the first ones and the
     last."""
     n = result.problem.n
-    for room in range(max(min(n, width // 3), 1), 0, -1):
-        cells = _cells(result, slice(room - (room < n)))
-        cells += [ELLIPSIS, *_cells(result, slice(n - 1, n))] if room < n else []
+    for n_shown in range(max(min(n, width // 3), 1), 0, -1):
+        cells = _cells(result, slice(n_shown - (n_shown < n)))
+        cells += [ELLIPSIS, *_cells(result, slice(n - 1, n))] if n_shown < n else []
         line = f"({', '.join(cells)})"
-        if len(line) <= width or room <= 2:
+        if len(line) <= width or n_shown <= 2:
             break
     return line
 
 
-def _vector(result: Result, width: int, whole: bool, names: Sequence[str]) -> list[str]:
+def _vector(
+    result: Result, width: int, shows_all: bool, names: Sequence[str]
+) -> list[str]:
     """Return z in one line, elided if necessary; or all of z, in as many lines as it
     needs."""
     start = (
         "z =" if result.solved or result.status.word in PROBLEM_STATUSES else "best z ="
     )
     if names:
-        own, cells = result.names, _cells(result, slice(None), by_name=True)
-        kept = wording.places(wording.labels_of(result.problem), names)
-        shown = [(own[i] or f"z{i + 1}", cells[i].split()[-1]) for i in kept]
+        names_of_unknowns, cells = (
+            result.names,
+            _cells(result, slice(None), by_name=True),
+        )
+        selected = wording.selected_components(wording.labels_of(result.problem), names)
+        shown = [
+            (names_of_unknowns[i] or f"z{i + 1}", cells[i].split()[-1])
+            for i in selected
+        ]
         return [
             f"{start} ({', '.join(f'{visible(name)} {cell}' for name, cell in shown)})"
         ]
-    if not whole:
+    if not shows_all:
         return [f"{start} {short_vector(result, width - len(start) - 1)}"]
     return wording.folded(f"{start} ({', '.join(_cells(result, slice(None)))})", width)
 
@@ -265,34 +271,38 @@ def _vector(result: Result, width: int, whole: bool, names: Sequence[str]) -> li
 def _cells(result: Result, part: slice, by_name: bool = False) -> list[str]:
     """Return a part of z to the known digits, at most 7, with names for an LCP. by_name
     : whether with their signs."""
-    known = result.bound.value if result.bound and result.bound.proved else result.error
-    place = -math.inf
-    if result.solved and known is not None and 0 < known < math.inf:
-        place = math.floor(math.log10(known))
-    cells, problem, z = list[str](), result.problem, result.z.tolist()
+    error_bound = (
+        result.bound.value if result.bound and result.bound.proved else result.error
+    )
+    last_decade = -math.inf
+    if result.solved and error_bound is not None and 0 < error_bound < math.inf:
+        last_decade = math.floor(math.log10(error_bound))
+    problem, z = result.problem, result.z.tolist()
+    cells = list[str]()
     for v in (in_stated_sense(problem, z) if by_name else z)[part]:
         digits = (
             1
             if v == 0 or not math.isfinite(v)
-            else min(math.floor(math.log10(abs(v))) - place + 1, DIGITS)
+            else min(math.floor(math.log10(abs(v))) - last_decade + 1, DIGITS)
         )
         cells.append(f"{v + 0.0:.{digits}g}" if digits > 0 else "0")
     if problem.origin is None:
         return cells
     names = problem.names[part] if problem.origin.is_names_alone else [""] * len(cells)
     return [
-        f"{visible(own)} {cell}".strip() for own, cell in zip(names, cells, strict=True)
+        f"{visible(name)} {cell}".strip()
+        for name, cell in zip(names, cells, strict=True)
     ]
 
 
 def doubt(result: Result) -> str:
     """Return a warning for a solved run whose z differs from the solution in its
     leading digits; else ""."""
-    near = (
+    is_close = (
         result.error is None
         or result.error <= LEVELS[0] * result.problem.size_of_solutions
     )
-    if near or not result.solved or result.tol > COARSE:
+    if is_close or not result.solved or result.tol > COARSE:
         return ""
     far = (
         f"the residual is small but z is far from the {result.problem.reference} "
@@ -322,17 +332,17 @@ def why_unsolved(results: Sequence[Result]) -> str:
     others = [result for result in results if result not in runs]
     if any(result.status.word in SETTLED for result in others):
         return f"{subject}, as it has no solution"
-    found = explanation(results[0].problem, names)
+    failure = explanation(results[0].problem, names)
     solver = next((result for result in others if result.solved), None)
-    way = found.guarantee
+    remedy = failure.guarantee
     if solver is not None:
         by = f" by {', '.join(solver.route)}" * (solver.route != (solver.method,))
-        way = f"{name(solver)} solves it{by}"
-    if not found.causes:
+        remedy = f"{name(solver)} solves it{by}"
+    if not failure.causes:
         return ""
-    remedies = ", and ".join(filter(None, [found.need, way]))
+    remedies = ", and ".join(filter(None, [failure.need, remedy]))
     return "; ".join(
-        filter(None, [f"{subject}: {', and '.join(found.causes)}", remedies])
+        filter(None, [f"{subject}: {', and '.join(failure.causes)}", remedies])
     )
 
 
@@ -355,12 +365,12 @@ def spread(results: Sequence[Result]) -> str:
 def bound(result: Result) -> str:
     """Return a line with the proved bound on the error, or on why there is none; "" if
     no bound was requested."""
-    if (own := result.bound) is None:
+    if (error_bound := result.bound) is None:
         return ""
     return (
-        f"|z - z*| <= {wording.above(own.value)} ({own.source})"
-        if own.proved
-        else f"no bound: {own.source}"
+        f"|z - z*| <= {wording.above(error_bound.value)} ({error_bound.source})"
+        if error_bound.proved
+        else f"no bound: {error_bound.source}"
     )
 
 
@@ -389,15 +399,15 @@ def problem_text(problem: Problem) -> str:
         if matrices.is_sparse(problem.M)
         else "dense"
     )
-    known = (
+    facts_known = (
         [count(len(problem.solutions), f"{problem.reference} solution")]
         if problem.solutions
         else []
     )
-    known += [f"known verdict: {problem.verdict}"] if problem.verdict else []
+    facts_known += [f"known verdict: {problem.verdict}"] if problem.verdict else []
     return (
         f"<{f'Problem {wording.title(problem)}'.rstrip()}: "
-        f"{', '.join([wording.size(problem), stored, *known])}>"
+        f"{', '.join([wording.size(problem), stored, *facts_known])}>"
     )
 
 

@@ -29,15 +29,18 @@ from lcpcli.typing import Vector
 
 
 def title(path: Path) -> str:
-    ends = (wording.title(problem) or "problem" for problem in (path.problem, path.to))
-    return f"{' to '.join(dict.fromkeys(ends))}: {wording.size(path.problem)}"
+    titles = (
+        wording.title(problem) or "problem" for problem in (path.problem, path.to)
+    )
+    return f"{' to '.join(dict.fromkeys(titles))}: {wording.size(path.problem)}"
 
 
 def verdict(path: Path) -> str:
     """Return how the path ends, its breakpoints, and whether it is verified."""
     if not path.t.size:
         return path.message
-    in_fractions = " in fractions" * (path.verified and path.exact is not None)
+    has_fractions = path.verified and path.exact is not None
+    in_fractions = " in fractions" if has_fractions else ""
     proof = f"{'' if path.verified else 'not '}verified{in_fractions}"
     return f"{path.message}; {count(path.t.size, 'breakpoint')}, {proof}"
 
@@ -52,24 +55,25 @@ def changes(path: Path) -> list[list[StateChange]]:
     return [[], *path.changes, []][: path.t.size]
 
 
-def notes_on(path: Path, names: Sequence[str], most: float) -> list[str]:
+def notes_on(path: Path, names: Sequence[str], max_changes: float) -> list[str]:
     """Return for each breakpoint what happens there: which variables enter and leave
     the basis, a jump to it, a turn at it, and the end."""
-    problem, form = path.problem, path.problem.block_form
+    problem, block_form = path.problem, path.problem.block_form
     # Multipliers of a maximization are shown with the other sign.
-    reversed_ones = range(0) if form is None else form.reversed(problem.n)
-    words = {
-        word: f"to {word}" if problem.is_mixed else "leaves" for word in WORDS.values()
+    reversed_ones = range(0) if block_form is None else block_form.reversed(problem.n)
+    verbs = {
+        state: f"to {state}" if problem.is_mixed else "leaves"
+        for state in WORDS.values()
     } | {WORDS[BASIC]: "enters"}
-    others = words | {
-        WORDS[LOWER]: words[WORDS[UPPER]],
-        WORDS[UPPER]: words[WORDS[LOWER]],
+    reversed_verbs = verbs | {
+        WORDS[LOWER]: verbs[WORDS[UPPER]],
+        WORDS[UPPER]: verbs[WORDS[LOWER]],
     }
     notes = []
     for each in changes(path):
-        shown = each if len(each) <= most else each[: int(most) - 1]
+        shown = each if len(each) <= max_changes else each[: int(max_changes) - 1]
         texts = [
-            f"{names[i]} {(others if i in reversed_ones else words)[after]}"
+            f"{names[i]} {(reversed_verbs if i in reversed_ones else verbs)[after]}"
             for i, _, after in shown
         ]
         notes.append(
@@ -117,51 +121,57 @@ class Moving(NamedTuple):
         )
 
 
-class Ends:
+class EndpointProblems:
     """The two problems of a path, with the names by which they are reported, and the
     block form of both, if they have one."""
 
-    def __init__(self, *ends: Problem) -> None:
-        forms = (each.block_form for each in ends)
-        self._ends, self._forms = ends, [form for form in forms if form is not None]
-        kinds = {(each.sign, each.variables, each.ranges) for each in self._forms}
-        is_one = len(self._forms) == 2 and len(kinds) == 1
-        self.form = self._forms[0] if is_one else None
+    def __init__(self, *problems: Problem) -> None:
+        forms = (each.block_form for each in problems)
+        self._problems, self._block_forms = (
+            problems,
+            [block_form for block_form in forms if block_form is not None],
+        )
+        kinds = {(each.sign, each.variables, each.ranges) for each in self._block_forms}
+        is_one = len(self._block_forms) == 2 and len(kinds) == 1
+        self.block_form = self._block_forms[0] if is_one else None
 
-    def names(self, most: float = math.inf) -> list[str]:
+    def names(self, max_length: float = math.inf) -> list[str]:
         """Return the names of the components of z by `short_names`; those of a
         program's multipliers begin with y."""
-        if self.form is None:
-            return wording.headings(self._ends[0], most)
+        if self.block_form is None:
+            return wording.headings(self._problems[0], max_length)
         (data, _), rows = (
             self._data,
-            self.form.rows or [""] * (self._ends[0].n - self.form.variables),
+            self.block_form.rows
+            or [""] * (self._problems[0].n - self.block_form.variables),
         )
         rows = rows[: data.row_lower.size]
         sides = [rows[i] for i in np.flatnonzero(data.ranges)]
         y, s = (
-            [f"{letter} {row}" if row else "" for row in own]
-            for letter, own in (("y", rows), ("s", sides))
+            [f"{letter} {row}" if row else "" for row in row_names]
+            for letter, row_names in (("y", rows), ("s", sides))
         )
         columns = wording.short_names(
-            self.form.columns or [""] * self.form.variables, most, "x"
+            self.block_form.columns or [""] * self.block_form.variables, max_length, "x"
         )
         return [
             *columns,
-            *wording.short_names(y, most, "y"),
-            *wording.short_names(s, most, "s"),
+            *wording.short_names(y, max_length, "y"),
+            *wording.short_names(s, max_length, "s"),
         ]
 
     @cached_property
     def _data(self) -> tuple[Blocks, Blocks]:
-        assert self.form is not None
-        first, last = (self.form.blocks(conditions_of(each)) for each in self._ends)
+        assert self.block_form is not None
+        first, last = (
+            self.block_form.blocks(conditions_of(each)) for each in self._problems
+        )
         assert first is not None
         assert last is not None
         return first, last
 
 
-class Terms(Ends):
+class Terms(EndpointProblems):
     def __init__(self, path: Path) -> None:
         super().__init__(path.problem, path.to)
         self.path = path
@@ -179,41 +189,47 @@ class Terms(Ends):
             return Points([], [], [])
         (ts, *vectors), n = self.points, self.path.problem.n
         rows = np.array([[*z, *w] for z, w in zip(*vectors, strict=True)], dtype=object)
-        whole, found = (
+        stacked_path, points = (
             replace(self.path, t=np.array(ts, dtype=object), z=rows),
             Points([], [], []),
         )
         for t in (t for t in values if ts and min(ts) <= t <= max(ts)):
-            for row in np.atleast_2d(whole(t)).tolist():
-                for part, value in zip(found, (t, row[:n], row[n:]), strict=True):
+            for row in np.atleast_2d(stacked_path(t)).tolist():
+                for part, value in zip(points, (t, row[:n], row[n:]), strict=True):
                     part.append(value)
-        return found
+        return points
 
     def values(self, z: Sequence[Any]) -> Sequence[Any]:
         """Return z, of a program x, y and s, with the multipliers y in its own
         sense."""
-        turned = range(0) if self.form is None else self.form.reversed(len(z))
+        reversed_indices = (
+            range(0) if self.block_form is None else self.block_form.reversed(len(z))
+        )
         return (
-            [0 - value if i in turned else value for i, value in enumerate(z)]
-            if turned
+            [0 - value if i in reversed_indices else value for i, value in enumerate(z)]
+            if reversed_indices
             else z
         )
 
     def objective(self, t: Any, z: Sequence[Any]) -> Any:
         """Return the objective of the program at t, in its own sense and with its
         constant."""
-        assert self.form is not None
+        assert self.block_form is not None
         share = self._share(t)
         if isinstance(t, Fraction) and self._exact:
             from lcpcli.enumeration.meaning import meaning_of
 
-            ends: list[Any] = [meaning_of(end).objective(z) for end in self._exact]
+            objectives: list[Any] = [
+                meaning_of(exact_problem).objective(z) for exact_problem in self._exact
+            ]
         else:
             share = float(share)
-            x = np.array(self.form.parts(z)[0], dtype=float)
-            both = zip(self._forms, self._data, strict=True)
-            ends = [form.objective(blocks, x) for form, blocks in both]
-        return (1 - share) * ends[0] + share * ends[1]
+            x = np.array(self.block_form.parts(z)[0], dtype=float)
+            both = zip(self._block_forms, self._data, strict=True)
+            objectives = [
+                block_form.objective(blocks, x) for block_form, blocks in both
+            ]
+        return (1 - share) * objectives[0] + share * objectives[1]
 
     @cached_property
     def _exact(self) -> tuple[ExactProblem, ExactProblem] | None:
@@ -225,27 +241,27 @@ class Terms(Ends):
             if self.path.exact and points.t
             else ()
         ):
-            first, last = map(read, self._ends)
+            first, last = map(read, self._problems)
             if first.w(points.z[0]) == points.w[0]:
                 return first, last
         return None
 
     @property
     def is_quadratic(self) -> bool:
-        return self.form is not None and bool((self._data[0].Q != 0).sum())
+        return self.block_form is not None and bool((self._data[0].Q != 0).sum())
 
     @cached_property
     def moving(self) -> Moving | None:
         """Return the number that differs, in the program's own sense, if it is one
         only; else None."""
-        found = list(islice(self._differences(), 2))
-        return found[0] if len(found) == 1 else None
+        differences = list(islice(self._differences(), 2))
+        return differences[0] if len(differences) == 1 else None
 
-    def moved(self, t: Any) -> Any:
+    def varying_at(self, t: Any) -> Any:
         assert self.moving is not None
-        share, ends = self._share(t), self.moving[2:]
+        share, values = self._share(t), self.moving[2:]
         first, last = (
-            map(shortest_decimal, ends) if isinstance(share, Fraction) else ends
+            map(shortest_decimal, values) if isinstance(share, Fraction) else values
         )
         return (1 - share) * first + share * last
 
@@ -258,30 +274,34 @@ class Terms(Ends):
 
     def _differences(self) -> Iterator[Moving]:
         """Yield the numbers that differ; both sides of an equation are one."""
-        ends: Sequence[Any] = (
-            self._data if self.form else [conditions_of(each) for each in self._ends]
+        conditions: Sequence[Any] = (
+            self._data
+            if self.block_form
+            else [conditions_of(each) for each in self._problems]
         )
-        if self.form is None:
+        if self.block_form is None:
             names = [f"q {name}" if name else "" for name in self.path.problem.names]
             yield from _moving(
                 wording.short_names(names, math.inf, "q"),
                 "q",
-                *(each.q for each in ends),
+                *(each.q for each in conditions),
             )
         else:
             yield from _moving(
                 self.names(),
                 "c",
-                *(self.form.sign * each.c for each in ends),
+                *(self.block_form.sign * each.c for each in conditions),
             )
         for key in ("lower", "upper"):
             yield from _moving(
-                self.names(), key, *(getattr(each, key) for each in ends)
+                self.names(), key, *(getattr(each, key) for each in conditions)
             )
-        if self.form is None:
+        if self.block_form is None:
             return
         one, two = self._data
-        rows = self.form.rows or [f"row {i}" for i in range(1, one.row_lower.size + 1)]
+        rows = self.block_form.rows or [
+            f"row {i}" for i in range(1, one.row_lower.size + 1)
+        ]
         equal = (one.row_lower == one.row_upper) & (two.row_lower == two.row_upper)
         yield from _moving(rows, "row", one.row_lower, two.row_lower, equal)
         for key in ("row_lower", "row_upper"):
@@ -313,10 +333,10 @@ def data(path: Path, at: At = (), files: Sequence[str] = ()) -> dict[str, Any]:
     points = terms.at_all(at)
     moving = terms.moving and {
         **terms.moving._asdict(),
-        "values": [terms.moved(t) for t in doubles.t],
+        "values": [terms.varying_at(t) for t in doubles.t],
     }
-    own = {
-        **result_formats.place(NO_SOURCE, path.problem),
+    overrides = {
+        **result_formats.source_record(NO_SOURCE, path.problem),
         **dict(zip_longest(("file", "to_file"), files)),
         "to": path.to.name,
         "changes": [
@@ -328,21 +348,21 @@ def data(path: Path, at: At = (), files: Sequence[str] = ()) -> dict[str, Any]:
         and {**path.exact._asdict(), "answer": _answer(terms, terms.points)},
         "at": {**points._asdict(), "answer": _answer(terms, points)},
     }
-    return result_formats.record(result_formats.keys_of("path"), path, own)
+    return result_formats.record(result_formats.keys_of("path"), path, overrides)
 
 
 def _answer(terms: Terms, points: Points) -> dict[str, Any] | None:
-    if (form := terms.form) is None:
+    if (block_form := terms.block_form) is None:
         return None
-    parts = [form.parts(terms.values(z)) for z in points.z]
+    parts = [block_form.parts(terms.values(z)) for z in points.z]
     vectors = {"x": [x for x, _ in parts], "y": [y for _, y in parts]}
     values = {"objective": list(map(terms.objective, points.t, points.z))}
     return {
-        "kind": form.kind,
+        "kind": block_form.kind,
         **vectors,
         **values,
-        "rows": list(form.rows),
-        "columns": list(form.columns),
+        "rows": list(block_form.rows),
+        "columns": list(block_form.columns),
     }
 
 
@@ -351,21 +371,22 @@ def rows(
 ) -> tuple[Iterable[Sequence[Any]], list[str]]:
     """Return a row for each breakpoint, and then for each further point: its number, t,
     the number that moves, what changes, z (x and y of a program), w, and the objective
-    of a program; and comments. names : as for `report`."""
+    of a program; and comments. names : as for `path_report`."""
     terms = Terms(path)
-    kept = wording.places(terms.names(), names) if names else None
+    selected = wording.selected_components(terms.names(), names) if names else None
 
-    def chosen(vector: Sequence[Any]) -> Sequence[Any]:
-        return vector if kept is None else [vector[i] for i in kept]
+    def selected_part(vector: Sequence[Any]) -> Sequence[Any]:
+        return vector if selected is None else [vector[i] for i in selected]
 
     def row(number: Any, note: str, t: Any, z: Any, w: Any) -> list[Any]:
-        moved = [terms.moved(t)] if terms.moving else []
-        value = [terms.objective(t, z)] if terms.form else []
+        varying = [terms.varying_at(t)] if terms.moving else []
+        value = [terms.objective(t, z)] if terms.block_form else []
         vectors = (
-            result_formats.plain(chosen(vector)) for vector in (terms.values(z), w)
+            result_formats.plain(selected_part(vector))
+            for vector in (terms.values(z), w)
         )
         return [
-            *result_formats.plain([number, t, *moved, note]),
+            *result_formats.plain([number, t, *varying, note]),
             *chain(*vectors),
             *result_formats.plain(value),
         ]
@@ -379,8 +400,8 @@ def rows(
         "t",
         *moving,
         "change",
-        *chosen(terms.names()),
-        *chosen(w_names),
+        *selected_part(terms.names()),
+        *selected_part(w_names),
     ]
     notes = notes_on(path, terms.names(), math.inf)
     breakpoints = (
@@ -388,42 +409,47 @@ def rows(
         for k, each in enumerate(zip(notes, *terms.points, strict=True), 1)
     )
     others = (row("", "", *point) for point in zip(*terms.at_all(at), strict=True))
-    header += ["objective"] * bool(terms.form)
+    header += ["objective"] * bool(terms.block_form)
     return chain([header], in_time(breakpoints), others), [title(path), verdict(path)]
 
 
-def report(
+def path_report(
     path: Path, at: At, files: Sequence[str] = (), names: Sequence[str] = ()
 ) -> result_formats.Report:
     """Return the report on a path, with the points at further t. files : of the
     problems that were read. names : as for `build`; JSON has all."""
     return result_formats.Report(
-        lambda form, width: build(path, form, at, width, names),
+        lambda format_name, width: build(path, format_name, at, width, names),
         lambda: [data(path, at, files)],
         lambda: rows(path, at, names),
     )
 
 
 def build(
-    path: Path, form: str, at: At, width: int | None, names: Sequence[str] = ()
+    path: Path, format_name: str, at: At, width: int | None, names: Sequence[str] = ()
 ) -> Document:
     """Return the report on a path for a format: a row for each breakpoint, and the
     further points below them. names : of the unknowns that are shown, as for
-    `wording.places`; empty for as many as fit."""
-    terms, most = Terms(path), tables.longest(form)
-    notes = notes_on(path, wording.all_visible(terms.names(most)), MAX_CHANGES)[
+    `wording.selected_components`; empty for as many as fit."""
+    terms, max_length = Terms(path), tables.longest(format_name)
+    notes = notes_on(path, wording.all_visible(terms.names(max_length)), MAX_CHANGES)[
         :MAX_ROWS
     ]
-    found = terms.at_all(at)
-    missed = [f"{float(t):.7g}" for t in at if t not in found.t]
+    further_points = terms.at_all(at)
+    unreached = [f"{float(t):.7g}" for t in at if t not in further_points.t]
     points = Points(
         *(
             [*part[:MAX_ROWS], *more]
-            for part, more in zip(terms.points, found, strict=True)
+            for part, more in zip(terms.points, further_points, strict=True)
         )
     )
     columns, elided = _columns(
-        terms, points, [*notes, *["(--at)"] * len(found.t)], form, width, names
+        terms,
+        points,
+        [*notes, *["(--at)"] * len(further_points.t)],
+        format_name,
+        width,
+        names,
     )
     header, *rows = map(list, zip(*columns, strict=True))
     groups = list(filter(None, (rows[: len(notes)], rows[len(notes) :])))
@@ -434,10 +460,11 @@ def build(
         [str(terms.moving)] if terms.moving else [],
         [Table(header, groups, words=[header.index("change")], name="Breakpoints")],
         [
-            *_remarks(terms, form, elided),
-            *[f"the path does not come to t = {', '.join(missed)}"] * bool(missed),
+            *_remarks(terms, format_name, elided),
+            *[f"the path does not come to t = {', '.join(unreached)}"]
+            * bool(unreached),
         ],
-        f"{wording.PROGRAM}{wording.took(path.seconds, form)}",
+        f"{wording.PROGRAM}{wording.took(path.seconds, format_name)}",
         (lambda: plotting.plot_path(path, show=names)) if path.t.size else None,
     )
     return Document(section.title, [section])
@@ -447,46 +474,48 @@ def _columns(
     terms: Terms,
     points: Points,
     notes: Sequence[str],
-    form: str,
+    format_name: str,
     width: int | None,
-    chosen: Sequence[str],
+    selection: Sequence[str],
 ) -> tuple[list[list[str]], bool]:
     """Return the columns of a table with their headings, and whether unknowns are left
     out: t, the number that moves, what changes, as many components of z (x and y of a
     program) as the width has room for, w if there is room for all, and the objective of
     a program. chosen : as names for `build`."""
-    path, blocks, most = terms.path, terms.form, tables.longest(form)
-    n, names = path.problem.n, wording.all_visible(terms.names(most))
+    path, blocks, max_length = terms.path, terms.block_form, tables.longest(format_name)
+    n, names = path.problem.n, wording.all_visible(terms.names(max_length))
     of_z, *of_w = (
         float(np.abs(array).max(initial=0.0))
         for array in (path.z, path.w, path.problem.q, path.to.q)
     )
     vectors = list(map(terms.values, points.z))
 
-    def of_places(kept: Iterable[int | None]) -> list[list[str]]:
+    def of_places(indices: Iterable[int | None]) -> list[list[str]]:
         gap = [wording.ELLIPSIS] * (len(vectors) + 1)
         return [
             gap if i is None else _column(names[i], (z[i] for z in vectors), of_z)
-            for i in kept
+            for i in indices
         ]
 
-    before, after = _of_change(terms, points, notes, most), list[list[str]]()
+    before, after = _of_change(terms, points, notes, max_length), list[list[str]]()
     if blocks:
         after.append(_column("objective", map(terms.objective, points.t, points.z)))
-    if chosen:
-        shown = of_places(wording.places(terms.names(), chosen))
+    if selection:
+        shown = of_places(wording.selected_components(terms.names(), selection))
         return [*before, *shown, *after], False
-    room = None
-    if form == "table" and width is not None:
+    available_width = None
+    if format_name == "table" and width is not None:
         others = tables.CELL * (len(before) - 1 + len(after))
         others += max(map(len, notes), default=0)
-        room = width - others + tables.OTHER_COLUMNS
+        available_width = width - others + tables.OTHER_COLUMNS
     counts = [n] if blocks is None else [n - blocks.ranges, blocks.variables]
-    fitting = (k for k in counts if tables.shown_components(k, room) is None)
+    fitting = (k for k in counts if tables.shown_components(k, available_width) is None)
     number = next(fitting, counts[-1])
-    shown = of_places(tables.with_gap(number, tables.shown_components(number, room)))
+    shown = of_places(
+        tables.with_gap(number, tables.shown_components(number, available_width))
+    )
     # w is rounded as its terms are.
-    if blocks is None and tables.shown_components(2 * n, room) is None:
+    if blocks is None and tables.shown_components(2 * n, available_width) is None:
         largest_w = max(of_w)
         shown += [
             _column(f"w{i + 1}", (w[i] for w in points.w), largest_w) for i in range(n)
@@ -500,14 +529,14 @@ def _of_change(
     """Return the columns of t, unless the number that moves is t, of this number, if
     there is one, and of what changes."""
     path, moving = terms.path, terms.moving
-    ends = path.family.start, path.family.stop
+    span = path.family.start, path.family.stop
     columns = [["change", *notes]]
     if moving:
         label = moving.label if len(visible(moving.label)) < longest else "value"
         largest = max(map(abs, moving[2:]))
-        columns.insert(0, _column(label, map(terms.moved, points.t), largest))
-    if moving is None or moving[2:] != tuple(map(float, ends)):
-        columns.insert(0, _column("t", points.t, float(max(map(abs, ends)))))
+        columns.insert(0, _column(label, map(terms.varying_at, points.t), largest))
+    if moving is None or moving[2:] != tuple(map(float, span)):
+        columns.insert(0, _column("t", points.t, float(max(map(abs, span)))))
     return columns
 
 
@@ -521,7 +550,7 @@ def _cell(value: Any, largest: float = 0.0) -> str:
     )
 
 
-def _remarks(terms: Terms, form: str, elided: bool) -> list[str]:
+def _remarks(terms: Terms, format_name: str, elided: bool) -> list[str]:
     path, remarks = terms.path, []
     has_names = any(path.problem.names)
     named = partial(
@@ -546,9 +575,9 @@ def _remarks(terms: Terms, form: str, elided: bool) -> list[str]:
             f"the first {MAX_ROWS} of {path.t.size} rows; --format json and "
             "csv have all of them"
         )
-    if not FORMATS[form].is_printed:
-        remarks += ["with --turns the path goes on, with t decreasing"] * (
-            path.end == TURN
-        )
-        remarks += [f"see all {path.problem.n} components with --format csv"] * elided
+    if not FORMATS[format_name].is_printed:
+        if path.end == TURN:
+            remarks.append("with --turns the path goes on, with t decreasing")
+        if elided:
+            remarks.append(f"see all {path.problem.n} components with --format csv")
     return remarks

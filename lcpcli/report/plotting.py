@@ -161,13 +161,15 @@ class Picture:
             write_whole(os.fspath(file), self.content(form_of(os.fspath(file))))
         return self
 
-    def content(self, form: str) -> bytes:
+    def content(self, file_format: str) -> bytes:
         require()
         from lcpcli.report.figures import style
 
         figure = FIGURES[self.kind]
         draw = _function(f"report.figures.{figure.drawn_by}")
-        return style.file(lambda: draw(*self.data), form, figure.title, self.provenance)
+        return style.file(
+            lambda: draw(*self.data), file_format, figure.title, self.provenance
+        )
 
     def __repr__(self) -> str:
         return f"<Picture: {self.text}>"
@@ -176,8 +178,8 @@ class Picture:
         return self.content("svg").decode()
 
 
-def _function(place: str) -> Callable[..., Any]:
-    module, _, name = place.rpartition(".")
+def _function(dotted_name: str) -> Callable[..., Any]:
+    module, _, name = dotted_name.rpartition(".")
     function: Callable[..., Any] = getattr(import_module(f"lcpcli.{module}"), name)
     return function
 
@@ -208,20 +210,22 @@ def runs_or_answer(runs: Sequence[Sequence[Result]]) -> Picture:
         from lcpcli.model.formulation import Answer
 
         result = runs[0][0]
-        found: Picture | None = (
+        picture: Picture | None = (
             result.answer.picture(wording.title(result.problem))
             if isinstance(result.answer, Answer)
             else None
         )
-        if found is not None:
-            return found
+        if picture is not None:
+            return picture
     return convergence(panels(runs))
 
 
-def cones(found: SolutionSet) -> Picture:
+def cones(solution_set: SolutionSet) -> Picture:
     """Return a picture of q and the complementary cones of an LCP with two unknowns; a
     cone with q gives a solution."""
-    return Picture("cones", [found], [f"{wording.PROGRAM}: {found.message}"])
+    return Picture(
+        "cones", [solution_set], [f"{wording.PROGRAM}: {solution_set.message}"]
+    )
 
 
 def paths(panels: Sequence[Panel]) -> Picture:
@@ -238,11 +242,12 @@ def paths_of(runs: Sequence[Sequence[Result]]) -> Picture:
 def variations(drawn: Sequence[Variation], runs: Sequence[Sequence[Result]]) -> Picture:
     """Return a picture with one row per option: the error at the end of the runs, and
     their time, against its values."""
-    told = [
-        f"{wording.title_and_size(own[0].problem)}: {wording.made_by(own)}"
-        for own in runs
+    provenance = [
+        f"{wording.title_and_size(runs_of_problem[0].problem)}: "
+        f"{wording.made_by(runs_of_problem)}"
+        for runs_of_problem in runs
     ]
-    return Picture("variations", [drawn], told)
+    return Picture("variations", [drawn], provenance)
 
 
 def form_of(path: str, option: str = PLOT) -> str:
@@ -258,10 +263,14 @@ def form_of(path: str, option: str = PLOT) -> str:
     return ending
 
 
-def require_room(problems: int, option: str = PLOT, most: int = MAX_PANELS) -> None:
-    if problems > most:
-        fault = f"would draw {problems} problems, and a page has room for {most}"
-        raise ParameterError(option, fault, "draw fewer at a time")
+def require_room(
+    problems: int, option: str = PLOT, max_problems: int = MAX_PANELS
+) -> None:
+    if problems > max_problems:
+        reason = (
+            f"would draw {problems} problems, and a page has room for {max_problems}"
+        )
+        raise ParameterError(option, reason, "draw fewer at a time")
 
 
 def require_numbers(axes: Sequence[str]) -> None:
@@ -270,8 +279,8 @@ def require_numbers(axes: Sequence[str]) -> None:
         name, _, values = axis.partition("=")
         for value in values.split(","):
             if not is_number(value):
-                fault = f"draws numbers, and {name}={value} is none"
-                raise ParameterError(PLOT, fault, LEAVE_ONE_OUT)
+                reason = f"draws numbers, and {name}={value} is none"
+                raise ParameterError(PLOT, reason, LEAVE_ONE_OUT)
 
 
 def is_number(text: str) -> bool:
@@ -292,10 +301,10 @@ def require_plane(problems: Sequence[Problem], option: str = PLOT) -> None:
     require_room(len(problems), option, MAX_PLANES)
     for problem in problems:
         if not is_plane(problem):
-            fault = (
+            reason = (
                 f"draws LCPs with two unknowns, not one with {wording.size(problem)}"
             )
-            raise ParameterError(option, fault, LEAVE_OUT)
+            raise ParameterError(option, reason, LEAVE_OUT)
 
 
 def require_drawable(
@@ -426,11 +435,12 @@ def panels(runs: Sequence[Sequence[Result]]) -> list[Panel]:
     recorded a `curve` or a trace."""
     drawn = []
     for results in runs:
-        problem, curves, solutions = results[0].problem, [], list[list[float]]()
+        problem = results[0].problem
+        curves, solutions = list[Curve](), list[list[float]]()
         measure = "error" if problem.solutions else "residual"
         for result in results:
-            kept = result.curve or result.trace
-            rows = kept.rows if kept else []
+            recorded = result.curve or result.trace
+            rows = recorded.rows if recorded else []
             k, seconds, errors = (
                 [getattr(row, name) for row in rows]
                 for name in ("k", "seconds", measure)
@@ -448,12 +458,12 @@ def panels(runs: Sequence[Sequence[Result]]) -> list[Panel]:
                 )
             )
         if any(curve.x for curve in curves):
-            known = [
+            known_solutions = [
                 *problem.solutions,
                 *(result.z for result in results if result.solved),
             ]
-            solutions = [((z - problem.w(z)) / 2).tolist() for z in known]
+            solutions = [((z - problem.w(z)) / 2).tolist() for z in known_solutions]
         title = wording.title_and_size(problem)
-        told = f"{title}: {'; '.join(wording.provenance(results))}"
-        drawn.append(Panel(title, measure, curves, told, problem, solutions))
+        provenance = f"{title}: {'; '.join(wording.provenance(results))}"
+        drawn.append(Panel(title, measure, curves, provenance, problem, solutions))
     return drawn

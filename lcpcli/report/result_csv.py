@@ -29,14 +29,14 @@ def answers(
     """Return the answers: component, z, w (fractions if proved), the state if a problem
     has bounds, and the names of components and their meaning;
     compared results have problem and method first. shown : the names of the unknowns
-    that have a row, as for `wording.places`."""
+    that have a row, as for `wording.selected_components`."""
     parts = [
         *[STATES] * any(result.problem.bounds for result in results),
         *[(("name",), _names)] * any(chain(*map(_named, results))),
         *_of_answers(results),
     ]
     header = [
-        *["problem", "method"] * compared,
+        *(["problem", "method"] if compared else []),
         "component",
         "z",
         "w",
@@ -44,11 +44,13 @@ def answers(
     ]
     rows: list[Cells] = [header]
     for result in results:
-        own = _rows(
-            result, [result.problem.name, wording.name(result)] * compared, parts
-        )
+        start = [result.problem.name, wording.name(result)] if compared else []
+        rows_of_result = _rows(result, start, parts)
         rows += [
-            own[i] for i in wording.places(wording.labels_of(result.problem), shown)
+            rows_of_result[i]
+            for i in wording.selected_components(
+                wording.labels_of(result.problem), shown
+            )
         ]
     return rows, wording.provenance(results)
 
@@ -62,28 +64,32 @@ def part(result: Result, source: str) -> Rows:
 
 
 def iterates(
-    results: Sequence[Result], chosen: Sequence[str] = (), names: Sequence[str] = ()
+    results: Sequence[Result],
+    column_names: Sequence[str] = (),
+    names: Sequence[str] = (),
 ) -> Rows:
     """Return the iterates: problem, method, the columns, and in the last row of a run
-    its status. chosen : the names of the columns, as for `columns.chosen`; empty for
-    those of every method. names : of the unknowns that have a column, by the first
-    problem, as for `wording.places`; empty for all."""
+    its status. chosen : the names of the columns, as for `columns.selected_columns`;
+    empty for those of every method. names : of the unknowns that have a column, by the
+    first problem, as for `wording.selected_components`; empty for all."""
     n = max(result.problem.n for result in results)
-    kept = (
-        wording.places(wording.labels_of(results[0].problem), names)
+    components = (
+        wording.selected_components(wording.labels_of(results[0].problem), names)
         if names
         else range(n)
     )
-    own = columns.chosen(
-        chosen or columns.OF_EVERY_METHOD, [result.method for result in results]
+    selected = columns.selected_columns(
+        column_names or columns.OF_EVERY_METHOD, [result.method for result in results]
     )
-    heads = chain.from_iterable(column.keys(kept) for column in own)
+    heads = chain.from_iterable(column.keys(components) for column in selected)
     lines: list[Cells] = [["problem", "method", *heads, "status"]]
     for result in results:
         start = [result.problem.name, wording.name(result)]
         rows = result.trace.rows if result.trace else []
         for row in rows:
-            cells = chain.from_iterable(column.values(row, kept) for column in own)
+            cells = chain.from_iterable(
+                column.values(row, components) for column in selected
+            )
             status = result.status.word if row is rows[-1] else ""
             lines.append([*start, *cells, status])
     return lines, [
@@ -96,8 +102,10 @@ def runs(results: Sequence[Result]) -> Rows:
     """Return a row for each run: problem, method (the run's name, as among the
     iterates), the options of all runs, status, costs, measures, and for each level of
     error the iterations and seconds to it; missing values are empty."""
-    own = [wording.options_of(result, whole=True) for result in results]
-    options = list(dict.fromkeys(chain(*own)))
+    options_of_runs = [
+        wording.options_of(result, shows_all_digits=True) for result in results
+    ]
+    options = list(dict.fromkeys(chain(*options_of_runs)))
     measures = (
         "iterations",
         "evaluations",
@@ -113,14 +121,14 @@ def runs(results: Sequence[Result]) -> Rows:
         for what in ("iterations", "seconds")
     ]
     rows: list[Cells] = [["problem", "method", *options, "status", *measures, *levels]]
-    for result, given in zip(results, own, strict=True):
+    for result, options_of_run in zip(results, options_of_runs, strict=True):
         costs = chain(
             *(reached(result).get(level, (None, None)) for level in wording.LEVELS)
         )
         start = [
             result.problem.name,
             wording.name(result),
-            *map(given.get, options),
+            *map(options_of_run.get, options),
             result.status.word,
         ]
         rows.append([*start, *(getattr(result, name) for name in measures), *costs])
@@ -164,16 +172,16 @@ def _named(result: Result) -> Sequence[str]:
 
 def _of_answers(results: Sequence[Result]) -> list[Part]:
     """Return the columns of the answers of formulations, each once."""
-    found: dict[tuple[str, ...], Part] = {}
+    parts: dict[tuple[str, ...], Part] = {}
     for result in results:
-        if isinstance(result.answer, Answer) and (own := result.answer.cells()):
-            names = tuple(own)
-            found[names] = names, partial(_cells_of_answer, names)
-    return list(found.values())
+        if isinstance(result.answer, Answer) and (cells := result.answer.cells()):
+            names = tuple(cells)
+            parts[names] = names, partial(_cells_of_answer, names)
+    return list(parts.values())
 
 
 def _cells_of_answer(names: Sequence[str], result: Result) -> list[Cells]:
-    own = result.answer.cells() if isinstance(result.answer, Answer) else {}
-    if tuple(own) != names:
+    cells = result.answer.cells() if isinstance(result.answer, Answer) else {}
+    if tuple(cells) != names:
         return []
-    return list(zip(*map(_fractions, own.values()), strict=True))
+    return list(zip(*map(_fractions, cells.values()), strict=True))

@@ -79,11 +79,11 @@ class Layout(NamedTuple):
             f"{time:>7}",
             f"{k:>5}",
         ]
-        ends = list(map(visible, by))
-        while len(row := "  ".join([*cells, ", ".join(ends)]).rstrip()) > (
+        names_shown = list(map(visible, by))
+        while len(row := "  ".join([*cells, ", ".join(names_shown)]).rstrip()) > (
             self.width or len(row)
         ):
-            (ends or cells).pop(0 if ends else -1)
+            (names_shown or cells).pop(0 if names_shown else -1)
         return row + "\n"
 
 
@@ -104,12 +104,12 @@ class Report(NamedTuple):
     pipe: int | None = None
 
     def render(
-        self, form: str = "table", width: int | None = None, color: bool = False
+        self, format_name: str = "table", width: int | None = None, color: bool = False
     ) -> str:
         """Return the report as text in a format. width, color : as for `typeset`."""
-        if form == "json":
+        if format_name == "json":
             return "".join(map(line, self.records()))
-        if form == "csv":
+        if format_name == "csv":
             if self.rows is not None:
                 return written(*self.rows())
             pairs = (
@@ -118,17 +118,19 @@ class Report(NamedTuple):
                 for key, value in each.items()
             )
             return written([("key", "value"), *pairs])
-        return typeset(self.document(form, width), form, width or self.pipe, color)
+        return typeset(
+            self.document(format_name, width), format_name, width or self.pipe, color
+        )
 
 
-def report(
+def results_report(
     runs: Sequence[Sequence[Result]],
     sources: Sequence[Source],
     faults: Sequence[tuple[Source, LCPError]] = (),
     *,
     compared: bool = True,
     swept: bool = False,
-    whole: bool = False,
+    shows_all: bool = False,
     iterates: bool = False,
     columns: Sequence[str] = (),
     names: Sequence[str] = (),
@@ -141,29 +143,33 @@ def report(
     result comes first. swept : whether CSV has a row for each run. whole : whether a
     result that comes first shows all components of z. iterates : whether CSV is made of
     the iterates. columns : of the iterates in a table, as for `tables.build`. names :
-    of the unknowns that are shown, as for `wording.places`.
+    of the unknowns that are shown, as for `wording.selected_components`.
     """
 
-    def document(form: str, width: int | None) -> Document:
+    def document(format_name: str, width: int | None) -> Document:
         from lcpcli.report import tables
 
         return tables.document(
             runs,
             [
-                tables.build(run, width, compared, whole, form, columns, names)
+                tables.build(
+                    run, width, compared, shows_all, format_name, columns, names
+                )
                 for run in runs
             ],
         )
 
     def records() -> Iterable[Mapping[str, Any]]:
         yield from (
-            data(each, place)
-            for own, place in zip(runs, sources, strict=True)
-            for each in own
+            data(each, source)
+            for results, source in zip(runs, sources, strict=True)
+            for each in results
         )
         yield from (
-            record_without_result(place, BAD_INPUT, str(fault), field_in(fault, place))
-            for place, fault in faults
+            record_without_result(
+                source, BAD_INPUT, str(error), field_in(error, source)
+            )
+            for source, error in faults
         )
 
     def rows() -> tuple[Iterable[Sequence[Any]], Iterable[str]]:
@@ -181,24 +187,21 @@ def report(
     return Report(document, records, rows)
 
 
-def heading(form: str, layout: Layout) -> str:
-    if form == "table":
+def heading(format_name: str, layout: Layout) -> str:
+    if format_name == "table":
         return layout.row("problem", "n", "status", "residual", "time", "k", ["by"])
-    return "" if form == "json" else "problem,component,z,w,state,name\n"
+    return "" if format_name == "json" else "problem,component,z,w,state,name\n"
 
 
-def of_result(result: Result, source: Source, form: str, layout: Layout) -> str:
-    if form == "json":
+def of_result(result: Result, source: Source, format_name: str, layout: Layout) -> str:
+    if format_name == "json":
         return line(data(result, source))
-    if form == "csv":
+    if format_name == "csv":
         from lcpcli.report import result_csv
 
         return written(*result_csv.part(result, str(source)))
-    n, k, seconds = (
-        str(result.problem.n),
-        str(result.iterations),
-        wording.duration(result.seconds),
-    )
+    n, k = str(result.problem.n), str(result.iterations)
+    seconds = wording.duration(result.seconds)
     status, by = (
         result.word.replace("_", " "),
         [*result.route, *wording.headline(result)],
@@ -211,13 +214,13 @@ def without_result(
     status: str,
     message: str,
     field: str | None,
-    form: str,
+    format_name: str,
     layout: Layout,
 ) -> str:
     """Return the text of a problem that could not be read, or whose result was lost."""
-    if form == "json":
+    if format_name == "json":
         return line(record_without_result(source, status, message, field))
-    if form == "csv":
+    if format_name == "csv":
         return written([], [message])
     return layout.row(str(source), "", status.replace("_", " "), "", "", "", [])
 
@@ -282,7 +285,7 @@ def record_without_result(
     """Return the record of an input that cannot be used, or whose result was lost, with
     its mark in a log. field : what is wrong in the file, or on the command line."""
     return {
-        **place(source),
+        **source_record(source),
         "field": field,
         "status": status,
         "message": message,
@@ -293,8 +296,8 @@ def record_without_result(
 
 def field_in(error: LCPError, source: Source) -> str | None:
     """Return what the place of an error says besides the file and the line."""
-    known = error.file, f"line {source.item}", ""
-    return ": ".join(part for part in error.parts if part not in known) or None
+    shown_apart = error.file, f"line {source.item}", ""
+    return ": ".join(part for part in error.parts if part not in shown_apart) or None
 
 
 def data(result: Result, source: Source = NO_SOURCE) -> dict[str, Any]:
@@ -313,10 +316,10 @@ def data(result: Result, source: Source = NO_SOURCE) -> dict[str, Any]:
     certificate = plain(result.certificate)
     if certificate:  # its vector in fractions, if doubles are only near the proof
         vector = certificate.pop("exact") or certificate["vector"]
-        words = {"kind": certificate.pop("kind"), "statement": certificate["statement"]}
-        certificate = words | certificate | {"vector": vector}
-    own = {
-        **place(source, problem),
+        head = {"kind": certificate.pop("kind"), "statement": certificate["statement"]}
+        certificate = head | certificate | {"vector": vector}
+    overrides = {
+        **source_record(source, problem),
         "package": declared(result.method).package,
         "label": wording.name(result),
         "status": result.status.word,
@@ -344,27 +347,27 @@ def data(result: Result, source: Source = NO_SOURCE) -> dict[str, Any]:
         },
         "trace": trace and columns.records(trace),
     }
-    return record(keys_of("result"), result, own) | dict(source.mark or {})
+    return record(keys_of("result"), result, overrides) | dict(source.mark or {})
 
 
 def record(
-    keys: Iterable[str], thing: object, own: Mapping[str, Any], exact: bool = True
+    keys: Iterable[str], thing: object, overrides: Mapping[str, Any], exact: bool = True
 ) -> dict[str, Any]:
-    """Return the values of the keys, in their order, by `plain`: those in `own`, and
-    the attributes of the object for other keys."""
+    """Return the values of the keys, in their order, by `plain`: those in `overrides`,
+    and the attributes of the object for other keys."""
     return {
-        key: plain(own[key] if key in own else getattr(thing, key), exact)
+        key: plain(overrides[key] if key in overrides else getattr(thing, key), exact)
         for key in keys
     }
 
 
-def place(
+def source_record(
     source: Source, problem: Problem | NonlinearProblem | None = None
 ) -> dict[str, Any]:
-    own = {"version": VERSION, "file": source.file, "item": source.item}
+    values = {"version": VERSION, "file": source.file, "item": source.item}
     if problem is None:
-        return own
-    return own | {
+        return values
+    return values | {
         "problem": problem.name,
         "n": problem.n,
         "names": list(problem.names) if any(problem.names) else None,
@@ -405,8 +408,8 @@ def plain(value: Any, exact: bool = True) -> Any:
             if is_finite or value.dtype.kind in "bi"
             else plain(value.tolist(), exact)
         )
-    if isinstance(value, Answer) and (own := value.record()) is not None:
-        return plain(own, exact)
+    if isinstance(value, Answer) and (answer_record := value.record()) is not None:
+        return plain(answer_record, exact)
     if is_dataclass(value):
         return {
             field.name: plain(getattr(value, field.name), exact)
@@ -423,10 +426,10 @@ def _answer(result: Result) -> dict[str, Any] | None:
     if answer is None or result.problem.origin is None:
         return None
     origin = result.problem.origin.data()
-    own = plain(answer)
+    values = plain(answer)
     return {
         "kind": origin["kind"],
-        **own,
+        **values,
         "rows": origin.get("rows"),
         "columns": origin.get("columns"),
     }

@@ -25,9 +25,9 @@ from lcpcli.report.document import Document, Section, Table
 from lcpcli.report.result_formats import (
     Report,
     keys_of,
-    place,
     plain,
     record,
+    source_record,
 )
 from lcpcli.report.tables import longest
 
@@ -45,78 +45,106 @@ Cells: TypeAlias = tuple[Any, ...]
 Listed: TypeAlias = tuple[Table, list[str]]  # and remarks
 
 
-def report(
-    found: SolutionSet | Optimum,
+def solutions_report(
+    search_result: SolutionSet | Optimum,
     source: Source,
     exact: bool,
     names: Sequence[str] = (),
 ) -> Report:
     """Return the report on what was found."""
     made: Callable[..., dict[str, Any]] = (
-        _best_record if isinstance(found, Optimum) else _record
+        _best_record if isinstance(search_result, Optimum) else _record
     )
     return Report(
-        lambda form, _: build(found, exact, form, names),
-        lambda: [made(found, source, exact)],
-        lambda: _rows(found, exact, names),
+        lambda format_name, _: build(search_result, exact, format_name, names),
+        lambda: [made(search_result, source, exact)],
+        lambda: _rows(search_result, exact, names),
     )
 
 
 def build(
-    found: SolutionSet | Optimum, exact: bool, form: str, names: Sequence[str] = ()
+    search_result: SolutionSet | Optimum,
+    exact: bool,
+    format_name: str,
+    names: Sequence[str] = (),
 ) -> Document:
     """Return the report on a solution set, or on the best solution, for a format.
     exact : whether numbers are fractions instead of seven digits. names : of the
-    unknowns shown, as for `wording.places`."""
+    unknowns shown, as for `wording.selected_components`."""
     cell: Callable[..., str] = brief if exact else approximate
-    problem, facts, remarks, figure = found.data.problem, list[str](), list[str](), None
-    if isinstance(found, Optimum):
-        message, settled = found.message(cell), found.status == OPTIMAL
-        facts, tables, remarks = _best(found, cell, longest(form), names)
+    problem, figure = search_result.data.problem, None
+    facts, remarks = list[str](), list[str]()
+    if isinstance(search_result, Optimum):
+        message, is_complete = (
+            search_result.message(cell),
+            search_result.status == OPTIMAL,
+        )
+        facts, tables, remarks = _best(search_result, cell, longest(format_name), names)
     else:
-        message, settled = found.message, found.complete
-        kept = wording.places(wording.labels_of(problem), names)
-        own = found.arranged.table(kept, longest(form), cell)
-        table, remarks = _listed(own or _pieces(found, cell, longest(form), kept))
+        message, is_complete = search_result.message, search_result.complete
+        selected = wording.selected_components(wording.labels_of(problem), names)
+        special_listing = search_result.arranged.table(
+            selected, longest(format_name), cell
+        )
+        table, remarks = _listed(
+            special_listing
+            or _pieces(search_result, cell, longest(format_name), selected)
+        )
         tables = [table]
-        figure = partial(plotting.cones, found) if plotting.is_plane(problem) else None
+        figure = (
+            partial(plotting.cones, search_result)
+            if plotting.is_plane(problem)
+            else None
+        )
     title = f"{wording.title(problem) or 'problem'}: {wording.size(problem)}"
-    made_by = (
-        f"{wording.PROGRAM}, in exact arithmetic{wording.took(found.seconds, form)}"
-    )
+    took = wording.took(search_result.seconds, format_name)
+    made_by = f"{wording.PROGRAM}, in exact arithmetic{took}"
     return Document(
         title,
-        [Section(title, message, settled, facts, tables, remarks, made_by, figure)],
+        [Section(title, message, is_complete, facts, tables, remarks, made_by, figure)],
     )
 
 
 def _best(
-    found: Optimum, cell: Callable[..., str], most: float, names: Sequence[str]
+    best_solution: Optimum,
+    cell: Callable[..., str],
+    max_length: float,
+    names: Sequence[str],
 ) -> tuple[list[str], list[Table], list[str]]:
     """Return lines with the objective, its bound and what the best solution means, the
     tables of its numbers, and remarks."""
-    problem = found.data.problem
+    problem = best_solution.data.problem
     shown = (("objective", "value"), ("bound", "bound"), ("gap", "gap"))
-    values = ((word, getattr(found, name), found.outward[name]) for word, name in shown)
+    values = (
+        (word, getattr(best_solution, name), best_solution.outward[name])
+        for word, name in shown
+    )
     facts = [
         f"{word} {cell(value, toward)}"
         for word, value, toward in values
         if value is not None
     ]
-    said, meant = meaning_of(found.data).best(found.z, cell) if found.z else ([], [])
-    facts += said
-    own, kept = (
-        wording.headings(problem, most),
-        wording.places(wording.labels_of(problem), names),
+    statements, meaning_tables = (
+        meaning_of(best_solution.data).best(best_solution.z, cell)
+        if best_solution.z
+        else ([], [])
     )
-    z, w = (in_stated_sense(problem, values or []) for values in (found.z, found.w))
-    rows = ([own[i], cell(z[i]), cell(w[i])] for i in kept) if z else iter(())
-    facts.append(f"{count(found.nodes, 'node')} of the tree over the states")
-    listing = Listing(["", "z", "w"], [rows], len(kept) if z else 0, [])
+    facts += statements
+    headings, selected = (
+        wording.headings(problem, max_length),
+        wording.selected_components(wording.labels_of(problem), names),
+    )
+    z, w = (
+        in_stated_sense(problem, values or [])
+        for values in (best_solution.z, best_solution.w)
+    )
+    rows = ([headings[i], cell(z[i]), cell(w[i])] for i in selected) if z else iter(())
+    facts.append(f"{count(best_solution.nodes, 'node')} of the tree over the states")
+    listing = Listing(["", "z", "w"], [rows], len(selected) if z else 0, [])
     table, remarks = _listed(listing)
     return (
         facts,
-        [*meant, table],
+        [*meaning_tables, table],
         remarks,
     )
 
@@ -135,37 +163,37 @@ def _parts(data: ExactProblem, piece: Piece) -> Iterator[tuple[str, Values, Valu
 
 
 def _pieces(
-    found: SolutionSet,
+    solution_set: SolutionSet,
     cell: Callable[[Fraction], str],
-    most: float,
-    kept: Sequence[int],
+    max_length: float,
+    selected: Sequence[int],
 ) -> Listing:
     """Return a row for each vertex, ray and line, z and then w; the isolated solutions
     are a group, and so is each face."""
-    data = found.data
-    if not found.pieces:  # with many unknowns, a header alone would take a while
+    data = solution_set.data
+    if not solution_set.pieces:  # with many unknowns, a header alone would take a while
         return Listing([], [], 0, [])
-    meaning = found.meaning
-    names = wording.headings(data.problem, most)
-    kept = meaning.shown(kept)
-    header = ["piece", "", *(names[i] for i in kept), *meaning.headings(kept)]
+    meaning = solution_set.meaning
+    names = wording.headings(data.problem, max_length)
+    selected = meaning.shown(selected)
+    header = ["piece", "", *(names[i] for i in selected), *meaning.headings(selected)]
 
     def rows(number: int, piece: Piece) -> Iterator[list[str]]:
         for k, (kind, z, w) in enumerate(_parts(data, piece)):
-            shown, more = meaning.row(kind, z, w, kept, cell)
+            shown, more = meaning.row(kind, z, w, selected, cell)
             shown = in_stated_sense(data.problem, shown)
-            numbers = [*(cell(shown[i]) for i in kept), *more]
+            numbers = [*(cell(shown[i]) for i in selected), *more]
             yield ["" if k else str(number), kind, *numbers]
 
-    pieces = list(enumerate(found.pieces, 1))
+    pieces = list(enumerate(solution_set.pieces, 1))
     points = chain.from_iterable(rows(*each) for each in pieces if each[1].is_point)
     groups = (points, *(rows(*each) for each in pieces if not each[1].is_point))
     total = sum(
         len(piece.vertices) + len(piece.rays) + len(piece.lines)
-        for piece in found.pieces
+        for piece in solution_set.pieces
     )
     remark = f"the solutions of a face are the averages of {meaning.vertices}"
-    if any(piece.rays or piece.lines for piece in found.pieces):
+    if any(piece.rays or piece.lines for piece in solution_set.pieces):
         remark += (
             ", plus any nonnegative multiples of its rays and any multiples of its "
             "lines"
@@ -179,92 +207,109 @@ def _listed(listing: Listing) -> Listed:
     header, groups, total, remarks = listing
     if not header:
         return Table([], []), remarks
-    most = left = min(MAX_LINES, max(MAX_CELLS // len(header), MIN_LINES))
+    max_rows = rows_left = min(MAX_LINES, max(MAX_CELLS // len(header), MIN_LINES))
     shown: list[list[list[str]]] = []
     for group in groups:
-        shown.append(list(islice(group, left)))
-        left -= len(shown[-1])
-    if total > most:
+        shown.append(list(islice(group, rows_left)))
+        rows_left -= len(shown[-1])
+    if total > max_rows:
         remarks.append(
-            f"the first {most} of {total} rows; --format json and csv have all of them"
+            f"the first {max_rows} of {total} rows; --format json and csv have all of "
+            "them"
         )
-    words = (0, *[1] * (header[0] == "piece"))
+    word_columns = (0, 1) if header[0] == "piece" else (0,)
     return Table(
-        header, list(filter(None, shown)), words=words, name="Solutions"
+        header, list(filter(None, shown)), words=word_columns, name="Solutions"
     ), remarks
 
 
-def _record(found: SolutionSet, source: Source, exact: bool) -> dict[str, Any]:
-    points = found.arranged.points
+def _record(solution_set: SolutionSet, source: Source, exact: bool) -> dict[str, Any]:
+    points = solution_set.arranged.points
     number = {point: k for k, point in enumerate(points)}
-    own = {
-        **place(source, found.data.problem),
-        **found.arranged.record(),
-        "solutions": [_solution(found.meaning, z) for z in points],
+    overrides = {
+        **source_record(source, solution_set.data.problem),
+        **solution_set.arranged.record(),
+        "solutions": [_solution(solution_set.meaning, z) for z in points],
         "pieces": [
             vars(piece) | {VERTICES: list(map(number.get, piece.vertices))}
-            for piece in found.pieces
+            for piece in solution_set.pieces
         ],
     }
-    return record(keys_of("solutions"), found, own, exact)
+    return record(keys_of("solutions"), solution_set, overrides, exact)
 
 
 def _solution(meaning: Meaning, z: Values) -> dict[str, Any]:
-    known = {"z": z, "w": meaning.data.w(z), "objective": None}
-    return known | meaning.record(z)
+    values = {"z": z, "w": meaning.data.w(z), "objective": None}
+    return values | meaning.record(z)
 
 
 def _rows(
-    found: SolutionSet | Optimum, exact: bool, shown: Sequence[str]
+    search_result: SolutionSet | Optimum, exact: bool, shown: Sequence[str]
 ) -> tuple[Iterable[Cells], list[str]]:
     """Return the solutions as rows of CSV, with a comment; the best one as `lcp check`
     reads it. There is a line for each component of each vertex, ray and line: z and w,
     or their changes for a direction, and what they mean. shown : as names for
     `build`."""
-    problem, header = found.data.problem, HEADER
-    meaning = meaning_of(found.data)
-    has_names = isinstance(found, Optimum) or any(problem.names)
-    message = found.message(brief) if isinstance(found, Optimum) else found.message
+    problem, header = search_result.data.problem, HEADER
+    meaning = meaning_of(search_result.data)
+    has_names = isinstance(search_result, Optimum) or any(problem.names)
+    message = (
+        search_result.message(brief)
+        if isinstance(search_result, Optimum)
+        else search_result.message
+    )
     rows: Iterable[Cells] = ()
-    if isinstance(found, Optimum):
+    if isinstance(search_result, Optimum):
         header = HEADER[3:]
-        if found.z:
-            rows = _components(meaning, found.z, found.w or [], exact)
-    elif (own := found.arranged.cells(exact=exact)) is not None:
-        header, rows = tuple(own[0]), own[1]
+        if search_result.z:
+            rows = _components(meaning, search_result.z, search_result.w or [], exact)
+    elif (special_cells := search_result.arranged.cells(exact=exact)) is not None:
+        header, rows = tuple(special_cells[0]), special_cells[1]
     else:
         rows = (
             (number, kind, k, *cells)
-            for number, piece in enumerate(found.pieces, 1)
-            for k, (kind, z, w) in enumerate(_parts(found.data, piece), 1)
+            for number, piece in enumerate(search_result.pieces, 1)
+            for k, (kind, z, w) in enumerate(_parts(search_result.data, piece), 1)
             for cells in _components(meaning, z, w, exact)
         )
-    named = ["name"] * has_names
-    kept = set(wording.places(wording.labels_of(problem), shown))
+    named = ["name"] if has_names else []
+    selected = set(wording.selected_components(wording.labels_of(problem), shown))
     # The rows of each solution are in the order of the unknowns.
     lines = zip(rows, cycle(enumerate(problem.names)), strict=False)
-    chosen = ((*row, *[name] * has_names) for row, (i, name) in lines if i in kept)
+    selected_rows = (
+        (*row, name) if has_names else tuple(row)
+        for row, (i, name) in lines
+        if i in selected
+    )
     comment = ": ".join(filter(None, [problem.name, message]))
-    return [(*header, *meaning.columns, *named), *chosen], [comment]
+    return [(*header, *meaning.columns, *named), *selected_rows], [comment]
 
 
 def _components(meaning: Meaning, z: Values, w: Values, exact: bool) -> Iterator[Cells]:
     """Yield for each component its number, z and w, and what they mean."""
     cells = plain(meaning.cells(z), exact)
     numbers = zip(plain(z, exact), plain(w, exact), cells, strict=True)
-    for i, (a, b, own) in enumerate(numbers, 1):
-        yield i, a, b, *own
+    for i, (a, b, further_cells) in enumerate(numbers, 1):
+        yield i, a, b, *further_cells
 
 
-def _best_record(found: Optimum, source: Source, exact: bool) -> dict[str, Any]:
-    problem = found.data.problem
-    own = dict.fromkeys(("x", "y", "equilibrium")) | place(source, problem)
-    own |= {"message": found.message(brief if exact else approximate)}
-    for name, toward in found.outward.items():
-        number = getattr(found, name)
-        own[name] = number if number is None or exact else _outward(number, toward)
-    own |= meaning_of(found.data).record(found.z) if found.z else {}
-    return record(keys_of("optimum"), found, own, exact)
+def _best_record(best_solution: Optimum, source: Source, exact: bool) -> dict[str, Any]:
+    problem = best_solution.data.problem
+    overrides = dict.fromkeys(("x", "y", "equilibrium")) | source_record(
+        source, problem
+    )
+    overrides |= {"message": best_solution.message(brief if exact else approximate)}
+    for name, toward in best_solution.outward.items():
+        number = getattr(best_solution, name)
+        overrides[name] = (
+            number if number is None or exact else _outward(number, toward)
+        )
+    overrides |= (
+        meaning_of(best_solution.data).record(best_solution.z)
+        if best_solution.z
+        else {}
+    )
+    return record(keys_of("optimum"), best_solution, overrides, exact)
 
 
 def _outward(value: Fraction, toward: int) -> float:

@@ -41,10 +41,15 @@ NONE = "-"  # in place of the costs to a level that is not reached
 def shown_components(n: int, width: int | None) -> Indices | None:
     """Return the components of z that fit into this width of text (None for a pipe):
     all, or the first and the last."""
-    room = PIPE_COMPONENTS if width is None else max((width - OTHER_COLUMNS) // CELL, 1)
-    if n <= room:
+    max_components = (
+        PIPE_COMPONENTS if width is None else max((width - OTHER_COLUMNS) // CELL, 1)
+    )
+    if n <= max_components:
         return None
-    return np.append(np.arange(room - 2 if room > 2 else room - 1), n - 1)
+    return np.append(
+        np.arange(max_components - 2 if max_components > 2 else max_components - 1),
+        n - 1,
+    )
 
 
 def kept_components(
@@ -54,25 +59,25 @@ def kept_components(
     unknowns of these names."""
     labels = wording.labels_of(problem) if names else ()
     return (
-        np.array(wording.places(labels, names), int)
+        np.array(wording.selected_components(labels, names), int)
         if names
         else shown_components(problem.n, width)
     )
 
 
-def longest(form: str) -> float:
+def longest(format_name: str) -> float:
     """Return the least length at which a name is too long for a column of a format;
     only a screen limits it."""
-    return CELL if FORMATS[form].fits_screen else math.inf
+    return CELL if FORMATS[format_name].fits_screen else math.inf
 
 
 def build(
     results: Sequence[Result],
     width: int | None,
     compared: bool,
-    whole: bool,
-    form: str = "table",
-    chosen: Sequence[str] = (),
+    shows_all: bool,
+    format_name: str = "table",
+    column_names: Sequence[str] = (),
     shown_names: Sequence[str] = (),
 ) -> Section:
     """Return the section on several methods' results on one problem, whose traces have
@@ -81,42 +86,40 @@ def build(
     width : of the terminal; None if there is none. compared, whole : as for
     `result_formats.report`. chosen : the columns of the iterates, from
     `columns.table`; then there is no summary. shown_names : of the unknowns that are
-    shown, as for `wording.places`, and which traces have, but of a game all; empty for
-    as many as fit.
+    shown, as for `wording.selected_components`, and which traces have, but of a game
+    all; empty for as many as fit.
     """
     first, problem = results[0], results[0].problem
     components = first.trace.components if first.trace else None
     n = problem.n
-    iterates = _iterates(results, chosen, shown_names, longest(form))
-    facts = [] if compared else outcome.facts(first, width, whole, shown_names)
-    elided = (
-        False
-        if shown_names
-        else components is not None
-        if compared
-        else wording.ELLIPSIS in "".join(facts)
-    )
+    iterates = _iterates(results, column_names, shown_names, longest(format_name))
+    facts = [] if compared else outcome.facts(first, width, shows_all, shown_names)
+    elided = False
+    if not shown_names:
+        is_cut = wording.ELLIPSIS in "".join(facts)
+        elided = components is not None if compared else is_cut
     disproof, solved = list[str](), [result for result in results if result.solved]
     if solved and problem.verdict in WITHOUT_SOLUTION:
         wrong = f"the verdict of the problem, {problem.verdict}, is wrong"
         disproof = [f"{wrong}: z is a solution to the tolerance {solved[0].tol:g}"]
-    has_times = not chosen or not {columns.TIME, ALL}.isdisjoint(chosen)
-    shows_times = form != "latex" and has_times
-    summary = [summary_of_costs(results, width if form == "table" else None)] * (
-        compared and not chosen
-    )
+    has_times = not column_names or not {columns.TIME, ALL}.isdisjoint(column_names)
+    shows_times = format_name != "latex" and has_times
+    summary = list[Table]()
+    table_width = width if format_name == "table" else None
+    if compared and not column_names:
+        summary = [summary_of_costs(results, table_width)]
     meanings, strategies = list[str](), list[Table]()
     if any(result.answer is not None for result in results):
         meanings = list(chain(*(_lines(result, compared) for result in results)))
         if not compared and first.answer is not None:
-            strategies = first.answer.tables(whole=whole or form != "table")
-    remarks = _remarks(results, compared, form, shows_times) + meanings
-    if elided and not FORMATS[form].is_printed:
+            strategies = first.answer.tables(whole=shows_all or format_name != "table")
+    remarks = _remarks(results, compared, format_name, shows_times) + meanings
+    if elided and not FORMATS[format_name].is_printed:
         remarks.append(f"see all {n} components of z with --format csv")
     return Section(
         title=_title(problem, "" if disproof else problem.verdict),
         verdict="" if compared else outcome.verdict(first),
-        settled=not compared and first.solved,
+        is_as_requested=not compared and first.solved,
         facts=facts,
         tables=[*strategies, iterates, *summary],
         remarks=[*disproof, *remarks],
@@ -130,7 +133,7 @@ def build(
 def result_html(result: Result) -> str:
     """Return a result as its page has it, for a notebook: with the advice to who calls
     a function, without iterates."""
-    section = build([result], None, compared=False, whole=False, form="html")
+    section = build([result], None, compared=False, shows_all=False, format_name="html")
     shown = [table for table in section.tables if not table.name]
     advised = [*filter(None, [result.advice]), *section.remarks]
     title = section.title.removeprefix(": ")  # of a problem without a name
@@ -142,7 +145,7 @@ def document(runs: Sequence[Sequence[Result]], sections: Sequence[Section]) -> D
         dict.fromkeys(section.title.split(":")[0] for section in sections)
     )
     methods = " and ".join(
-        dict.fromkeys(result.method for own in runs for result in own)
+        dict.fromkeys(result.method for results in runs for result in results)
     )
     return Document(": ".join(filter(None, (names, methods))), sections)
 
@@ -159,9 +162,9 @@ def with_gap(n: int, components: Indices | None) -> list[int | None]:
 
 def _iterates(
     results: Sequence[Result],
-    chosen: Sequence[str],
+    column_names: Sequence[str],
     shown_names: Sequence[str],
-    most: float,
+    max_length: float,
 ) -> Table:
     """Return the table of the iterates; without x, which tells it from the next ones,
     the start is left out unless there is nothing else. most : the length from which a
@@ -169,33 +172,42 @@ def _iterates(
     problem = results[0].problem
     components = results[0].trace.components if results[0].trace else None
     traces = [result.trace.rows if result.trace else [] for result in results]
-    has_x = not {X.name, ALL}.isdisjoint(chosen)
+    has_x = not {X.name, ALL}.isdisjoint(column_names)
     shown = [rows[len(rows) > 1 and not has_x :] for rows in traces]
-    rows = [row for own in shown for row in own]
-    own = columns.by_default(problem, rows)
-    if chosen:
-        own = columns.chosen(chosen, [result.method for result in results])
-    if ALL in chosen:
-        own = [column for column in own if columns.has_values(column, rows)]
-    kept = with_gap(problem.n, components)
+    rows = [row for table_columns in shown for row in table_columns]
+    table_columns = columns.by_default(problem, rows)
+    if column_names:
+        table_columns = columns.selected_columns(
+            column_names, [result.method for result in results]
+        )
+    if ALL in column_names:
+        table_columns = [
+            column for column in table_columns if columns.has_values(column, rows)
+        ]
+    components_shown = with_gap(problem.n, components)
     if shown_names:
-        kept = [*wording.places(wording.labels_of(problem), shown_names)]
+        components_shown = [
+            *wording.selected_components(wording.labels_of(problem), shown_names)
+        ]
     signs = np.array(in_stated_sense(problem, [1.0] * problem.n))
     frame = columns.Frame(
         problem,
-        wording.headings(problem, most),
-        kept,
+        wording.headings(problem, max_length),
+        components_shown,
         signs if components is None else signs[components],
         0.0,
         wording.unit(max((row.seconds for row in rows), default=0.0)),
         has_x,
     )
     groups = [
-        _group(result, rows, own, frame)
+        _group(result, rows, table_columns, frame)
         for result, rows in zip(results, shown, strict=True)
     ]
     return Table(
-        ["method", *chain.from_iterable(column.heads(frame) for column in own)],
+        [
+            "method",
+            *chain.from_iterable(column.heads(frame) for column in table_columns),
+        ],
         list(filter(None, groups)),
         name="Iterates",
     )
@@ -204,7 +216,7 @@ def _iterates(
 def _group(
     result: Result,
     rows: Sequence[TraceRow],
-    own: Sequence[columns.Column],
+    table_columns: Sequence[columns.Column],
     frame: columns.Frame,
 ) -> list[list[str]]:
     """Return the rows of a result: the method where it begins, and these columns, of
@@ -214,7 +226,9 @@ def _group(
     group = list[list[str]]()
     for row in rows:
         label = wording.name(result) if row.method == result.method else row.method
-        cells = chain.from_iterable(column.shown(row, frame) for column in own)
+        cells = chain.from_iterable(
+            column.shown(row, frame) for column in table_columns
+        )
         group.append([label if label != earlier else "", *cells])
         earlier = label
     return group
@@ -231,21 +245,21 @@ def _lines(result: Result, compared: bool) -> list[str]:
 
 
 def _remarks(
-    results: Sequence[Result], compared: bool, form: str, shows_times: bool
+    results: Sequence[Result], compared: bool, format_name: str, shows_times: bool
 ) -> list[str]:
     """Return lines below the verdict, or below the summary, without advice in formats
     for print, and without reasons why some of many runs failed."""
     failed, hints = (
         [result for result in results if compared and not result.solved],
-        not FORMATS[form].is_printed,
+        not FORMATS[format_name].is_printed,
     )
     are_many = len(results) > MAX_EXPLAINED
     # It stands there.
     hints_at_auto = not (compared and any(result.label == AUTO for result in results))
     of_problem = outcome.PROBLEM_STATUSES
     remarks = [
-        f"{wording.name(own)}{':' * (own.status.word in of_problem)} {own.message}"
-        for own in failed
+        f"{wording.name(run)}{':' * (run.status.word in of_problem)} {run.message}"
+        for run in failed
     ]
     if are_many and failed:
         some = f"{len(failed)} of {len(results)} runs failed"
@@ -335,7 +349,7 @@ def _summary(
     header.append("status")
     rows = []
     for result, at in zip(results, attained, strict=True):
-        values = wording.options_of(result, whole=False)
+        values = wording.options_of(result, shows_all_digits=False)
         row = [result.method, *(values.get(option, "") for option in options)]
         for cost in (*map(at.get, levels), (result.iterations, result.seconds)):
             row += _cost(cost, length)
@@ -378,12 +392,12 @@ def _mark_shortest(
         [at[level][1] if level in at else None for at in attained] for level in levels
     ]
     times.append([result.seconds if result.solved else None for result in results])
-    for place, column in enumerate(times):
-        known = [
+    for level_index, column in enumerate(times):
+        measured = [
             (seconds, i) for i, seconds in enumerate(column) if seconds is not None
         ]
-        if known and len(rows) > 1:
-            row, at = rows[min(known)[1]], first + 2 * place
+        if measured and len(rows) > 1:
+            row, at = rows[min(measured)[1]], first + 2 * level_index
             row[at] = STAR + row[at]
 
 

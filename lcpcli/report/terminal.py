@@ -52,7 +52,7 @@ def render(document: Document, width: int | None, color: bool) -> str:
         if i:
             console.print()
         show([section.title], "bold")
-        verdict_style = f"bold {STYLES['solved'] if section.settled else 'red'}"
+        verdict_style = f"bold {STYLES['solved'] if section.is_as_requested else 'red'}"
         show([section.verdict] * bool(section.verdict), verdict_style)
         show(section.facts)
         if section.verdict:  # the result first
@@ -119,14 +119,15 @@ def _label_down(group: Sequence[Sequence[str]]) -> Sequence[Sequence[str]]:
 def _print(console: Console, table: Table, width: int | None) -> None:
     """Print a table with a rule between groups: its sentences wrapped if it has any,
     else in parts that repeat its leading columns of words if it is too wide."""
-    widths, room = table.widths(), width or UNLIMITED
+    widths, available_width = table.widths(), width or UNLIMITED
     if table.texts:
-        least = sum(
+        min_width = sum(
             MIN_OF_TEXT if j in table.texts else widest + 1
             for j, widest in enumerate(widths)
         )
         console.print(
-            _grid(table, range(len(widths)), 1), width=max(width or PIPE_WIDTH, least)
+            _grid(table, range(len(widths)), 1),
+            width=max(width or PIPE_WIDTH, min_width),
         )
         return
     if table.name and sum(widths) + len(widths) > (width or PAGE_WIDTH):
@@ -134,9 +135,9 @@ def _print(console: Console, table: Table, width: int | None) -> None:
         widths = table.widths()
     gap = 2 if sum(widths) + 2 * len(widths) <= (width or PIPE_WIDTH) else 1
     keys = 0
-    while keys in table.words and sum(widths[: keys + 1]) <= REPEATED * room:
+    while keys in table.words and sum(widths[: keys + 1]) <= REPEATED * available_width:
         keys += 1
-    for columns in _folds(widths, keys, gap, room):
+    for columns in _folds(widths, keys, gap, available_width):
         console.print(_grid(table, columns, gap - 1))
 
 

@@ -19,31 +19,36 @@ NOTE = "in parentheses: the run has not reached the tolerance"
 def variations(runs: Sequence[Sequence[Result]]) -> list[Variation]:
     """Return the runs, grouped by problem, by the option that varies, as their labels
     tell."""
-    options = list(dict.fromkeys(_setting(result)[1] for own in runs for result in own))
+    options = list(
+        dict.fromkeys(_setting(result)[1] for results in runs for result in results)
+    )
     return [_variation(option, runs) for option in options]
 
 
 def _variation(option: str, runs: Sequence[Sequence[Result]]) -> Variation:
-    own = [[result for result in one if _setting(result)[1] == option] for one in runs]
-    every = [result for one in own for result in one]
+    runs_by_problem = [
+        [result for result in results if _setting(result)[1] == option]
+        for results in runs
+    ]
+    every = [result for results in runs_by_problem for result in results]
     names = list(dict.fromkeys(_setting(result)[0] for result in every))
     values = list(dict.fromkeys(_setting(result)[2] for result in every))
     is_known = all(result.error is not None for result in every)
     measure = "error" if is_known else "residual"
     lines = []
     for name in names:
-        for one in own:
-            chosen = [result for result in one if _setting(result)[0] == name]
-            if not chosen:  # by Ctrl-C
+        for results in runs_by_problem:
+            selected = [result for result in results if _setting(result)[0] == name]
+            if not selected:  # by Ctrl-C
                 continue
-            title = wording.title(chosen[0].problem)
+            title = wording.title(selected[0].problem)
             lines.append(
                 Line(
                     f"{name}, {title}" if len(names) > 1 else title,
-                    [_setting(result)[2] for result in chosen],
-                    [getattr(result, measure) for result in chosen],
-                    [result.seconds for result in chosen],
-                    [result.solved for result in chosen],
+                    [_setting(result)[2] for result in selected],
+                    [getattr(result, measure) for result in selected],
+                    [result.seconds for result in selected],
+                    [result.solved for result in selected],
                 )
             )
     theory = [math.log(3) / float(value) for value in values] if option == "p" else []
@@ -54,54 +59,62 @@ def _setting(result: Result) -> tuple[str, str, str]:
     """Return the name of a run without the option that varies, this option, which is
     the last one, and its value."""
     name, _, settings = wording.name(result).partition(":")
-    others, _, own = settings.rpartition(",")
-    option, _, value = own.partition("=")
+    others, _, setting = settings.rpartition(",")
+    option, _, value = setting.partition("=")
     return f"{name}:{others}" if others else name, option, value
 
 
 def document(runs: Sequence[Sequence[Result]]) -> Document:
     drawn = variations(runs)
     sections = [_section(each) for each in drawn]
-    results = [result for own in runs for result in own]
+    results = [result for variation in runs for result in variation]
     sections[-1] = sections[-1]._replace(
         provenance=wording.made_by(results, one_at_a_time=True),
         figure=partial(picture, runs) if _are_numbers(drawn) else None,
     )
-    options = " and ".join(own.option for own in drawn)
+    options = " and ".join(variation.option for variation in drawn)
     return Document(f"Error and time against {options}", sections)
 
 
 def _are_numbers(drawn: Sequence[Variation]) -> bool:
-    return all(plotting.is_number(value) for own in drawn for value in own.values)
+    return all(
+        plotting.is_number(value) for variation in drawn for value in variation.values
+    )
 
 
 def picture(runs: Sequence[Sequence[Result]]) -> Picture:
     return plotting.variations(variations(runs), runs)
 
 
-def _section(own: Variation) -> Section:
+def _section(variation: Variation) -> Section:
     """Return the tables of the errors and the times, with a column for each problem."""
-    names = [line.label for line in own.lines]
-    length, unit = wording.common_unit(t for line in own.lines for t in line.seconds)
-    theory = [THEORY] * bool(own.theory)
+    names = [line.label for line in variation.lines]
+    length, unit = wording.common_unit(
+        t for line in variation.lines for t in line.seconds
+    )
+    theory = [THEORY] * bool(variation.theory)
     errors, times = list[list[str]](), list[list[str]]()
-    for i, value in enumerate(own.values):
-        expected = [wording.short(own.theory[i])] if own.theory else []
+    for i, value in enumerate(variation.values):
+        expected = [wording.short(variation.theory[i])] if variation.theory else []
         # Without those that Ctrl-C has prevented.
-        places = [{v: k for k, v in enumerate(line.values)} for line in own.lines]
-        at = [
-            (line, place[value]) if value in place else None
-            for line, place in zip(own.lines, places, strict=True)
+        index_of_value = [
+            {v: k for k, v in enumerate(line.values)} for line in variation.lines
         ]
-        ends = [wording.short(pair[0].errors[pair[1]]) if pair else "" for pair in at]
-        errors.append([value, *expected, *ends])
+        at = [
+            (line, indices[value]) if value in indices else None
+            for line, indices in zip(variation.lines, index_of_value, strict=True)
+        ]
+        error_cells = [
+            wording.short(pair[0].errors[pair[1]]) if pair else "" for pair in at
+        ]
+        errors.append([value, *expected, *error_cells])
         times.append([value, *(_time(*pair, length) if pair else "" for pair in at)])
-    notes = [NOTE] * any(not all(line.solved) for line in own.lines)
+    notes = [NOTE] * any(not all(line.solved) for line in variation.lines)
     tables = [
-        Table([own.option, *theory, *names], [errors], words=()),
-        Table([own.option, *names], [times], words=(), notes=notes),
+        Table([variation.option, *theory, *names], [errors], words=()),
+        Table([variation.option, *names], [times], words=(), notes=notes),
     ]
-    title = f"{own.option}: {own.measure} at the end, and time in {unit}"
+    title = f"{variation.option}: {variation.measure} at the end, and time in {unit}"
     return Section(title, tables=tables)
 
 

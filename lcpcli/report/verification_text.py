@@ -12,7 +12,7 @@ from lcpcli.report.wording import above, number, short, size, title
 from lcpcli.verify.verification import Verification
 
 
-def report(verifications: Sequence[Verification]) -> Report:
+def verification_report(verifications: Sequence[Verification]) -> Report:
     """Return the report on verifications of one problem."""
     name = title(verifications[0].problem) or "verification"
     return Report(
@@ -22,7 +22,7 @@ def report(verifications: Sequence[Verification]) -> Report:
 
 
 def _section(verification: Verification) -> Section:
-    problem, own = verification.problem, verification.strategies
+    problem, strategies = verification.problem, verification.strategies
     measures = {
         "residual": verification.residual,
         "relative residual": verification.relative_residual,
@@ -45,16 +45,16 @@ def _section(verification: Verification) -> Section:
         ]
         for v in verification.violations
     ]
-    left_out = [f"the worst {len(violations)} of {verification.violated}"] * (
-        verification.violated > len(violations)
-    )
+    left_out = list[str]()
+    if verification.violated > len(violations):
+        left_out = [f"the worst {len(violations)} of {verification.violated}"]
     return Section(
         ": ".join(filter(None, (title(problem), size(problem)))),
         verification.message,
         verification.accepted,
         _of_origin(verification),
         [
-            *([] if own is None else own.tables()),
+            *([] if strategies is None else strategies.tables()),
             Table(["", "", ""], [rows], words=(0, 2), texts=(2,)),
             Table(
                 ["component", "violated", "z", "w"],
@@ -68,22 +68,22 @@ def _section(verification: Verification) -> Section:
 
 def _of_origin(verification: Verification) -> list[str]:
     """Return lines with strategies, or with what else the formulation has found."""
-    own, answer = verification.strategies, verification.answer
+    strategies, answer = verification.strategies, verification.answer
     lines = [verification.statement] * bool(verification.statement)
-    if own is not None:
-        return [*own.lines(), *lines]
+    if strategies is not None:
+        return [*strategies.lines(), *lines]
     return [*lines, *([] if answer is None else answer.lines())]
 
 
 def _record(verification: Verification) -> dict[str, Any]:
-    own = {
+    overrides = {
         "problem": verification.problem.name,
         "n": verification.problem.n,
         "error_bound": verification.bound.value if verification.bound else None,
         "error_bound_source": verification.bound.source if verification.bound else None,
         "statement": _statement(verification),
     }
-    return record(keys_of("check"), verification, own)
+    return record(keys_of("check"), verification, overrides)
 
 
 def _statement(verification: Verification) -> str | None:

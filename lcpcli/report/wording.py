@@ -61,8 +61,8 @@ def halves(values: Iterable[float], largest: float) -> list[str]:
             cells.append(f"{round(v, 8) + 0.0:.8f}")
             continue
         # z has 6 decimals before its exponent; in [5, 10) x has another exponent.
-        own = int(f"{abs(v):.6e}".partition("e")[2])
-        cells.append(f"{v + 0.0:.{7 + own - int(exponent)}e}")
+        exponent_of_x = int(f"{abs(v):.6e}".partition("e")[2])
+        cells.append(f"{v + 0.0:.{7 + exponent_of_x - int(exponent)}e}")
     return cells
 
 
@@ -122,23 +122,27 @@ def folded(line: str, width: int | None) -> list[str]:
     )
 
 
-def short_names(names: Sequence[str], most: float, letter: str = "z") -> list[str]:
+def short_names(
+    names: Sequence[str], max_length: float, letter: str = "z"
+) -> list[str]:
     """Return the names, with a name that is too long replaced by its place, as in
     z1."""
     return [
-        name if name and len(visible(name)) < most else f"{letter}{i}"
+        name if name and len(visible(name)) < max_length else f"{letter}{i}"
         for i, name in enumerate(names, 1)
     ]
 
 
-def headings(problem: Problem, most: float) -> list[str]:
+def headings(problem: Problem, max_length: float) -> list[str]:
     """Return the names of the components for a table, by `short_names`; those that the
     formulation has for tables may be wider, as they are all that is said."""
     from lcpcli.model.formulation import HEADINGS
 
     names = problem.names
     short = problem.formulation.names(problem.n, HEADINGS)
-    return short_names(short, most if list(short) == list(names) else 2 * most)
+    return short_names(
+        short, max_length if list(short) == list(names) else 2 * max_length
+    )
 
 
 def multiplier(value: float) -> str:
@@ -154,17 +158,19 @@ def size(problem: Problem | NonlinearProblem) -> str:
     kinds = problem.box.kinds
     if not kinds:
         return f"n = {problem.n}"
-    own = (
+    counts = (
         f"{k} {kind}{'s' * (k > 1 and kind.endswith('bound'))}"
         for kind, k in kinds.items()
     )
-    return f"n = {problem.n} ({', '.join(own)})"
+    return f"n = {problem.n} ({', '.join(counts)})"
 
 
 def short(value: float | None, rounding: float = 0.0) -> str:
     """Return two significant digits of a residual or an error; 0 if it is only
     rounding, "" if there is none."""
-    return "" if value is None else "0" if value <= rounding else f"{value:.1e}"
+    if value is None:
+        return ""
+    return "0" if value <= rounding else f"{value:.1e}"
 
 
 def residual(result: Result) -> str:
@@ -242,10 +248,10 @@ def duration(seconds: float) -> str:
     return f"{digits(seconds / length)} {name}"
 
 
-def took(seconds: float, form: str) -> str:
+def took(seconds: float, format_name: str) -> str:
     """Return a time for the line on what made a report, in any format but LaTeX, whose
     captions are printed."""
-    return "" if form == "latex" else f", {duration(seconds)}"
+    return "" if format_name == "latex" else f", {duration(seconds)}"
 
 
 def name(result: Result) -> str:
@@ -289,11 +295,11 @@ def made_by(results: Sequence[Result], one_at_a_time: bool = False) -> str:
         runs = [
             {
                 name: value
-                for name, value in options_of(own, whole=False).items()
-                if not (one_at_a_time and f"{name}=" in own.label)
+                for name, value in options_of(each, shows_all_digits=False).items()
+                if not (one_at_a_time and f"{name}=" in each.label)
             }
-            for own in results
-            if own.method == method
+            for each in results
+            if each.method == method
         ]
         names = dict.fromkeys(chain.from_iterable(runs))
         values = {
@@ -301,9 +307,9 @@ def made_by(results: Sequence[Result], one_at_a_time: bool = False) -> str:
             for name in names
         }
         shared = [
-            f"{name}={next(iter(own))}{_note(name, results)}"
-            for name, own in values.items()
-            if len(own) == 1
+            f"{name}={next(iter(each))}{_note(name, results)}"
+            for name, each in values.items()
+            if len(each) == 1
         ]
         parts += [f"{method}: {', '.join(shared)}"] * bool(shared)
     return "; ".join(parts)
@@ -317,7 +323,7 @@ def provenance(results: Sequence[Result]) -> list[str]:
         by = f" by {', '.join(result.route)}" * (result.route != (result.method,))
         options = "".join(
             f", {name}={value}{_note(name, [result])}"
-            for name, value in options_of(result, whole=True).items()
+            for name, value in options_of(result, shows_all_digits=True).items()
         )
         problem = f"{title(result.problem) or 'problem'}, {size(result.problem)}"
         lines.append(
@@ -337,7 +343,7 @@ def _limits(result: Result) -> str:
     return f"tol {limits.tol:.15g}, at most {limits.max_iterations} iterations{seconds}"
 
 
-def options_of(result: Result, whole: bool) -> dict[str, str]:
+def options_of(result: Result, shows_all_digits: bool) -> dict[str, str]:
     """Return the options in force as texts, by their names on the command line, without
     those that are off, or for switches on, as they are by default. whole : whether long
     numbers, as a computed p, have more than three digits."""
@@ -345,7 +351,7 @@ def options_of(result: Result, whole: bool) -> dict[str, str]:
         (name, value) for name, value in result.options.items() if name not in VECTORS
     )
     return {
-        name.replace("_", "-"): _text(value, whole)
+        name.replace("_", "-"): _text(value, shows_all_digits)
         for name, value in shown
         if value is not (name in SWITCHES)
     }
@@ -358,8 +364,8 @@ def _note(name: str, results: Sequence[Result]) -> str:
     By default (ln 3 / p) (1 + |M|) = eps |q|, and q = w - M z, so that ln 3 / p <= eps
     max(|z|, |w|) at a solution.
     """
-    own = [result for result in results if name == "p" and "p" in result.options]
-    if not own or any(_smooths(result) for result in own):
+    with_p = [result for result in results if name == "p" and "p" in result.options]
+    if not with_p or any(_smooths(result) for result in with_p):
         return ""
     return " (no smoothing in double precision)"
 
@@ -371,20 +377,16 @@ def _smooths(result: Result) -> bool:
     return bool(math.log(3) / result.options["p"] > EPS * largest)
 
 
-def _text(value: Any, whole: bool) -> str:
+def _text(value: Any, shows_all_digits: bool) -> str:
     if not isinstance(value, float):
         return str(value).lower()
     short = f"{value:g}"
-    return (
-        short
-        if float(short) == value
-        else repr(float(value))
-        if whole
-        else f"{value:.3g}"
-    )
+    if float(short) == value:
+        return short
+    return repr(float(value)) if shows_all_digits else f"{value:.3g}"
 
 
-def places(names: Sequence[str], patterns: Sequence[str]) -> list[int]:
+def selected_components(names: Sequence[str], patterns: Sequence[str]) -> list[int]:
     """Return the indices of the unknowns that `--show` chooses, in the order of the
     patterns; all without patterns.
 
@@ -394,18 +396,22 @@ def places(names: Sequence[str], patterns: Sequence[str]) -> list[int]:
     """
     if not patterns:
         return list(range(len(names)))
-    found: dict[int, None] = {}
+    selected: dict[int, None] = {}
     # In narrow tables, and of a row.
     short = [name.replace("column ", "col ", 1).removeprefix("y ") for name in names]
     for pattern in patterns:
-        form = pattern.replace("[", "[[]")  # brackets stand for themselves, as in x[1]
-        own = [
+        escaped = pattern.replace(
+            "[", "[[]"
+        )  # brackets stand for themselves, as in x[1]
+        matches = [
             i
             for i, each in enumerate(names)
-            if each and (fnmatchcase(each, form) or fnmatchcase(short[i], form))
+            if each and (fnmatchcase(each, escaped) or fnmatchcase(short[i], escaped))
         ]
-        own = own or [i for i in range(len(names)) if fnmatchcase(f"z{i + 1}", form)]
-        if not own:
+        matches = matches or [
+            i for i in range(len(names)) if fnmatchcase(f"z{i + 1}", escaped)
+        ]
+        if not matches:
             numbers = f"write {'z1 to ' * (len(names) > 1)}z{len(names)}"
             named = (
                 "; a file has names in its header, or under the key names"
@@ -418,14 +424,14 @@ def places(names: Sequence[str], patterns: Sequence[str]) -> list[int]:
             raise ParameterError(
                 "show", f"{quoted(pattern)} is not the name of an unknown", hint
             )
-        found |= dict.fromkeys(own)
-    return list(found)
+        selected |= dict.fromkeys(matches)
+    return list(selected)
 
 
 def require(problem: Problem | NonlinearProblem, patterns: Sequence[str]) -> None:
     """Raise ParameterError, before any work, for a pattern that no unknown of the
     problem matches."""
-    places(labels_of(problem), patterns)
+    selected_components(labels_of(problem), patterns)
 
 
 def labels_of(problem: Problem | NonlinearProblem) -> Sequence[str]:

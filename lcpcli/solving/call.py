@@ -245,7 +245,7 @@ def _run(
         given = chosen(options, COMMON_OPTIONS, method)
         interrupts = given.pop("interrupts", RAISE)
         given["trace"] = trace_of(given.get("trace"), method)
-        given["limits"] = Limits.taken_from(given)
+        given["limits"] = Limits.pop_from(given)
     result = driver.run(problem, method, began=began, **given)
     return unless_interrupted(result, interrupts) if result.interrupted else result
 

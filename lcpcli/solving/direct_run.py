@@ -19,7 +19,7 @@ import numpy as np
 
 from lcpcli.clock import Stopwatch, imports
 from lcpcli.errors import OptionError, ParameterError
-from lcpcli.interrupts import TimeIsUp, hides_interrupt, within
+from lcpcli.interrupts import TimeIsUp, deadline_after, hides_interrupt
 from lcpcli.methods import direct
 from lcpcli.methods.direct import (
     MAX_COMPILED,
@@ -272,7 +272,7 @@ def exhausted(steps: Generator[Item, None, End], made: list[Item] | None = None)
 def _in_time(session: Session, steps: Steps) -> Result | None:
     """Return the result of steps that nobody sees; None if their time is up."""
     try:
-        with within(session.limits.time_limit - session.stopwatch.elapsed()):
+        with deadline_after(session.limits.time_limit - session.stopwatch.elapsed()):
             return exhausted(steps)
     except TimeIsUp:
         return None
@@ -602,7 +602,7 @@ def _near(session: Session, basis: States, kept: Kept) -> Result | None:
     exchanges = BasicSolutions(session.problem, kept.principal).exchanging(basis)
     pivoting = islice(exchanges, min(MAX_TRIED_BASES, limits.max_iterations))
     try:
-        with within(limits.time_limit):
+        with deadline_after(limits.time_limit):
             steps, found = next(
                 (k, found) for k, found in enumerate(pivoting, 1) if found.is_solution
             )

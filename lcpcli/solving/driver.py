@@ -15,7 +15,7 @@ import numpy as np
 
 from lcpcli.clock import Stopwatch, imports, seconds
 from lcpcli.errors import LEAVE_OUT, OptionError, ParameterError, kind
-from lcpcli.interrupts import TimeIsUp, within
+from lcpcli.interrupts import TimeIsUp, deadline_after
 from lcpcli.linalg.threads import with_limited_threads
 from lcpcli.methods import registry as methods
 from lcpcli.methods.direct import (
@@ -299,7 +299,7 @@ def ended(loop: Loop, stage: Callable[[], Stage]) -> Result:
     limit = loop.limits.time_limit
     watch = None if loop.seen.observe is None else loop.report_if_due
     with (
-        within(limit - loop.stopwatch.elapsed(), watch)
+        deadline_after(limit - loop.stopwatch.elapsed(), watch)
         if watch or limit < math.inf
         else nullcontext()
     ):
@@ -364,7 +364,7 @@ def with_bound(result: Result) -> Result:
     if result.interrupted:
         return result
     try:
-        with within(result.limits.time_limit - result.seconds):
+        with deadline_after(result.limits.time_limit - result.seconds):
             bound = error_bound(result.problem, result.z) or NO_BOUND
     except TimeIsUp:
         bound = UNPROVED_IN_TIME

@@ -176,7 +176,7 @@ def solve_many(
     )
     if "threads" in given:
         THREADS.check(given["threads"])
-    limits = Limits.taken_from({**given})
+    limits = Limits.pop_from({**given})
     if Q is None:
         _refuse_as_problems(M, lower=lower, upper=upper, infinity=infinity)
         if sequence:

@@ -16,7 +16,7 @@ from dataclasses import replace
 import numpy as np
 
 from lcpcli.clock import imports, seconds
-from lcpcli.interrupts import TimeIsUp, within
+from lcpcli.interrupts import TimeIsUp, deadline_after
 from lcpcli.methods.direct import may_be_program
 from lcpcli.methods.stages import FAULTS, Iterate, advance
 from lcpcli.solving.result import Result, Status
@@ -54,7 +54,7 @@ def _improved(result: Result, error: float) -> Result:
     best, steps, method, extra = result.point, 0, "", Extent(WITHOUT_ROUNDING)
     with (
         suppress(TimeIsUp, *FAULTS),
-        within(limits.time_limit - result.seconds),
+        deadline_after(limits.time_limit - result.seconds),
     ):
         for k, (name, step) in enumerate(_finish(result), 1):
             z = problem.box.z_of(step.x)

@@ -27,7 +27,7 @@ from functools import partial
 import numpy as np
 
 from lcpcli.auto.attempts import Structure
-from lcpcli.interrupts import TimeIsUp, check, remaining, within
+from lcpcli.interrupts import TimeIsUp, deadline_after, raise_if_timed_out, remaining
 from lcpcli.methods.z_matrix import EXACT_EFFORT, decided
 from lcpcli.model.problem import WITHOUT_SOLUTION, Problem, as_problem
 from lcpcli.options import DEFAULTS, Limits
@@ -123,8 +123,11 @@ def prove(exactly: Callable[[], ExactProblem], result: Result) -> Result:
     """
     require()
     try:
-        with suppress(TimeIsUp), within(result.limits.time_limit - result.seconds):
-            check()
+        with (
+            suppress(TimeIsUp),
+            deadline_after(result.limits.time_limit - result.seconds),
+        ):
+            raise_if_timed_out()
             if (
                 not result.interrupted
                 and (exact := exact_answer(data := exactly(), result)) is not None
@@ -216,7 +219,7 @@ def _by_parts(data: ExactProblem) -> Exact | None:
     the solutions of all; None if one is undecided."""
     z, is_undecided = [Fraction(0)] * data.n, False
     for indices in data.blocks:
-        check()
+        raise_if_timed_out()
         found: Exact | None = None
         with suppress(TimeIsUp):
             found = _searched(data.part(indices))
@@ -294,7 +297,7 @@ def with_reference(problem: Problem) -> Problem:
     if problem.solutions or problem.verdict in WITHOUT_SOLUTION:
         return problem
     result = exact = None
-    with suppress(TimeIsUp), within(REFERENCE_SECONDS):
+    with suppress(TimeIsUp), deadline_after(REFERENCE_SECONDS):
         result = driver.run(problem, "auto")
         if result.interrupted:
             raise KeyboardInterrupt

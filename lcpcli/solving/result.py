@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple, TypeAlias, TypeVar, cast
 import numpy as np
 
 from lcpcli.clock import imports
-from lcpcli.interrupts import within
+from lcpcli.interrupts import deadline_after
 from lcpcli.model import views
 from lcpcli.model.box import in_words
 from lcpcli.model.problem import Problem
@@ -326,7 +326,7 @@ class Result:
     def _determined(self) -> tuple[list[int | None], list[int]] | None:
         if not self.solved or self.interrupted:
             return None
-        with within(self.limits.time_limit / 2):
+        with deadline_after(self.limits.time_limit / 2):
             found: tuple[list[int | None], list[int]] | None = views.digits.determined(
                 self.problem, self.z, self.w
             )

@@ -178,7 +178,7 @@ def solve_mcp(
             F, J, lower=lower, upper=upper, infinity=infinity, x0=x0, names=names
         )
     return run_nonlinear(
-        problem, pattern=pattern, began=began, limits=Limits.taken_from(given), **given
+        problem, pattern=pattern, began=began, limits=Limits.pop_from(given), **given
     )
 
 

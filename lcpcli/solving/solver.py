@@ -83,7 +83,7 @@ class Solver:
         given = chosen(
             options, (*SolverOptions.__annotations__, "compiled"), of="Solver"
         )
-        self._given, self._limits = given, Limits.taken_from({**given})
+        self._given, self._limits = given, Limits.pop_from({**given})
         if compiled is not None:
             self.compiled = direct_run.uses_kernels(compiled, direct_run.MANY)
             self._given["compiled"] = compiled
@@ -105,7 +105,7 @@ class Solver:
         solver.compiled = direct_run.uses_kernels(
             options.get("compiled"), direct_run.MANY
         )
-        solver._given, solver._limits = options, Limits.taken_from({**options})
+        solver._given, solver._limits = options, Limits.pop_from({**options})
         if like is not None:
             solver._prepare(like)
         return solver

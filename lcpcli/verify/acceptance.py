@@ -16,7 +16,7 @@ from typing import TYPE_CHECKING, Literal, NamedTuple
 import numpy as np
 
 from lcpcli.clock import imports
-from lcpcli.interrupts import TimeIsUp, within
+from lcpcli.interrupts import TimeIsUp, deadline_after
 from lcpcli.model.problem import Problem
 from lcpcli.typing import States, Vector
 from lcpcli.verify.final_states import confirmed, without_rounding
@@ -146,7 +146,7 @@ def accepted(
         made.append(point)
     if extent.last < PROVED or not all(point.is_linear for point in made):
         return None
-    with suppress(TimeIsUp), within(extent.seconds), np.errstate(all="ignore"):
+    with suppress(TimeIsUp), deadline_after(extent.seconds), np.errstate(all="ignore"):
         return _by_proof(made, extent)
     return None
 

@@ -109,7 +109,7 @@ v'Sv <= 0, or None."""
 def scaling(
     M: Matrix,
     holds: Callable[[Vector], bool],
-    check: Callable[[], None] = interrupts.check,
+    check: Callable[[], None] = interrupts.raise_if_timed_out,
     slacks: tuple[float, ...] = SLACKS,
 ) -> Vector | None:
     """Return a d > 0 with <M> d > 0, for M of shape (n, n) with positive diagonal; None

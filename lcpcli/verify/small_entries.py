@@ -48,7 +48,7 @@ import numpy as np
 
 from lcpcli.basis.exchanges import BasicSolutions
 from lcpcli.errors import count
-from lcpcli.interrupts import check
+from lcpcli.interrupts import raise_if_timed_out
 from lcpcli.linalg import matrices
 from lcpcli.linalg.doubles import (
     EPS,
@@ -217,7 +217,7 @@ def _pivoted(problem: Problem, basis: States, z: Vector) -> Iterator[Vector]:
         with suppress(SingularMatrix):
             solutions = BasicSolutions(problem)
             for found in islice(solutions.exchanging(start), MAX_STEPS):
-                check()
+                raise_if_timed_out()
                 if not solutions.count_violations(found):
                     yield problem.box.project(found.z)
                     break

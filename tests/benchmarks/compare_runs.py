@@ -26,7 +26,7 @@ from typing import Any, NamedTuple
 
 from lcpcli.bench import record
 from lcpcli.errors import Exit, LCPError, OptionError, count
-from lcpcli.files.contents import content_of, decode, place, within
+from lcpcli.files.contents import content_of, decode, source_name, within
 from lcpcli.files.json_format import objects_in
 from lcpcli.report import document, result_formats, wording
 from lcpcli.solving.result import Status
@@ -134,8 +134,8 @@ def changes_between(paths: Sequence[str]) -> list[Change]:
     first, second = map(runs_in, paths)
     old, new = with_unread(first, second), with_unread(second, first)
     if not old.keys() & new.keys():
-        fault = f"has no run in common with {place(paths[0])}"
-        raise OptionError(place(paths[1]), fault, "name files of the same runs")
+        fault = f"has no run in common with {source_name(paths[0])}"
+        raise OptionError(source_name(paths[1]), fault, "name files of the same runs")
     return [Change(key, old.get(key), new.get(key)) for key in {**old, **new}]
 
 
@@ -168,7 +168,7 @@ def report(
 
     def made(*_: Any) -> document.Document:
         shown = [_row(change) for change in changes if change.verdict != SAME]
-        title = f"{place(paths[1])} against {place(paths[0])}"
+        title = f"{source_name(paths[1])} against {source_name(paths[0])}"
         tables = [document.Table(NAMES, [shown], words=(0, 1, 2, 3))]
         return document.Document(
             title, [document.Section(title, verdict, not has_failed, tables=tables)]
@@ -192,7 +192,7 @@ def runs_in(path: str) -> dict[Key, Ending]:
     """Return the endings of the runs in a file, by problem and method, "" for a problem
     that could not be read; raise an LCPError if it has none. A last line that was cut
     off counts as not written."""
-    text = within(place(path), decode, content_of(path, EXPECTED))
+    text = within(source_name(path), decode, content_of(path, EXPECTED))
     with suppress(ValueError, RecursionError, OverflowError):
         return {
             row.key: _of_row(row)
@@ -208,7 +208,7 @@ def runs_in(path: str) -> dict[Key, Ending]:
             if number == len(lines) and found:
                 continue
             raise OptionError(
-                place(path), "has neither a bench nor results", EXPECTED
+                source_name(path), "has neither a bench nor results", EXPECTED
             ) from None
         keys = (
             ((f"{name} ({number})" if number > 1 else name), method)

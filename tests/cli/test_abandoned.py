@@ -28,7 +28,7 @@ from lcpcli.cli.problems import Inputs
 from lcpcli.files import writing
 from lcpcli.files.csv_format import grid_of
 from lcpcli.gallery import families
-from lcpcli.interrupts import TimeIsUp, remaining, within
+from lcpcli.interrupts import TimeIsUp, deadline_after, remaining
 from lcpcli.linalg import factors
 from lcpcli.linalg.factors import PrincipalSolver
 from lcpcli.linalg.programs import minimized
@@ -170,7 +170,7 @@ def test_time_limit_of_the_run_ends_a_linear_program_in_any_thread() -> None:
 
     def limited() -> None:
         try:
-            with within(0.01):
+            with deadline_after(0.01):
                 minimized(
                     -rng.random(300), A, (zero - np.inf, b), (zero, zero + np.inf)
                 )
@@ -186,11 +186,11 @@ def test_time_limit_of_the_run_ends_a_linear_program_in_any_thread() -> None:
 
 def test_remaining_seconds_are_those_of_the_innermost_context() -> None:
     assert remaining() == np.inf
-    with within(2000.0):
-        with within(1000.0):
+    with deadline_after(2000.0):
+        with deadline_after(1000.0):
             assert 0 < remaining() <= 1000
         assert 1000 < remaining() <= 2000
-    with within(-1.0):
+    with deadline_after(-1.0):
         assert remaining() == 0
 
 
@@ -310,7 +310,7 @@ def test_time_limit_holds_while_numbers_become_exact_and_long_rows_pivot() -> No
         lambda: long.pivot(2, 1),
         lambda: next(lemke_howson(game, payoffs)),
     ):
-        with within(-1.0), pytest.raises(TimeIsUp):
+        with deadline_after(-1.0), pytest.raises(TimeIsUp):
             work()
 
 
@@ -413,7 +413,10 @@ def test_driver_reports_the_iterate_and_its_level(
 
 def test_a_long_step_in_compiled_code_is_watched_too() -> None:
     looks: list[int] = []
-    with interrupts.within(10.0, lambda: looks.append(1)), interrupts.within(9.0):
+    with (
+        interrupts.deadline_after(10.0, lambda: looks.append(1)),
+        interrupts.deadline_after(9.0),
+    ):
         assert (
             interrupts.interruptibly(
                 lambda: time.sleep(3.5 * interrupts.WAIT) or "done"

@@ -148,14 +148,14 @@ def test_limits_and_seconds_count_the_same(monkeypatch: pytest.MonkeyPatch) -> N
     result = run(PROBLEM, "fixed-point", omega=50, limits=Limits(time_limit=100.0))
     assert result.status is Status.TIME_LIMIT
     assert 99.9 < result.seconds <= 110
-    with interrupts.within(3.0):
-        interrupts.check()
+    with interrupts.deadline_after(3.0):
+        interrupts.raise_if_timed_out()
     with (
-        interrupts.within(0.5),
-        interrupts.within(9.0),
+        interrupts.deadline_after(0.5),
+        interrupts.deadline_after(9.0),
         pytest.raises(interrupts.TimeIsUp),
     ):
-        interrupts.check()
+        interrupts.raise_if_timed_out()
 
 
 @pytest.mark.usefixtures("ticking")

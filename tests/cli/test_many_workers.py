@@ -165,7 +165,7 @@ def test_a_process_that_dies_handing_over_ends_the_others_at_the_next_look() -> 
     assert first.result(PATIENCE)
     future = pool.submit(torn)
     until(lambda: len(multiprocessing.active_children()) < pool.size)
-    pool.look()
+    pool.check_alive()
     for each in (future, idle):
         assert isinstance(each.exception(PATIENCE), BrokenExecutor)
     assert pool.submit(os.getpid).result(PATIENCE) != first.result()
@@ -342,10 +342,10 @@ def test_cluster_without_workers_is_told_of_once(
     with warnings.catch_warnings():
         pool = pools.Cluster("tcp://here:1")
     for now[0] in (100.0, 105.0):
-        pool.look()
+        pool.check_alive()
     assert (pool.size, capfd.readouterr().err) == (1, "")
     for now[0] in (110.0, 120.0):
-        pool.look()
+        pool.check_alive()
     line = (
         "lcp: --cluster: the scheduler at tcp://here:1 has no workers; start dask "
         "worker tcp://here:1\n"
@@ -353,7 +353,7 @@ def test_cluster_without_workers_is_told_of_once(
     assert capfd.readouterr().err == line
     workers |= {"a": 2, "b": 1}
     now[0] = 130.0
-    pool.look()
+    pool.check_alive()
     assert pool.size == 3
 
 
@@ -398,7 +398,7 @@ class Deadly:
     time."""
 
     kill_error, end_errors = BrokenExecutor, (OSError,)
-    size, most = 1, 256
+    size, max_items = 1, 256
 
     def __init__(
         self, always: Collection[int] = (), once: Collection[int] = ()
@@ -417,7 +417,7 @@ class Deadly:
 
     all_of = submit
 
-    def look(self) -> None:
+    def check_alive(self) -> None:
         """There is one process."""
 
     def records_of_loss(self, work: Input, message: str) -> list[TaskRecord]:
@@ -446,7 +446,7 @@ def test_second_attempt_is_alone_though_another_piece_has_a_rest_that_kills() ->
 
         is_dying = False
 
-        def look(self) -> None:
+        def check_alive(self) -> None:
             self.is_dying = False
 
         def submit(self, _: Any, works: list[Input]) -> Future[Any]:
@@ -511,7 +511,7 @@ class Stuck(Deadly):
     """A pool in which the first problem takes until all others, or so many, are solved;
     the records are large."""
 
-    most = 1
+    max_items = 1
 
     def __init__(self, until: int, length: int) -> None:
         super().__init__()

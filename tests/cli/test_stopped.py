@@ -237,7 +237,10 @@ def test_signal_leaves_what_is_finished(
 def test_path_that_is_stopped_has_its_points_in_a_file_and_says_why(
     stopped: Callable[..., Outcome],
 ) -> None:
-    check, path = "lcpcli.parametric.following.check", "path from.npz to.npz"
+    check, path = (
+        "lcpcli.parametric.following.raise_if_timed_out",
+        "path from.npz to.npz",
+    )
     outcome = stopped(f"{path} --at 0.01,1 -o part.csv", check, 20, KeyboardInterrupt)
     assert (outcome.code, outcome.err) == (130, "lcp: to.npz: interrupted\n")
     lines = Path("part.csv").read_text().splitlines()

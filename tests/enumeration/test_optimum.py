@@ -202,7 +202,7 @@ def test_every_number_that_is_shown_of_an_optimum_is_a_bound(
     side = 1 if sense == "max" else -1
     report, record = (
         solutions.build(found, False, "table"),
-        json.loads(solutions.report(found, SOURCE, False).render("json")),
+        json.loads(solutions.solutions_report(found, SOURCE, False).render("json")),
     )
     words = " ".join(
         [report.sections[0].verdict, *report.sections[0].facts[:2], record["message"]]
@@ -233,7 +233,9 @@ def test_at_a_limit_the_best_so_far_and_the_bound_are_rounded_apart() -> None:
             1,
             0.0,
         )
-        record = json.loads(solutions.report(found, SOURCE, False).render("json"))
+        record = json.loads(
+            solutions.solutions_report(found, SOURCE, False).render("json")
+        )
         low, high = sorted((record["value"], record["bound"]))
         assert Fraction(low) <= third
         assert Fraction(high) >= 2 * third

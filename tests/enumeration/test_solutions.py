@@ -329,7 +329,9 @@ def check(found: Solutions, whole: Whole, ended: str) -> tuple[bool, bool | None
     assert not found.complete or set(pieces) == whole
     shown = SolutionSet(found, ended, 0.0)
     held = json.loads(
-        solutions.report(shown, Source("file", None), exact=True).render("json")
+        solutions.solutions_report(shown, Source("file", None), exact=True).render(
+            "json"
+        )
     )
     assert (held["complete"], held["others"], len(held["pieces"])) == (
         found.complete,
@@ -345,7 +347,7 @@ def check(found: Solutions, whole: Whole, ended: str) -> tuple[bool, bool | None
         if len(hull.vertices) == 1 and not hull.rays and not hull.lines
     ]
     check_words(shown.message, found, len(isolated), whole)
-    (section,) = solutions.build(shown, exact=True, form="table").sections
+    (section,) = solutions.build(shown, exact=True, format_name="table").sections
     assert section.settled == found.complete
     if found.equilibria is None:
         assert held["components"] is None

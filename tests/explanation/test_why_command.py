@@ -123,7 +123,7 @@ def _raising(number: int) -> Callable[..., Any]:
 
     def run(*_: Any) -> Any:
         signal.raise_signal(number)
-        lcpcli.interrupts.check()
+        lcpcli.interrupts.raise_if_timed_out()
         pytest.fail("nothing ended the search")
 
     return run

@@ -30,7 +30,7 @@ from lcpcli.inspection.verdict import (
     called,
     classify,
 )
-from lcpcli.interrupts import within
+from lcpcli.interrupts import deadline_after
 
 from .. import exact
 from ..methods.grids import plane
@@ -394,7 +394,7 @@ def test_a_determinant_that_excludes_is_found_where_no_other_minor_does(M: Any) 
 
 
 def test_without_time_only_what_takes_none_is_decided() -> None:
-    with within(0.0):
+    with deadline_after(0.0):
         found = classify(spd(np.random.default_rng(0), 10))
     assert found.keys() == CLASSES.keys()
     assert found["symmetric"].word == YES
@@ -473,7 +473,7 @@ def test_matrix_of_contact_with_friction_is_copositive_in_any_order(
     worse = M.copy()
     rest = np.flatnonzero(M.diagonal())[:2]
     worse[np.ix_(rest, rest)] = [[1.0, -3.0], [-3.0, 1.0]]
-    with within(1.0):
+    with deadline_after(1.0):
         assert classify(as_matrix(worse), last="copositive")["copositive"].word == NO
 
 

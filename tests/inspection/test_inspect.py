@@ -36,7 +36,7 @@ Lcp = Callable[..., Outcome]
 OWN = ("auto", "shi", "fixed-point", "newton", "interior", "lemke", "milp")
 EXAMPLE = contents.shipped_path("paper-example-1.json")
 OBJECT = json.loads(
-    inspection_text.report(inspect(Problem([[1.0]], [1.0]))).render("json")
+    inspection_text.inspection_report(inspect(Problem([[1.0]], [1.0]))).render("json")
 )
 
 
@@ -222,7 +222,7 @@ def test_odd_problems_are_inspected_without_a_warning(problem: Problem) -> None:
     have, and in a table."""
     for seconds in (0.0, 10.0):
         found = inspect(problem, seconds)
-        text = inspection_text.report(found).render("json")
+        text = inspection_text.inspection_report(found).render("json")
         assert text.count("\n") == 1
         shown = json.loads(text, parse_constant=lambda word: pytest.fail(word))
         assert shown.keys() == OBJECT.keys()
@@ -230,7 +230,12 @@ def test_odd_problems_are_inspected_without_a_warning(problem: Problem) -> None:
             CLASSES.keys(),
             METHODS.keys(),
         )
-        assert max(map(len, inspection_text.report(found).render().splitlines())) <= 80
+        assert (
+            max(
+                map(len, inspection_text.inspection_report(found).render().splitlines())
+            )
+            <= 80
+        )
 
 
 def test_command_shows_or_writes_a_table_of_80_columns_or_one_json_object(
@@ -380,12 +385,14 @@ def test_evident_solutions_are_said_for_the_bounds() -> None:
 
 def test_json_counts_the_kinds_of_variables() -> None:
     mixed = Problem(np.eye(3), np.ones(3), lower=[None, 0, 1], upper=[None, 2, 1])
-    shown = json.loads(inspection_text.report(inspect(mixed)).render("json"))
+    shown = json.loads(inspection_text.inspection_report(inspect(mixed)).render("json"))
     assert shown["bounds"] == {"free": 1, "boxed": 1, "fixed": 1}
     assert (
-        json.loads(inspection_text.report(inspect(Problem([[1]], [1]))).render("json"))[
-            "bounds"
-        ]
+        json.loads(
+            inspection_text.inspection_report(inspect(Problem([[1]], [1]))).render(
+                "json"
+            )
+        )["bounds"]
         is None
     )
 
@@ -404,7 +411,10 @@ def test_a_contradiction_that_is_rounding_is_not_stated() -> None:
     assert lcpcli.run(problem).solved
     found = inspect(problem)
     assert found.presolve is None
-    assert json.loads(inspection_text.report(found).render("json"))["presolve"] is None
+    assert (
+        json.loads(inspection_text.inspection_report(found).render("json"))["presolve"]
+        is None
+    )
     assert "cannot have its sign" not in repr(found)
 
 

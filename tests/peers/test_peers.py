@@ -172,7 +172,7 @@ def test_a_missing_package_has_no_version_and_solving_names_it(
 def test_a_new_peer_needs_only_its_call_and_its_line(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
-    def guess(_: Any, problem: Problem, *__: Any) -> packages.Ending:
+    def guess(_: Any, problem: Problem, *__: Any) -> packages.PeerOutcome:
         return np.zeros(problem.n), None, True, "guessed"
 
     monkeypatch.setattr(

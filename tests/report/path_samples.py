@@ -16,7 +16,7 @@ from lcpcli import Problem
 from lcpcli.files import contents
 from lcpcli.model.box import BASIC, LOWER, UPPER
 from lcpcli.parametric.path import ENDS, ExactPath, Family, Path
-from lcpcli.report.path_formats import report
+from lcpcli.report.path_formats import path_report
 
 SMALL = [Problem([[2, 1], [1, 2]], q, name="small") for q in ([1, 1], [-5, -6])]
 
@@ -103,4 +103,4 @@ def written(
     form: str, path: Path, *at: float, files: tuple[str, str] = ("a", "b")
 ) -> str:
     """A path as a text in a format with all numbers."""
-    return report(path, at, files).render(form)
+    return path_report(path, at, files).render(form)

@@ -28,7 +28,7 @@ from lcpcli.parametric.path import Path as Solutions
 from lcpcli.report import plotting
 from lcpcli.report import plotting as figures
 from lcpcli.report.figures import plane_figures, run_figures, style
-from lcpcli.report.figures.style import places_of
+from lcpcli.report.figures.style import grid_positions_of
 from lcpcli.report.plotting import Curve, Panel
 
 from .figure_samples import (
@@ -81,7 +81,7 @@ def test_the_figure_of_the_most_problems_fits_on_a_page(
 
 
 def test_long_text_is_cut_on_one_line_and_nothing_in_it_is_parsed() -> None:
-    cut = style.fitted("$\\alpha_1$ \n\u4e2d " + "long " * 60, style.FONT, 2.0)
+    cut = style.fitted_text("$\\alpha_1$ \n\u4e2d " + "long " * 60, style.FONT, 2.0)
     assert cut.startswith(r"\$\alpha_1\$ \n? long")
     assert cut.endswith("...")
     with style.context():
@@ -195,12 +195,12 @@ def test_looks_are_of_methods_and_peers_and_the_others_take_spare_ones() -> None
     from lcpcli.peers.registry import PEERS as peers
 
     assert style.METHODS.keys() <= methods.keys()
-    found = style.looks([(name, name) for name in (*methods, *peers)])
+    found = style.styles_of([(name, name) for name in (*methods, *peers)])
     assert len({look.marker for look in found.values()}) == len(found)
 
 
 def test_runs_of_one_method_share_its_colour_and_differ_in_their_markers() -> None:
-    cold, warm, other = style.looks(
+    cold, warm, other = style.styles_of(
         [("shi", "cold"), ("shi", "warm"), ("shi", "cold"), ("other", "other")]
     ).values()
     assert cold == style.METHODS["shi"]
@@ -214,7 +214,9 @@ def test_runs_of_a_sweep_go_from_light_to_dark_with_markers_of_their_own(
     name: str,
 ) -> None:
     other = "fixed-point" if name != "fixed-point" else "shi"
-    found = style.looks([(other, other), *((name, f"{name}:p={i}") for i in range(8))])
+    found = style.styles_of(
+        [(other, other), *((name, f"{name}:p={i}") for i in range(8))]
+    )
     grey = [lightness(look.color) for (own, _), look in found.items() if own == name]
     assert min(a - b for a, b in pairwise(grey)) > 6
     assert max(grey) < 75.5
@@ -222,7 +224,7 @@ def test_runs_of_a_sweep_go_from_light_to_dark_with_markers_of_their_own(
 
 
 def test_a_grid_of_two_options_is_read_from_the_labels_of_its_runs() -> None:
-    assert places_of(
+    assert grid_positions_of(
         ["shi:p=1,k-star=5", "shi:p=1,k-star=9", "shi:p=1e4,k-star=5"]
     ) == [(0, 0), (0, 1), (1, 0)]
     switches = [
@@ -230,7 +232,7 @@ def test_a_grid_of_two_options_is_read_from_the_labels_of_its_runs() -> None:
         "fixed-point:omega=2,scale",
         "fixed-point:omega=1,scale=false",
     ]
-    assert places_of(switches) == [(0, 0), (1, 0), (0, 1)]
+    assert grid_positions_of(switches) == [(0, 0), (1, 0), (0, 1)]
 
 
 @pytest.mark.parametrize(
@@ -245,7 +247,9 @@ def test_a_grid_of_two_options_is_read_from_the_labels_of_its_runs() -> None:
     ],
 )
 def test_other_runs_make_no_grid(labels: str) -> None:
-    assert places_of(labels.split()) == [(i, i) for i in range(len(labels.split()))]
+    assert grid_positions_of(labels.split()) == [
+        (i, i) for i in range(len(labels.split()))
+    ]
 
 
 EIGHT = grid_panel(ks=[str(k) for k in range(1, 9)])

@@ -11,7 +11,7 @@ import pytest
 
 from lcpcli import Problem, plot, run, solve
 from lcpcli.errors import OptionError
-from lcpcli.report.wording import places
+from lcpcli.report.wording import selected_components
 
 from ..cli.conftest import Lcp
 from ..wordings import NO_UNKNOWN
@@ -37,7 +37,11 @@ def _files(in_folder: Path) -> None:
 
 
 def test_patterns_choose_unknowns_in_their_order_and_each_once() -> None:
-    assert places(["x[1]", "x[2]"], ["x[*]"]) == places(["", ""], ["z*"]) == [0, 1]
+    assert (
+        selected_components(["x[1]", "x[2]"], ["x[*]"])
+        == selected_components(["", ""], ["z*"])
+        == [0, 1]
+    )
     one = {
         "flow": [2],
         "price n*": [0, 1],
@@ -51,15 +55,16 @@ def test_patterns_choose_unknowns_in_their_order_and_each_once() -> None:
         "z4, z1": [3, 0],
     }
     for patterns, expected in (one | several).items():
-        assert places(NAMES, patterns.split(", ") if patterns else []) == expected, (
-            patterns
-        )
+        assert (
+            selected_components(NAMES, patterns.split(", ") if patterns else [])
+            == expected
+        ), patterns
 
 
 @pytest.mark.parametrize("pattern", ["prices", "z6", "z0", "Flow", ""])
 def test_a_name_of_none_is_refused(pattern: str) -> None:
     with pytest.raises(OptionError, match=rf"show: {NO_UNKNOWN.format('.*')}; "):
-        places(NAMES, [pattern])
+        selected_components(NAMES, [pattern])
 
 
 MIXED = {

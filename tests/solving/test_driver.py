@@ -22,7 +22,7 @@ from lcpcli import Problem, Result, Status, Trace, TraceRow, read
 from lcpcli.errors import LCPError
 from lcpcli.files import contents
 from lcpcli.gallery import families
-from lcpcli.interrupts import remaining, within
+from lcpcli.interrupts import deadline_after, remaining
 from lcpcli.methods import registry as methods
 from lcpcli.methods.stages import Breakdown, Finished, Iterate, Stage, Stalled
 from lcpcli.options import Limits
@@ -480,7 +480,7 @@ def test_a_run_that_is_part_of_another_one_ends_with_it() -> None:
     problem = Problem([[2.0, 1.0], [1.0, 2.0]], [-5.0, -6.0])
     for method in ("milp", "fixed-point", "newton"):
         assert run(problem, method).solved
-        with within(-1.0):
+        with deadline_after(-1.0):
             assert run(problem, method).status is Status.TIME_LIMIT
 
 
@@ -490,7 +490,7 @@ def test_pieces_leave_no_context_open_and_end_with_what_they_are_part_of() -> No
         assert remaining() == math.inf
     assert found.complete
     found = lcpcli.solutions(SWAPS, time_limit=60.0)
-    with within(-1.0):
+    with deadline_after(-1.0):
         assert not list(found)
     assert found.others is None
 

@@ -22,7 +22,7 @@ from lcpcli import Problem, Result, Status, Trace, solve
 from lcpcli.errors import LCPError
 from lcpcli.gallery import families
 from lcpcli.inspection.inspection import inspect
-from lcpcli.interrupts import within
+from lcpcli.interrupts import deadline_after
 from lcpcli.options import Limits
 from lcpcli.rational.exact_problem import ExactProblem
 from lcpcli.solving.driver import run
@@ -246,7 +246,7 @@ def test_auto_finds_every_solution_in_doubles_and_says_nothing_false(
             assert error <= Fraction(bound.value)
         if verify(problem, z, 1e-10).accepted:
             assert is_near_a_solution(plain, z) or approximates(z, solution)
-    with within(5.0):
+    with deadline_after(5.0):
         proved, referred = (
             prove(lambda: ExactProblem.of_floats(problem), result),
             with_reference(problem),

@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from decimal import Decimal
 
 from lcpcli.errors import LCPError, ParameterError, ProblemError, quoted
-from lcpcli.files.contents import place
+from lcpcli.files.contents import source_name
 from lcpcli.files.csv_format import is_number
 from lcpcli.files.fields import BOUNDS
 from lcpcli.files.formats import refuse
@@ -45,7 +45,7 @@ def hint(files: Sequence[InputFile]) -> str:
     is_labelled = bool(rows and columns) and not {"q", *BOUNDS} & {*columns, *others}
     if (m, k) != (len(B), len(B[0])) or k == 1 or (k == m + 1 and not is_labelled):
         return ""
-    names = " and ".join(file.place for file in files)
+    names = " and ".join(file.source_name for file in files)
     return f"if {names} are the payoffs of a game, add --game"
 
 
@@ -66,7 +66,7 @@ def _shared(path: str, key: str, names: list[str], others: list[str]) -> list[st
             f"{quoted(other)}"
         )
         raise ProblemError(
-            place(path),
+            source_name(path),
             reason,
             "give both the same names in the same order, or one of them none",
         )
@@ -82,10 +82,10 @@ def _row(values: Sequence[str]) -> str:
 
 def _table(file: InputFile) -> tuple[list[list[str]], list[str], list[str]]:
     hint = "write the game as JSON, with the keys A and B"
-    refuse(not file.kind.is_table, file.place, "is not a table in CSV", hint)
+    refuse(not file.kind.is_table, file.source_name, "is not a table in CSV", hint)
     table = file.within(file.data.table, str)
-    reason = f"has columns headed {', '.join(table.places)}"
-    refuse(table.places, file.place, reason, HINT)
+    reason = f"has columns headed {', '.join(table.column_of)}"
+    refuse(table.column_of, file.source_name, reason, HINT)
     both = (table.labels, table.header)
     index, header = (
         [] if any(not name or is_number(name) for name in names) else names

@@ -26,10 +26,10 @@ def input_of(paths: Sequence[str]) -> Input:
     values = [row[0] for row in b] if len(b[0]) == 1 else b[0]
     if len(values) * max(len(values), 1) != len(values) * sum(map(len, b)):
         reason = f"has {count(len(b), 'row')} and {count(len(b[0]), 'column')}"
-        raise ProblemError(file.place, reason, "give a single column, b")
+        raise ProblemError(file.source_name, reason, "give a single column, b")
     if len(values) != len(A):
         reason = f"has {count(len(values), 'number')} for {count(len(A), 'row')} of A"
-        raise ProblemError(file.place, reason, MAKE_AGREE)
+        raise ProblemError(file.source_name, reason, MAKE_AGREE)
     rows = ", ".join(map(_listed, A))
     parts = [f'"lsq": true, "A": [{rows}], "b": {_listed(values)}']
     if names:
@@ -48,10 +48,10 @@ def _listed(values: Sequence[str]) -> str:
 def _table(file: InputFile) -> tuple[list[list[str]], list[str]]:
     """Return the numbers of a table, as written, and the names of its columns."""
     hint = "write the fit as JSON, with the keys A, b and lsq"
-    refuse(not file.kind.is_table, file.place, "is not a table in CSV", hint)
+    refuse(not file.kind.is_table, file.source_name, "is not a table in CSV", hint)
     table = file.within(file.data.table, str)
-    reason = f"has columns headed {', '.join(table.places)}"
-    refuse(table.places, file.place, reason, HINT)
+    reason = f"has columns headed {', '.join(table.column_of)}"
+    refuse(table.column_of, file.source_name, reason, HINT)
     names = table.header
     are_names = all(name and not is_number(name) for name in names)
     return table.rows, names if are_names else []

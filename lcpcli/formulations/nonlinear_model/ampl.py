@@ -113,7 +113,7 @@ def _answer(
     """Return how a run has ended, in words and as a solve_result_num, and the unknowns;
     None if there are no values."""
     others = {**option_values}
-    limits = Limits.taken_from(others)
+    limits = Limits.pop_from(others)
     if file.nonlinear is not None:
         result = file.within(
             partial(

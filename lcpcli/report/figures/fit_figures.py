@@ -18,7 +18,7 @@ from lcpcli.report.figures.style import (
     WIDTH,
     Entry,
     add_legend,
-    fitted,
+    fitted_text,
 )
 from lcpcli.report.plotting import Fitted
 
@@ -47,12 +47,12 @@ def draw(data: Fitted) -> Figure:
     ]
     above.plot(numbers, data.measured, **dots)
     shown = list(data.parts.items())[:MAX_PARTS]
-    for (name, part), look in zip(shown, SPARE, strict=False):
-        line: dict[str, Any] = {"color": look.color, "linewidth": 0.8}
+    for (name, part), line_style in zip(shown, SPARE, strict=False):
+        line: dict[str, Any] = {"color": line_style.color, "linewidth": 0.8}
         above.plot(numbers, part, **line)
         entries.append((Line2D([], [], **line), name))
     above.plot(numbers, data.curve, **curve)
-    above.set_title(fitted(data.title, FONT, WIDTH - 1))
+    above.set_title(fitted_text(data.title, FONT, WIDTH - 1))
     above.set_ylabel("b, A x")
     below.plot(numbers, data.measured - data.curve, **dots)
     below.axhline(0, color=GREY, linewidth=0.6)

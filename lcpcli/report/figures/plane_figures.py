@@ -35,14 +35,14 @@ from lcpcli.report.figures.style import (
     METHODS,
     SMALL_FONT,
     WIDTH,
-    Looks,
+    LineStyles,
     add_legend,
-    fitted,
-    looks,
+    fitted_text,
+    styles_of,
 )
 from lcpcli.report.plotting import Panel
 
-TURN = 2 * math.pi
+FULL_CIRCLE = 2 * math.pi
 # radians: closer directions count as equal; far below what a picture shows, far above
 # rounding.
 SAME = 1e-9
@@ -75,21 +75,22 @@ class Cone(NamedTuple):
         """Return whether two sectors have a common interior point, or a ray or line and
         another cone have a common point other than 0."""
         margin = -SAME if self.kind == other.kind == SECTOR else SAME
-        turns = [
-            ((there - here) % TURN, own, its)
-            for here, own in self.parts
-            for there, its in other.parts
+        rotations = [
+            ((second_start - first_start) % FULL_CIRCLE, first_extent, second_extent)
+            for first_start, first_extent in self.parts
+            for second_start, second_extent in other.parts
         ]
         return any(
-            turn < own + margin or TURN - turn < its + margin
-            for turn, own, its in turns
+            rotation < first_extent + margin
+            or FULL_CIRCLE - rotation < second_extent + margin
+            for rotation, first_extent, second_extent in rotations
         )
 
 
 def angle(vector: Sequence[float]) -> float | None:
     """Return the direction of a vector, from 0 to 2 pi; None for the zero vector."""
     x, y = vector
-    return None if x == y == 0 else math.atan2(y + 0.0, x + 0.0) % TURN
+    return None if x == y == 0 else math.atan2(y + 0.0, x + 0.0) % FULL_CIRCLE
 
 
 def generators(M: Sequence[Sequence[float]]) -> dict[str, float | None]:
@@ -102,28 +103,30 @@ def cones(M: Sequence[Sequence[float]]) -> list[Cone]:
     columns of I outside the set."""
     directions = generators(M)
     made: list[Cone] = []
-    for chosen in SETS:
-        by = [directions[f"$-M_{j}$" if j in chosen else f"$I_{j}$"] for j in (1, 2)]
-        angles = [one for one in by if one is not None]
-        parts = tuple((one, 0.0) for one in angles[:1])
-        turn = turn_to(angles[0], angles[-1]) if angles else 0.0
-        if abs(turn) > math.pi - SAME:
+    for positive_z in SETS:
+        spanning = [
+            directions[f"$-M_{j}$" if j in positive_z else f"$I_{j}$"] for j in (1, 2)
+        ]
+        angles = [direction for direction in spanning if direction is not None]
+        parts = tuple((direction, 0.0) for direction in angles[:1])
+        rotation = rotation_to(angles[0], angles[-1]) if angles else 0.0
+        if abs(rotation) > math.pi - SAME:
             parts = ((angles[0], 0.0), (angles[0] + math.pi, 0.0))
-        elif abs(turn) >= SAME:
-            parts = ((angles[0] if turn > 0 else angles[-1], abs(turn)),)
+        elif abs(rotation) >= SAME:
+            parts = ((angles[0] if rotation > 0 else angles[-1], abs(rotation)),)
         cone = Cone(parts)
-        taken = {other.radius for other in made if cone.overlaps(other)}
+        radii_in_use = {other.radius for other in made if cone.overlaps(other)}
         made.append(
             cone._replace(
-                radius=max({ARC - APART * k for k in range(len(SETS))} - taken)
+                radius=max({ARC - APART * k for k in range(len(SETS))} - radii_in_use)
             )
         )
     return made
 
 
-def turn_to(first: float, last: float) -> float:
+def rotation_to(first: float, last: float) -> float:
     """Return the angle from one direction to another, from -pi to pi."""
-    return (last - first + math.pi) % TURN - math.pi
+    return (last - first + math.pi) % FULL_CIRCLE - math.pi
 
 
 KINDS = {SECTOR: "", RAY: ": a ray", LINE: ": a line", POINT: ": the origin"}
@@ -149,21 +152,21 @@ ARROW = {
 OUTLINE = withStroke(linewidth=2.0, foreground="white")
 
 
-def holding(found: SolutionSet) -> list[bool]:
+def holding(solution_set: SolutionSet) -> list[bool]:
     """Return whether the cone of each of SETS contains q: whether there is a solution
     with w = 0 in the set and z = 0 outside."""
-    points = found.arranged.points
-    solutions = [list(zip(z, found.data.w(z), strict=True)) for z in points]
-    sets = [(1 in chosen, 2 in chosen) for chosen in SETS]
+    points = solution_set.arranged.points
+    solutions = [list(zip(z, solution_set.data.w(z), strict=True)) for z in points]
+    sets = [(1 in positive_z, 2 in positive_z) for positive_z in SETS]
     return [
         any(not (one[first] or other[second]) for one, other in solutions)
         for first, second in sets
     ]
 
 
-def draw(found: SolutionSet) -> Figure:
+def draw(solution_set: SolutionSet) -> Figure:
     """Draw the figure, as wide as one column of a journal."""
-    problem, holds_q = found.data.problem, holding(found)
+    problem, holds_q = solution_set.data.problem, holding(solution_set)
     M, q = matrices.dense(problem.M).tolist(), problem.q.tolist()
     figure = Figure(figsize=(COLUMN, COLUMN + 0.2))  # with room for the titles
     axes = _coordinates(figure)
@@ -179,8 +182,10 @@ def draw(found: SolutionSet) -> Figure:
     rows = "; ".join(" ".join(map(_number, row)) for row in M)
     data = [f"M = [{rows}],  q = ({', '.join(map(_number, q))})"]
     data += [f"z{j} = {name}" for j, name in enumerate(problem.names, 1) if name]
-    titles = f"{found.count}: {wording.title(problem)}", ",  ".join(data)
-    axes.set_title("\n".join(fitted(title, FONT, COLUMN - 0.2) for title in titles))
+    titles = f"{solution_set.count}: {wording.title(problem)}", ",  ".join(data)
+    axes.set_title(
+        "\n".join(fitted_text(title, FONT, COLUMN - 0.2) for title in titles)
+    )
     _legend(figure, shapes, holds_q)
     return figure
 
@@ -191,8 +196,8 @@ def _coordinates(figure: Figure) -> Axes:
     axes = figure.add_subplot(
         xlim=span, ylim=span, aspect="equal", xticks=[], yticks=[], frame_on=False
     )
-    ends = [-AXIS, AXIS]
-    axes.plot(ends, [0, 0], [0, 0], ends, color="0.6", linewidth=0.6, zorder=1)
+    limits = [-AXIS, AXIS]
+    axes.plot(limits, [0, 0], [0, 0], limits, color="0.6", linewidth=0.6, zorder=1)
     return axes
 
 
@@ -201,34 +206,40 @@ def _vector_q(axes: Axes, direction: float | None, around: Sequence[Cone]) -> No
     it."""
     at = (0.0, 0.0) if direction is None else _at(Q, direction)
     if direction is not None:
-        look: dict[str, Any] = {"color": "black", "linewidth": 1.0, "dashes": (3, 2)}
-        axes.plot(*zip((0, 0), at, strict=True), zorder=5, **look)
-        look = {"markersize": 4.2, "mfc": "white", "mec": "black", "mew": 0.9}
+        line_style: dict[str, Any] = {
+            "color": "black",
+            "linewidth": 1.0,
+            "dashes": (3, 2),
+        }
+        axes.plot(*zip((0, 0), at, strict=True), zorder=5, **line_style)
+        line_style = {"markersize": 4.2, "mfc": "white", "mec": "black", "mew": 0.9}
         for cone in around:
             if cone.kind != POINT:
-                axes.plot(*_at(cone.radius, direction), "o", zorder=7, **look)
+                axes.plot(*_at(cone.radius, direction), "o", zorder=7, **line_style)
     axes.plot(*at, "o", markersize=5.5, color="black", zorder=7)
 
 
 def _legend(figure: Figure, shapes: Sequence[Cone], holds_q: Sequence[bool]) -> None:
     """Add the legend of the cones, by whose height the figure grows."""
     handles, labels = [], []
-    for cone, color, chosen, holds in zip(shapes, COLORS, SETS, holds_q, strict=True):
+    for cone, color, positive_z, holds in zip(
+        shapes, COLORS, SETS, holds_q, strict=True
+    ):
         face = to_rgba(color, FILLS[holds])
         handles.append(Patch(facecolor=face, edgecolor=color, linewidth=1.6))
         mark = f"  {CHECK}" if holds else ""
-        labels.append(f"{variables(chosen)}{KINDS[cone.kind]}{mark}")
+        labels.append(f"{variables(positive_z)}{KINDS[cone.kind]}{mark}")
     title = (
         f"Variables that may be positive in each cone ({CHECK}: q lies in "
         "it).\nOnly directions count."
     )
-    look: dict[str, Any] = {
+    legend_style: dict[str, Any] = {
         "title_fontsize": SMALL_FONT,
         "alignment": "left",
         "handlelength": 1.6,
     }
     legend = figure.legend(
-        handles, labels, title=title, ncols=2, loc="outside lower left", **look
+        handles, labels, title=title, ncols=2, loc="outside lower left", **legend_style
     )
     height = legend.get_window_extent().height / figure.dpi
     figure.set_figheight(figure.get_figheight() + height)
@@ -255,12 +266,12 @@ def _cone(axes: Axes, cone: Cone, color: str, fill: float) -> None:
         )
     elif cone.kind == SECTOR:
         ((start, width),) = cone.parts
-        ends = math.degrees(start), math.degrees(start + width)
+        angles = math.degrees(start), math.degrees(start + width)
         add(
             Wedge(
                 (0, 0),
                 radius,
-                *ends,
+                *angles,
                 facecolor=color,
                 alpha=fill,
                 linewidth=0,
@@ -272,8 +283,8 @@ def _cone(axes: Axes, cone: Cone, color: str, fill: float) -> None:
                 (0, 0),
                 2 * radius,
                 2 * radius,
-                theta1=ends[0],
-                theta2=ends[1],
+                theta1=angles[0],
+                theta2=angles[1],
                 color="white",
                 linewidth=3.6,
                 zorder=3,
@@ -283,7 +294,7 @@ def _cone(axes: Axes, cone: Cone, color: str, fill: float) -> None:
             Wedge(
                 (0, 0),
                 radius,
-                *ends,
+                *angles,
                 fill=False,
                 edgecolor=color,
                 linewidth=1.6,
@@ -307,13 +318,15 @@ def _labels(axes: Axes, directions: dict[str, float | None]) -> None:
     names: dict[float, list[str]] = {}
     for name, direction in directions.items():
         if direction is not None:
-            near = (other for other in names if abs(turn_to(direction, other)) < ALIKE)
-            names.setdefault(next(near, direction), []).append(name)
-    for direction, own in names.items():
+            close_directions = (
+                other for other in names if abs(rotation_to(direction, other)) < ALIKE
+            )
+            names.setdefault(next(close_directions, direction), []).append(name)
+    for direction, vector_names in names.items():
         x, y = math.cos(direction), math.sin(direction)
-        across = "left" if x > 0.2 else "right" if x < -0.2 else "center"
-        up = "bottom" if y > 0.2 else "top" if y < -0.2 else "center"
-        text = ("\n" if abs(x) > 0.5 else ", ").join(own)
+        across = _side(x, "left", "right")
+        up = _side(y, "bottom", "top")
+        text = ("\n" if abs(x) > 0.5 else ", ").join(vector_names)
         axes.text(
             LABEL * x,
             LABEL * y,
@@ -338,10 +351,17 @@ def _labels(axes: Axes, directions: dict[str, float | None]) -> None:
         )
 
 
-def variables(chosen: tuple[int, ...]) -> str:
+def _side(coordinate: float, if_positive: str, if_negative: str) -> str:
+    """Return the alignment of a text beside a vector, by a coordinate of it."""
+    if abs(coordinate) <= 0.2:
+        return "center"
+    return if_positive if coordinate > 0 else if_negative
+
+
+def variables(positive_z: tuple[int, ...]) -> str:
     """Return the names of the variables that may be positive in a cone: of z for the
     chosen, of w for the others."""
-    return ", ".join(f"${'z' if j in chosen else 'w'}_{j}$" for j in (1, 2))
+    return ", ".join(f"${'z' if j in positive_z else 'w'}_{j}$" for j in (1, 2))
 
 
 def _number(value: float) -> str:
@@ -384,23 +404,25 @@ def merit(M: Any, q: Any, x: Any) -> Any:
 def ranges(picture: Panel) -> list[tuple[float, float]]:
     """Return the range of each axis: around the origin, the starts, the solutions, and
     the iterates not far from these."""
-    near = np.array(
+    anchors = np.array(
         [
             (0.0, 0.0),
             *picture.solutions,
             *(path.x[0] for path in picture.curves if path.x),
         ]
     )
-    far = FARTHEST * (np.abs(near[np.isfinite(near).all(axis=1)]).max() or 1.0)
-    places = np.array([*near, *(x for path in picture.curves for x in path.x)])
-    places = np.clip(places[np.isfinite(places).all(axis=1)], -far, far)
-    low, high = places.min(axis=0), places.max(axis=0)
-    margin = MARGIN * np.where(high > low, high - low, far)
-    room = LEAST * (high - low + 2 * margin) / (1 - LEAST)
+    farthest = FARTHEST * (
+        np.abs(anchors[np.isfinite(anchors).all(axis=1)]).max() or 1.0
+    )
+    points = np.array([*anchors, *(x for path in picture.curves for x in path.x)])
+    points = np.clip(points[np.isfinite(points).all(axis=1)], -farthest, farthest)
+    low, high = points.min(axis=0), points.max(axis=0)
+    margin = MARGIN * np.where(high > low, high - low, farthest)
+    min_extent = LEAST * (high - low + 2 * margin) / (1 - LEAST)
     return list(
         zip(
-            np.minimum(low - margin, -room).tolist(),
-            np.maximum(high + margin, room).tolist(),
+            np.minimum(low - margin, -min_extent).tolist(),
+            np.maximum(high + margin, min_extent).tolist(),
             strict=True,
         )
     )
@@ -410,7 +432,7 @@ def draw_paths(pictures: Sequence[Panel]) -> Figure:
     columns = min(2, len(pictures))
     rows = math.ceil(len(pictures) / columns)
     figure = Figure(figsize=(COLUMN * columns, 3.0 * rows))
-    chosen = looks(
+    styles = styles_of(
         (path.name, path.label) for picture in pictures for path in picture.curves
     )
     grid = figure.subplots(rows, columns, squeeze=False).ravel()
@@ -420,43 +442,41 @@ def draw_paths(pictures: Sequence[Panel]) -> Figure:
         _merit(axes, picture)
         paths = [path for path in picture.curves if path.x]
         for path in paths:
-            look, (xs, ys) = chosen[path.name, path.label], np.array(path.x).T
+            line_style, (xs, ys) = styles[path.name, path.label], np.array(path.x).T
             axes.plot(
                 xs,
                 ys,
                 zorder=4,
                 path_effects=[OUTLINE],
-                **look.line | {"linewidth": 1.0},
+                **line_style.line | {"linewidth": 1.0},
             )
             axes.plot(
                 xs,
                 ys,
                 linestyle="",
                 zorder=5,
-                **look.points | {"markersize": 3, "markeredgewidth": 0.5},
+                **line_style.points | {"markersize": 3, "markeredgewidth": 0.5},
             )
         for start in dict.fromkeys(tuple(path.x[0]) for path in paths):
             axes.plot(*start, zorder=6, **START)
         for solution in dict.fromkeys(map(tuple, picture.solutions)):
             axes.plot(*solution, zorder=7, **SOLUTION)
-        _numbers(axes, picture, chosen)
+        _numbers(axes, picture, styles)
     signs = [(Line2D([], [], **START), "start")]
     signs += [(Line2D([], [], **SOLUTION), "solution")] * any(
         picture.solutions for picture in pictures
     )
-    drawn = {
-        (path.name, path.label)
-        for picture in pictures
-        for path in picture.curves
-        if len(path.x) > 1
-    }
+    paths = [path for picture in pictures for path in picture.curves]
+    drawn = {(path.name, path.label) for path in paths if len(path.x) > 1}
     signs += [
         (Line2D([], [], linestyle=""), f"{key[1]}: no iterates")
-        for key in chosen
+        for key in styles
         if key not in drawn
     ]
     return add_legend(
-        figure, {key: look for key, look in chosen.items() if key in drawn}, signs
+        figure,
+        {key: line_style for key, line_style in styles.items() if key in drawn},
+        signs,
     )
 
 
@@ -470,32 +490,41 @@ def _merit(axes: Axes, picture: Panel) -> None:
         np.array(np.meshgrid(x, y)),
     )
     values = np.nan_to_num(values, nan=np.inf, posinf=np.finfo(float).max)
-    most = float(values.max()) or 1.0
-    least = max(float(values.min()), DEPTH * most)
-    if least >= most:
-        least = most / 10
-    levels = np.geomspace(least, most, BANDS + 1)
-    values = np.clip(values, least, most)
+    highest_level = float(values.max()) or 1.0
+    lowest_level = max(float(values.min()), DEPTH * highest_level)
+    if lowest_level >= highest_level:
+        lowest_level = highest_level / 10
+    levels = np.geomspace(lowest_level, highest_level, BANDS + 1)
+    values = np.clip(values, lowest_level, highest_level)
     filled = axes.contourf(
-        x, y, values, levels, norm=LogNorm(least, most), cmap=GREYS, zorder=0
+        x,
+        y,
+        values,
+        levels,
+        norm=LogNorm(lowest_level, highest_level),
+        cmap=GREYS,
+        zorder=0,
     )
     axes.contour(x, y, values, levels[1:-1], colors="white", linewidths=0.4, zorder=0.5)
-    for chosen, color in zip(SETS, COLORS, strict=True):
-        corner = right if 1 in chosen else left, top if 2 in chosen else bottom
+    for positive_z, color in zip(SETS, COLORS, strict=True):
+        corner = right if 1 in positive_z else left, top if 2 in positive_z else bottom
         axes.add_patch(
             Rectangle(
                 (0, 0), *corner, facecolor=color, alpha=FILLS[0], linewidth=0, zorder=1
             )
         )
-        inwards = (INSET - 2 * INSET * (1 in chosen), INSET - 2 * INSET * (2 in chosen))
+        inwards = (
+            INSET - 2 * INSET * (1 in positive_z),
+            INSET - 2 * INSET * (2 in positive_z),
+        )
         style: dict[str, Any] = {
-            "ha": "right" if 1 in chosen else "left",
-            "va": "top" if 2 in chosen else "bottom",
+            "ha": "right" if 1 in positive_z else "left",
+            "va": "top" if 2 in positive_z else "bottom",
         }
         style |= {"textcoords": "offset points", "path_effects": [OUTLINE], "zorder": 9}
         axes.annotate(
-            variables(chosen),
-            (1 in chosen, 2 in chosen),
+            variables(positive_z),
+            (1 in positive_z, 2 in positive_z),
             inwards,
             xycoords="axes fraction",
             **style,
@@ -505,7 +534,7 @@ def _merit(axes: Axes, picture: Panel) -> None:
     axes.set(xlim=(left, right), ylim=(bottom, top), xlabel="$x_1$", ylabel="$x_2$")
     for axis in (axes.xaxis, axes.yaxis):
         axis.set_major_locator(MaxNLocator(TICKS))
-    axes.set_title(fitted(wording.title(picture.problem), FONT, COLUMN - 1.2))
+    axes.set_title(fitted_text(wording.title(picture.problem), FONT, COLUMN - 1.2))
     bar = axes.figure.colorbar(filled, ax=axes, pad=0.02, aspect=30)
     bar.set_ticks(LogLocator(10, subs=(1, 2, 5), numticks=8))
     bar.ax.yaxis.set_major_formatter("{x:g}")
@@ -513,7 +542,7 @@ def _merit(axes: Axes, picture: Panel) -> None:
     bar.set_label(r"$\|F(x)\|_2$")
 
 
-def _numbers(axes: Axes, picture: Panel, chosen: Looks) -> None:
+def _numbers(axes: Axes, picture: Panel, styles: LineStyles) -> None:
     """Label a few iterates with their numbers, apart from each other and from the
     corners."""
     low, high = np.transpose(ranges(picture))
@@ -524,26 +553,30 @@ def _numbers(axes: Axes, picture: Panel, chosen: Looks) -> None:
     everywhere = everywhere[np.isfinite(everywhere).all(axis=1)]
     for path in picture.curves:
         for k, x in zip(path.k, path.x, strict=True):
-            place = (np.array(x) - low) / (high - low)
+            relative_position = (np.array(x) - low) / (high - low)
             is_inside = bool(
-                ((place > 0) & (place < 0.95)).all()
-                and (np.abs(place - 0.5) < (0.3, 0.35)).any()
+                ((relative_position > 0) & (relative_position < 0.95)).all()
+                and (np.abs(relative_position - 0.5) < (0.3, 0.35)).any()
             )
             is_free = all(
-                np.abs(place - other).max() >= LABELS_APART for other in numbered
+                np.abs(relative_position - other).max() >= LABELS_APART
+                for other in numbered
             )
             is_free &= bool(
-                (np.abs(everywhere - place - BESIDE).max(axis=1) >= 0.75 * BESIDE).all()
+                (
+                    np.abs(everywhere - relative_position - BESIDE).max(axis=1)
+                    >= 0.75 * BESIDE
+                ).all()
             )  # of iterates, too
             if (k in NUMBERS or k == path.k[-1] != 0) and is_inside and is_free:
-                numbered.append(place)
-                look: dict[str, Any] = {
-                    "color": chosen[path.name, path.label].color,
+                numbered.append(relative_position)
+                text_style: dict[str, Any] = {
+                    "color": styles[path.name, path.label].color,
                     "fontsize": SMALL_FONT,
                 }
-                look |= {
+                text_style |= {
                     "textcoords": "offset points",
                     "path_effects": [OUTLINE],
                     "zorder": 9,
                 }
-                axes.annotate(str(k), (x[0], x[1]), (4, 4), **look)
+                axes.annotate(str(k), (x[0], x[1]), (4, 4), **text_style)

@@ -30,11 +30,11 @@ from lcpcli.report.figures.style import (
     ROW,
     WIDTH,
     Entry,
-    Look,
-    Looks,
+    LineStyle,
+    LineStyles,
     add_legend,
-    fitted,
-    looks,
+    fitted_text,
+    styles_of,
 )
 from lcpcli.report.plotting import (
     THEORY,
@@ -53,7 +53,7 @@ MEASURES = {
 # On a curve: enough to follow it where curves cross, few enough to see the line.
 MAX_MARKERS = 12
 TICKS = 6  # labelled on an axis at most, whose labels would touch if there were more
-ROOM = 0.04  # of the length of an axis
+AXIS_MARGIN = 0.04  # of the length of an axis
 # The ratio of the longest to the shortest run from which on the axis of iterations is
 # logarithmic.
 UNEVEN = 20
@@ -79,7 +79,7 @@ class Range(NamedTuple):
     low: float
     high: float
 
-    def place(self, value: float) -> float:
+    def clipped(self, value: float) -> float:
         return max(self.low, value) if value <= self.high else self.high
 
 
@@ -93,13 +93,18 @@ def errors(curves: Iterable[Curve]) -> Range:
     divergent run."""
     series = [[v for v in curve.errors if v is not None] for curve in curves]
     proper, values = (
-        [[v for v in own if 0 < v < math.inf] for own in series],
+        [
+            [v for v in positive_errors if 0 < v < math.inf]
+            for positive_errors in series
+        ],
         list(chain(*series)),
     )
     if values and not any(values):
         return ALL_ZERO
     scale = max(
-        [own[0] for own in proper if len(own) > 1] or chain(*proper), default=1.0
+        [positive_errors[0] for positive_errors in proper if len(positive_errors) > 1]
+        or chain(*proper),
+        default=1.0,
     )
     floor, ceiling = (
         max(SMALLEST_ERROR * scale, SMALLEST_END),
@@ -132,14 +137,15 @@ def inside(
     measured = [
         (x, y) for x, y in zip(xs, ys, strict=True) if x is not None and y is not None
     ]
-    places = [(across.place(x), up.place(y)) for x, y in measured]
+    clipped = [(across.clipped(x), up.clipped(y)) for x, y in measured]
     return [
-        (*place, place != given) for place, given in zip(places, measured, strict=True)
+        (*point, point != original)
+        for point, original in zip(clipped, measured, strict=True)
     ]
 
 
 def draw_convergence(panels: Sequence[Panel]) -> Figure:
-    chosen = looks(
+    styles = styles_of(
         (curve.name, curve.label) for panel in panels for curve in panel.curves
     )
     figure = Figure(figsize=(WIDTH, min(ROW * len(panels), style.PAGE_HEIGHT)))
@@ -151,18 +157,20 @@ def draw_convergence(panels: Sequence[Panel]) -> Figure:
         for panel in panels
     ]
     is_logarithmic = any(
-        own and max(own) >= max(100, UNEVEN * min(filter(None, own), default=1) + 1)
-        for own in counts
+        counts_of_panel
+        and max(counts_of_panel)
+        >= max(100, UNEVEN * min(filter(None, counts_of_panel), default=1) + 1)
+        for counts_of_panel in counts
     )
     rows = figure.subplots(len(panels), 2, sharey="row", squeeze=False)
     for (left, right), panel, longest in zip(rows, panels, counts, strict=True):
-        _against_time(left, panel, chosen, WIDTH)
+        _against_time(left, panel, styles, WIDTH)
         right.set_xlabel("iteration")
-        most = max([*longest, 1])
+        max_iteration = max([*longest, 1])
         across = (
-            Range(-0.15, 1.6 * most)
+            Range(-0.15, 1.6 * max_iteration)
             if is_logarithmic
-            else Range(-0.03 * most, 1.08 * most)
+            else Range(-0.03 * max_iteration, 1.08 * max_iteration)
         )
         if is_logarithmic:
             right.set_xscale("symlog", linthresh=1, linscale=0.4, subs=range(2, 10))
@@ -170,18 +178,18 @@ def draw_convergence(panels: Sequence[Panel]) -> Figure:
         else:
             right.xaxis.set_major_locator(MaxNLocator(nbins=TICKS, integer=True))
         right.set_xlim(across)
-        _draw(right, panel, across, [curve.k for curve in panel.curves], chosen)
-    return add_legend(figure, _drawn(chosen, panels))
+        _draw(right, panel, across, [curve.k for curve in panel.curves], styles)
+    return add_legend(figure, _drawn(styles, panels))
 
 
-def _against_time(axes: Axes, panel: Panel, chosen: Looks, width: float) -> None:
+def _against_time(axes: Axes, panel: Panel, styles: LineStyles, width: float) -> None:
     """Draw error against run time, both logarithmic. width : the inches for the title
     and its surroundings."""
-    axes.set_title(fitted(panel.title, FONT, width - 1.0))
+    axes.set_title(fitted_text(panel.title, FONT, width - 1.0))
     axes.set(xlabel="run time (s)", ylabel=MEASURES[panel.measure])
     across = times(second for curve in panel.curves for second in curve.seconds)
     _log_axis(axes, "x", across)
-    _draw(axes, panel, across, [curve.seconds for curve in panel.curves], chosen)
+    _draw(axes, panel, across, [curve.seconds for curve in panel.curves], styles)
 
 
 def _draw(
@@ -189,19 +197,21 @@ def _draw(
     panel: Panel,
     across: Range,
     abscissas: Sequence[Sequence[float | None]],
-    chosen: Looks,
+    styles: LineStyles,
 ) -> None:
     up = errors(panel.curves)
     _log_axis(axes, "y", up)
-    for turn, (curve, xs) in enumerate(zip(panel.curves, abscissas, strict=True)):
+    for number, (curve, xs) in enumerate(zip(panel.curves, abscissas, strict=True)):
         if points := inside(xs, curve.errors, across, up):
-            _draw_run(axes, points, chosen[curve.name, curve.label], curve.solved, turn)
+            _draw_run(
+                axes, points, styles[curve.name, curve.label], curve.solved, number
+            )
 
 
-def _log_axis(axes: Axes, which: str, span: Range, room: float = ROOM) -> None:
+def _log_axis(axes: Axes, which: str, span: Range, margin: float = AXIS_MARGIN) -> None:
     """Make the x or y axis logarithmic over a range, with a share of its length as room
     for markers at the ends."""
-    beyond = (span.high / span.low) ** room
+    beyond = (span.high / span.low) ** margin
     axes.set(
         **{
             f"{which}scale": "log",
@@ -213,13 +223,17 @@ def _log_axis(axes: Axes, which: str, span: Range, room: float = ROOM) -> None:
 
 
 def _draw_run(
-    axes: Axes, points: Sequence[DrawnPoint], look: Look, solved: bool, turn: int
+    axes: Axes,
+    points: Sequence[DrawnPoint],
+    line_style: LineStyle,
+    solved: bool,
+    number: int,
 ) -> None:
     """Draw a run in axes whose scales and limits are set. turn : its number in the
     axes, which staggers the markers."""
     xs, ys = np.array([point[:2] for point in points]).T
     if len(points) > 1:
-        axes.plot(xs, ys, zorder=2, **look.line)
+        axes.plot(xs, ys, zorder=2, **line_style.line)
     outside = [i for i, (_, _, is_beyond) in enumerate(points) if is_beyond]
     marked = {*range(len(points))}
     # The first point, the last, and some between, spread evenly along the drawn curve.
@@ -228,7 +242,7 @@ def _draw_run(
         # Else oscillations would take all markers.
         falling = np.diff(np.minimum.accumulate(up))
         length = np.concatenate(([0.0], np.cumsum(np.hypot(np.diff(across), falling))))
-        shares = (np.arange(1, MAX_MARKERS - 1) + 0.25 * (turn % 4 - 1.5)) / (
+        shares = (np.arange(1, MAX_MARKERS - 1) + 0.25 * (number % 4 - 1.5)) / (
             MAX_MARKERS - 1
         )
         marked = {
@@ -240,14 +254,14 @@ def _draw_run(
     if not solved and len(points) > 1:
         marked -= {len(points) - 1}
     ringed = sorted(marked.intersection(outside))
-    above: dict[str, Any] = {"color": look.color, "clip_on": False}
+    above: dict[str, Any] = {"color": line_style.color, "clip_on": False}
     axes.plot(
         xs[sorted(marked)],
         ys[sorted(marked)],
         linestyle="",
         clip_on=False,
         zorder=3,
-        **look.points,
+        **line_style.points,
     )
     if ringed:
         axes.plot(
@@ -270,8 +284,8 @@ def _draw_run(
 
 
 def _drawn(
-    chosen: Looks, panels: Sequence[Panel], others: Sequence[Profile | Growth] = ()
-) -> Looks:
+    styles: LineStyles, panels: Sequence[Panel], others: Sequence[Profile | Growth] = ()
+) -> LineStyles:
     curves = (curve for panel in panels for curve in panel.curves)
     entries = [
         *others,
@@ -282,7 +296,7 @@ def _drawn(
         ),
     ]
     names = {(entry.name, entry.label) for entry in entries}
-    return {key: look for key, look in chosen.items() if key in names}
+    return {key: line_style for key, line_style in styles.items() if key in names}
 
 
 # On a profile's abscissa at most, for ticks at powers of 2, not of 10: the labels of
@@ -302,27 +316,27 @@ def draw_bench(
         [curve for panel in panels for curve in panel.curves],
     )
     entries: list[Profile | Curve | Growth] = [*profiles, *runs, *grown]
-    chosen = looks((one.name, one.label) for one in entries)
+    styles = styles_of((entry.name, entry.label) for entry in entries)
     count = bool(profiles) + len(panels) + len(growths)
-    places = [0] * (count % 2) + list(range(count))
-    rows = len(places) // 2
+    axes_numbers = [0] * (count % 2) + list(range(count))
+    rows = len(axes_numbers) // 2
     figure = Figure(
         figsize=(WIDTH if count > 1 else WIDTH / 2, min(ROW * rows, style.PAGE_HEIGHT))
     )
     mosaic: dict[int, Axes] = figure.subplot_mosaic(
-        [places[i : i + 2] for i in range(0, len(places), 2)]
+        [axes_numbers[i : i + 2] for i in range(0, len(axes_numbers), 2)]
     )
     free = (mosaic[i] for i in range(count))
     if profiles:
-        _profile(next(free), profiles, chosen)
+        _profile(next(free), profiles, styles)
     for panel in panels:
-        _against_time(next(free), panel, chosen, WIDTH / 2)
-    for family, own in growths.items():
-        _growth(next(free), family, own, chosen)
-    return add_legend(figure, _drawn(chosen, panels, [*profiles, *grown]))
+        _against_time(next(free), panel, styles, WIDTH / 2)
+    for family, growths_of_family in growths.items():
+        _growth(next(free), family, growths_of_family, styles)
+    return add_legend(figure, _drawn(styles, panels, [*profiles, *grown]))
 
 
-def _profile(axes: Axes, profiles: Sequence[Profile], chosen: Looks) -> None:
+def _profile(axes: Axes, profiles: Sequence[Profile], styles: LineStyles) -> None:
     """Draw the share of problems that each solver solves within a multiple of the
     fastest solver's time, or in time."""
     in_seconds = profiles[0].in_seconds
@@ -345,56 +359,63 @@ def _profile(axes: Axes, profiles: Sequence[Profile], chosen: Looks) -> None:
     axes.set_ylim(-0.03, 1.03)
     axes.yaxis.set_major_locator(FixedLocator([0, 0.2, 0.4, 0.6, 0.8, 1]))
     for profile in profiles:
-        look = chosen[profile.name, profile.label]
+        line_style = styles[profile.name, profile.label]
         xs = sorted({*across, *(ratio for ratio in profile.ratios if ratio < math.inf)})
         ys = [
             sum(ratio <= x for ratio in profile.ratios) / max(len(profile.ratios), 1)
             for x in xs
         ]
-        axes.plot(xs, ys, drawstyle="steps-post", zorder=2, **look.line)
+        axes.plot(xs, ys, drawstyle="steps-post", zorder=2, **line_style.line)
         every = math.ceil((len(xs) - 1) / (MAX_MARKERS - 1))
-        marks = sorted({*range(0, len(xs), every), len(xs) - 1})
+        marked = sorted({*range(0, len(xs), every), len(xs) - 1})
         axes.plot(
             xs,
             ys,
-            markevery=marks,
+            markevery=marked,
             linestyle="",
             clip_on=False,
             zorder=3,
-            **look.points,
+            **line_style.points,
         )
 
 
-def _growth(axes: Axes, family: str, growths: Sequence[Growth], chosen: Looks) -> None:
+def _growth(
+    axes: Axes, family: str, growths: Sequence[Growth], styles: LineStyles
+) -> None:
     """Draw median run times with their quartiles, and the fitted powers of n as lines,
     or times without a fit connected."""
-    axes.set_title(fitted(family, FONT, WIDTH / 2 - 1.0))
+    axes.set_title(fitted_text(family, FONT, WIDTH / 2 - 1.0))
     axes.set(xlabel="$n$", ylabel="run time (s)")
-    spans = [t for one in growths for t in (*one.lower, *one.upper)]
-    for one in growths:
-        look, line = (
-            chosen[one.name, one.label],
-            list(zip(one.n, one.seconds, strict=True)),
+    spans = [t for growth in growths for t in (*growth.lower, *growth.upper)]
+    for growth in growths:
+        line_style, line = (
+            styles[growth.name, growth.label],
+            list(zip(growth.n, growth.seconds, strict=True)),
         )
-        if one.fit is not None:
+        if growth.fit is not None:
             line = [
-                (n, one.fit.coefficient * n**one.fit.exponent)
-                for n in (min(one.n), max(one.n))
+                (n, growth.fit.coefficient * n**growth.fit.exponent)
+                for n in (min(growth.n), max(growth.n))
             ]
         spans += [t for _, t in line]
-        axes.plot(*zip(*line, strict=True), zorder=2, **look.line)
+        axes.plot(*zip(*line, strict=True), zorder=2, **line_style.line)
         axes.vlines(
-            one.n,
-            one.lower,
-            one.upper,
-            color=look.color,
-            linewidth=look.width,
+            growth.n,
+            growth.lower,
+            growth.upper,
+            color=line_style.color,
+            linewidth=line_style.width,
             zorder=2,
         )
         axes.plot(
-            one.n, one.seconds, linestyle="", clip_on=False, zorder=3, **look.points
+            growth.n,
+            growth.seconds,
+            linestyle="",
+            clip_on=False,
+            zorder=3,
+            **line_style.points,
         )
-    _log_axis(axes, "x", times(n for one in growths for n in one.n))
+    _log_axis(axes, "x", times(n for growth in growths for n in growth.n))
     _log_axis(axes, "y", times(spans))
 
 
@@ -405,47 +426,49 @@ def draw_variations(drawn: Sequence[Variation]) -> Figure:
     """Draw for each option the error at the end of the runs and their time against its
     values, with a line for each problem, and the error that theory expects."""
     figure = Figure(figsize=(WIDTH, min(ROW * len(drawn), style.PAGE_HEIGHT)))
-    labels = list(dict.fromkeys(line.label for own in drawn for line in own.lines))
-    chosen: Looks = {
+    labels = list(
+        dict.fromkeys(line.label for variation in drawn for line in variation.lines)
+    )
+    styles: LineStyles = {
         (label, label): replace(PROBLEMS[i % len(PROBLEMS)], fill="full")
         for i, label in enumerate(labels)
     }
     others = list[Entry]()
     rows = figure.subplots(len(drawn), 2, squeeze=False)
-    for (left, right), own in zip(rows, drawn, strict=True):
-        series = [*(line.errors for line in own.lines), own.theory]
+    for (left, right), variation in zip(rows, drawn, strict=True):
+        series = [*(line.errors for line in variation.lines), variation.theory]
         up = times(
-            (v for one in series for v in one), SMALLEST_ERROR, 1 / SMALLEST_ERROR
+            (v for values in series for v in values), SMALLEST_ERROR, 1 / SMALLEST_ERROR
         )
-        across = _axis_of_values(left, own)
-        if own.theory:
-            xs = [float(value) for value in own.values]
+        across = _axis_of_values(left, variation)
+        if variation.theory:
+            xs = [float(value) for value in variation.values]
             theory: dict[str, Any] = {"color": "black", "linestyle": "--", "lw": 0.9}
-            left.plot(xs, own.theory, zorder=1, **theory)
+            left.plot(xs, variation.theory, zorder=1, **theory)
             others.append((Line2D([], [], **theory), f"theory: {THEORY}"))
-        for line in own.lines:
-            _against_values(left, line, line.errors, chosen, across, up)
+        for line in variation.lines:
+            _against_values(left, line, line.errors, styles, across, up)
         _log_axis(left, "y", up)
-        left.set_ylabel(MEASURES[own.measure])
-        across = _axis_of_values(right, own)
-        up = times(second for line in own.lines for second in line.seconds)
-        for line in own.lines:
-            _against_values(right, line, line.seconds, chosen, across, up)
+        left.set_ylabel(MEASURES[variation.measure])
+        across = _axis_of_values(right, variation)
+        up = times(second for line in variation.lines for second in line.seconds)
+        for line in variation.lines:
+            _against_values(right, line, line.seconds, styles, across, up)
         _log_axis(right, "y", up)
         right.set_ylabel("run time (s)")
-    return add_legend(figure, chosen, others)
+    return add_legend(figure, styles, others)
 
 
-def _axis_of_values(axes: Axes, own: Variation) -> Range:
+def _axis_of_values(axes: Axes, variation: Variation) -> Range:
     """Set the axis of the values of an option, logarithmic if they span two decades."""
-    values = [float(value) for value in own.values]
-    axes.set_xlabel(own.option)
+    values = [float(value) for value in variation.values]
+    axes.set_xlabel(variation.option)
     if min(values) > 0 and max(values) >= 100 * min(values):
         across = times(values)
         _log_axis(axes, "x", across)
         return across
-    room = 0.05 * ((max(values) - min(values)) or 1.0)
-    across = Range(min(values) - room, max(values) + room)
+    margin = 0.05 * ((max(values) - min(values)) or 1.0)
+    across = Range(min(values) - margin, max(values) + margin)
     axes.set_xlim(across)
     return across
 
@@ -454,21 +477,26 @@ def _against_values(
     axes: Axes,
     line: Line,
     ys: Sequence[float],
-    chosen: Looks,
+    styles: LineStyles,
     across: Range,
     up: Range,
 ) -> None:
     """Draw a line with all its points, those of errors that are 0 at the lower edge,
     and a cross for each run that has not solved its problem."""
-    look, xs = chosen[line.label, line.label], [float(value) for value in line.values]
+    line_style, xs = (
+        styles[line.label, line.label],
+        [float(value) for value in line.values],
+    )
     order = sorted(range(len(xs)), key=xs.__getitem__)
     points = inside([xs[i] for i in order], [ys[i] for i in order], across, up)
     if not points:
         return
-    places = np.array([point[:2] for point in points])
-    axes.plot(*places.T, zorder=2, **look.line)
-    axes.plot(*places.T, linestyle="", clip_on=False, zorder=3, **look.points)
-    above: dict[str, Any] = {"color": look.color, "clip_on": False, "zorder": 4}
+    points_drawn = np.array([point[:2] for point in points])
+    axes.plot(*points_drawn.T, zorder=2, **line_style.line)
+    axes.plot(
+        *points_drawn.T, linestyle="", clip_on=False, zorder=3, **line_style.points
+    )
+    above: dict[str, Any] = {"color": line_style.color, "clip_on": False, "zorder": 4}
     signs = {
         style.BEYOND: [is_beyond for _, _, is_beyond in points],
         style.UNSOLVED: [not line.solved[i] for i in order],
@@ -476,7 +504,10 @@ def _against_values(
     for label, mask in signs.items():
         if any(mask):
             axes.plot(
-                *places[np.array(mask)].T, label=label, **above, **style.SIGNS[label]
+                *points_drawn[np.array(mask)].T,
+                label=label,
+                **above,
+                **style.SIGNS[label],
             )
 
 
@@ -488,18 +519,20 @@ SAMPLES = 24  # of the objective on a piece, on which it is a parabola
 MAX_SAMPLES = 4000  # on a path, more than a figure shows
 
 
-def draw(path: Path, chosen: Sequence[str] = ()) -> Figure:
+def draw(path: Path, selection: Sequence[str] = ()) -> Figure:
     """Draw the components of z along a path that are not always 0, or of a program
-    those of x, or the chosen unknowns and multipliers instead, as for `wording.places`;
-    and the objective of a program."""
+    those of x, or the chosen unknowns and multipliers instead, as for
+    `wording.selected_components`; and the objective of a program."""
     terms = path_formats.Terms(path)
-    moving, program = terms.moving, terms.form
+    moving, program = terms.moving, terms.block_form
     across = _across(terms, path.t)
     figure = Figure(figsize=(WIDTH, ROW + 0.15))
     panels = figure.subplots(1, 1 + (program is not None), squeeze=False)[0]
-    label = fitted(moving.label, FONT, WIDTH / 3) if moving else "$t$"
-    entries = _solutions(panels[0], terms, across, chosen)
-    panels[0].set_title(fitted(wording.title_and_size(path.problem), FONT, WIDTH - 1.0))
+    label = fitted_text(moving.label, FONT, WIDTH / 3) if moving else "$t$"
+    entries = _solutions(panels[0], terms, across, selection)
+    panels[0].set_title(
+        fitted_text(wording.title_and_size(path.problem), FONT, WIDTH - 1.0)
+    )
     panels[0].set_xlabel(label)
     if program is not None:
         is_frontier = (
@@ -513,16 +546,21 @@ def draw(path: Path, chosen: Sequence[str] = ()) -> Figure:
 
 def _across(terms: path_formats.Terms, t: Any) -> Any:
     return (
-        np.array(list(map(terms.moved, t.tolist())), dtype=float) if terms.moving else t
+        np.array(list(map(terms.varying_at, t.tolist())), dtype=float)
+        if terms.moving
+        else t
     )
 
 
 def _solutions(
-    axes: Axes, terms: path_formats.Terms, across: Any, chosen: Sequence[str]
+    axes: Axes, terms: path_formats.Terms, across: Any, selection: Sequence[str]
 ) -> list[Entry]:
-    program, names, z = terms.form, terms.names(), terms.path.z
-    if chosen:
-        shown, z = wording.places(names, chosen), np.array(list(map(terms.values, z)))
+    program, names, z = terms.block_form, terms.names(), terms.path.z
+    if selection:
+        shown, z = (
+            wording.selected_components(names, selection),
+            np.array(list(map(terms.values, z))),
+        )
     else:
         shown = np.flatnonzero(
             z[:, : program.variables if program else None].any(axis=0)
@@ -530,26 +568,32 @@ def _solutions(
     is_named = len(shown) <= MAX_NAMED
     is_marked = is_named and len(across) <= MAX_RULES
     entries = list[Entry]()
-    for i, place in enumerate(shown):
-        look, values = (
-            Look(COLORS[i % len(COLORS)], style.RAMP[i % len(style.RAMP)]),
-            z[:, place],
+    for i, index in enumerate(shown):
+        line_style, values = (
+            LineStyle(COLORS[i % len(COLORS)], style.RAMP[i % len(style.RAMP)]),
+            z[:, index],
         )
-        line = look.line if is_named else look.line | {"linewidth": 0.5, "alpha": 0.8}
+        line = (
+            line_style.line
+            if is_named
+            else line_style.line | {"linewidth": 0.5, "alpha": 0.8}
+        )
         axes.plot(across, values, zorder=2, **line)
-        points = {**look.points, "markersize": 3, "linestyle": ""} if is_marked else {}
+        points = (
+            {**line_style.points, "markersize": 3, "linestyle": ""} if is_marked else {}
+        )
         if is_marked:
             axes.plot(across, values, zorder=3, **points)
         if is_named:
             entries.append(
                 (
-                    Line2D([], [], **{**points, **look.line, "linestyle": "-"}),
-                    names[place],
+                    Line2D([], [], **{**points, **line_style.line, "linestyle": "-"}),
+                    names[index],
                 )
             )
     if len(across) <= MAX_RULES:
-        for place in np.unique(across):
-            axes.axvline(place, color="0.85", linewidth=0.5, zorder=0)
+        for index in np.unique(across):
+            axes.axvline(index, color="0.85", linewidth=0.5, zorder=0)
     symbol = "z" if program is None else "x"
     axes.set_ylabel(symbol if is_named else f"{symbol}, {len(shown)} components")
     return entries

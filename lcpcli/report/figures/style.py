@@ -76,7 +76,7 @@ SETTINGS: dict[str, Any] = {
 
 
 @dataclass(frozen=True)
-class Look:
+class LineStyle:
     """The look of a method: a solid line, as dashes would put gaps into a curve that
     zigzags."""
 
@@ -101,29 +101,29 @@ class Look:
         }
 
 
-Looks = dict[tuple[str, str], Look]  # by name and label
+LineStyles = dict[tuple[str, str], LineStyle]  # by name and label
 
 METHODS = {
-    "auto": Look("#000000", "*"),
-    "fixed-point": Look("#004b87", "s"),
-    "newton": Look("#007d5b", "^"),
-    "shi": Look("#d55e00", "o"),
-    "interior": Look("#4d2600", "v"),
-    "lemke": Look("#cc79a7", "D"),
-    "milp": Look("#e69f00", "P"),
-    "reflections": Look("#7b3fa0", "h"),
+    "auto": LineStyle("#000000", "*"),
+    "fixed-point": LineStyle("#004b87", "s"),
+    "newton": LineStyle("#007d5b", "^"),
+    "shi": LineStyle("#d55e00", "o"),
+    "interior": LineStyle("#4d2600", "v"),
+    "lemke": LineStyle("#cc79a7", "D"),
+    "milp": LineStyle("#e69f00", "P"),
+    "reflections": LineStyle("#7b3fa0", "h"),
 }
 SPARE = (  # of peers, and of methods of other packages
-    Look("#332288", "p", "none"),
-    Look("#882255", (4, 1, 0), "none"),
-    Look("#8c564b", "d", "none"),
-    Look("#999933", (6, 1, 0), "none"),
-    Look("#56b4e9", (3, 1, 0), "none"),
-    Look("#8a8a8a", "X", "none"),
-    Look("#117733", "8", "none"),
-    Look("#aa4499", "H", "none"),
-    Look("#44aa99", (7, 1, 0), "none"),
-    Look("#b8860b", (5, 0, 180), "none"),
+    LineStyle("#332288", "p", "none"),
+    LineStyle("#882255", (4, 1, 0), "none"),
+    LineStyle("#8c564b", "d", "none"),
+    LineStyle("#999933", (6, 1, 0), "none"),
+    LineStyle("#56b4e9", (3, 1, 0), "none"),
+    LineStyle("#8a8a8a", "X", "none"),
+    LineStyle("#117733", "8", "none"),
+    LineStyle("#aa4499", "H", "none"),
+    LineStyle("#44aa99", (7, 1, 0), "none"),
+    LineStyle("#b8860b", (5, 0, 180), "none"),
 )
 # Markers for more than two runs of one method.
 RAMP = ("o", "s", "^", "D", "v", "P", "X", "p", "<", "h", ">", "8")
@@ -135,7 +135,7 @@ PALE, DEEP = 74.0, 22.0
 SHADES = 1024
 
 
-def looks(entries: Iterable[tuple[str, str]]) -> Looks:
+def styles_of(entries: Iterable[tuple[str, str]]) -> LineStyles:
     """Return the look of each (name, label), which depends on the name; several labels
     of one name share its hue. Two have the same marker, full and half full; more have
     different markers, and colours from light to dark; the runs of a grid a colour for
@@ -144,45 +144,50 @@ def looks(entries: Iterable[tuple[str, str]]) -> Looks:
     labels: dict[str, list[str]] = {}
     for name, label in dict.fromkeys(entries):
         labels.setdefault(name, []).append(label)
-    known = METHODS | dict(
+    styles_of_methods = METHODS | dict(
         zip(
             (name for name in labels if name not in METHODS), cycle(SPARE), strict=False
         )
     )
-    chosen: Looks = {}
-    for name, own in labels.items():
-        look = known[name]
-        runs = [look, replace(look, fill="left", width=0.8)][: len(own)]
-        if len(own) > len(runs):
-            places, elsewhere = (
-                places_of(own),
-                {known[other].marker for other in labels if other != name},
+    styles: LineStyles = {}
+    for name, labels_of_name in labels.items():
+        line_style = styles_of_methods[name]
+        runs = [line_style, replace(line_style, fill="left", width=0.8)][
+            : len(labels_of_name)
+        ]
+        if len(labels_of_name) > len(runs):
+            grid_positions, elsewhere = (
+                grid_positions_of(labels_of_name),
+                {styles_of_methods[other].marker for other in labels if other != name},
             )
             colors_between = LinearSegmentedColormap.from_list(
-                "", ["white", look.color, "black"], SHADES
+                "", ["white", line_style.color, "black"], SHADES
             )
             ramp = colors_between(np.arange(SHADES))[:, :3]
             linear = np.where(
                 ramp <= 0.04045, ramp / 12.92, ((ramp + 0.055) / 1.055) ** 2.4
             )
             lightness = 116 * np.cbrt(linear @ (0.2126, 0.7152, 0.0722)) - 16
-            wanted = np.linspace(PALE, DEEP, 1 + max(row for row, _ in places))
+            wanted = np.linspace(PALE, DEEP, 1 + max(row for row, _ in grid_positions))
             colors = [
                 to_hex(ramp[np.abs(lightness - each).argmin()]) for each in wanted
             ]
             markers = [marker for marker in RAMP if marker not in elsewhere] or RAMP
-            of_places = (
-                (colors[row], markers[column % len(markers)]) for row, column in places
+            colored_markers = (
+                (colors[row], markers[column % len(markers)])
+                for row, column in grid_positions
             )
             runs = [
-                replace(look, color=color, marker=marker, fill="full")
-                for color, marker in of_places
+                replace(line_style, color=color, marker=marker, fill="full")
+                for color, marker in colored_markers
             ]
-        chosen |= {(name, label): run for label, run in zip(own, runs, strict=True)}
-    return chosen
+        styles |= {
+            (name, label): run for label, run in zip(labels_of_name, runs, strict=True)
+        }
+    return styles
 
 
-def places_of(labels: Sequence[str]) -> list[tuple[int, int]]:
+def grid_positions_of(labels: Sequence[str]) -> list[tuple[int, int]]:
     """Return a row and a column for each run of one method: by the values of the two
     options that all labels set, if both vary, as in shi:p=100,k-star=5; else each run
     has a row and a column of its own."""
@@ -195,10 +200,15 @@ def places_of(labels: Sequence[str]) -> list[tuple[int, int]]:
         for label in labels
     )
     settings = list(map(dict, parts))
-    if len({tuple(own) for own in settings}) == 1 and len(settings[0]) == 2:
+    if (
+        len({tuple(settings_of_run) for settings_of_run in settings}) == 1
+        and len(settings[0]) == 2
+    ):
         values = [
             list(dict.fromkeys(column))
-            for column in zip(*(own.values() for own in settings), strict=True)
+            for column in zip(
+                *(settings_of_run.values() for settings_of_run in settings), strict=True
+            )
         ]
         if min(map(len, values)) > 1:
             return [
@@ -213,19 +223,19 @@ def context() -> AbstractContextManager[None]:
 
 
 def file(
-    draw: Callable[[], Figure], form: str, title: str, provenance: Sequence[str]
+    draw: Callable[[], Figure], file_format: str, title: str, provenance: Sequence[str]
 ) -> bytes:
     """Return the figure as a file, with its provenance as metadata; the same figure
     gives the same bytes."""
-    subject, without = METADATA[form]
+    subject, without = METADATA[file_format]
     metadata = {"Title": title, subject: "; ".join(provenance), without: None}
     buffer = BytesIO()
     with context():
-        draw().savefig(buffer, format=form, dpi=PNG_DPI, metadata=metadata)
+        draw().savefig(buffer, format=file_format, dpi=PNG_DPI, metadata=metadata)
     return buffer.getvalue()
 
 
-def fitted(text: str, size: float, inches: float) -> str:
+def fitted_text(text: str, size: float, inches: float) -> str:
     """Return a text on one line, cut to `inches`; ? replaces characters that the font
     lacks, and $ is literal."""
     font = FontProperties(family=FAMILY, size=size)
@@ -262,7 +272,9 @@ SIGNS: dict[str, dict[str, Any]] = {
 Entry: TypeAlias = tuple[Line2D, str]
 
 
-def add_legend(figure: Figure, chosen: Looks, others: Sequence[Entry] = ()) -> Figure:
+def add_legend(
+    figure: Figure, styles: LineStyles, others: Sequence[Entry] = ()
+) -> Figure:
     """Add a legend in as many columns as there is room for, by whose height the figure
     grows. others : further samples."""
     figure.align_labels()
@@ -270,8 +282,8 @@ def add_legend(figure: Figure, chosen: Looks, others: Sequence[Entry] = ()) -> F
         label for axes in figure.axes for label in axes.get_legend_handles_labels()[1]
     }
     entries = [
-        (Line2D([], [], **(look.points | look.line)), run)
-        for (_, run), look in chosen.items()
+        (Line2D([], [], **(line_style.points | line_style.line)), run)
+        for (_, run), line_style in styles.items()
     ]
     entries += [
         *others,
@@ -290,7 +302,9 @@ def add_legend(figure: Figure, chosen: Looks, others: Sequence[Entry] = ()) -> F
         )
         for drawn, (_, text) in zip(legend.get_texts(), entries, strict=True):
             # matplotlib 3.7 leaves out a label given above that begins with _
-            drawn.set_text(fitted(text, SMALL_FONT, figure.get_figwidth() - SAMPLE))
+            drawn.set_text(
+                fitted_text(text, SMALL_FONT, figure.get_figwidth() - SAMPLE)
+            )
         size = legend.get_window_extent()
         if size.width <= figure.bbox.width or columns == 1:
             figure.set_figheight(figure.get_figheight() + size.height / figure.dpi)
