@@ -52,14 +52,14 @@ from .terminals import Terminal, lines_in
 PROBLEM = Problem([[2.0, 1.0], [1.0, 2.0]], [-5.0, -6.0])
 ABANDONING = """
 import sys, threading, time
-from lcpcli.interrupts import TimeIsUp, interruptibly, within
+from lcpcli.interrupts import TimeIsUp, deadline_after, interruptibly
 
 def call():
     time.sleep(float(sys.argv[1]))
     print("done", flush=True)
 
 try:
-    with within(0.0):
+    with deadline_after(0.0):
         interruptibly(call)
 except TimeIsUp:
     print("late", flush=True)
@@ -68,7 +68,7 @@ CALLING = """
 import sys
 import numpy as np
 from lcpcli.gallery import families
-from lcpcli.interrupts import TimeIsUp, within
+from lcpcli.interrupts import TimeIsUp, deadline_after
 from lcpcli.linalg import factors
 from lcpcli.linalg.programs import minimized
 
@@ -103,7 +103,7 @@ def test_program_ends_as_it_says_although_a_compiled_call_was_abandoned(
     calling: str, ending: str, code: int
 ) -> None:
     limited = (
-        "try:\n    with within(0.05):\n        call()\nexcept TimeIsUp:\n    "
+        "try:\n    with deadline_after(0.05):\n        call()\nexcept TimeIsUp:\n    "
         "print('late')"
     )
     done = python(f"{CALLING}{calling}\n{limited}\n{ending}")
