@@ -134,7 +134,7 @@ class Inspection:
     stiffness: float | None = None
 
     def __repr__(self) -> str:
-        return str(views.inspection_text.report(self).render()).rstrip()
+        return str(views.inspection_text.inspection_report(self).render()).rstrip()
 
 
 @overload
@@ -358,7 +358,7 @@ class NonlinearInspection:
     hints: list[str]
 
     def __repr__(self) -> str:
-        return str(views.inspection_text.report(self).render()).rstrip()
+        return str(views.inspection_text.inspection_report(self).render()).rstrip()
 
 
 @np.errstate(all="ignore")

@@ -99,7 +99,9 @@ class Verification:
     answer: Answer | None = None
 
     def __repr__(self) -> str:
-        return str(views.verification_text.report([self]).render()).rstrip()
+        return str(
+            views.verification_text.verification_report([self]).render()
+        ).rstrip()
 
     def __bool__(self) -> bool:
         return self.accepted
