@@ -180,6 +180,10 @@ class BlockForm(Formulation):
     def fits(self, conditions: Conditions) -> bool:
         return self.blocks_that_fit(conditions) is not None
 
+    def of_conditions(self, conditions: Conditions) -> BlockForm:  # noqa: ARG002
+        """Return this object, which reads q and the bounds from the problem."""
+        return self
+
     def fields_of(self, blocks: Blocks, matrix: str, vector: str) -> dict[str, Any]:
         """Return the keys of a file for these blocks, without defaults, with these keys
         for Q and c."""

@@ -123,6 +123,7 @@ class Formulation:
         of_fields    the problem for the keys of a file
         data, parse  this object as JSON, for files with M and q, and back
         fits         whether M and q are those of this object
+        of_conditions  the object for another q with the same M
         exact_conditions  M, q and the lower bounds in fractions, where doubles may be
                           too short for them
         fields       the keys of `of_fields` for a problem, to be written to a file
@@ -184,6 +185,12 @@ class Formulation:
     def parse(cls, data: Mapping[str, Any]) -> Any:  # noqa: ARG003
         """Return the object with this data, or raise ProblemError."""
         raise ProblemError("kind", f"is {quoted(cls.kind)}", "leave origin out")
+
+    def of_conditions(self, conditions: Conditions) -> Formulation | None:
+        """Return what a problem with the same M, but another q or other bounds, is made
+        from; None if it is not of this kind. By default that is this object where it
+        fits; an object that holds data of q returns another one."""
+        return self if self.fits(conditions) else None
 
     @property
     def block_form(self) -> Any:

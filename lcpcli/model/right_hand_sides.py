@@ -10,6 +10,7 @@ from typing import Any
 
 import numpy as np
 
+from lcpcli.clock import imports
 from lcpcli.errors import ProblemError
 from lcpcli.linalg.doubles import (
     FAR_FROM_ONE,
@@ -36,7 +37,7 @@ from lcpcli.model.box import (
     reference,
     refuse_crossed,
 )
-from lcpcli.model.problem import Problem
+from lcpcli.model.problem import Problem, conditions_of
 from lcpcli.typing import Indices, Mask, Matrix, Vector
 
 
@@ -143,6 +144,22 @@ def like_with(like: Problem, q: Vector, box: Box) -> Problem:
     if box.is_orthant:
         fields.update(reference_z=None, q_ref=q, q_error=0.0)
     return Problem.of_fields(fields)
+
+
+def like_of_conditions(like: Problem, q: Vector, box: Box) -> Problem:
+    """Return the problem of `like_with`, made from what makes this q and these bounds;
+    from nothing but names if that is of another kind."""
+    problem, origin = like_with(like, q, box), like.origin
+    if origin is None or (box is like.box and np.array_equal(q, like.q)):
+        return problem
+    other = origin.of_conditions(conditions_of(problem))
+    if other is origin:
+        return problem
+    if other is None:
+        with imports:
+            from lcpcli.model.formulation import Named
+        other = Named(tuple(like.names))
+    return Problem.of_fields(vars(problem), origin=other)
 
 
 def _copy(rows: Vector) -> Vector:

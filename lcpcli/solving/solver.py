@@ -18,7 +18,7 @@ from lcpcli.methods import registry as methods
 from lcpcli.model.arrays import as_vector, by_names
 from lcpcli.model.box import ORTHANT, Box, bounds_of
 from lcpcli.model.problem import Problem, as_problem
-from lcpcli.model.right_hand_sides import like_with
+from lcpcli.model.right_hand_sides import like_of_conditions, like_with
 from lcpcli.model.words import Start
 from lcpcli.options import Limits
 from lcpcli.solving import direct_run
@@ -179,7 +179,8 @@ class Solver:
                 if (bounds := bounds_of(*given, n, self._infinity)) is None
                 else Box(*bounds)
             )
-        return self.next(like_with(self._like, as_vector("q", q, n), box), warm, began)
+        problem = like_of_conditions(self._like, as_vector("q", q, n), box)
+        return self.next(problem, warm, began)
 
     def next(
         self, problem: Problem, warm: bool = True, began: float | None = None

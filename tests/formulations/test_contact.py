@@ -322,6 +322,44 @@ def test_a_stack_at_rest_keeps_its_states_though_its_contacts_are_redundant() ->
     assert set(routes[-20:]) == {("newton",)}
 
 
+@pytest.mark.parametrize("dimension", [2, 3])
+def test_a_solver_with_another_q_answers_for_the_b_that_makes_it(
+    dimension: int,
+) -> None:
+    W, first, second = np.eye(dimension), [-1.0, 0.2, 0.1], [-3.0, -0.4, 0.3]
+    e = {"restitution": 0.5, "before": [-1.0, 0.0, 0.0][:dimension]}
+    problems = [
+        lcpcli.from_contact(W, q[:dimension], 0.5, dimension=dimension, **e)
+        for q in (first, second)
+    ]
+    result = lcpcli.Solver(problems[0], compiled=False).solve(problems[1].q)
+    expected = lcpcli.run(problems[1])
+    assert result.problem.origin.b == pytest.approx(problems[1].origin.b)
+    assert result.answer.x == pytest.approx(expected.answer.x)
+    assert result.answer.w == pytest.approx(expected.answer.w)
+    assert result.answer.statement == expected.answer.statement
+    assert result.problem.origin.impact.q == pytest.approx(second[:dimension])
+
+
+@pytest.mark.parametrize(
+    "problem",
+    [
+        lcpcli.from_contact(np.eye(2), [-1, 0.2], 0.5),
+        lcpcli.from_contact(np.eye(3), [-1, 0.2, 0.1], 0.5, dimension=3),
+        lcpcli.from_game([[1, 0], [0, 1]], [[0, 1], [1, 0]]),
+        lcpcli.from_lsq([[1, 0], [0, 1]], [1, 2]),
+    ],
+    ids=["plane", "space", "game", "fit"],
+)
+def test_a_solver_with_a_q_of_another_kind_answers_for_no_formulation(
+    problem: Problem,
+) -> None:
+    q = problem.q - np.arange(1.0, problem.n + 1)
+    result = lcpcli.Solver(problem, compiled=False).solve(q)
+    assert result.answer is None
+    assert list(result.names) == list(problem.names)
+
+
 def test_contacts_that_persist_keep_their_states() -> None:
     """In any order, with others before them, which begin without an impulse."""
     W, q = np.eye(6) + 0.1, np.array([-1, 0.1, -1, -5.0, 3.0, 0])

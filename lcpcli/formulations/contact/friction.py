@@ -5,7 +5,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Hashable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Any, NamedTuple
 
@@ -17,7 +17,7 @@ from lcpcli.files.json_format import sparse_matrix
 from lcpcli.formulations.contact import cones
 from lcpcli.formulations.contact.cones import Form, Friction
 from lcpcli.linalg.doubles import EPS
-from lcpcli.linalg.matrices import compressed, is_sparse
+from lcpcli.linalg.matrices import compressed, is_sparse, product
 from lcpcli.model.arrays import (
     FROM_0,
     as_flat,
@@ -274,19 +274,19 @@ class Contact(Formulation):
         """Return the problem with the M of the problem of another one that has the same
         matrices, and with all that is known of M."""
         origin: Any = like.formulation
-        other_form: Form = origin._form
-        zeros = np.zeros(self.friction.normals.size)
-        q = (
-            np.concatenate((self.b, zeros))
-            if self.is_planar
-            else other_form.T.T @ self.b
-        )
-        conditions = other_form.conditions._replace(q=as_vector("q", q))
-        # Which would be computed again.
-        vars(self)["_form"] = other_form._replace(conditions=conditions)
-        problem = like_with(like, conditions.q, like.box)
+        problem = like_with(like, self._share_form(origin._form), like.box)
         fields = {key: value for key, value in vars(problem).items() if key != "names"}
         return Problem.of_fields(fields, origin=self)
+
+    def _share_form(self, form: Form) -> Vector:
+        """Take over the form of contacts that differ in b alone, which would be
+        computed again, and return its q."""
+        q = form.T.T @ self.b
+        if self.is_planar:
+            q = np.concatenate((self.b, np.zeros(self.friction.normals.size)))
+        conditions = form.conditions._replace(q=as_vector("q", q))
+        vars(self)["_form"] = form._replace(conditions=conditions)
+        return conditions.q
 
     @property
     def is_planar(self) -> bool:
@@ -328,6 +328,27 @@ class Contact(Formulation):
         off_q = abs(conditions.q - expected.q).max()
         size, size_q = abs(expected.M).max(), abs(expected.q).max()
         return bool(off <= ROUNDING * size and off_q <= ROUNDING * size_q)
+
+    def of_conditions(self, conditions: Conditions) -> Contact | None:
+        """Return the contacts with the b that makes this q; None for a q that no b
+        makes, or for other bounds."""
+        form = self._form
+        if not all(map(np.array_equal, conditions[2:], form.conditions[2:])):
+            return None
+        if self.is_planar:
+            b = conditions.q[: self.b.size]
+        else:
+            # q = T'b, where the rows of T are orthogonal: the directions of friction
+            # are the vertices of a regular polygon.
+            b = product(form.T, conditions.q) / (form.T * form.T).sum(axis=1)
+        b = as_vector("b", b)
+        impact = self.impact
+        if impact is not None:
+            impact = impact._replace(q=as_vector("q", b - impact.shift))
+        contact = replace(self, b=b, impact=impact)
+        q = contact._share_form(form)
+        off = abs(q - conditions.q).max(initial=0.0)
+        return contact if off <= ROUNDING * abs(q).max(initial=0.0) else None
 
     def exact_conditions(self) -> tuple[Any, ...] | None:
         """Return those of the shortest decimals of all numbers; None in space, where

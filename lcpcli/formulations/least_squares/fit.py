@@ -262,6 +262,15 @@ class LeastSquares(Formulation):
             map(np.array_equal, conditions[1:], expected[1:])
         )
 
+    def of_conditions(self, conditions: Conditions) -> LeastSquares | None:
+        """Return this object, which reads b and the bounds from the problem, if q has
+        0 in the rows of A'r, and only coefficients have bounds."""
+        of_x = self.parts(conditions.q)[1]
+        r_lower, _, y_lower = self.parts(conditions.lower)
+        r_upper, _, y_upper = self.parts(conditions.upper)
+        others = np.concatenate((r_lower, y_lower, -r_upper, -y_upper))
+        return None if of_x.any() or (others > -np.inf).any() else self
+
     def fields(
         self,
         problem: Problem,
