@@ -37,11 +37,9 @@ from lcpcli.typing import Matrix, Vector
 
 FROM_0 = "(indices count from 0)"  # what the index of a field in a message is
 FROM_1 = "(counted from 1)"  # what the number of a component or row in a sentence is
-NUMBERS, ROWS, ROW = (
-    "a list of numbers",
-    "a list of rows of numbers",
-    "a row, a list of numbers",
-)
+NUMBERS = "a list of numbers"
+ROWS = "a list of rows of numbers"
+ROW = "a row, a list of numbers"
 SOLUTIONS = "a list of solutions, each a list of numbers"
 NOT_FINITE = (
     "is not a finite number in double precision",
@@ -161,7 +159,9 @@ def readonly_matrix(M: Matrix, raw_value: Any = None) -> Matrix:
     if not is_sparse(M):
         return readonly_copy(M, raw_value)
     if (data := readonly_copy(M.data)) is not M.data:
-        M.data, M.indices, M.indptr = data, M.indices.copy(), M.indptr.copy()
+        M.data = data
+        M.indices = M.indices.copy()
+        M.indptr = M.indptr.copy()
     return M
 
 

@@ -230,7 +230,9 @@ class BlockForm(Formulation):
         """Return the blocks of these conditions; None if they have none of this
         size."""
         k, n = self.variables, conditions.q.size
-        M, q, rows = conditions.M, conditions.q, slice(k, n - self.ranges)
+        M = conditions.M
+        q = conditions.q
+        rows = slice(k, n - self.ranges)
         low, high = -q[rows] + 0.0, -q[rows] + 0.0
         low[conditions.upper[rows] == 0], high[conditions.lower[rows] == 0] = (
             -np.inf,
@@ -346,23 +348,21 @@ def bordered(
     if not sparse:
         M = np.zeros((n, n))
         M[:k, :k] = 0.0 if Q is None else Q
-        A, rows, columns = matrices.dense(A), k + selected, range(k + m, n)
+        A = matrices.dense(A)
+        rows = k + selected
+        columns = range(k + m, n)
         M[k : k + m, :k], M[:k, k : k + m] = A, -A.T
         M[rows, columns], M[columns, rows] = -1.0, 1.0
         return M + 0.0  # no -0
     with imports:
         from lcpcli.linalg.compressed_rows import of_entries
     A = matrices.compressed(A)
-    numbers, columns, ones = (
-        np.arange(n, dtype=A.indices.dtype),
-        A.indices,
-        np.ones(selected.size),
-    )
-    above, selected, beyond = (
-        np.repeat(numbers[k : k + m], np.diff(A.indptr)),
-        numbers[k + selected],
-        numbers[k + m :],
-    )
+    numbers = np.arange(n, dtype=A.indices.dtype)
+    columns = A.indices
+    ones = np.ones(selected.size)
+    above = np.repeat(numbers[k : k + m], np.diff(A.indptr))
+    selected = numbers[k + selected]
+    beyond = numbers[k + m :]
     entries = [
         (columns, above, -A.data),
         (above, columns, A.data),

@@ -45,7 +45,9 @@ NO_BOUND = 1e20
 MIN_FAR = 1e13
 LARGEST_X = LARGEST_DOUBLE / 2  # up to this |x|, z and w are finite
 # states: z_i = l_i and w_i >= 0, w_i = 0, z_i = u_i and w_i <= 0.
-LOWER, BASIC, UPPER = -1, 0, 1
+LOWER = -1
+BASIC = 0
+UPPER = 1
 # What states are compared with in half the time; those of BASIC count as false.
 _UPPER = np.array(UPPER, dtype=np.int8)
 WORDS = {LOWER: "lower", BASIC: "basic", UPPER: "upper"}
@@ -123,7 +125,9 @@ class Box:
         two numbers, of shape ()."""
 
     def __init__(self, lower: Vector, upper: Vector) -> None:
-        self.lower, self.upper, self.is_orthant = lower, upper, not lower.ndim
+        self.lower = lower
+        self.upper = upper
+        self.is_orthant = not lower.ndim
 
     @property
     def wording(self) -> Wording:
@@ -315,7 +319,9 @@ class Box:
     def kinds(self) -> dict[str, int]:
         """Return how many variables are free, have one bound or both, or are fixed, if
         any; nothing for an LCP."""
-        low, high, boxed = np.isfinite(self.lower), np.isfinite(self.upper), ~self.fixed
+        low = np.isfinite(self.lower)
+        high = np.isfinite(self.upper)
+        boxed = ~self.fixed
         masks = {
             "free": ~low & ~high,
             "lower bound": low & ~high,

@@ -341,11 +341,9 @@ class StandardForm(Change):
             active[kept_rows],
             inactive[kept_rows],
         )
-        at_upper[self.boxed], below[self.boxed], has_v[self.boxed] = (
-            active[v],
-            inactive[v],
-            True,
-        )
+        at_upper[self.boxed] = active[v]
+        below[self.boxed] = inactive[v]
+        has_v[self.boxed] = True
         at_corner &= ~box.free
         low, high = (np.where(at_corner, box.corner, bound) for bound in (lower, upper))
         low = np.where(at_upper, upper, low)
@@ -415,11 +413,9 @@ def with_infinity(problem: Problem, infinity: float) -> Problem:
     Raises ProblemError for a lower bound of at least `infinity`, or an upper bound of
     at most minus that.
     """
-    origin, before, kept_columns = (
-        problem.origin,
-        conditions_of(problem),
-        np.arange(problem.n),
-    )
+    origin = problem.origin
+    before = conditions_of(problem)
+    kept_columns = np.arange(problem.n)
     block_form = problem.block_form
     blocks = None if block_form is None else block_form.blocks(before)
     if block_form is not None and blocks is not None:

@@ -44,7 +44,9 @@ MAX_ADAPTED = 6  # times that steps are changed in a run
 # Times the root of the relative noise: the best step, and the longest one.
 BEST, LONGEST = 8**0.25, 2.0**-3
 # Of steps; of quotients by two steps, and by how many roundings F changes.
-MAX_SHORTER, SAME, ROUNDINGS = 12, 0.1, 64
+MAX_SHORTER = 12
+SAME = 0.1
+ROUNDINGS = 64
 WRONG = 0.1  # the relative difference from which an entry of J is said to be wrong
 # Relative to the largest entry of the row, for such changes: the size from which an
 # entry is.
@@ -173,7 +175,9 @@ class Evaluations:
     def _is_doubtful(self, z: Vector, J: Matrix) -> bool:
         """Return whether differences by longer steps in all components are far from
         those by J."""
-        F, slopes, differs = self.known_values(z), list[Vector](), list[Mask]()
+        F = self.known_values(z)
+        slopes = list[Vector]()
+        differs = list[Mask]()
         # The second one where curvature may be the reason.
         for step in (LONG_STEP, RATIO * STEP):
             move = self._inward(z, step * np.maximum(np.abs(z), 1.0))
@@ -195,7 +199,9 @@ class Evaluations:
         quotients."""
         if self.problem.J is not None or self._is_given or self._left == 0:
             return False
-        before, F, noise = self._shares.copy(), self.known_values(z), self.noise_at(z)
+        before = self._shares.copy()
+        F = self.known_values(z)
+        noise = self.noise_at(z)
         move = self._inward(z, LONG_STEP * np.maximum(np.abs(z), 1.0))
         ranges = np.abs(self.values(z + move) - F) / LONG_STEP
         noisy = (noise > 0) & np.isfinite(ranges)
@@ -266,7 +272,9 @@ class Evaluations:
             dense(other._differences(z, step))
             for step in (steps, self.problem.box.project(z - steps) - z)
         ]
-        J, low, high = dense(J), np.fmin(*ways), np.fmax(*ways)
+        J = dense(J)
+        low = np.fmin(*ways)
+        high = np.fmax(*ways)
         gaps, sizes = (
             np.fmax(low - J, J - high),
             np.fmax(np.abs(J), np.fmax(np.abs(low), np.abs(high))),
@@ -346,11 +354,9 @@ class Evaluations:
         """Return J by forward differences, by backward ones where those are
         undefined."""
         F = self.known_values(z)
-        quotients, rows, n = (
-            [self._quotient(z, F, steps, group) for group in self._groups],
-            self._rows,
-            self.problem.n,
-        )
+        quotients = [self._quotient(z, F, steps, group) for group in self._groups]
+        rows = self._rows
+        n = self.problem.n
         if rows is None:
             return np.array(quotients).T
         with imports:
@@ -420,12 +426,13 @@ class Slopes:
     def __init__(
         self, problem: NonlinearProblem, z: Vector, F: Vector, J: Matrix
     ) -> None:
-        self._problem, self._z, self._F, self._J = problem, z, F, J
-        self._terms, self._random, self._first = (
-            absolute_product(J, np.abs(z)),
-            generator(0),
-            list[_Quotient](),
-        )
+        self._problem = problem
+        self._z = z
+        self._F = F
+        self._J = J
+        self._terms = absolute_product(J, np.abs(z))
+        self._random = generator(0)
+        self._first = list[_Quotient]()
         self.min_terms, (self._confirmed, self.refuting) = (
             np.zeros(z.size),
             np.zeros((2, z.size), dtype=int),
@@ -589,11 +596,9 @@ def _oscillates(
     differences of third order F then falls little by little, and as the cube of the
     spacing; noise falls at once, if at all. found : the noise, 0 in rows that are not
     looked at. thirds : those differences by the first spacings."""
-    finest, resolved, is_open = (
-        SPACINGS.index(RESOLVED),
-        np.zeros(z.size, dtype=bool),
-        noise_levels > 0,
-    )
+    finest = SPACINGS.index(RESOLVED)
+    resolved = np.zeros(z.size, dtype=bool)
+    is_open = noise_levels > 0
     if is_open.any() and len(thirds) <= finest:
         is_open &= _level(values, box, z, RESOLVED)[-1] < noise_levels / ALIKE
     last = np.zeros(z.size)  # no fall
@@ -620,11 +625,9 @@ def rounding(values: Values, box: Box, z: Vector, max_share: float) -> Vector:
     that shows it; most : relative to the largest |F_i| at the points, what is larger
     does not count as rounding. Where |F| is larger at the points than at z, so may its
     rounding be; so the noise is at most that by closer points."""
-    rounding_levels, is_known, closest = (
-        np.zeros(z.size),
-        np.zeros(z.size, dtype=bool),
-        np.full(z.size, np.inf),
-    )
+    rounding_levels = np.zeros(z.size)
+    is_known = np.zeros(z.size, dtype=bool)
+    closest = np.full(z.size, np.inf)
     finest = 48 - int(np.floor(np.log2(min(size(z) or 1.0, 1.0))))
     for power in range(finest, 0, -6):
         F, level, is_noise, third = _level(values, box, z, 2.0**-power)
@@ -655,7 +658,9 @@ def _level(
     F = table = np.array(
         [values(box.project(z + k * steps)) for k in range(ORDERS + 1)]
     )
-    levels, changes, first = list[Vector](), list[Mask](), np.diff(F, axis=0)
+    levels = list[Vector]()
+    changes = list[Mask]()
+    first = np.diff(F, axis=0)
     sorted_changes = np.sort(np.abs(first - np.median(first, axis=0)), axis=0)
     few = ((first == 0).mean(axis=0) <= MAX_EQUAL) & (
         sorted_changes[-2] >= JUMP * sorted_changes[-1]

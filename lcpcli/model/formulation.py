@@ -24,7 +24,10 @@ if TYPE_CHECKING:
 
 # What names are for: to be complete, to choose components by, to head narrow columns,
 # to stand beside the components in CSV.
-FULL, LABELS, HEADINGS, CELLS = "full", "labels", "headings", "cells"
+FULL = "full"
+LABELS = "labels"
+HEADINGS = "headings"
+CELLS = "cells"
 LEFT_OUT = "its objective counts only in lcp solve, for a single model"
 
 

@@ -123,7 +123,10 @@ class NonlinearProblem:
             )
             raise ProblemError("x0", reason, "give x0, a list of numbers")
         self.n = n = int(np.size(vector))
-        self.F, self.J, self.name, self.note = F, J, name, note
+        self.F = F
+        self.J = J
+        self.name = name
+        self.note = note
         self.interval, self.composition = interval, composition
         self.box = Box(
             *map(

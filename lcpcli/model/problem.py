@@ -219,15 +219,15 @@ class Problem:
             and max(largest_entry, largest_q) <= FAR_FROM_ONE
         )
         fields = self.__dict__  # set one by one, as that takes least time
-        fields["M"], fields["q"], fields["n"], fields["x0"], fields["x1"] = (
+        fields["M"] = (
             readonly_copy(matrix, M)
             if type(matrix) is np.ndarray
-            else readonly_matrix(matrix),
-            vector_q,
-            n,
-            x0,
-            x1,
+            else readonly_matrix(matrix)
         )
+        fields["q"] = vector_q
+        fields["n"] = n
+        fields["x0"] = x0
+        fields["x1"] = x1
         fields.update(
             texts_of,
             solutions=known_solutions,

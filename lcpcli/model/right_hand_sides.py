@@ -177,7 +177,9 @@ class Block:
     def __init__(
         self, columns: Columns, q: Vector, box: Box, references: Reference | None = None
     ) -> None:
-        self.columns, self.q, self.box = columns, q, box
+        self.columns = columns
+        self.q = q
+        self.box = box
         self.like, self.M = columns.like, columns.M
         self.units, self.references = (
             self.like.units,

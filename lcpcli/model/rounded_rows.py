@@ -99,7 +99,9 @@ def rounded_rows(
         table_rows.indices[is_rounded],
         table_rows.ranges[is_rounded & (table_rows.ranges >= 0)],
     )
-    q, low, high = data.q.copy(), data.lower.copy(), data.upper.copy()
+    q = data.q.copy()
+    low = data.lower.copy()
+    high = data.upper.copy()
     q[rows] = 0.0
     low[values], high[values] = np.minimum(low[values], 0), np.maximum(high[values], 0)
     first = table_rows.indices[0]

@@ -52,13 +52,11 @@ class Start:
         x: Vector | None = None,
         z: Vector | None = None,
     ) -> None:
-        self.problem, self._basis, self._x, self.z, self.gap = (
-            problem,
-            basis,
-            x,
-            z,
-            math.inf,
-        )
+        self.problem = problem
+        self._basis = basis
+        self._x = x
+        self.z = z
+        self.gap = math.inf
         if z is not None:
             w = problem.w(z)
             self.gap = size(problem.box.gaps(z, w))

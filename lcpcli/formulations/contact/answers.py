@@ -26,7 +26,9 @@ from lcpcli.typing import Vector
 from lcpcli.verify.point import Criterion, Point
 from lcpcli.verify.verification import Proposed, Verification
 
-SEPARATED, STICKING, SLIDING = "separated", "sticking", "sliding"
+SEPARATED = "separated"
+STICKING = "sticking"
+SLIDING = "sliding"
 STATES = (STICKING, SLIDING, SEPARATED)
 MAX_CONTACTS = 100  # in a table, a few screens
 UNSOLVED = "not solved, so the states of the contacts are not known"
@@ -264,7 +266,9 @@ def verified(contact: Contact, proposed: Proposed) -> Verification:
     if proposed.data is None:
         return proposed.of_z(point_of(contact, np.array(proposed.values)))
     z = [Fraction(value) for value in proposed.values]
-    x, friction, rows = list(z), contact.friction, rows_of(contact.A, shortest_decimal)
+    x = list(z)
+    friction = contact.friction
+    rows = rows_of(contact.A, shortest_decimal)
     parts = friction.tangents[:, 0], friction.normals, friction.coefficients
     for t, f, mu in zip(*(part.tolist() for part in parts), strict=True):
         z[t] += shortest_decimal(mu) * x[f]

@@ -102,7 +102,9 @@ def stewart_trinkle(
 
     directions : shape (m, 1) or (m, 2), unit vectors.
     """
-    n, k, m = b.size, friction.normals.size, len(directions)
+    n = b.size
+    k = friction.normals.size
+    m = len(directions)
     is_other = np.ones(n, dtype=np.bool_)
     is_other[friction.tangents] = False
     others = np.flatnonzero(is_other)

@@ -312,7 +312,9 @@ class Contact(Formulation):
     def box(self, x: Vector) -> tuple[Vector, Vector]:
         """Return the bounds of x in the plane, with those of friction that the normal
         ones of an x lead to."""
-        friction, lower, upper = self.friction, self.lower.copy(), self.upper.copy()
+        friction = self.friction
+        lower = self.lower.copy()
+        upper = self.upper.copy()
         tangents = friction.tangents[:, 0]
         max_friction = friction.coefficients * np.maximum(x[friction.normals], 0.0)
         lower[tangents], upper[tangents] = -max_friction, max_friction

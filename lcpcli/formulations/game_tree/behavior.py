@@ -64,11 +64,9 @@ class Behavior(Profile):
         exact = not any(isinstance(value, float) for value in (*one, *two))
         number: Any = Fraction if exact else float
         one, two = list(map(number, one)), list(map(number, two))
-        terminal_nodes, payoffs, gains = (
-            _terminal_nodes(tree, number),
-            list[Any](),
-            list[Any](),
-        )
+        terminal_nodes = _terminal_nodes(tree, number)
+        payoffs = list[Any]()
+        gains = list[Any]()
         for player, (plan_of_player, other) in enumerate(((one, two), (two, one))):
             best = _best_plan(players[player], terminal_nodes, player, other)
             now, then = (
@@ -218,7 +216,9 @@ def _best_response(player: Player, behind: Plan) -> tuple[Strategy, list[Any]]:
     information set, and the payoff of the game and of what follows each information
     set. behind : what each sequence gets where the game then ends. Information sets
     behind other ones of the player come later, and are decided first."""
-    behind, strategy, largest = [*behind], list[list[Any]](), list[Any]()
+    behind = [*behind]
+    strategy = list[list[Any]]()
+    largest = list[Any]()
     for i in range(len(player.sets) - 1, -1, -1):
         payoffs = [behind[sequence] for sequence in player.moves(i)]
         largest.append(max(payoffs))

@@ -174,7 +174,10 @@ class ExtensiveGame(Formulation):
     def exact_conditions(self) -> tuple[Rows, list[Fraction], list[Fraction | None]]:
         """Return the rows of M, q and the lower bounds, as fractions."""
         size_x, size_y, size_u, size_v = self.sizes
-        x, y, u, v = 0, size_x, size_x + size_y, size_x + size_y + size_u
+        x = 0
+        y = size_x
+        u = size_x + size_y
+        v = size_x + size_y + size_u
         rows: Rows = [{} for _ in range(v + size_v)]
         zero, one = Fraction(0), Fraction(1)
         for (i, j), cost in self.costs[0].at.items():

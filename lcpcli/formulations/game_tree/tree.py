@@ -310,11 +310,9 @@ class _Reading:
             n_actions = len(self.sets[owner][index].actions) if owner != TERMINAL else 0
             pending += [(len(nodes), k) for k in range(n_actions - 1, -1, -1)]
             above, outcome = nodes[parent] if nodes else ROOT, self.outcome()
-            sequences, chance, payoffs = (
-                list(above.sequences),
-                above.chance,
-                above.payoffs,
-            )
+            sequences = list(above.sequences)
+            chance = above.chance
+            payoffs = above.payoffs
             if above.owner >= 0:
                 sequences[above.owner] = players[above.owner].first[above.where] + move
             elif (

@@ -149,7 +149,9 @@ def exchanges(
 ) -> Exchanged | None:
     """Return where exchanges of all wrong coefficients lead, by A'A and A'b; None if a
     system is not positive definite."""
-    solve, min_wrong, failures = lapack().dposv, lower.size + 1, 0
+    solve = lapack().dposv
+    min_wrong = lower.size + 1
+    failures = 0
     has_none = np.isinf(lower) & np.isinf(upper)
     if has_none.any():
         states = np.where(has_none, BASIC, states)
@@ -197,11 +199,15 @@ def _step(data: Data, minimizer: Minimizer, factors: Factors) -> bool:
     way, which they then keep. Return whether it is reached."""
     free = minimizer.free
     step = factors.step(minimizer.r, np.zeros(free.size), data.d - data.E @ minimizer.x)
-    start, low, high = minimizer.x[free], data.lower[free], data.upper[free]
+    start = minimizer.x[free]
+    low = data.lower[free]
+    high = data.upper[free]
     target = start + step.dx
     outside = ((target < low) | (target > high)).nonzero()[0]
     if not outside.size:
-        minimizer.x[free], minimizer.r, minimizer.y = target, step.dr, step.dy
+        minimizer.x[free] = target
+        minimizer.r = step.dr
+        minimizer.y = step.dy
         return True
     bounds = np.where(target < low, low, high)
     ratios = np.ones(free.size)

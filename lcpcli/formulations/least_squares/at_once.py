@@ -111,7 +111,9 @@ def holds(data: Data, r: Vector, x: Vector, y: Vector) -> Mask:
     if not ((lower <= 0) & (upper >= 0)).all():
         return np.zeros(b.shape[1:], dtype=bool)
     if x.ndim > 1:
-        lower, upper, d = lower[:, np.newaxis], upper[:, np.newaxis], d[:, np.newaxis]
+        lower = lower[:, np.newaxis]
+        upper = upper[:, np.newaxis]
+        d = d[:, np.newaxis]
     of_A, of_E = abs(A), abs(E)
     sizes, others = of_A @ np.abs(x), of_E @ np.abs(x)
     violation = np.abs(r + A @ x - b)

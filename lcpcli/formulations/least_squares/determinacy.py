@@ -21,7 +21,9 @@ from lcpcli.linalg.doubles import EPS
 from lcpcli.model.box import BASIC, LOWER, UPPER
 from lcpcli.typing import Indices, Mask, Matrix, States, Vector
 
-UNIQUE, SEVERAL, ROUNDED = "unique", "several", "up to rounding"
+UNIQUE = "unique"
+SEVERAL = "several"
+ROUNDED = "up to rounding"
 # Relative errors of the data, and of the computed minimizer, that count as rounding.
 ROUNDING_OF_DATA = 4 * EPS
 # Of a direction in which A x stays the same: what is rounding of 0.
@@ -68,7 +70,9 @@ def determinacy(data: Data, minimizer: Minimizer) -> Determinacy:
 
 def _uncertain(data: Data, minimizer: Minimizer) -> Mask:
     """Return which coefficients rounding of the data may put at a bound or free."""
-    A, E, states = data.A, data.E, minimizer.states
+    A = data.A
+    E = data.E
+    states = minimizer.states
     free, fixed = minimizer.free, (states != BASIC).nonzero()[0]
     factors = Factors(A[:, free], E[:, free])
     uncertain = np.zeros(states.size, dtype=bool)

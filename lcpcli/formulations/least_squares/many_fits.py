@@ -114,7 +114,9 @@ def _system(fits: Fits, scaled: Scaled, sides: Indices) -> _System:
     A, E = scaled_data.A, scaled_data.E
     k, n = len(sides), A.shape[1]
     K = np.zeros((n + len(E), n + len(E)))
-    K[:n, :n], K[n:, :n], K[:n, n:] = A.T @ A, E, E.T
+    K[:n, :n] = A.T @ A
+    K[n:, :n] = E
+    K[:n, n:] = E.T
     b = np.ldexp(data.b.T, -sides)
     d = np.ldexp(np.broadcast_to(data.d, (k, len(E))), -sides - scaled.rows)
     low, high = (

@@ -284,7 +284,9 @@ def _ends(where: str, low: Any, high: Any) -> Side:
     return low, high
 
 
-LOWER, UPPER, BOTH = 1, 2, 3
+LOWER = 1
+UPPER = 2
+BOTH = 3
 WORDS = {
     0: "no bounds",
     LOWER: "a lower bound",

@@ -35,7 +35,9 @@ ERROR = 8 * EPS  # relative, of functions that are not rounded correctly
 LARGEST_ANGLE = 1e8  # whose place between extrema of the sine is known to six digits
 MARGIN = 1e-6  # of places between extrema
 Interval: TypeAlias = tuple[float, float]
-LINE, POSITIVE, UNIT = (-np.inf, np.inf), (0.0, np.inf), (-1.0, 1.0)
+LINE = (-np.inf, np.inf)
+POSITIVE = (0.0, np.inf)
+UNIT = (-1.0, 1.0)
 
 
 def _outward(lower: Vector, upper: Vector) -> Vector:

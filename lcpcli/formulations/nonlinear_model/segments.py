@@ -305,7 +305,9 @@ class Segments:
     arguments."""
 
     def __init__(self, header: Header, tokens: Tokens) -> None:
-        self.header, self._tokens, self._entries = header, tokens, 0
+        self.header = header
+        self._tokens = tokens
+        self._entries = 0
         # The linear part and the expression, by their numbers.
         self.common = dict[int, tuple[Linear, list[Term]]]()
         # The same of the rows.
@@ -348,7 +350,9 @@ class Segments:
         }
 
     def _read(self, code: str) -> None:
-        tokens, header, integer = self._tokens, self.header, self._tokens.integer
+        tokens = self._tokens
+        header = self.header
+        integer = self._tokens.integer
         if code == "C":
             number = self._index(header.rows, "row")
             self.rows[number] = self._expression()
@@ -376,7 +380,9 @@ class Segments:
             for _ in range(integer()):
                 integer(), (code == "d" and tokens.number())
         elif code == "S":
-            kind, size, _ = integer(), integer(), tokens.name()
+            kind = integer()
+            size = integer()
+            _ = tokens.name()
             for _ in range(size):
                 integer(), (tokens.number() if kind & 4 else integer())  # floating
         elif code == "F":

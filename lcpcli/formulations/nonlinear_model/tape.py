@@ -126,7 +126,9 @@ class Tape:
     def values(self, x: Vector) -> Vector:
         """Return the values of the rows. x : the unknowns, numbers of the
         arithmetic."""
-        last, functions, results = self.groups[-1], self.arithmetic.functions, x
+        last = self.groups[-1]
+        functions = self.arithmetic.functions
+        results = x
         values = np.empty((*x.shape[:-1], last.begin))
         values[..., : self.n] = x
         values[..., self.n : self._values_known] = self._constants

@@ -89,7 +89,9 @@ class _Examination:
     def __init__(self, game: Players, problem: Problem) -> None:
         blocks = game.blocks(conditions_of(problem))
         assert blocks is not None
-        self.game, self.problem, self.blocks = game, problem, blocks
+        self.game = game
+        self.problem = problem
+        self.blocks = blocks
 
     def profile(self, x: Vector, tol: float) -> tuple[PlayersEquilibrium, bool]:
         """Return what the players do at x, and whether no gain is above the
@@ -97,7 +99,9 @@ class _Examination:
         game, parts = self.game, self.game.parts_of_players()
         g = product(self.blocks.Q, x) + self.blocks.c
         sizes = absolute_product(self.blocks.Q, np.abs(x)) + np.abs(self.blocks.c)
-        costs, gains, is_best = list[float](), list[float](), True
+        costs = list[float]()
+        gains = list[float]()
+        is_best = True
         for player, part in enumerate(parts):
             own_cost = x[part] @ dense(self.blocks.Q[part, part]) @ x[part] / 2
             costs.append(float(x[part] @ g[part] - own_cost))

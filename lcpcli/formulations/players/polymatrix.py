@@ -294,7 +294,9 @@ class Polymatrix(Formulation):
     ) -> tuple[list[dict[int, Fraction]], list[Fraction], list[Fraction | None]]:
         """Return the rows of M, q and the lower bounds, as fractions."""
         starts = [0, *np.cumsum(self.sizes).tolist()]
-        k, n, one = starts[-1], len(self.sizes), Fraction(1)
+        k = starts[-1]
+        n = len(self.sizes)
+        one = Fraction(1)
         rows: list[dict[int, Fraction]] = [{} for _ in range(k + n)]
         for (i, j), table in self.payoffs.items():
             for a, row in enumerate(table, starts[i]):

@@ -91,7 +91,9 @@ class MixedStrategies(Profile):
         """Return what these probabilities are, in the numbers that they have."""
         exact = not any(isinstance(p, float) for p in chain(*strategies))
         number: Any = Fraction if exact else float
-        payoffs, gains, sizes = list[Any](), list[Any](), list[float]()
+        payoffs = list[Any]()
+        gains = list[Any]()
+        sizes = list[float]()
         for player, strategy in enumerate(strategies):
             totals, terms = _totals(game, player, strategies, number)
             payoff = sum(

@@ -173,7 +173,9 @@ class Minimum(Answer):
         costs."""
         if self.x is None or self.y is None or not self.y.size:
             return []
-        program, x, y = self._program, self.x.tolist(), self.y.tolist()
+        program = self._program
+        x = self.x.tolist()
+        y = self.y.tolist()
         largest = MAX_ROWS if whole else MAX_ON_SCREEN
         cell = wording.plain_number
         row_names = wording.short_names(program.rows or [""] * len(y), math.inf, "r")
@@ -224,7 +226,9 @@ class Minimum(Answer):
         x, y = self.x.tolist(), self.y.tolist()
         if self.exact:
             x, y = self.exact["x"], self.exact["y"]
-        k, m, sides = len(x), len(y), list(self._sides)
+        k = len(x)
+        m = len(y)
+        sides = list(self._sides)
 
         def only(part: Any, before: int, behind: int) -> list[Any]:
             return [*[""] * before, *part.tolist(), *[""] * behind]

@@ -64,7 +64,9 @@ class Multipliers(Answer):
 
 def verified(program: Program, proposed: Proposed) -> Verification:
     """Verify z, x, or x and y."""
-    problem, values, data = proposed.problem, proposed.values, proposed.data
+    problem = proposed.problem
+    values = proposed.values
+    data = proposed.data
     if data is None:
         proposal = _Proposal(program, problem, proposed.array)
         readings = proposal.readings(
@@ -104,12 +106,12 @@ class _Proposal:
     """A proposed point of a program: its x, and whether multipliers y came with it."""
 
     def __init__(self, origin: Program, problem: Problem, values: Vector) -> None:
-        self.origin, self.problem, self.k = origin, problem, origin.variables
-        self.data, self.x, self.sign = (
-            data_of(problem, origin),
-            values[: self.k],
-            origin.sign,
-        )
+        self.origin = origin
+        self.problem = problem
+        self.k = origin.variables
+        self.data = data_of(problem, origin)
+        self.x = values[: self.k]
+        self.sign = origin.sign
         self.needs_multipliers = values.size == self.k < problem.n
 
     @cached_property
@@ -118,7 +120,9 @@ class _Proposal:
         """Return the multipliers of the rows at x, shape (m,), and by how much the step
         that belongs to them lowers the objective; zeros and nan if there are none in
         the range of doubles."""
-        data, x, heights = self.data, self.x, np.ones(self.data.row_lower.size)
+        data = self.data
+        x = self.x
+        heights = np.ones(self.data.row_lower.size)
         g = product(data.Q, x) + data.c
         largest = float(np.abs(x).max())
         sizes = (
@@ -266,7 +270,9 @@ def _violated(origin: Program, data: Blocks, x: Vector, tol: float) -> str:
         ("below", "lower", data.row_lower, data.lower, 1.0),
         ("above", "upper", data.row_upper, data.upper, -1.0),
     )
-    worst, sentence, number = 0.0, "", 0
+    worst = 0.0
+    sentence = ""
+    number = 0
     for side, bound, of_rows, of_x, sign in sides:
         bounds = np.concatenate((of_rows, of_x))
         beyond = np.where(np.isfinite(bounds), sign * (bounds - values), 0.0)

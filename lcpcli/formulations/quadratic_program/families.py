@@ -270,7 +270,9 @@ def transport(n: int, seed: int) -> Problem:
         random.integers(5, 11, m).astype(float),
     )
     costs = random.integers(1, 101, m * m).astype(float)
-    one, ones, none = eye_array(m), np.ones((1, m)), np.full(m, np.inf)
+    one = eye_array(m)
+    ones = np.ones((1, m))
+    none = np.full(m, np.inf)
     return reductions.from_qp(
         None,
         costs,

@@ -58,7 +58,9 @@ class Optima(Meaning):
     ) -> Fraction:
         """Return the exact value of the objective at the x of z, in its own sense and
         with its constant."""
-        data, k, total = self.data, self._program.variables, Fraction(0)
+        data = self.data
+        k = self._program.variables
+        total = Fraction(0)
         if shift is not None and shift[0] < k:
             total = shift[1] * z[shift[0]]
         for i, value in enumerate(z[:k]):

@@ -107,7 +107,10 @@ class _Reader:
 
     def __init__(self, number: Number) -> None:
         self._number, self._is_integer = number, False
-        self._line, self._section, self._name, self._sense = 0, "", "", "min"
+        self._line = 0
+        self._section = ""
+        self._name = ""
+        self._sense = "min"
         self._kinds: dict[str, str] = {}
         self._columns: dict[str, dict[str, float]] = {}
         self._sides: dict[str, dict[str, str]] = {"RHS": {}, "RANGES": {}}

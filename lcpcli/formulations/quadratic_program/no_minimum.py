@@ -30,12 +30,10 @@ from lcpcli.verify.certificate import MANY, Proof, first_proof
 from lcpcli.verify.enclosure import enclosure, is_enclosable
 from lcpcli.verify.farkas import farkas_vector
 
-UNIQUE, OPTIMUM, SEVERAL, STATIONARY = (
-    "unique_optimum",
-    "optimum",
-    "several_optima",
-    "stationary",
-)
+UNIQUE = "unique_optimum"
+OPTIMUM = "optimum"
+SEVERAL = "several_optima"
+STATIONARY = "stationary"
 PROVED = (UNIQUE, OPTIMUM, SEVERAL, STATIONARY, *WITHOUT_OPTIMUM)
 """What may be proved about a program: that x is its only optimum, an optimum, or one of
 several; that x is a stationary point and the program is not convex, so that x need not
@@ -221,7 +219,9 @@ class Constraints(NamedTuple):
         )
         if changes is None or not changes[-1] < 0.5:
             return False
-        Ax, size, factor = self.A @ x, abs(self.A) @ np.abs(x), 4 * (x.size + 2)
+        Ax = self.A @ x
+        size = abs(self.A) @ np.abs(x)
+        factor = 4 * (x.size + 2)
         error = 2 * (abs(self.A) @ changes[:-1]) + factor * (
             EPS * size + SMALLEST_NORMAL
         )

@@ -116,7 +116,9 @@ def sensitivities(
     """
     x, y = program.parts(z)
     R, C = problem.units.diagonals()
-    of_x, of_y, of_u = C[: x.size], C[x.size : x.size + y.size], 1 / R[: x.size]
+    of_x = C[: x.size]
+    of_y = C[x.size : x.size + y.size]
+    of_u = 1 / R[: x.size]
     u = product(data.Q, x) + data.c - product(data.A.T, y)
     y, u = _without_rounding(x, y, u, data)
     max_distance = tol * np.abs(x) + SMALL_DISTANCE * of_x * np.abs(x / of_x).max()

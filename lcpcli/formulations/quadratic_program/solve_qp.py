@@ -136,9 +136,7 @@ def _solve_problem(
     if result.solved:
         below = 0 if problem.h is None else problem.h.size
         solution.x, solution.obj = answer.x, answer.objective
-        solution.z, solution.y, solution.z_box = (
-            -answer.y[:below],
-            -answer.y[below:],
-            -answer.bound_multipliers,
-        )
+        solution.z = -answer.y[:below]
+        solution.y = -answer.y[below:]
+        solution.z_box = -answer.bound_multipliers
     return solution

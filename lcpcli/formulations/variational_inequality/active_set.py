@@ -124,7 +124,9 @@ class _System:
         slot = int(self.slots[p])
         column, row = self.Z[:, slot].copy(), self.Z[slot].copy()
         self._subtract(column, row, float(column[slot]))
-        self.Z[slot], self.Z[:, slot], self.slots[p] = 0.0, 0.0, -1
+        self.Z[slot] = 0.0
+        self.Z[:, slot] = 0.0
+        self.slots[p] = -1
         self.free.append(slot)
 
     def _subtract(self, column: Vector, row: Vector, divisor: float) -> None:
@@ -136,13 +138,17 @@ def _active(
 ) -> tuple[Vector | None, int]:
     """Return the active constraints at the solution, None if the steps do not end at
     it, and the number of steps."""
-    system, m, k = _System(inverse, constraints.C), constraints.c.size, x.size
+    system = _System(inverse, constraints.C)
+    m = constraints.c.size
+    k = x.size
     values, y = constraints.C @ x - constraints.c, np.zeros(2 * k)
     allowed = -SATISFIED * (np.abs(constraints.C) @ np.abs(x) + np.abs(constraints.c))
     min_slope = DEPENDENT * float(np.abs(inverse).max())
     # Of the active constraints by slots: which may be dropped, and which they are.
     may_drop, members = np.zeros(2 * k, dtype=np.bool_), np.full(2 * k, -1)
-    driven, p, step_sign = 0.0, -1, 1.0
+    driven = 0.0
+    p = -1
+    step_sign = 1.0
     for step in range(STEPS * m + 1):
         if p < 0:
             gaps = np.where(constraints.is_equation, -np.abs(values), values)
@@ -167,16 +173,16 @@ def _active(
         if length < full:
             slot = int(falling[lengths.argmin()])
             system.drop(int(members[slot]))
-            y[slot], may_drop[slot], members[slot] = 0.0, False, -1
+            y[slot] = 0.0
+            may_drop[slot] = False
+            members[slot] = -1
             continue
         if not system.free:
             return None, step
         slot = system.add(p, move, slope)
-        y[slot], may_drop[slot], members[slot] = (
-            driven,
-            not constraints.is_equation[p],
-            p,
-        )
+        y[slot] = driven
+        may_drop[slot] = not constraints.is_equation[p]
+        members[slot] = p
         p = -1
     return None, step
 
@@ -188,7 +194,9 @@ def _at(
     singular."""
     k, C = blocks.c.size, constraints.C[active]
     K = np.zeros((k + active.size, k + active.size))
-    K[:k, :k], K[:k, k:], K[k:, :k] = blocks.Q, -C.T, C
+    K[:k, :k] = blocks.Q
+    K[:k, k:] = -C.T
+    K[k:, :k] = C
     right = np.concatenate((-blocks.c, constraints.c[active]))
     try:
         both = np.linalg.solve(K, right)

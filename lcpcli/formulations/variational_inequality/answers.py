@@ -175,7 +175,9 @@ class _Examination:
     of C are known; there are none to speak of, None, if C is empty."""
 
     def __init__(self, origin: Inequality, result: Result) -> None:
-        self.origin, self.result, self.k = origin, result, origin.variables
+        self.origin = origin
+        self.result = result
+        self.k = origin.variables
         self.data = ExactProblem(result.problem, [{}], [Fraction(0)])
         self.is_known, self.directions = False, None
         if result.problem.n <= MAX_UNKNOWNS:
