@@ -446,11 +446,9 @@ def by_label(
     columns, or the rows, of a table, if both have labels; else return the values
     unchanged."""
     is_table = hasattr(table, "columns") and _has_index(table)
-    labels = (
-        list(table.index if of.startswith("the rows") else table.columns)
-        if is_table
-        else []
-    )
+    labels = []
+    if is_table:
+        labels = list(table.index if of.startswith("the rows") else table.columns)
     if not labels:
         return list(fields.values())
     return [

@@ -252,7 +252,8 @@ class Evaluations:
     def finite_jacobian(self, z: Vector) -> Matrix | None:
         """Return J(z), or None unless all its entries are finite."""
         J = self.jacobian(z)
-        return J if is_finite(J.data if is_sparse(J) else J.ravel()) else None
+        entries = J.data if is_sparse(J) else J.ravel()
+        return J if is_finite(entries) else None
 
     @np.errstate(all="ignore")
     def fault_of_jacobian(self, z: Vector) -> str:
@@ -488,7 +489,8 @@ class Slopes:
         max_changes = np.full(d.size, np.inf)  # by the quotients of shorter steps
         for step in STEPS:
             quotients[step] = quotient = self._quotient(step * d)
-            self._first += [quotient] * (len(self._first) < 2)
+            if len(self._first) < 2:
+                self._first.append(quotient)
             if (
                 other := quotients.get(RATIO * step) or quotients.get(step / RATIO)
             ) is not None:

@@ -293,8 +293,8 @@ WORDED = {key for row in TABLE.values() for key in row.texts}
 KEYS = WORDED | {
     key
     for row in TABLE.values()
-    for own in (*row.tells, *row.others)
-    for key in own.split()
+    for keys in (*row.tells, *row.others)
+    for key in keys.split()
     if key[0] != "!"
 }
 MATRICES = tuple(dict.fromkeys(key for row in TABLE.values() for key in row.matrices))

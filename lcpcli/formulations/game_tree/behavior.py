@@ -256,9 +256,9 @@ def table_of(sets: Sequence[InformationSetStrategy]) -> Table:
         ]
         for information_set, actions in shown
     ]
-    notes = [f"the first {MAX_SETS} of {len(sets)} information sets; JSON has all"] * (
-        len(sets) > MAX_SETS
-    )
+    notes = []
+    if len(sets) > MAX_SETS:
+        notes = [f"the first {MAX_SETS} of {len(sets)} information sets; JSON has all"]
     return Table(
         ["player", "information set", "reached", "probabilities"],
         [rows],

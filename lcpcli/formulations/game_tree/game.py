@@ -248,14 +248,15 @@ class ExtensiveGame(Formulation):
             return [name for *_, name in self._names()]
         short, longer, full = zip(*self._names(), strict=True)
         times, times_longer = Counter([*short, *full]), Counter(longer)
-        return [
-            one
-            if times[one] == 1 or one == name
-            else two
-            if times_longer[two] == 1
-            else name
-            for one, two, name in zip(short, longer, full, strict=True)
-        ]
+        names = list[str]()
+        for one, two, name in zip(short, longer, full, strict=True):
+            if times[one] == 1 or one == name:
+                names.append(one)
+            elif times_longer[two] == 1:
+                names.append(two)
+            else:
+                names.append(name)
+        return names
 
     def answer(self, result: Any) -> Answer:
         answer: Answer = self.sibling("answers").answer(self, result)

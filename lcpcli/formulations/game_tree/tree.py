@@ -370,12 +370,14 @@ class _Reading:
 
     def information_set(self, owner: int) -> int:
         """Return the index of the information set, or of the event, that comes next."""
-        what = "chance event" if owner == CHANCE else "information set"
-        number, indices = (
-            self.integer(f"{'an' * (owner >= 0) or 'a'} {what}"),
-            self.numbers[owner],
-        )
-        named = f"{what} {number}" + f" of player {owner + 1}" * (owner >= 0)
+        what, article = "chance event", "a"
+        if owner != CHANCE:
+            what, article = "information set", "an"
+        number = self.integer(f"{article} {what}")
+        indices = self.numbers[owner]
+        named = f"{what} {number}"
+        if owner != CHANCE:
+            named += f" of player {owner + 1}"
         label, position = self.name() if self.next_is_text else "", self.position
         names = self.in_braces()
         if names is not None and self.actions.get((owner, number)) == names:

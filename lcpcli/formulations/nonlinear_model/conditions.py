@@ -651,8 +651,6 @@ def _double(value: Any) -> float:
 
 def _fraction(value: Any) -> Any:
     """Return the decimals of a number as a Fraction; infinity as it is."""
-    return (
-        Fraction(repr(value) if isinstance(value, float) else value)
-        if isfinite(value)
-        else value
-    )
+    if not isfinite(value):
+        return value
+    return Fraction(repr(value) if isinstance(value, float) else value)

@@ -290,8 +290,10 @@ def _header(lines: list[bytes]) -> Header:
             "lcp solves complementarity problems of continuous variables",
         )
         refuse(number, "", reason, hint)
-    # Of bytes, the highest one first.
-    order = "" if lines[0].startswith(b"g") else ">" if counts[4][2] == 2 else "<"
+    order = ""
+    if not lines[0].startswith(b"g"):
+        # Of bytes: 2 stands for the highest one first.
+        order = ">" if counts[4][2] == 2 else "<"
     options = [first[1], *first[2].split(), *filter(None, [first[3]])]
     return Header(options, n, m, counts[6][0], sum(counts[8]), order)
 

@@ -88,15 +88,8 @@ class Tape:
                     self._indices(each)
                     for each in zip(*map(graph.arguments, nodes), strict=True)
                 ]
-                self.groups.append(
-                    Group(
-                        operator,
-                        begin,
-                        nodes,
-                        arguments,
-                        (exponent,) * (operator == "power"),
-                    )
-                )
+                exponents = (exponent,) if operator == "power" else ()
+                self.groups.append(Group(operator, begin, nodes, arguments, exponents))
             self.places |= {number: begin + i for i, number in enumerate(nodes)}
         self._add_sums(rows, parts)
 

@@ -102,9 +102,10 @@ class MixedStrategies(Profile):
             best = max(range(len(strategy)), key=totals.__getitem__)
             mixed = (float(p) * t for p, t in zip(strategy, terms, strict=True))
             sizes.append(terms[best] + sum(mixed))
-            gain, rounding = totals[best] - payoff, ROW_ROUNDING * sizes[-1]
+            gain = totals[best] - payoff
+            rounding = 0 if exact else ROW_ROUNDING * sizes[-1]
             payoffs.append(payoff)
-            gains.append(gain if gain > (0 if exact else rounding) else number(0))
+            gains.append(gain if gain > rounding else number(0))
         return cls(
             game.names_of_players(),
             game.names_of_actions(),

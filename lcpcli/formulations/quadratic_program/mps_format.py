@@ -505,10 +505,9 @@ def render(fields: Mapping[str, Any], exact: Exact) -> dict[str, bytes]:
     columns = names(fields.get("columns", [""] * k), "x")
     rows = names(fields.get("rows", [""] * m), "r")
     objective = _free("obj", rows)
-    lines = [
-        f"NAME {_word(fields.get('name', ''))}".rstrip(),
-        *["OBJSENSE", "    MAX"] * ("sense" in fields),
-    ]
+    lines = [f"NAME {_word(fields.get('name', ''))}".rstrip()]
+    if "sense" in fields:
+        lines += ["OBJSENSE", "    MAX"]
     pairs = zip(*(bound.tolist() for bound in row_bounds), strict=True)
     sides = [_side(exact, *pair) for pair in pairs]
     kinds = (f" {kind} {row}" for row, (kind, *_) in zip(rows, sides, strict=True))
@@ -559,7 +558,7 @@ def remarks(problem: Problem) -> list[str]:
         return []
     old, new = next(iter(changed.items()))
     needed = "as MPS needs unique names without spaces or control characters"
-    others = ", and so on" * (len(changed) > 1)
+    others = ", and so on" if len(changed) > 1 else ""
     return [
         f"{count(len(changed), 'name')} had to be changed, {needed}: {quoted(old)} is "
         f"{quoted(new)}{others}"
@@ -602,15 +601,13 @@ def _side(exact: Exact, low: float, high: float) -> tuple[str, float, str]:
     """Return the kind of a row, its right-hand side, and its range, "" for none."""
     if low == high:
         return "E", low, ""
-    if math.isinf(low) or math.isinf(high):
-        # a row without bounds is far beyond NO_BOUND, for every reader of MPS
-        return (
-            ("G", low, "")
-            if math.isfinite(low)
-            else ("L", high, "")
-            if math.isfinite(high)
-            else ("G", -1e30, "")
-        )
+    if math.isinf(low) and math.isinf(high):
+        # The side of a row without bounds is far beyond NO_BOUND, for every reader.
+        return "G", -1e30, ""
+    if math.isinf(low):
+        return "L", high, ""
+    if math.isinf(high):
+        return "G", low, ""
     bounds = [
         exact[bound] if bound in exact else shortest_decimal(bound)
         for bound in (low, high)

@@ -246,8 +246,8 @@ class _Examination:
         if definiteness_on_hull.negative is not None:
             return Claim(False, "d'Hd < 0 for a direction d in it"), ""
         proof = "exact elimination of H + H' on it gives no negative pivot"
-        strict = "H is strictly monotone there" * (definiteness_on_hull.zero is None)
-        return Claim(True, proof), strict
+        is_strict = definiteness_on_hull.zero is None
+        return Claim(True, proof), "H is strictly monotone there" if is_strict else ""
 
     def only(self) -> Claim:
         """Return whether all solutions, which are searched for in exact arithmetic,
