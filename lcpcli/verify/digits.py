@@ -263,7 +263,7 @@ def _motions(problem: Problem, z: Vector, w: Vector, basic: Mask) -> _Motions | 
             break
         if not new.any():
             break
-        exchanges = _Exchanges(problem, z, states, moves, np.flatnonzero(kinks))
+        exchanges = _Exchanges(problem, z, states, moves, kinks, near)
         sizes, free = exchanges.largest_sizes(), exchanges.free
     return _Motions(
         alone[0] + MEDIAN * alone[1],
@@ -296,9 +296,15 @@ class _Exchanges:
     """
 
     def __init__(
-        self, problem: Problem, z: Vector, states: _States, moves: Vector, P: Indices
+        self,
+        problem: Problem,
+        z: Vector,
+        states: _States,
+        moves: Vector,
+        kinks: Mask,
+        at_bound: Mask,
     ) -> None:
-        basic, box = states.basic, problem.box
+        basic, box, P = states.basic, problem.box, np.flatnonzero(kinks)
         # The changes of q that stand for w_i = 1 for i in B, and for z_i = 1 elsewhere.
         identity = np.equal.outer(np.arange(z.size), P).astype(float)
         columns = np.where(basic[P], -identity, matrices.dense(problem.M[:, P]))
@@ -315,7 +321,7 @@ class _Exchanges:
         # With equations that follow from others, y_P may contradict them.
         self._contradictions = states.contradictions(columns)
         self._moves = moves / self._units
-        self._P, self._basic = P, basic
+        self._P, self._basic, self._at_bound = P, basic, kinks | at_bound
         # At which of its bounds each number is: neither may fall, or rise.
         self._signs = np.where(box.upper - z < z - box.lower, -1.0, 1.0)
         self.free = np.zeros(z.size, dtype=bool)
@@ -353,7 +359,9 @@ class _Exchanges:
         F, effects = self._P[part], self._effects[:, part]
         least = F.size * self._noise[part].max()
         others = self._contradictions[:, part]
-        T = np.vstack((effects[F], others * np.abs(effects).max()))
+        # Both on one scale; where nothing else moves, contradictions still count.
+        scale = np.abs(effects).max() or 1.0
+        T = np.vstack((effects[F], others * scale))
         left, values, right = np.linalg.svd(finite(T))
         rank = int(np.count_nonzero(values > least))
         if 0 < rank < F.size and values[rank] > LARGEST_GAP * values[rank - 1]:
@@ -373,10 +381,11 @@ class _Exchanges:
     def _see(self, F: Indices, v: Vector, motion: Vector) -> None:
         """See whether y_F = v leads to other solutions, on one side of 0 or the other;
         this moves numbers that are not exchanged."""
-        own = (motion * self._signs)[self._P]
+        # Also of numbers that rounding does not move: those that are 0 in the data.
+        at_bound = (motion * self._signs)[self._at_bound]
         others = np.where(np.abs(v) > F.size * ROW_ROUNDING, v, 0.0) * self._signs[F]
         for side in (1.0, -1.0):
-            if (side * own >= 0).all() and (side * others >= 0).all():
+            if (side * at_bound >= 0).all() and (side * others >= 0).all():
                 self.free |= self._basic & (motion != 0)
                 self.free[F[~self._basic[F] & (others != 0)]] = True
 

@@ -17,6 +17,7 @@ import numpy as np
 import pytest
 from scipy.sparse import csr_array
 
+import lcpcli
 from lcpcli import Problem, Result, from_qp, read, run
 from lcpcli.bench.suites import SUITES, problem_of
 from lcpcli.files import contents
@@ -27,6 +28,7 @@ from lcpcli.verify.point import without_wrong_solutions
 from ..conftest import Outcome
 from ..dependent_rows import dependent_program, of_states, strict_states
 from ..exact import solution
+from ..seeds import parts
 
 Lcp = Callable[..., Outcome]
 
@@ -407,3 +409,47 @@ def test_a_verdict_is_not_believed_by_a_bench_if_there_is_a_solution(
     assert outcome.err.startswith(LINE.format(file, "")), (
         "and the progress of the bench"
     )
+
+
+def degenerate(random: np.random.Generator) -> Problem:
+    """A problem of small integers with a known solution, at which many numbers are at
+    both of their bounds, or 0."""
+    n = int(random.integers(1, 5))
+    M = random.integers(-1, 2, (n, n))
+    if random.random() < 0.5:
+        M = M.T @ M
+    z = np.where(random.random(n) < 0.5, random.integers(0, 3, n), 0)
+    is_large = (z == 0) & (random.random(n) < 0.5)
+    w = np.where(is_large, random.integers(0, 3, n), 0)
+    upper = np.where(random.random(n) < 0.4, np.maximum(z, 1), np.inf)
+    return Problem(M, w - M @ z, upper=upper)
+
+
+def differs(problem: Problem, i: int) -> bool:
+    """Return whether z_i has several values among all solutions, in fractions."""
+    pieces = list(lcpcli.solutions(problem))
+    values = {vertex[i] for piece in pieces for vertex in piece.vertices}
+    moves = [*(piece.rays for piece in pieces), *(piece.lines for piece in pieces)]
+    return len(values) > 1 or any(move[i] for each in moves for move in each)
+
+
+def test_x_of_a_program_whose_multiplier_alone_has_other_values_is_unique() -> None:
+    problem = from_qp(None, [2, 3], [[1, 1]], row_lower=[9], lower=[0, 0], upper=[4, 5])
+    result = run(problem)
+    assert result.z[:2].tolist() == [4, 5]
+    assert not {0, 1} & set(result.not_unique)
+
+
+@pytest.mark.parametrize("seeds", parts(250, 2000))
+def test_a_component_that_is_said_not_to_be_unique_has_several_values(
+    seeds: range,
+) -> None:
+    claims = 0
+    for seed in seeds:
+        problem = degenerate(np.random.default_rng(seed))
+        result = run(problem)
+        if result.solved:
+            for i in result.not_unique or []:
+                assert differs(problem, i), seed
+                claims += 1
+    assert claims > 20
