@@ -107,7 +107,7 @@ STAGES: dict[str, tuple[str, str, Any, list[dict[str, Any]]]] = {
     "an iteration": (SHI, "solving.loop.in_range", 2, [CUT | {"iterations": 2}]),
     "a path": (
         "path from.npz to.npz",
-        "parametric.following.check",
+        "parametric.following.raise_if_timed_out",
         20,
         [{"end": "interrupted", "verified": True}],
     ),
