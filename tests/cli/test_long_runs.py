@@ -89,12 +89,12 @@ RUNS = {
     ),
     "a path": (
         "path from.json to.json",
-        ("parametric.following.check", 3000),
+        ("parametric.following.raise_if_timed_out", 3000),
         " breakpoints, verified",
     ),
     "a path in fractions": (
         "path from.json to.json --exact --format json",
-        ("parametric.following.check", 500),
+        ("parametric.following.raise_if_timed_out", 500),
         '"end": "interrupted"',
     ),
     "a proof": (
