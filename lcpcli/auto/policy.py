@@ -67,7 +67,7 @@ from lcpcli.verify.certificate import (
     Proof,
     first_proof,
 )
-from lcpcli.verify.exact_solution import from_point, refined
+from lcpcli.verify.exact_solution import accurate_basic_solution, from_point
 from lcpcli.verify.farkas import farkas_vector
 from lcpcli.verify.final_states import MAX_DECIDED, is_doubtful
 from lcpcli.verify.point import Criterion, Point
@@ -213,7 +213,7 @@ def _with_states_of(turns: Turns, change: Change) -> Iterate:
         basis = change.original.box.basis_of(turns.last.x)
     with np.errstate(over="ignore", invalid="ignore", divide="ignore"):
         near = box.z_of(change.start(turns.last.x))
-        z = refined(problem, near, basis)
+        z = accurate_basic_solution(problem, near, basis)
         if z is near:
             # The system is singular, as at a face of minimizers. Where sides have
             # moved, most often only values of rows change with them.
@@ -368,7 +368,7 @@ def _improved(
     for _ in range(MAX_REFINEMENTS):
         before, basis = turns.last.x, box.basis_of(turns.last.x)
         with np.errstate(over="ignore", invalid="ignore"):
-            z = refined(problem, box.z_of(before), basis)
+            z = accurate_basic_solution(problem, box.z_of(before), basis)
             x = box.x_within(z, problem.w(z), basis)
         turns.last = turns.last._replace(x=x, F=None, step=REFINED, signs_final=True)
         yield turns.last

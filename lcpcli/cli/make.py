@@ -231,7 +231,9 @@ def convert(request: Convert) -> int:
     # The problem has no name of its own.
     if written.rounded.name == InputFile(request.file).name:
         written = replace(
-            written, rounded=written.rounded.named(""), own=written.own.named("")
+            written,
+            rounded=written.rounded.named(""),
+            distinct=written.distinct.named(""),
         )
     written = writing.with_exact_conditions(written, output or "")
     write(written, output, inputs.quiet, as_program=True)
@@ -280,7 +282,7 @@ def read_written(inputs: Inputs) -> Written[Problem]:
     inputs.tell(remarks)
     return Written(
         rounded,
-        without_wrong_solutions(as_written.own, inputs.files[0])[0],
+        without_wrong_solutions(as_written.distinct, inputs.files[0])[0],
         as_written.exact,
     )
 

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 from lcpcli.enumeration.pieces import Piece
 from lcpcli.errors import count
 from lcpcli.model.formulation import Answer
-from lcpcli.rational.dictionary import Point
+from lcpcli.rational.dictionary import RationalPoint
 from lcpcli.rational.exact_problem import ExactProblem
 
 if TYPE_CHECKING:
@@ -60,7 +60,7 @@ class Arrangement:
         self.complete = complete
 
     @cached_property
-    def points(self) -> Sequence[Point]:
+    def points(self) -> Sequence[RationalPoint]:
         """Return each isolated solution, and each vertex of a piece, once."""
         return vertices_of(self.pieces)
 
@@ -97,7 +97,7 @@ class Arrangement:
         return None
 
 
-def vertices_of(pieces: Iterable[Piece]) -> list[Point]:
+def vertices_of(pieces: Iterable[Piece]) -> list[RationalPoint]:
     return list(dict.fromkeys(vertex for piece in pieces for vertex in piece.vertices))
 
 
@@ -181,7 +181,9 @@ class Meaning:
         del z, cell
         return [], []
 
-    def take(self, vertices: Sequence[Point], check: Callable[[], None]) -> None:
+    def take(
+        self, vertices: Sequence[RationalPoint], check: Callable[[], None]
+    ) -> None:
         """Prepare for vertices that a search has found. `check` counts a step of the
         search, and may raise."""
 
@@ -192,5 +194,5 @@ class Meaning:
 
 
 def meaning_of(data: ExactProblem) -> Meaning:
-    found: Meaning = data.problem.formulation.meaning(data) or Meaning(data)
-    return found
+    meaning: Meaning = data.problem.formulation.meaning(data) or Meaning(data)
+    return meaning

@@ -53,18 +53,18 @@ def in_costs(
     objective that has payoffs of the players of a game beside unknowns, or only
     payoffs; the same ones, and 0, if it has none. Raises ProblemError."""
     meaning = meaning_of(data)
-    payoffs = {PREFIX + player: own for player, own in meaning.payoffs().items()}
+    payoffs = {PREFIX + player: each for player, each in meaning.payoffs().items()}
     others = {name: value for name, value in objective.items() if name not in payoffs}
     if len(others) == len(objective):
         return InPayoffs(data, list), objective, Fraction(0)
     searched, constant = meaning.in_payoffs(), Fraction(0)
     if others and searched.data is not data:
-        fault = (
+        reason = (
             f"has {next(iter(others))!r} beside payoffs, which are not linear in "
             "the unknowns"
         )
         raise ProblemError(
-            "objective", fault, f"use {' and '.join(map(repr, payoffs))} alone"
+            "objective", reason, f"use {' and '.join(map(repr, payoffs))} alone"
         )
     for name, payoff in payoffs.items():
         value, unknown = objective.get(name, Fraction(0)), f"z{payoff.unknown + 1}"
@@ -141,8 +141,8 @@ class Optimum:
         better, side = WORDS[self.sense]
         numbers = ((name, getattr(self, name)) for name in ("value", "bound"))
         value, bound = (
-            "" if own is None else cell(own, self.outward[name])
-            for name, own in numbers
+            "" if number is None else cell(number, self.outward[name])
+            for name, number in numbers
         )
         if self.status == UNSOLVABLE:
             return (
@@ -155,7 +155,7 @@ class Optimum:
                 f"optimal: {'least' if better == 'smaller' else 'largest'} value "
                 f"{value} (exact)"
             )
-        found = (
+        progress = (
             "no solution was found"
             if self.value is None
             else f"the best objective found is {value}"
@@ -165,7 +165,7 @@ class Optimum:
             if self.bound is None
             else f"the proved {side} bound is {bound}"
         )
-        return f"{self.status.replace('_', ' ')}: {found}, {proved}"
+        return f"{self.status.replace('_', ' ')}: {progress}, {proved}"
 
     def __repr__(self) -> str:
         return f"<Optimum: {self.message()}>"
@@ -215,14 +215,14 @@ def optimum(
         is_name = objective.strip() in data.problem.names
         objective = {objective.strip(): 1} if is_name else coefficients(objective)
     if isinstance(objective, Mapping):
-        own = dict(
+        exact_objective = dict(
             zip(
                 objective,
                 _fractions(list(objective.values()), len(objective)),
                 strict=True,
             )
         )
-        searched, objective, constant = in_costs(data, own)
+        searched, objective, constant = in_costs(data, exact_objective)
     began = clock.seconds()
     costs = _costs(searched.data, objective)
     search = Search(searched.data, [sign * cost for cost in costs])
@@ -253,11 +253,12 @@ def best(
     time_limit: float,
 ) -> Optimum:
     """Return the solution with the best costs'z + constant, as `optimum` does."""
-    found = optimum(data, costs, sense=sense, time_limit=time_limit)
+    best_solution = optimum(data, costs, sense=sense, time_limit=time_limit)
     value, bound = (
-        None if each is None else each + constant for each in (found.value, found.bound)
+        None if each is None else each + constant
+        for each in (best_solution.value, best_solution.bound)
     )
-    return replace(found, value=value, bound=bound)
+    return replace(best_solution, value=value, bound=bound)
 
 
 def _costs(data: ExactProblem, objective: Any) -> list[Fraction]:
@@ -272,10 +273,12 @@ def _costs(data: ExactProblem, objective: Any) -> list[Fraction]:
     return costs
 
 
-def _fractions(given: Any, n: int) -> list[Fraction]:
-    values = as_vector("objective", given, n)
+def _fractions(raw_values: Any, n: int) -> list[Fraction]:
+    values = as_vector("objective", raw_values, n)
     pairs = zip(
-        np.asarray(given, dtype=object).ravel().tolist(), values.tolist(), strict=True
+        np.asarray(raw_values, dtype=object).ravel().tolist(),
+        values.tolist(),
+        strict=True,
     )
     return [
         each if isinstance(each, Fraction) else Fraction(value) for each, value in pairs
@@ -285,22 +288,24 @@ def _fractions(given: Any, n: int) -> list[Fraction]:
 def _index(data: ExactProblem, name: Any) -> int:
     """Return the index of the unknown with a name, or with a place such as z1, or raise
     ProblemError."""
-    names, places = list(data.problem.names), [f"z{i}" for i in range(1, data.n + 1)]
-    own = next((each for each in (names, places) if name and name in each), None)
-    if own is None:
-        hint = f"use names of unknowns, or {places[0]} to {places[-1]}"
+    names, positions = list(data.problem.names), [f"z{i}" for i in range(1, data.n + 1)]
+    matching_names = next(
+        (each for each in (names, positions) if name and name in each), None
+    )
+    if matching_names is None:
+        hint = f"use names of unknowns, or {positions[0]} to {positions[-1]}"
         raise ProblemError(
             "objective",
             f"names {name!r}",
             ", or ".join([hint, *map(repr, names_of_payoffs(data))]),
         )
-    if own.count(name) > 1:
+    if matching_names.count(name) > 1:
         raise ProblemError(
             "objective",
-            f"names {name!r}, as {own.count(name)} unknowns are called",
+            f"names {name!r}, as {matching_names.count(name)} unknowns are called",
             "use z1, z2, ...",
         )
-    return own.index(name)
+    return matching_names.index(name)
 
 
 class _Open(NamedTuple):
@@ -318,7 +323,9 @@ class Search:
     that with the least bound, and the best solution found."""
 
     def __init__(self, data: ExactProblem, costs: Sequence[Fraction]) -> None:
-        self.data, self.nodes, self._costs = data, 0, costs
+        self.data = data
+        self.nodes = 0
+        self._costs = costs
         self.z: list[Fraction] | None = None
         self.value: Fraction | None = None
         self._open: list[_Open] = []
@@ -334,12 +341,12 @@ class Search:
             max_iterations=MAX_ITERATIONS,
             time_limit=max(remaining() / 2, MIN_SECONDS),
         )
-        found = driver.run(self.data.problem, "auto", limits=limits)
-        if found.interrupted:
+        result = driver.run(self.data.problem, "auto", limits=limits)
+        if result.interrupted:
             raise KeyboardInterrupt
         if (
-            found.solved
-            and (z := from_point(self.data, found.z, Effort(FIRST_EFFORT))) is not None
+            result.solved
+            and (z := from_point(self.data, result.z, Effort(FIRST_EFFORT))) is not None
         ):
             self.z, self.value = (
                 z,
@@ -363,8 +370,8 @@ class Search:
         bounds = [each.bound for each in (*self._open, *self._current)]
         if status != TIME_LIMIT or not bounds or min(bounds) == -math.inf:
             return None
-        least = Fraction(min(bounds))
-        return least if self.value is None else min(least, self.value)
+        smallest_bound = Fraction(min(bounds))
+        return smallest_bound if self.value is None else min(smallest_bound, self.value)
 
     def __len__(self) -> int:
         self._current = []
@@ -389,25 +396,27 @@ class Search:
     def violations(self, each: _Open) -> dict[int, int]:
         return each.violated
 
-    def unsettled(self, each: _Open) -> int | None:
-        return self._unknowns.unsettled(each.node)
+    def branching_index(self, each: _Open) -> int | None:
+        return self._unknowns.branching_index(each.node)
 
     def children(self, parent: _Open, k: int) -> Iterator[_Open]:
         """Yield the nodes with each state of the unknown that are not empty and may
         have a better solution."""
-        least = None if parent.bound == -math.inf else OBJECTIVE * self.data.n
+        minimized_form = None if parent.bound == -math.inf else OBJECTIVE * self.data.n
         for state in self._unknowns.choices[k]:
             child = parent.node.copy()
-            if self._unknowns.choose(child, k, state, least=least):
+            if self._unknowns.choose(child, k, state, minimized_form=minimized_form):
                 yield from self._worth(child)
 
     def _worth(self, node: Node) -> Iterator[_Open]:
         """Yield a node, with its bound, if it may have a better solution than its
         point; take that if it is one."""
         self.nodes += 1
-        unknowns, here, form = self._unknowns, node.dictionary, OBJECTIVE * self.data.n
-        is_bounded = here.minimize(form)
-        value = Fraction(here.value(form), int(here.divisor) * self._scale)
+        unknowns = self._unknowns
+        dictionary = node.dictionary
+        form = OBJECTIVE * self.data.n
+        is_bounded = dictionary.minimize(form)
+        value = Fraction(dictionary.value(form), int(dictionary.divisor) * self._scale)
         if is_bounded and self.value is not None and value >= self.value:
             return
         violated = unknowns.violated(node, unknowns.states_at_point(node))

@@ -114,14 +114,14 @@ def is_only(problem: Problem, z: Vector) -> bool:
     )
     with imports:
         from lcpcli.verify.error_theorems import definite_theorems, h_plus_theorem
-    theorem, most = h_plus_theorem(problem), AGREEMENT * size(z)
+    theorem, max_error = h_plus_theorem(problem), AGREEMENT * size(z)
     if (
         theorem is not None
-        and theorem(z, np.where(low > high, w - error, w + error)) <= most
+        and theorem(z, np.where(low > high, w - error, w + error)) <= max_error
     ):
         return True
     return any(
-        theorem(z, w, error) <= most
+        theorem(z, w, error) <= max_error
         for theorem in definite_theorems(problem, has_bound=True).values()
     )
 

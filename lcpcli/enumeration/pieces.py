@@ -27,7 +27,7 @@ from lcpcli.interrupts import TimeIsUp, remaining
 from lcpcli.linalg import matrices
 from lcpcli.model.box import BASIC, LOWER, UPPER, WORDS
 from lcpcli.rational import elimination
-from lcpcli.rational.dictionary import Direction, Point, generators
+from lcpcli.rational.dictionary import Direction, RationalPoint, generators
 from lcpcli.rational.exact_problem import ExactProblem, fractions_of
 from lcpcli.rational.numbers import brief, over_one_denominator
 from lcpcli.rational.tree import Node, Unknowns
@@ -53,7 +53,7 @@ MULTIPLIER_BITS = 30
 
 Rows = list[list[int]]
 Words = tuple[tuple[str, ...], ...]  # of the states that hold, for each unknown
-Points = tuple[Point, ...]
+Points = tuple[RationalPoint, ...]
 
 
 @dataclass(frozen=True)
@@ -81,7 +81,9 @@ class Piece:
         vertices, rays, lines = (
             _elided([_short(point) for point in each]) for each in generators
         )
-        hull = "hull of " * (len(vertices) > 1) + ", ".join(vertices)
+        hull = ", ".join(vertices)
+        if len(vertices) > 1:
+            hull = f"hull of {hull}"
         return " + ".join(
             [hull, *(f"ray {ray}" for ray in rays), *(f"line {line}" for line in lines)]
         )
@@ -113,17 +115,21 @@ class Piece:
         return piece
 
 
-def states_of(data: ExactProblem, z: Point, is_direction: bool = False) -> Words:
+def states_of(
+    data: ExactProblem, z: RationalPoint, is_direction: bool = False
+) -> Words:
     """Return the states that each unknown has at a point, or keeps in a direction, for
     this M, q and bounds."""
     Z, d = over_one_denominator(z)
     used = [(j, value) for j, value in enumerate(Z) if value]
-    lower, upper, constants = data.lower, data.upper, data.constants
+    lower = data.lower
+    upper = data.upper
+    constants = data.constants
     if is_direction:
         constants = [0] * data.n
         lower, upper = (
-            [None if bound is None else Fraction(0) for bound in own]
-            for own in (lower, upper)
+            [None if bound is None else Fraction(0) for bound in bounds]
+            for bounds in (lower, upper)
         )
     states = []
     for k, (row, value, low, high) in enumerate(
@@ -134,23 +140,19 @@ def states_of(data: ExactProblem, z: Point, is_direction: bool = False) -> Words
         if low is not None and data.lower[k] == data.upper[k]:
             states.append((FIXED,) * (value == low))
             continue
-        own = (
+        is_within = (low is None or value >= low) and (high is None or value <= high)
+        conditions = (
             (LOWER, w >= 0 and value == low),
-            (
-                BASIC,
-                w == 0
-                and (low is None or value >= low)
-                and (high is None or value <= high),
-            ),
+            (BASIC, w == 0 and is_within),
             (UPPER, w <= 0 and high is not None and value == high),
         )
-        states.append(tuple(WORDS[state] for state, holds in own if holds))
+        states.append(tuple(WORDS[state] for state, holds in conditions if holds))
     return tuple(states)
 
 
 def combined(
     pieces: Sequence[Piece],
-    places: Sequence[Sequence[int]],
+    positions: Sequence[Sequence[int]],
     n: int,
     check: Callable[[], None],
 ) -> Piece:
@@ -166,10 +168,10 @@ def combined(
                 z[i] = value
         return tuple(z)
 
-    pairs = list(zip(places, pieces, strict=True))
+    pairs = list(zip(positions, pieces, strict=True))
     return Piece(
         tuple(
-            put(zip(places, chosen, strict=True))
+            put(zip(positions, chosen, strict=True))
             for chosen in product(*(piece.vertices for piece in pieces))
         ),
         tuple(put([(indices, ray)]) for indices, piece in pairs for ray in piece.rays),
@@ -180,7 +182,7 @@ def combined(
     )
 
 
-def _short(point: Point) -> str:
+def _short(point: RationalPoint) -> str:
     return f"({', '.join(_elided([brief(value) for value in point]))})"
 
 
@@ -224,7 +226,7 @@ def pieces(data: ExactProblem, check: Callable[[], None]) -> Iterator[Piece]:
     late: list[Node] = []
 
     @lru_cache(MAX_REMEMBERED)
-    def states_at(values: Direction) -> tuple[Point, Words]:
+    def states_at(values: Direction) -> tuple[RationalPoint, Words]:
         vertex = unknowns.vertex(values)
         return vertex, states_of(data, vertex)
 
@@ -248,11 +250,11 @@ def pieces(data: ExactProblem, check: Callable[[], None]) -> Iterator[Piece]:
 def _listed(
     unknowns: Unknowns,
     node: Node,
-    states_at: Callable[[Direction], tuple[Point, Words]],
-    most: float = math.inf,
+    states_at: Callable[[Direction], tuple[RationalPoint, Words]],
+    max_bases: float = math.inf,
 ) -> Piece | None:
-    """Return the piece of a node; None if it takes more than `most` bases."""
-    listed = generators(node.dictionary, range(unknowns.n), most)
+    """Return the piece of a node; None if it takes more than `max_bases` bases."""
+    listed = generators(node.dictionary, range(unknowns.n), max_bases)
     if listed is None:
         return None
     points, *others = listed
@@ -264,9 +266,9 @@ def _listed(
     )
     for values in points:
         unknowns.check()
-        vertex, own = states_at(values)
+        vertex, vertex_states = states_at(values)
         vertices.append(vertex)
-        states.append(own)
+        states.append(vertex_states)
     return Piece.of(states, tuple(vertices), rays, lines)
 
 
@@ -309,8 +311,8 @@ def _solution(data: ExactProblem, check: Callable[[], None]) -> list[Fraction] |
     if result.status is Status.TIME_LIMIT and remaining() > 0:
         raise TimeIsUp  # by `check`
     effort = elimination.Effort()
-    found = from_point(data, result.z, effort) if result.solved else None
-    return found or pivoting.solve(data, effort)
+    z = from_point(data, result.z, effort) if result.solved else None
+    return z or pivoting.solve(data, effort)
 
 
 def shape_of(data: ExactProblem, check: Callable[[], None]) -> str:
@@ -319,9 +321,11 @@ def shape_of(data: ExactProblem, check: Callable[[], None]) -> str:
     if m := _strategies(data):
         return PIECE if _is_constant_sum(data, m) else ""
     common, doubles = math.lcm(*data.scales), matrices.dense(data.problem.M)
-    own = zip(data.rows, (common // scale for scale in data.scales), strict=True)
+    scaled_rows = zip(
+        data.rows, (common // scale for scale in data.scales), strict=True
+    )
     # Integers, a multiple of M.
-    M = [[row.get(j, 0) * k for j in range(data.n)] for row, k in own]
+    M = [[row.get(j, 0) * k for j in range(data.n)] for row, k in scaled_rows]
     indices = _strong_parts(data) if all(M[i][i] > 0 for i in range(data.n)) else []
     parts = [
         ([[M[i][j] for j in part] for i in part], doubles[np.ix_(part, part)])
@@ -329,9 +333,9 @@ def shape_of(data: ExactProblem, check: Callable[[], None]) -> str:
     ]
     if parts and all(_is_dominant(*part) for part in parts):
         return POINT
-    found = elimination.definiteness(elimination.symmetrized(M), check)
-    if found.negative is None:
-        return PIECE if found.zero else POINT
+    definiteness = elimination.definiteness(elimination.symmetrized(M), check)
+    if definiteness.negative is None:
+        return PIECE if definiteness.zero else POINT
     if not parts or data.n <= MAX_WITHOUT_THEOREM:
         return ""
     return (
@@ -378,8 +382,8 @@ def _is_definite(M: Rows, doubles: Vector, check: Callable[[], None]) -> bool:
         S = elimination.symmetrized(
             [[v * a for a in row] for v, row in zip(d, M, strict=True)]
         )
-        found = elimination.definiteness(S, check)
-        if found.zero is None and found.negative is None:
+        definiteness = elimination.definiteness(S, check)
+        if definiteness.zero is None and definiteness.negative is None:
             return True
     return False
 

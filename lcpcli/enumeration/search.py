@@ -18,7 +18,7 @@ from lcpcli.errors import ProblemError, count
 from lcpcli.interrupts import TimeIsUp, deadline_after, raise_if_timed_out
 from lcpcli.linalg import matrices
 from lcpcli.model.problem import Problem, as_problem
-from lcpcli.rational.dictionary import Point
+from lcpcli.rational.dictionary import RationalPoint
 from lcpcli.rational.elimination import Effort
 from lcpcli.rational.exact_problem import ExactProblem
 from lcpcli.verify.error_theorems import semidefinite_by_rounding
@@ -29,7 +29,9 @@ SHOWN_PIECES = 4  # pieces that are printed: they fit on a few lines
 # Proved to be all; proved that there are none.
 COMPLETE, UNSOLVABLE = "complete", "unsolvable"
 # What ended the search before.
-ENOUGH, TIME_LIMIT, INTERRUPTED = "max_solutions", "time_limit", "interrupted"
+ENOUGH = "max_solutions"
+TIME_LIMIT = "time_limit"
+INTERRUPTED = "interrupted"
 UNLISTED = {
     ENOUGH: ", as many as were asked for",
     TIME_LIMIT: " by the time limit",
@@ -92,8 +94,8 @@ def solutions(
     The search is a tree over the states, which cuts a branch only where a row of an
     integer dictionary shows that it is empty, or that it lies in a piece found before.
     """
-    given = {"time_limit": time_limit, "max_solutions": max_solutions}
-    options.check((options.TIME_LIMIT, options.MAX_SOLUTIONS), given)
+    explicit_options = {"time_limit": time_limit, "max_solutions": max_solutions}
+    options.check((options.TIME_LIMIT, options.MAX_SOLUTIONS), explicit_options)
     limit = options.TIME_LIMIT.value if time_limit is None else time_limit
     return Solutions(_as_written(in_exact_numbers(problem)), limit, max_solutions)
 
@@ -152,14 +154,16 @@ class Solutions(Iterator[Piece]):
         self,
         problem: ExactProblem,
         time_limit: float,
-        most: int | None,
+        max_pieces: int | None,
         effort: Effort | None = None,
     ) -> None:
         self.problem, self.meaning = problem, meaning_of(problem)
         self._blocks = self.problem.blocks
         self.pieces: list[Piece] = []
         self.others: bool | None = None
-        self._time_limit, self._most, self._deadline = time_limit, most, math.inf
+        self._time_limit = time_limit
+        self._max_pieces = max_pieces
+        self._deadline = math.inf
         self._steps, self._last = 0, math.inf
         self._spend, self._search = (
             (effort or Effort()).steps(self.problem),
@@ -178,21 +182,20 @@ class Solutions(Iterator[Piece]):
             i += 1
 
     def __repr__(self) -> str:
-        pieces = [str(piece) for piece in self.pieces[:SHOWN_PIECES]] + ["..."] * (
-            len(self.pieces) > SHOWN_PIECES
-        )
-        known = {
+        pieces = [str(piece) for piece in self.pieces[:SHOWN_PIECES]]
+        if len(self.pieces) > SHOWN_PIECES:
+            pieces.append("...")
+        completeness = {
             False: "all of them",
             True: "not all",
             None: "as far as the search has come",
         }[self.others]
-        return (
-            f"<Solutions: {count(len(self.pieces), 'piece')}, "
-            f"{known}{': ' * bool(pieces)}{'; '.join(pieces)}>"
-        )
+        number = count(len(self.pieces), "piece")
+        listing = f": {'; '.join(pieces)}" if pieces else ""
+        return f"<Solutions: {number}, {completeness}{listing}>"
 
     def __next__(self) -> Piece:
-        enough = len(self.pieces) == self._most
+        enough = len(self.pieces) == self._max_pieces
         if enough:
             if self._last < math.inf:
                 raise StopIteration
@@ -221,7 +224,7 @@ class Solutions(Iterator[Piece]):
         return self.others is False
 
     @property
-    def points(self) -> list[Point]:
+    def points(self) -> list[RationalPoint]:
         """Return each isolated solution, and each vertex of a piece, once."""
         return vertices_of(self.pieces)
 
@@ -231,7 +234,7 @@ class Solutions(Iterator[Piece]):
         problems."""
         return self.arranged().equilibria
 
-    def equilibrium(self, z: Point) -> Any:
+    def equilibrium(self, z: RationalPoint) -> Any:
         """Return the equilibrium of a game that a vertex of a piece stands for; None
         for other problems."""
         return self.meaning.equilibrium(z)
@@ -272,17 +275,17 @@ def _combinations(searches: Sequence[Iterator[Piece]]) -> Iterator[tuple[Piece, 
     """Yield all combinations of the pieces that some searches find, each at least one.
     The searches are copied, so that each is asked for no more pieces than are needed;
     those of the last search change last."""
-    left = [copy(search) for search in searches]
-    chosen = [next(each) for each in left]
+    remaining = [copy(search) for search in searches]
+    chosen = [next(each) for each in remaining]
     while True:
         yield tuple(chosen)
         for k, search in enumerate(searches):
-            piece = next(left[k], None)
+            piece = next(remaining[k], None)
             if piece is not None:
                 chosen[k] = piece
                 break
-            left[k] = copy(search)
-            chosen[k] = next(left[k])
+            remaining[k] = copy(search)
+            chosen[k] = next(remaining[k])
         else:
             return
 
@@ -294,17 +297,15 @@ class SolutionSet:
         search."""
 
     def __init__(self, search: Solutions, ended: str, seconds: float) -> None:
-        self.data, self.complete, self.others, self.seconds = (
-            search.problem,
-            search.complete,
-            search.others,
-            seconds,
-        )
+        self.data = search.problem
+        self.complete = search.complete
+        self.others = search.others
+        self.seconds = seconds
         self.meaning, self.arranged = search.meaning, search.arranged()
         self.pieces = self.arranged.pieces
-        self.status = (
-            (COMPLETE if self.pieces else UNSOLVABLE) if self.complete else ended
-        )
+        self.status = ended
+        if self.complete:
+            self.status = COMPLETE if self.pieces else UNSOLVABLE
 
     @property
     def count(self) -> str:
@@ -333,7 +334,8 @@ class SolutionSet:
         rounded = ROUNDED if hangs_on_rounding(self.data) else ""
         if isolated and len(self.pieces) == 1:
             return f"{self.count}, proved to be the only one{rounded}"
-        return f"{self.count}{', all isolated' * isolated}, proved to be all{rounded}"
+        all_isolated = ", all isolated" if isolated else ""
+        return f"{self.count}{all_isolated}, proved to be all{rounded}"
 
 
 def hangs_on_rounding(data: ExactProblem) -> bool:

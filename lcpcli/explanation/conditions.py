@@ -28,11 +28,17 @@ from lcpcli.rational.dictionary import Dictionary
 from lcpcli.rational.elimination import OF_BIT, OF_ENTRY, Effort
 from lcpcli.rational.exact_problem import ExactProblem
 
-LOWER, UPPER, SIGN, COMPLEMENTARITY = "lower", "upper", "sign", "complementarity"
+LOWER = "lower"
+UPPER = "upper"
+SIGN = "sign"
+COMPLEMENTARITY = "complementarity"
 CONSTRAINTS, OPTIMALITY = 0, 1  # the stages at which conditions are examined
 # The kinds of components: unknowns, and of a program its variables, the multipliers of
 # its rows, and the values of rows between two sides.
-UNKNOWN, VARIABLE, ROW, RANGE = "unknown", "variable", "row", "range"
+UNKNOWN = "unknown"
+VARIABLE = "variable"
+ROW = "row"
+RANGE = "range"
 # What a lower bound, an upper bound, the condition on w and a number in q are called.
 WORDS = {
     UNKNOWN: ("lower bound", "upper bound", "sign of w", "q"),
@@ -83,19 +89,26 @@ class Number(NamedTuple):
 def components(data: ExactProblem) -> list[Component]:
     """Return what the components of z are, which only this function asks the origin of
     a problem."""
-    names, n, form = data.problem.names, data.n, data.problem.block_form
+    names = data.problem.names
+    n = data.n
+    form = data.problem.block_form
     if form is None:
         return [Component(name or f"z{i}", UNKNOWN) for i, name in enumerate(names, 1)]
-    k, end, sense = form.variables, n - form.ranges, int(form.sign)
-    found = [
+    k = form.variables
+    first_range = n - form.ranges
+    sense = int(form.sign)
+    before_ranges = [
         Component(names[i] or f"x{i + 1}", VARIABLE, sense)
         if i < k
         else Component(names[i] or f"r{i - k + 1}", ROW, -1)
-        for i in range(end)
+        for i in range(first_range)
     ]
     return [
-        *found,
-        *(Component(found[row_of(data, i)].name, RANGE) for i in range(end, n)),
+        *before_ranges,
+        *(
+            Component(before_ranges[row_of(data, i)].name, RANGE)
+            for i in range(first_range, n)
+        ),
     ]
 
 
@@ -112,22 +125,22 @@ def matching(named: Sequence[T], patterns: Iterable[str], option: str) -> list[T
     labels = [(each.name, f"{each.name} {each.what}") for each in named]
     chosen = set[int]()
     for pattern in patterns:
-        form = pattern.replace("[", "[[]")
-        found = [
+        escaped = pattern.replace("[", "[[]")
+        matches = [
             i
             for i, both in enumerate(labels)
-            if any(fnmatchcase(label, form) for label in both)
+            if any(fnmatchcase(label, escaped) for label in both)
         ]
-        if not found:
-            known = dict.fromkeys(label for both in labels for label in both)
+        if not matches:
+            valid_names = dict.fromkeys(label for both in labels for label in both)
             hint = likely(
                 pattern,
-                known,
+                valid_names,
                 f"write a name, or a name and what it is, as in {quoted(labels[0][1])}",
             )
-            fault = f"{quoted(pattern)} names nothing in this problem"
-            raise ParameterError(option, fault, hint)
-        chosen.update(found)
+            reason = f"{quoted(pattern)} names nothing in this problem"
+            raise ParameterError(option, reason, hint)
+        chosen.update(matches)
     return [named[i] for i in sorted(chosen)]
 
 
@@ -142,10 +155,12 @@ class System:
     """
 
     def __init__(self, data: ExactProblem, is_whole: bool = False) -> None:
-        self.data, self.n, self.components = data, data.n, components(data)
-        ends = zip(data.lower, data.upper, strict=True)
+        self.data = data
+        self.n = data.n
+        self.components = components(data)
+        bound_pairs = zip(data.lower, data.upper, strict=True)
         self.base = [
-            low if low is not None else high or Fraction(0) for low, high in ends
+            low if low is not None else high or Fraction(0) for low, high in bound_pairs
         ]
         self.linear, self.complementarities = list[Condition](), list[Condition]()
         self.numbers, self.factors = list[Number](), dict[int, int]()
@@ -157,27 +172,29 @@ class System:
             if i not in rows_of.values():
                 self._describe(i, each)
 
-    def _describe(self, i: int, own: Component) -> None:
+    def _describe(self, i: int, component: Component) -> None:
         """Add the conditions and the numbers of a component."""
         low, high = self.data.lower[i], self.data.upper[i]
-        of_lower, of_upper, of_w, of_q = WORDS[own.kind]
-        of_bounds = OPTIMALITY if own.kind == ROW else CONSTRAINTS
+        of_lower, of_upper, of_w, of_q = WORDS[component.kind]
+        of_bounds = OPTIMALITY if component.kind == ROW else CONSTRAINTS
         for kind, bound, what in ((LOWER, low, of_lower), (UPPER, high, of_upper)):
             if bound is not None:
-                self.linear.append(Condition(kind, i, own.name, what, of_bounds))
-            if bound is not None and own.kind != ROW:
-                number = Number(kind, i, own.name, what, 1, own.kind == RANGE)
+                self.linear.append(Condition(kind, i, component.name, what, of_bounds))
+            if bound is not None and component.kind != ROW:
+                number = Number(
+                    kind, i, component.name, what, 1, component.kind == RANGE
+                )
                 self.numbers.append(number)
-        if own.kind == ROW and (low is None) != (high is None):
+        if component.kind == ROW and (low is None) != (high is None):
             of_w = of_q = WORDS[RANGE][low is None]
         if None in (low, high):
-            what = EQUATION if low is high and own.kind != VARIABLE else of_w
-            stage = OPTIMALITY if own.kind == VARIABLE else CONSTRAINTS
-            self.linear.append(Condition(SIGN, i, own.name, what, stage))
-        if of_q and not (own.kind == ROW and low == high == 0):
-            self.numbers.append(Number("q", i, own.name, of_q, own.sense))
+            what = EQUATION if low is high and component.kind != VARIABLE else of_w
+            stage = OPTIMALITY if component.kind == VARIABLE else CONSTRAINTS
+            self.linear.append(Condition(SIGN, i, component.name, what, stage))
+        if of_q and not (component.kind == ROW and low == high == 0):
+            self.numbers.append(Number("q", i, component.name, of_q, component.sense))
         if low != high:
-            whole = Condition(COMPLEMENTARITY, i, own.name, COMPLEMENTARITY)
+            whole = Condition(COMPLEMENTARITY, i, component.name, COMPLEMENTARITY)
             self.complementarities.append(whole)
 
     def value(self, number: Number) -> Fraction:
@@ -190,7 +207,9 @@ class System:
     def entries(self, form: int) -> tuple[Mapping[int, int], int, Fraction]:
         """Return the coefficients of z in a form, times a positive integer, that
         integer, and the constant of the form, not multiplied."""
-        data, i, kind = self.data, form % self.n, form // self.n % 4
+        data = self.data
+        i = form % self.n
+        kind = form // self.n % 4
         sign = 1 if form < 4 * self.n else -1
         if kind == 1:
             row, scale = data.rows[i], data.scales[i]
@@ -218,7 +237,9 @@ class System:
         """Return the polyhedra whose union is the complementarity of component i. held
         : forms of bounds that hold anyway: z_i is then at these, not at or beyond
         them."""
-        n, low, high = self.n, self.data.lower[i], self.data.upper[i]
+        n = self.n
+        low = self.data.lower[i]
+        high = self.data.upper[i]
         at_lower, at_upper = (
             (form, True) if form in held else (4 * n + form, False)
             for form in (i, 2 * n + i)
@@ -239,16 +260,16 @@ class System:
             value = scale * constant + sum(a * z[j] for j, a in row.items())
             return value == 0 or (value > 0 and not is_zero)
 
-        return any(all(is_in(*each) for each in own) for own in polyhedra)
+        return any(all(is_in(*each) for each in polyhedron) for polyhedron in polyhedra)
 
-    def own(self, i: int) -> int:
+    def form_of_z(self, i: int) -> int:
         """Return the form that stands for z_i."""
         has_upper_alone = self.data.lower[i] is None and self.data.upper[i] is not None
         return 2 * self.n + i if has_upper_alone else i
 
     def side(self, i: int) -> int:
         """Return the sign with which its form grows with z_i."""
-        return 1 if self.own(i) == i else -1
+        return 1 if self.form_of_z(i) == i else -1
 
     def dictionary(
         self, forms: Collection[int], effort: Effort
@@ -256,11 +277,11 @@ class System:
         """Return a dictionary with these forms, none of which is required, and the
         components that they depend on, whose forms are cobasic."""
         columns = sorted({j for form in forms for j in self.entries(form)[0]})
-        own = [self.own(j) for j in columns]
-        rows = {form: self._row(form, columns) for form in forms if form not in own}
-        size, order = len(rows) * len(own), min(len(rows), len(own))
+        z_forms = [self.form_of_z(j) for j in columns]
+        rows = {form: self._row(form, columns) for form in forms if form not in z_forms}
+        size, order = len(rows) * len(z_forms), min(len(rows), len(z_forms))
         seconds = size * (OF_ENTRY + OF_BIT * order * self.data.bits)
-        return Dictionary(rows, own, (), partial(effort.spend, seconds)), columns
+        return Dictionary(rows, z_forms, (), partial(effort.spend, seconds)), columns
 
     def _row(self, form: int, columns: Sequence[int]) -> list[int]:
         """Return a form in terms of those that stand for z, times a positive
@@ -271,11 +292,11 @@ class System:
         self.factors[form] = d * scale
         return [int(d * moved), *(d * self.side(j) * row.get(j, 0) for j in columns)]
 
-    def point(self, here: Dictionary, columns: Sequence[int]) -> Values:
+    def point(self, dictionary: Dictionary, columns: Sequence[int]) -> Values:
         """Return z at the point of a dictionary, at its base where it has no column."""
-        z, d = list(self.base), int(here.divisor)
+        z, d = list(self.base), int(dictionary.divisor)
         for j in columns:
-            z[j] += Fraction(self.side(j) * here.value(self.own(j)), d)
+            z[j] += Fraction(self.side(j) * dictionary.value(self.form_of_z(j)), d)
         return self.filled(z)
 
     def filled(self, z: Values) -> Values:

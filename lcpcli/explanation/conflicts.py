@@ -58,75 +58,93 @@ class Conflict:
 
 class Finder:
     """The search for a conflict. conflict : the smallest one that is known, None if
-    none is. point : a solution, if there is one after all. kept : never blamed. near :
-    the fewest linear conditions that contradict each other only up to rounding."""
+    none is. point : a solution, if there is one after all. never_blamed : the
+    conditions that must stay. nearly_contradictory : the fewest linear conditions that
+    contradict each other only up to rounding."""
 
     def __init__(
-        self, system: System, kept: Sequence[Condition], effort: Effort
+        self, system: System, never_blamed: Sequence[Condition], effort: Effort
     ) -> None:
-        self.system, self.kept, self._effort = system, list(kept), effort
+        self.system = system
+        self.never_blamed = list(never_blamed)
+        self._effort = effort
         self.conflict: Conflict | None = None
         self.point: Values | None = None
-        self.near: Sequence[Condition] = ()
+        self.nearly_contradictory: Sequence[Condition] = ()
 
     def contradict(self) -> None:
         """Find a conflict of linear conditions that linear programs show."""
         for stage in (CONSTRAINTS, OPTIMALITY):
             linear = [each for each in self.system.linear if each.stage == stage]
-            found = [*contradictions(self.system, linear, self.kept)] if linear else []
-            proved = [each for _, each in found if each is not None]
+            pairs = (
+                [*contradictions(self.system, linear, self.never_blamed)]
+                if linear
+                else []
+            )
+            proved = [each for _, each in pairs if each is not None]
             if proved:
-                self._take(min(proved, key=self._size))
+                self._set_contradiction(min(proved, key=self._size))
                 return
-            self.near = self.near or min((own for own, _ in found), key=len, default=())
+            self.nearly_contradictory = self.nearly_contradictory or min(
+                (conditions for conditions, _ in pairs), key=len, default=()
+            )
 
     def _size(self, of: Multipliers) -> tuple[int, int]:
         """Return the number of conditions that a contradiction blames, and the size of
         its multipliers as whole numbers."""
-        blamed = sum(each not in self.kept for each in of)
+        blamed = sum(each not in self.never_blamed for each in of)
         return blamed, sum(map(abs, whole_multiple(list(of.values()))))
 
-    def _take(self, found: Multipliers) -> None:
+    def _set_contradiction(self, multipliers: Multipliers) -> None:
         """Keep an irreducible contradiction of linear conditions; beside conditions
         that are never blamed, others may be left out."""
-        whole = dict(zip(found, whole_multiple(list(found.values())), strict=True))
+        integer_multipliers = dict(
+            zip(multipliers, whole_multiple(list(multipliers.values())), strict=True)
+        )
         members = [
-            each for each in self.system.linear if each in found.keys() - self.kept
+            each
+            for each in self.system.linear
+            if each in multipliers.keys() - self.never_blamed
         ]
-        self.conflict = Conflict(members, not self.kept, multipliers=whole)
-        if self.kept:
-            points = self._reduce(members, self.kept)
+        self.conflict = Conflict(
+            members, not self.never_blamed, multipliers=integer_multipliers
+        )
+        if self.never_blamed:
+            points = self._reduce(members, self.never_blamed)
             self._finish(points)
 
     def run(self) -> None:
         """Find the complementarities and the linear conditions that exclude a solution
         together, or a solution."""
         system, linear = self.system, self.system.linear
-        found = self._search([*linear, *system.complementarities])
-        self.point = found.point
-        if found.point is not None:
+        outcome = self._search([*linear, *system.complementarities])
+        self.point = outcome.point
+        if outcome.point is not None:
             return
-        if not any(each in found.core for each in system.complementarities):
-            only = contradiction(system, found.core)
-            assert only is not None
-            self._take(only)
+        if not any(each in outcome.core for each in system.complementarities):
+            multipliers = contradiction(system, outcome.core)
+            assert multipliers is not None
+            self._set_contradiction(multipliers)
             return
         free = [
             each
             for each in (*linear, *system.complementarities)
-            if each not in self.kept
+            if each not in self.never_blamed
         ]
-        self.conflict = Conflict([each for each in free if each in found.core])
+        self.conflict = Conflict([each for each in free if each in outcome.core])
         members = [each for each in free if each in linear]
         others = [each for each in free if each not in linear]
-        background = [*linear, *(each for each in self.kept if each not in linear)]
+        background = [
+            *linear,
+            *(each for each in self.never_blamed if each not in linear),
+        ]
         is_fewest = len(others) <= MAX_FOR_FEWEST
-        core = [each for each in others if each in found.core]
+        core = [each for each in others if each in outcome.core]
         if is_fewest:
             core = self._fewest(others, background)
         points = self._reduce(core, background, members)
         core = list(points)
-        points |= self._reduce(members, [*self.kept, *core], core)
+        points |= self._reduce(members, [*self.never_blamed, *core], core)
         self._finish(points, is_fewest)
 
     def _search(self, conditions: Sequence[Condition]) -> Outcome:
@@ -145,14 +163,16 @@ class Finder:
                 for chosen in combinations(others, size)
             )
             chosen = next(
-                each for each in subsets if all(own & {*each} for own in violated)
+                each for each in subsets if all(other & {*each} for other in violated)
             )
-            found = self._search([*background, *chosen])
-            if found.point is None:
+            outcome = self._search([*background, *chosen])
+            if outcome.point is None:
                 return list(chosen)
-            missing = self._violated(others, found.point)
+            missing = self._violated(others, outcome.point)
             for each in list(missing):
-                held = [own for own in others if own not in missing or own == each]
+                held = [
+                    other for other in others if other not in missing or other == each
+                ]
                 more = self._search([*background, *held]).point
                 if each in missing and more is not None:
                     missing = self._violated(others, more)
@@ -167,24 +187,26 @@ class Finder:
         self,
         members: Sequence[Condition],
         background: Sequence[Condition],
-        beside: Sequence[Condition] = (),
+        conflict_part: Sequence[Condition] = (),
     ) -> dict[Condition, Values]:
         """Leave out members of a conflict with a background until each is necessary,
         and return the points that prove this. beside : conditions of the background
         that belong to the conflict."""
-        points, size, members = dict[Condition, Values](), len(members), list(members)
+        points = dict[Condition, Values]()
+        size = len(members)
+        members = list(members)
         while size:
             i = 0
             while i < len(members):
                 rest = members[:i] + members[i + size :]
-                found = self._search([*background, *rest])
-                if found.point is None:
-                    i = sum(each in found.core for each in members[:i])
-                    members = [each for each in rest if each in found.core]
-                    self.conflict = Conflict([*beside, *members])
+                outcome = self._search([*background, *rest])
+                if outcome.point is None:
+                    i = sum(each in outcome.core for each in members[:i])
+                    members = [each for each in rest if each in outcome.core]
+                    self.conflict = Conflict([*conflict_part, *members])
                     continue
                 if size == 1:
-                    points[members[i]] = found.point
+                    points[members[i]] = outcome.point
                 i += size
             size = min(size // 2, len(members))
         return points
@@ -195,7 +217,7 @@ class Finder:
         assert self.conflict is not None
         members = self.conflict.members
         assert all(
-            self._violated([*self.kept, *members], points[each]) == {each}
+            self._violated([*self.never_blamed, *members], points[each]) == {each}
             for each in members
         )
         self.conflict = replace(

@@ -38,7 +38,7 @@ TOTALS = (1.0, 1e-3, 1e-6)
 TOLERANCES = (0.0, 1e-12, 1e-9)
 # Relative to the largest multiplier: what is added to all of them in their weights.
 SMALL = 1e-2
-WEIGHT_OF_KEPT = 1e-3
+WEIGHT_OF_NEVER_BLAMED = 1e-3
 # Relative to the sums of their terms in sizes: A'y is 0 up to rounding, and b'y is not.
 ROUNDING, NOT_ROUNDING = 1e-12, 1e-9
 
@@ -46,18 +46,20 @@ Multipliers = Mapping[Condition, Fraction]
 
 
 def contradictions(
-    system: System, conditions: Sequence[Condition], kept: Sequence[Condition]
+    system: System, conditions: Sequence[Condition], never_blamed: Sequence[Condition]
 ) -> Iterator[tuple[Sequence[Condition], Multipliers | None]]:
     """Yield contradictions of linear conditions with their multipliers, irreducible
-    ones, in which few are not `kept`: those that linear programs in doubles show; and
-    with None conditions that contradict each other only up to rounding."""
+    ones, in which few are not `never_blamed`: those that linear programs in doubles
+    show; and with None conditions that contradict each other only up to rounding."""
     forms = [system.entries(system.forms(each)[0]) for each in conditions]
     rows = [{j: Fraction(a, scale) for j, a in row.items()} for row, scale, _ in forms]
     A, b = matrix_of(rows, system.n), np.array([-float(end) for *_, end in forms])
     sizes = abs(A).max(axis=1).toarray().ravel()
     sizes = np.where(sizes > 0, sizes, 1.0)
     A, b = (A / sizes[:, np.newaxis]).tocsr(), b / sizes
-    cost = np.array([WEIGHT_OF_KEPT if each in kept else 1.0 for each in conditions])
+    cost = np.array(
+        [WEIGHT_OF_NEVER_BLAMED if each in never_blamed else 1.0 for each in conditions]
+    )
     # An equation has multipliers of both signs.
     two = [i for i, each in enumerate(conditions) if len(system.forms(each)) == 2]
     seen = list[list[int]]()
@@ -68,15 +70,15 @@ def contradictions(
             if support in seen:
                 continue
             seen.append(support)
-            own = [conditions[i] for i in support]
-            if (found := contradiction(system, own)) is not None:
-                yield own, found
+            subset = [conditions[i] for i in support]
+            if (multipliers := contradiction(system, subset)) is not None:
+                yield subset, multipliers
                 break
-            if _is_near(A[support], b[support], y[support]):
-                yield own, None
+            if _contradicts_up_to_rounding(A[support], b[support], y[support]):
+                yield subset, None
 
 
-def _is_near(A: Matrix, b: Vector, y: Vector) -> bool:
+def _contradicts_up_to_rounding(A: Matrix, b: Vector, y: Vector) -> bool:
     """Return whether A'y = 0 up to rounding, and b'y > 0."""
     sizes = abs(A).T @ np.abs(y)
     is_zero = np.abs(A.T @ y) <= ROUNDING * sizes
@@ -87,20 +89,25 @@ def _in_doubles(A: Matrix, b: Vector, two: list[int], unit: Vector) -> Iterator[
     """Yield multipliers y >= 0, or of `two` signs, with A'y = 0 and b'y > 0, of the
     least sum with changing weights, first these."""
     m, n = A.shape
-    whole = stack([[A.T, -A.T[:, two]], [b[np.newaxis], -b[np.newaxis, two]]])
+    equations = stack([[A.T, -A.T[:, two]], [b[np.newaxis], -b[np.newaxis, two]]])
     bounds = np.zeros(m + len(two)), np.full(m + len(two), np.inf)
     cost = unit
     totals: Sequence[float] = TOTALS
     for _ in range(ROUNDS):
         for total in totals:
-            ends, costs = np.append(np.zeros(n), total), np.append(cost, cost[two])
-            found = minimized(costs, whole, (ends, ends), bounds, LP_EFFORT)
-            if found is not None:
+            right_side, costs = (
+                np.append(np.zeros(n), total),
+                np.append(cost, cost[two]),
+            )
+            lp_solution = minimized(
+                costs, equations, (right_side, right_side), bounds, LP_EFFORT
+            )
+            if lp_solution is not None:
                 break
         else:
             return
-        totals, y = (total,), found.x[:m].copy()
-        y[two] -= found.x[m:]
+        totals, y = (total,), lp_solution.x[:m].copy()
+        y[two] -= lp_solution.x[m:]
         yield y
         cost = unit / (np.abs(y) / np.abs(y).max() + SMALL)
 
@@ -117,13 +124,15 @@ def contradiction(system: System, of: Sequence[Condition]) -> Multipliers | None
     totals = [-scale * constant for _, scale, constant in rows]
     if len(vectors) != 1 or not (total := _total(vectors[0], totals)):
         return None
-    found = {
+    multipliers = {
         each: value * scale / total
         for each, value, (_, scale, _) in zip(of, vectors[0], rows, strict=True)
         if value
     }
-    signs = (value > 0 or len(system.forms(each)) == 2 for each, value in found.items())
-    return found if all(signs) else None
+    signs = (
+        value > 0 or len(system.forms(each)) == 2 for each, value in multipliers.items()
+    )
+    return multipliers if all(signs) else None
 
 
 def _total(y: Sequence[Fraction], of: Sequence[Fraction]) -> Fraction:
@@ -137,14 +146,14 @@ def point_without(
     the others are equations there."""
     rows = [system.entries(system.forms(each)[0]) for each in members if each != one]
     columns = sorted({j for row, *_ in rows for j in row})
-    A, ends = list[list[int]](), list[int]()
+    A, right_side = list[list[int]](), list[int]()
     for row, scale, constant in rows:
         d = constant.denominator
         A.append([d * row.get(j, 0) for j in columns])
-        ends.append(int(-scale * constant * d))
-    found = elimination.solve(A, ends)[0] if A else []
-    assert found is not None
+        right_side.append(int(-scale * constant * d))
+    solution = elimination.solve(A, right_side)[0] if A else []
+    assert solution is not None
     z = [Fraction(0)] * system.n
-    for j, value in zip(columns, found, strict=True):
+    for j, value in zip(columns, solution, strict=True):
         z[j] = value
     return system.filled(z)

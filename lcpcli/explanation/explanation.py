@@ -71,10 +71,12 @@ def why(
     Examples
     --------
     >>> import lcpcli
-    >>> found = lcpcli.why(lcpcli.Problem([[-1, 0], [1, 1]], [-2, 0]))
-    >>> [f"{each.name} {each.what}" for each in found.conflict], found.irreducible
-    (['z1 lower bound', 'z1 sign of w'], True)
-    >>> [(each.number.name, str(each.change)) for each in found.repair.changes]
+    >>> explanation = lcpcli.why(lcpcli.Problem([[-1, 0], [1, 1]], [-2, 0]))
+    >>> [f"{each.name} {each.what}" for each in explanation.conflict]
+    ['z1 lower bound', 'z1 sign of w']
+    >>> explanation.irreducible
+    True
+    >>> [(each.number.name, str(each.change)) for each in explanation.repair.changes]
     [('z1', '2')]
     """
     options.check((options.TIME_LIMIT,), {"time_limit": time_limit})
@@ -82,8 +84,8 @@ def why(
         problem = ExactProblem.of_floats(as_problem(problem))
     system = System(problem)
     conditions = [*system.linear, *system.complementarities]
-    kept = matching(conditions, _texts("keep", keep), "keep")
-    search = _Search(system, kept, _weights(system, change, weights))
+    never_blamed = matching(conditions, _texts("keep", keep), "keep")
+    search = _Search(system, never_blamed, _weights(system, change, weights))
     began, status = clock.seconds(), ""
     try:
         with deadline_after(math.inf if time_limit is None else time_limit):
@@ -93,9 +95,9 @@ def why(
     return search.explanation(status, clock.seconds() - began)
 
 
-def _texts(option: str, given: str | Iterable[str]) -> list[str]:
+def _texts(option: str, raw_value: str | Iterable[str]) -> list[str]:
     """Return patterns as a list, or raise ParameterError."""
-    texts = [given] if isinstance(given, str) else list(given)
+    texts = [raw_value] if isinstance(raw_value, str) else list(raw_value)
     if not all(isinstance(each, str) for each in texts):
         raise ParameterError(option, "is not a list of names", 'write ["z1", "z2"]')
     return texts
@@ -110,17 +112,17 @@ def _weights(
     chosen = [each for each in system.numbers if each.is_default]
     if change is not None:
         chosen = matching(system.numbers, _texts("change", change), "change")
-    found = dict.fromkeys(chosen, Fraction(1))
+    weight_of = dict.fromkeys(chosen, Fraction(1))
     for pattern, weight in (weights or {}).items():
         try:
             value = Fraction(weight)
         except (TypeError, ValueError, OverflowError, ZeroDivisionError):
             value = Fraction(0)
         if value <= 0:
-            fault = f"is {weight} for {pattern!r}"
-            raise ParameterError("weights", fault, "give a positive number")
-        found |= dict.fromkeys(matching(chosen, [pattern], "weights"), value)
-    return found
+            reason = f"is {weight} for {pattern!r}"
+            raise ParameterError("weights", reason, "give a positive number")
+        weight_of |= dict.fromkeys(matching(chosen, [pattern], "weights"), value)
+    return weight_of
 
 
 class _Search:
@@ -129,11 +131,11 @@ class _Search:
     def __init__(
         self,
         system: System,
-        kept: Sequence[Condition],
+        never_blamed: Sequence[Condition],
         weights: Mapping[Number, Fraction],
     ) -> None:
         self.system, self._weights = system, weights
-        self._finder = Finder(system, kept, Effort())
+        self._finder = Finder(system, never_blamed, Effort())
         self._repairs: Repairs | None = None
         self._z: Values | None = None
         self._ranges = dict[str, list[Range | None]]()
@@ -146,7 +148,7 @@ class _Search:
             with deadline_after(remaining() / 2):
                 finder.contradict()
                 if finder.conflict is None:
-                    self._z = solution(self.system.data, most_searched=0)
+                    self._z = solution(self.system.data, max_search_unknowns=0)
                 if finder.conflict is None and self._z is None:
                     finder.run()
                     self._z = finder.point
@@ -167,19 +169,21 @@ class _Search:
             stage = max((each.stage for each in conflict.multipliers), default=0)
         self._repairs = Repairs(self.system, self._weights, stage)
         self._repairs.run()
-        found = self._repairs.repair
+        repair = self._repairs.repair
         # Where the time was up before a solution was found.
-        if conflict is None and found is not None and not found.total:
-            self._z = found.z
+        if conflict is None and repair is not None and not repair.total:
+            self._z = repair.z
 
     def _find_ranges(self, z: Values) -> None:
         system = System(self.system.data, is_whole=True)
         senses = {(each.field, each.at): each.sense for each in system.numbers}
         self._ranges = {field: [None] * system.n for field in FIELDS}
-        for (field, i), found in ranges_of(system, z, Effort()):
+        for (field, i), number_range in ranges_of(system, z, Effort()):
             if (field, i) in senses:
-                is_own = senses[field, i] == 1
-                self._ranges[field][i] = found if is_own else found.opposite()
+                has_sense_of_q = senses[field, i] == 1
+                self._ranges[field][i] = (
+                    number_range if has_sense_of_q else number_range.opposite()
+                )
             self._has_ranges = True
 
     def explanation(self, ended: str, seconds: float) -> Explanation:
@@ -207,6 +211,6 @@ class _Search:
             is_impossible,
             self._z,
             self._ranges,
-            () if conflict is not None else self._finder.near,
+            () if conflict is not None else self._finder.nearly_contradictory,
             seconds,
         )

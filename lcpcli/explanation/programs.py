@@ -35,12 +35,12 @@ TOLERANCES = (1e-12, 1e-9, 1e-15)
 
 
 class LinearProgram(NamedTuple):
-    """min costs'v, where rows of v are at least `ends`, or equal to them, within
+    """min costs'v, where rows of v are at least `right_side`, or equal to them, within
     bounds."""
 
     costs: Values
     rows: Rows
-    ends: Values
+    right_side: Values
     equal: Sequence[bool]
     lower: Bounds
     upper: Bounds
@@ -50,12 +50,12 @@ class LinearProgram(NamedTuple):
         """Return a minimizer and the multipliers of rows that prove that it is one;
         None if none is found."""
         A, c = matrix_of(self.rows, len(self.costs)), rounded(self.costs)
-        b, low, high = rounded(self.ends), *in_doubles(self.lower, self.upper)
-        ends = b, np.where(self.equal, b, math.inf)
-        found = minimized(COST_UNIT * c, A, ends, (low, high), LP_EFFORT)
-        if found is None:
+        b, low, high = rounded(self.right_side), *in_doubles(self.lower, self.upper)
+        row_limits = b, np.where(self.equal, b, math.inf)
+        lp_solution = minimized(COST_UNIT * c, A, row_limits, (low, high), LP_EFFORT)
+        if lp_solution is None:
             return None
-        x, y = found.x, found.y / COST_UNIT
+        x, y = lp_solution.x, lp_solution.y / COST_UNIT
         gaps = np.abs(c - A.T @ y) / (np.abs(c) + abs(A).T @ np.abs(y))
         slacks = np.abs(A @ x - b) / (np.abs(b) + abs(A) @ np.abs(x))
         columns: Rows = [{} for _ in self.costs]
@@ -63,27 +63,33 @@ class LinearProgram(NamedTuple):
             for j, a in row.items():
                 columns[j][i] = a
         for tol in TOLERANCES:
-            near = tol * np.maximum(1.0, np.abs(x))
-            at_low, at_high = x - low <= near, high - x <= near
+            margin = tol * np.maximum(1.0, np.abs(x))
+            at_low, at_high = x - low <= margin, high - x <= margin
             free = np.flatnonzero(~(at_low | at_high)).tolist()
-            ends_of_v = zip(self.lower, self.upper, at_low, at_high, strict=True)
-            v = [
-                (start if is_low else end if is_high else None) or Fraction(0)
-                for start, end, is_low, is_high in ends_of_v
-            ]
+            bounds_of_v = zip(self.lower, self.upper, at_low, at_high, strict=True)
+            v = [Fraction(0)] * len(self.costs)
+            for j, (lower, upper, is_low, is_high) in enumerate(bounds_of_v):
+                if is_low:
+                    v[j] = lower or Fraction(0)
+                elif is_high:
+                    v[j] = upper or Fraction(0)
             active = _first(y != 0, ~(slacks > tol))
-            _settle(v, free, [(self.rows[i], self.ends[i]) for i in active])
-            own = [Fraction(0)] * len(self.rows)
+            _satisfy_equations(
+                v, free, [(self.rows[i], self.right_side[i]) for i in active]
+            )
+            multipliers = [Fraction(0)] * len(self.rows)
             of_y = np.flatnonzero(np.abs(y) > tol * np.abs(y).max(initial=0.0))
             tight = _first(~(at_low | at_high), ~(gaps > tol))
-            _settle(own, of_y.tolist(), [(columns[j], self.costs[j]) for j in tight])
-            if self._is_minimizer(v, own, columns):
-                return v, own
+            _satisfy_equations(
+                multipliers, of_y.tolist(), [(columns[j], self.costs[j]) for j in tight]
+            )
+            if self._is_minimizer(v, multipliers, columns):
+                return v, multipliers
         return None
 
     def _is_minimizer(self, v: Values, y: Values, columns: Rows) -> bool:
         """Return whether the multipliers y prove that v is a minimizer."""
-        rows = zip(self.rows, self.ends, self.equal, y, strict=True)
+        rows = zip(self.rows, self.right_side, self.equal, y, strict=True)
         for row, end, is_equal, value in rows:
             slack = _product(row, v) - end
             if slack < 0 or (slack and (is_equal or value)):
@@ -105,15 +111,15 @@ def matrix_of(rows: Sequence[Mapping[int, Fraction]], columns: int) -> Matrix:
     with imports:
         from scipy.sparse import csr_array
     entries = [(i, j, float(a)) for i, row in enumerate(rows) for j, a in row.items()]
-    places = [i for i, _, _ in entries], [j for _, j, _ in entries]
+    positions = [i for i, _, _ in entries], [j for _, j, _ in entries]
     values = [a for _, _, a in entries]
-    return csr_array((values, places), shape=(len(rows), columns))
+    return csr_array((values, positions), shape=(len(rows), columns))
 
 
 def in_doubles(lower: Bounds, upper: Bounds) -> tuple[Vector, Vector]:
     return (
-        np.array([-math.inf if end is None else float(end) for end in lower]),
-        np.array([math.inf if end is None else float(end) for end in upper]),
+        np.array([-math.inf if bound is None else float(bound) for bound in lower]),
+        np.array([math.inf if bound is None else float(bound) for bound in upper]),
     )
 
 
@@ -127,21 +133,24 @@ def _product(row: Mapping[int, Fraction], v: Values) -> Fraction:
     return sum((a * v[j] for j, a in row.items()), Fraction(0))
 
 
-def _settle(
+def _satisfy_equations(
     v: Values,
     free: Sequence[int],
     equations: Iterable[tuple[Mapping[int, Fraction], Fraction]],
 ) -> None:
     """Change some components so that equations hold which are independent of those
     before them, if such values are found."""
-    whole = [
+    integer_rows = [
         over_one_denominator(
             [*(row.get(j, Fraction(0)) for j in free), end - _product(row, v)]
         )[0]
         for row, end in equations
         if any(j in row for j in free)
     ]
-    A, ends = [row[:-1] for row in whole], [row[-1] for row in whole]
-    found = elimination.particular(A, ends) if A else None
-    for j, value in zip(free, found or (), strict=False):
+    A, right_side = (
+        [row[:-1] for row in integer_rows],
+        [row[-1] for row in integer_rows],
+    )
+    solution = elimination.particular(A, right_side) if A else None
+    for j, value in zip(free, solution or (), strict=False):
         v[j] += value

@@ -35,12 +35,12 @@ from lcpcli.rational.dictionary import Dictionary
 from lcpcli.rational.elimination import Effort
 from lcpcli.rational.exact_problem import ExactProblem
 from lcpcli.rational.numbers import rounded
-from lcpcli.rational.pivoting import Pivoting
+from lcpcli.rational.pivoting import RationalPivoting
 from lcpcli.rational.tree import explored
 
 Values = list[Fraction]
 Change = tuple[set[int], set[int]]  # of forms: those that become 0, and positive
-ENDS: Change = (set(), set())  # where the path of solutions does not continue
+PATH_ENDS: Change = (set(), set())  # where the path of solutions does not continue
 BEYOND = -2  # the number of the form that is to be positive
 
 
@@ -77,18 +77,20 @@ class Range(NamedTuple):
         return Range(-self.value, below, above, (low, high))
 
 
-class Position(Pivoting):
-    """A basis of a solution, with the forms of `Pivoting`."""
+class Position(RationalPivoting):
+    """A basis of a solution, with the forms of `RationalPivoting`."""
 
-    def __init__(self, system: System, here: Dictionary, states: Sequence[int]) -> None:
+    def __init__(
+        self, system: System, dictionary: Dictionary, states: Sequence[int]
+    ) -> None:
         self.system = system
-        super().__init__(system.n, here, states)
+        super().__init__(system.n, dictionary, states)
 
     @classmethod
     def of(cls, system: System, z: Values, effort: Effort) -> Position | None:
         """Return a basis of a solution near z; None if none is found."""
-        found = cls._at(system, z, effort)
-        return found or cls._at(system, _vertex(system, z, effort), effort)
+        position = cls._at(system, z, effort)
+        return position or cls._at(system, _vertex(system, z, effort), effort)
 
     @classmethod
     def _at(cls, system: System, z: Values, effort: Effort) -> Position | None:
@@ -98,111 +100,124 @@ class Position(Pivoting):
         states = basic_states(problem, rounded(z), w, is_fixed)
         if states is None:  # there is a line of solutions
             states = problem.box.basis_at(rounded(z), w)
-        ends = list(enumerate(zip(data.lower, data.upper, strict=True)))
-        here, columns = system.dictionary(_forms(data), effort)
-        fixed = {n + i for i, (low, high) in ends if low is not None and low == high}
-        here.signed = {*_forms(data)} - fixed
-        waiting = [system.own(i) for i in columns if states[i] == box.BASIC]
+        bounds = list(enumerate(zip(data.lower, data.upper, strict=True)))
+        dictionary, columns = system.dictionary(_forms(data), effort)
+        fixed = {n + i for i, (low, high) in bounds if low is not None and low == high}
+        dictionary.signed = {*_forms(data)} - fixed
+        entering_forms = [
+            system.form_of_z(i) for i in columns if states[i] == box.BASIC
+        ]
         for i, state in enumerate(states.tolist()):
-            entries = zip(here.cobasic, here.rows[n + i][1:], strict=True)
-            own = [form for form, value in entries if value and form in waiting]
-            if state == box.BASIC and own:
-                waiting.remove(own[0])
-                here.pivot(n + i, here.cobasic.index(own[0]) + 1)
+            entries = zip(dictionary.cobasic, dictionary.rows[n + i][1:], strict=True)
+            candidates = [
+                form for form, value in entries if value and form in entering_forms
+            ]
+            if state == box.BASIC and candidates:
+                entering_forms.remove(candidates[0])
+                dictionary.pivot(n + i, dictionary.cobasic.index(candidates[0]) + 1)
                 continue
             if state == box.BASIC:  # the row depends on others
-                states[i] = box.LOWER if system.own(i) == i else box.UPPER
+                states[i] = box.LOWER if system.form_of_z(i) == i else box.UPPER
             if states[i] == box.UPPER:
-                here.negate(n + i)
-                if system.own(i) == i:
-                    here.pivot(2 * n + i, here.cobasic.index(i) + 1)
-        values = (here.value(form) for form in here.signed)
+                dictionary.negate(n + i)
+                if system.form_of_z(i) == i:
+                    dictionary.pivot(2 * n + i, dictionary.cobasic.index(i) + 1)
+        values = (dictionary.value(form) for form in dictionary.signed)
         is_feasible = min(values, default=0) >= 0 and not any(
-            here.value(n + i) for i, (low, high) in ends if low is high
+            dictionary.value(n + i) for i, (low, high) in bounds if low is high
         )
-        return cls(system, here, states.tolist()) if is_feasible else None
+        return cls(system, dictionary, states.tolist()) if is_feasible else None
 
     def column(self, field: str, i: int, sign: int) -> dict[int, int]:
         """Return how the basic forms change, times `divisor`, as a number rises, or
         falls for the sign -1."""
-        here, n = self.here, self.n
+        dictionary, n = self.dictionary, self.n
         form = {"q": n + i, LOWER: i, UPPER: 2 * n + i}[field]
         slope = sign * self.system.factors.get(form, 1)
         if field == LOWER or (field == "q" and self._signed_at[i] == box.UPPER):
             slope = -slope
-        if form in here.rows:
-            return {form: slope * int(here.divisor)}
-        k = here.cobasic.index(form) + 1
+        if form in dictionary.rows:
+            return {form: slope * int(dictionary.divisor)}
+        k = dictionary.cobasic.index(form) + 1
         return {
-            other: -slope * int(row[k]) for other, row in here.rows.items() if row[k]
+            other: -slope * int(row[k])
+            for other, row in dictionary.rows.items()
+            if row[k]
         }
 
     def moved(self, column: Mapping[int, int]) -> Position:
         """Return the same basis with a further column, for a parameter."""
-        here = self.here.copy()
-        here.rows = {
-            form: [*row, column.get(form, 0)] for form, row in here.rows.items()
+        dictionary = self.dictionary.copy()
+        dictionary.rows = {
+            form: [*row, column.get(form, 0)] for form, row in dictionary.rows.items()
         }
-        here.cobasic.append(self.parameter)
-        return self.at(here)
+        dictionary.cobasic.append(self.parameter)
+        return self.at(dictionary)
 
-    def at(self, here: Dictionary) -> Position:
+    def at(self, dictionary: Dictionary) -> Position:
         """Return the position with another dictionary."""
-        other = Position(self.system, here, self.states)
+        other = Position(self.system, dictionary, self.states)
         other._signed_at = list(self._signed_at)
         return other
 
     def positive(self) -> set[int]:
         """Return the signed forms that can be positive at a solution in the polyhedron
         of solutions around the point: the optimal partition."""
-        here, n = self.here, self.n
-        found = {form for form, row in here.rows.items() if row[0]} & here.signed
+        dictionary, n = self.dictionary, self.n
+        positive_forms = {
+            form for form, row in dictionary.rows.items() if row[0]
+        } & dictionary.signed
         pairs = dict[int, tuple[int, int]]()
         for i in range(n):
-            bounds = here.signed.intersection((i, 2 * n + i)) - found
-            if n + i in here.signed - found and bounds:
+            bounds = dictionary.signed.intersection((i, 2 * n + i)) - positive_forms
+            if n + i in dictionary.signed - positive_forms and bounds:
                 pairs[i] = min(bounds), n + i
-                self._turn(i, box.LOWER if i in bounds else box.UPPER)
+                self._set_sign(i, box.LOWER if i in bounds else box.UPPER)
         both = [form for pair in pairs.values() for form in pair]
-        columns = [form for form in here.cobasic if form in both]
+        columns = [form for form in dictionary.cobasic if form in both]
         # Those of a line of solutions.
-        columns += [form for form in here.cobasic if form not in here.signed]
-        places = [here.cobasic.index(form) + 1 for form in columns]
-        equations = [form for form in self.equations() if form in here.rows]
+        columns += [
+            form for form in dictionary.cobasic if form not in dictionary.signed
+        ]
+        column_numbers = [dictionary.cobasic.index(form) + 1 for form in columns]
+        equations = [form for form in self.equations() if form in dictionary.rows]
         rows = {
-            form: [0, *(here.rows[form][k] for k in places)]
+            form: [0, *(dictionary.rows[form][k] for k in column_numbers)]
             for form in (*both, *equations)
-            if form in here.rows
+            if form in dictionary.rows
         }
-        cone = Dictionary(rows, columns, both, here.check)
+        cone = Dictionary(rows, columns, both, dictionary.check)
         for form in equations:
             cone.vanish(form)
         for form in both:
-            if form in found or (point := _direction(cone, form, pairs)) is None:
+            if (
+                form in positive_forms
+                or (point := _direction(cone, form, pairs)) is None
+            ):
                 continue
             for one, other in (*pairs.values(), *map(reversed, pairs.values())):
                 if point.value(one):
-                    found.add(one)
+                    positive_forms.add(one)
                     cone.vanish(other)
-        return found
+        return positive_forms
 
     def equations(self) -> list[int]:
         """Return the forms that are 0 at all solutions: w_i of a free z_i."""
-        ends = zip(self.system.data.lower, self.system.data.upper, strict=True)
-        return [self.n + i for i, (low, high) in enumerate(ends) if low is high]
+        bounds = zip(self.system.data.lower, self.system.data.upper, strict=True)
+        return [self.n + i for i, (low, high) in enumerate(bounds) if low is high]
 
-    def _turn(self, i: int, state: int) -> None:
+    def _set_sign(self, i: int, state: int) -> None:
         """Give form n + i the sign that w_i may have at a bound."""
         if self._signed_at[i] != state:
             self._signed_at[i] = state
-            self.here.negate(self.n + i)
+            self.dictionary.negate(self.n + i)
 
     def is_simple(self, positive: set[int]) -> bool:
         """Return whether the forms of a partition are the basic ones, and none of these
         is 0."""
-        here = self.here
-        is_unique = here.signed.issuperset(here.cobasic)
-        return is_unique and positive == here.signed & here.rows.keys()
+        dictionary = self.dictionary
+        is_unique = dictionary.signed.issuperset(dictionary.cobasic)
+        return is_unique and positive == dictionary.signed & dictionary.rows.keys()
 
     def ahead(
         self, column: Mapping[int, int], t: Fraction | None
@@ -210,58 +225,65 @@ class Position(Pivoting):
         """Return a parameter, and the forms that stand for z there."""
         if t is None:
             return None
-        here, values = self.here, list[Fraction]()
-        for form in map(self.system.own, range(self.n)):
+        dictionary, values = self.dictionary, list[Fraction]()
+        for form in map(self.system.form_of_z, range(self.n)):
             change = column.get(form, 0) * t
-            values.append((here.value(form) + change) / int(here.divisor))
+            values.append((dictionary.value(form) + change) / int(dictionary.divisor))
         return t, values
 
     def inside(self, positive: set[int]) -> set[int]:
         """Return the components that can be off their bounds."""
         at = {
-            form % self.n for form in self.here.signed - positive if form // self.n != 1
+            form % self.n
+            for form in self.dictionary.signed - positive
+            if form // self.n != 1
         }
         return {*range(self.n)} - at
 
     def farthest(self, positive: set[int]) -> tuple[Fraction, Values] | None:
         """Return the largest parameter with the same partition, and the forms that
         stand for z there; None if there is no largest one."""
-        here, n = self.here, self.n
-        kept = [
+        dictionary, n = self.dictionary, self.n
+        kept_columns = [
             k
-            for k, form in enumerate(here.cobasic, 1)
-            if form in positive or form not in here.signed
+            for k, form in enumerate(dictionary.cobasic, 1)
+            if form in positive or form not in dictionary.signed
         ]
-        cobasic = [here.cobasic[k - 1] for k in kept]
+        cobasic = [dictionary.cobasic[k - 1] for k in kept_columns]
         rows = {
-            form: [row[0], *(row[k] for k in kept)] for form, row in here.rows.items()
+            form: [row[0], *(row[k] for k in kept_columns)]
+            for form, row in dictionary.rows.items()
         }
         target = 3 * n + 1
-        rows[target] = [0] * len(kept) + [-1]
-        face = Dictionary(rows, cobasic, positive, here.check)
-        for form in here.signed - positive:
+        rows[target] = [0] * len(kept_columns) + [-1]
+        face = Dictionary(rows, cobasic, positive, dictionary.check)
+        for form in dictionary.signed - positive:
             face.vanish(form)
         if not face.minimize(target):
             return None
         d = Fraction(1, int(face.divisor))
-        own = map(self.system.own, range(n))
+        z_forms = map(self.system.form_of_z, range(n))
         values = [
-            face.value(form) * d / (int(here.divisor) if form in here.rows else 1)
-            for form in own
+            face.value(form)
+            * d
+            / (int(dictionary.divisor) if form in dictionary.rows else 1)
+            for form in z_forms
         ]
         return -face.value(target) * d, values
 
     def until(self, column: Mapping[int, int]) -> tuple[Fraction | None, list[int]]:
         """Return the largest parameter with the same basis, None if there is none, and
         the forms that are 0 there."""
-        here = self.here
+        dictionary = self.dictionary
         ratios = {
-            form: Fraction(int(here.rows[form][0]), -slope)
+            form: Fraction(int(dictionary.rows[form][0]), -slope)
             for form, slope in column.items()
-            if slope < 0 and form in here.signed
+            if slope < 0 and form in dictionary.signed
         }
-        least = min(ratios.values(), default=None)
-        return least, [form for form, ratio in ratios.items() if ratio == least]
+        smallest_ratio = min(ratios.values(), default=None)
+        return smallest_ratio, [
+            form for form, ratio in ratios.items() if ratio == smallest_ratio
+        ]
 
     def after(
         self, column: Mapping[int, int], t: Fraction, first: list[int]
@@ -270,29 +292,31 @@ class Position(Pivoting):
         where the first one is 0, if the basis is not degenerate: the partner of that
         rises with the parameter, or while it stands still, and then the partner of the
         next one that is 0. None if that is not clear."""
-        here, rows = self.here, self.here.rows
+        dictionary, rows = self.dictionary, self.dictionary.rows
         if len(first) > 1:
             return None
         entering, sign = self._partner(first[0])
-        if entering not in here.cobasic:  # both bounds have met
-            return ENDS
-        k = here.cobasic.index(entering) + 1
+        if entering not in dictionary.cobasic:  # both bounds have met
+            return PATH_ENDS
+        k = dictionary.cobasic.index(entering) + 1
         rate = sign * int(rows[first[0]][k])
         if rate:
-            return ({first[0]}, {entering}) if rate > 0 else ENDS
+            return ({first[0]}, {entering}) if rate > 0 else PATH_ENDS
         ratios = {
             form: (int(row[0]) + column.get(form, 0) * t) / (-sign * int(row[k]))
-            for form, row in ((form, rows[form]) for form in here.signed & rows.keys())
+            for form, row in (
+                (form, rows[form]) for form in dictionary.signed & rows.keys()
+            )
             if sign * row[k] < 0
         }
-        least = min(ratios.values(), default=None)
-        second = [form for form, ratio in ratios.items() if ratio == least]
+        smallest_ratio = min(ratios.values(), default=None)
+        second = [form for form, ratio in ratios.items() if ratio == smallest_ratio]
         if len(second) != 1:
-            return None if second else ENDS
+            return None if second else PATH_ENDS
         if second[0] % self.n == first[0] % self.n:  # z_i goes to its other bound
             return {second[0]}, {entering}
         other, sign = self._partner(second[0])
-        rate = sign * int(rows[first[0]][here.cobasic.index(other) + 1])
+        rate = sign * int(rows[first[0]][dictionary.cobasic.index(other) + 1])
         return ({first[0], second[0]}, {entering, other}) if rate > 0 else None
 
     def _partner(self, form: int) -> tuple[int, int]:
@@ -300,20 +324,20 @@ class Position(Pivoting):
         which that rises once this is 0."""
         i, n = form % self.n, self.n
         if form // n == 1:
-            return (i if i in self.here.cobasic else 2 * n + i), 1
+            return (i if i in self.dictionary.cobasic else 2 * n + i), 1
         state = box.LOWER if form == i else box.UPPER
         return n + i, 1 if self._signed_at[i] == state else -1
 
     def beyond(self, positive: set[int]) -> set[int] | None:
         """Return the partition of the next piece of the path of solutions as the
         parameter grows; None if the path ends before, or turns."""
-        rows = (self.here.rows.get(form, [0]) for form in self.equations())
+        rows = (self.dictionary.rows.get(form, [0]) for form in self.equations())
         if any(row[-1] for row in rows):
             return None
         path, first = self.follow(self.parameter, set()), set[int]()
         last = Fraction(0)
         while True:
-            before = self.at(self.here.copy())
+            before = self.at(self.dictionary.copy())
             pivot = next(path, None)
             entering = self.ray if pivot is None else pivot.entering
             assert entering is not None
@@ -322,71 +346,71 @@ class Position(Pivoting):
             if now < last or (pivot is None and not rises):
                 return None
             if now > last:
-                found = before.within(entering, (last + now) / 2).positive()
-                if found != positive:
-                    return found
+                partition = before.within(entering, (last + now) / 2).positive()
+                if partition != positive:
+                    return partition
             # It may be closed, where it turns at once.
-            if pivot is None or {*self.here.cobasic} == first:
+            if pivot is None or {*self.dictionary.cobasic} == first:
                 return None
-            first = first or {*self.here.cobasic}
+            first = first or {*self.dictionary.cobasic}
             i, is_w = pivot.leaving % self.n, pivot.leaving // self.n == 1
             following = i if self.states[i] == box.LOWER else 2 * self.n + i
             # Else both bounds of a component have met.
-            if (following if is_w else self.n + i) not in self.here.cobasic:
+            if (following if is_w else self.n + i) not in self.dictionary.cobasic:
                 return None
             last = now
 
     def can_follow(self) -> bool:
         """Return whether the equations hold along all edges; they may not where there
         is a line of solutions."""
-        rows = (self.here.rows.get(form, [0, 0]) for form in self.equations())
+        rows = (self.dictionary.rows.get(form, [0, 0]) for form in self.equations())
         return not any(any(row[1:-1]) for row in rows)
 
     def slope(self, entering: int) -> int:
         """Return the sign of the change of the parameter along an edge."""
-        k = self.here.cobasic.index(entering) + 1
-        return int(self.here.rows[self.parameter][k])
+        k = self.dictionary.cobasic.index(entering) + 1
+        return int(self.dictionary.rows[self.parameter][k])
 
     def within(self, entering: int, t: Fraction) -> Position:
         """Move along an edge to where the parameter is t, and leave it there."""
-        here, d = self.here, t.denominator
+        dictionary, d = self.dictionary, t.denominator
         if entering != self.parameter:
-            here.pivot(self.parameter, here.cobasic.index(entering) + 1)
-        k = here.cobasic.index(self.parameter) + 1
-        for form, row in here.rows.items():
+            dictionary.pivot(self.parameter, dictionary.cobasic.index(entering) + 1)
+        k = dictionary.cobasic.index(self.parameter) + 1
+        for form, row in dictionary.rows.items():
             whole = [d * value for value in row]
             whole[0] += t.numerator * row[k]
             del whole[k]
-            here.rows[form] = whole
-        del here.cobasic[k - 1]
-        here.divisor *= d
+            dictionary.rows[form] = whole
+        del dictionary.cobasic[k - 1]
+        dictionary.divisor *= d
         return self
 
 
 def _forms(data: ExactProblem) -> list[int]:
     """Return the forms of a problem: w_i, and z_i beside its bounds."""
-    n, ends = data.n, list(enumerate(zip(data.lower, data.upper, strict=True)))
-    forms = [*range(n, 2 * n), *(i for i, (low, _) in ends if low is not None)]
-    return [*forms, *(2 * n + i for i, (_, high) in ends if high is not None)]
+    n, bounds = data.n, list(enumerate(zip(data.lower, data.upper, strict=True)))
+    forms = [*range(n, 2 * n), *(i for i, (low, _) in bounds if low is not None)]
+    return [*forms, *(2 * n + i for i, (_, high) in bounds if high is not None)]
 
 
 def _vertex(system: System, z: Values, effort: Effort) -> Values:
     """Return a vertex of a polyhedron of solutions that contains z, if it has one."""
     data, n = system.data, system.n
-    here, columns = system.dictionary(_forms(data), effort)
+    dictionary, columns = system.dictionary(_forms(data), effort)
     for i, (low, high) in enumerate(zip(data.lower, data.upper, strict=True)):
         if z[i] in (low, high):
-            here.vanish(i if z[i] == low else 2 * n + i)
+            dictionary.vanish(i if z[i] == low else 2 * n + i)
             if z[i] == high:
-                here.negate(n + i)
+                dictionary.negate(n + i)
             if low != high:
-                here.require(n + i)
+                dictionary.require(n + i)
             continue
-        here.vanish(n + i)
+        dictionary.vanish(n + i)
         for form, end in ((i, low), (2 * n + i, high)):
             if end is not None:
-                here.require(form)
-    return system.point(here, columns)
+                dictionary.require(form)
+    return system.point(dictionary, columns)
 
 
 def _direction(
@@ -394,21 +418,23 @@ def _direction(
 ) -> Dictionary | None:
     """Return a dictionary in a cone at whose point a form is at least 1 and one of each
     pair is 0; None if there is none."""
-    here = cone.copy()
-    if form in here.rows:
-        row = list(here.rows[form])
-    elif form in here.cobasic:
-        row = [0, *(here.divisor * (each == form) for each in here.cobasic)]
+    dictionary = cone.copy()
+    if form in dictionary.rows:
+        row = list(dictionary.rows[form])
+    elif form in dictionary.cobasic:
+        row = [0, *(dictionary.divisor * (each == form) for each in dictionary.cobasic)]
     else:
         return None
-    here.rows[BEYOND] = [row[0] - here.divisor, *row[1:]]
-    if not here.require(BEYOND):
+    dictionary.rows[BEYOND] = [row[0] - dictionary.divisor, *row[1:]]
+    if not dictionary.require(BEYOND):
         return None
     alternatives = {
         i: [[(one, True)], [(two, True)]] for i, (one, two) in pairs.items()
     }
-    tree = explored(Choices(alternatives, here.check), [Node(here, frozenset())])
-    return next((node.here for node, is_leaf in tree if is_leaf), None)
+    tree = explored(
+        Choices(alternatives, dictionary.check), [Node(dictionary, frozenset())]
+    )
+    return next((node.dictionary for node, is_leaf in tree if is_leaf), None)
 
 
 def ranges(
@@ -451,15 +477,17 @@ def _end(
     limit, first = position.until(column)
     of_basis = None if limit is None else value + sign * limit
     moved = None if position.is_simple(positive) else position.moved(column)
-    found = position.ahead(column, limit) if moved is None else moved.farthest(positive)
-    if found is None:
+    range_end = (
+        position.ahead(column, limit) if moved is None else moved.farthest(positive)
+    )
+    if range_end is None:
         return None, of_basis
-    t, forms = found
+    t, forms = range_end
     z = _point(system, forms, *number, sign * t)
     change = None if moved else position.after(column, t, first)
     following, is_known = None, True
     if change is not None:
-        if change != ENDS:
+        if change != PATH_ENDS:
             following = (positive - change[0]) | change[1]
     else:
         moved = moved or position.moved(column)
@@ -471,8 +499,8 @@ def _end(
         enters, leaves = sorted(inside - within), sorted(within - inside)
     of_q = (number[1], sign * t) if number[0] == "q" else None
     objective_there = meaning_of(system.data).objective(z, of_q)
-    ends = is_known and following is None
-    end = End(value + sign * t, z, objective_there, enters, leaves, ends)
+    path_ends = is_known and following is None
+    end = End(value + sign * t, z, objective_there, enters, leaves, path_ends)
     return end, of_basis
 
 
@@ -480,6 +508,6 @@ def _point(system: System, forms: Values, field: str, i: int, t: Fraction) -> Va
     """Return z, from the forms that stand for it, where a number has moved by t."""
     pairs = enumerate(zip(system.base, forms, strict=True))
     z = [base + system.side(j) * form for j, (base, form) in pairs]
-    if field != "q" and (system.own(i) == i) == (field == LOWER):
+    if field != "q" and (system.form_of_z(i) == i) == (field == LOWER):
         z[i] += t
     return z

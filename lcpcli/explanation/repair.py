@@ -88,7 +88,9 @@ class Repairs:
     def __init__(
         self, system: System, weights: Mapping[Number, Fraction], stage: int | None
     ) -> None:
-        self.system, self.weights, self._stage = system, weights, stage
+        self.system = system
+        self.weights = weights
+        self._stage = stage
         self.repair: Repair | None = None
         self.is_impossible = False
 
@@ -99,70 +101,82 @@ class Repairs:
     def _relax(self, first: int) -> bool:
         """Return whether the least change for the linear conditions alone, of one stage
         or of both, is enough."""
-        least = dict[Key, Fraction]()
+        smallest_changes = dict[Key, Fraction]()
         for stage in (first, CONSTRAINTS + OPTIMALITY - first):
-            own = [each for each in self.system.linear if each.stage == stage]
-            changes = self._least_violation(own) if own else {}
+            conditions = [each for each in self.system.linear if each.stage == stage]
+            changes = self._least_violation(conditions) if conditions else {}
             if changes is None:
                 return False
-            least |= changes
-            z = solution(changed(self.system.data, least)) if changes else None
-            self._take(least, z, z is not None)
+            smallest_changes |= changes
+            z = (
+                solution(changed(self.system.data, smallest_changes))
+                if changes
+                else None
+            )
+            self._set_repair(smallest_changes, z, z is not None)
             if z is not None:
                 return True
         # Feasible linear programs with feasible duals are solvable, and their
         # constraints and conditions of optimality have no unknown in common.
         if is_linear_program(self.system):
-            self._take(least, None, True)
+            self._set_repair(smallest_changes, None, True)
             return True
         return False
 
-    def _take(
-        self, by: Mapping[Key, Fraction], z: Values | None, is_least: bool
+    def _set_repair(
+        self, change_of: Mapping[Key, Fraction], z: Values | None, is_least: bool
     ) -> None:
         sizes = (
-            (each, by.get((each.field, each.at), Fraction(0)), weight)
+            (each, change_of.get((each.field, each.at), Fraction(0)), weight)
             for each, weight in self.weights.items()
         )
-        found = [(each, change, weight) for each, change, weight in sizes if change]
-        changes = [Change(each, each.sense * change) for each, change, _ in found]
-        total = sum((weight * abs(change) for _, change, weight in found), Fraction(0))
+        entries = [(each, change, weight) for each, change, weight in sizes if change]
+        changes = [Change(each, each.sense * change) for each, change, _ in entries]
+        total = sum(
+            (weight * abs(change) for _, change, weight in entries), Fraction(0)
+        )
         self.repair = Repair(changes, total, z, is_least)
 
     def _least_violation(self, of: Sequence[Condition]) -> dict[Key, Fraction] | None:
         """Return the least changes for which some linear conditions hold together; None
         if they are not found."""
-        weights = {(each.field, each.at): own for each, own in self.weights.items()}
+        weights = {
+            (each.field, each.at): weight for each, weight in self.weights.items()
+        }
         program, changes = _program(self.system, of, weights)
-        found = program.minimizer()
-        if found is None:
+        minimizer = program.minimizer()
+        if minimizer is None:
             return None
-        least = dict[Key, Fraction]()
-        for place, (key, sign) in changes.items():
-            least[key] = least.get(key, Fraction(0)) + sign * found[0][place]
-        return {key: change for key, change in least.items() if change}
+        smallest_changes = dict[Key, Fraction]()
+        for column, (key, sign) in changes.items():
+            smallest_changes[key] = (
+                smallest_changes.get(key, Fraction(0)) + sign * minimizer[0][column]
+            )
+        return {key: change for key, change in smallest_changes.items() if change}
 
     def _search(self) -> None:
         """Find the best solution of the larger problem in which changes are
         unknowns."""
-        data, places = _extended(self.system.data, list(self.weights))
+        data, columns = _extended(self.system.data, list(self.weights))
         if data.n > MAX_BLOCK_UNKNOWNS:
             return
         costs = [Fraction(0)] * data.n
         for number, weight in self.weights.items():
-            costs[places[number]] = costs[places[number] + 1] = weight
+            costs[columns[number]] = costs[columns[number] + 1] = weight
         limit = remaining()
-        found = optimum(data, costs, time_limit=limit if limit < math.inf else None)
-        if found.status == UNSOLVABLE:
+        best_solution = optimum(
+            data, costs, time_limit=limit if limit < math.inf else None
+        )
+        if best_solution.status == UNSOLVABLE:
             self.repair, self.is_impossible = None, True
-        if found.z is None:
+        if best_solution.z is None:
             return
         changes = {
-            (each.field, each.at): found.z[place] - found.z[place + 1]
-            for each, place in places.items()
+            (each.field, each.at): best_solution.z[column] - best_solution.z[column + 1]
+            for each, column in columns.items()
         }
-        z = found.z[: self.system.n]
-        self._take(changes, z, found.status == OPTIMAL)
+        z = best_solution.z[: self.system.n]
+        self._set_repair(changes, z, best_solution.status == OPTIMAL)
 
 
 def _program(
@@ -172,7 +186,9 @@ def _program(
     these weights, others must hold; and the numbers that further unknowns change, with
     the signs of the changes."""
     n, zero = system.n, Fraction(0)
-    rows, ends, equal = list[dict[int, Fraction]](), list[Fraction](), list[bool]()
+    rows = list[dict[int, Fraction]]()
+    right_side = list[Fraction]()
+    equal = list[bool]()
     costs, changes = [zero] * n, dict[int, tuple[Key, int]]()
     lower: Bounds = [None] * n
     upper: Bounds = [None] * n
@@ -195,12 +211,14 @@ def _program(
             lower.append(zero)
             upper.append(None)
         rows.append(row)
-        ends.append(-constant)
+        right_side.append(-constant)
         equal.append(len(forms) == 2)
-    return LinearProgram(costs, rows, ends, equal, lower, upper), changes
+    return LinearProgram(costs, rows, right_side, equal, lower, upper), changes
 
 
-def solution(data: ExactProblem, most_searched: int = MAX_SEARCHED) -> Values | None:
+def solution(
+    data: ExactProblem, max_search_unknowns: int = MAX_SEARCHED
+) -> Values | None:
     """Return an exact solution; None if none is found. most_searched : unknowns up to
     which it is also sought by a search in rational arithmetic."""
     system, n = System(data), data.n
@@ -214,17 +232,17 @@ def solution(data: ExactProblem, most_searched: int = MAX_SEARCHED) -> Values | 
     if result.interrupted:
         raise KeyboardInterrupt
     z = from_point(data, result.z) if result.solved else None
-    if z is None and n <= most_searched:
-        found = exact_answer(data, result)
-        z = None if found is None else found.z
+    if z is None and n <= max_search_unknowns:
+        answer = exact_answer(data, result)
+        z = None if answer is None else answer.z
     return z
 
 
 def is_linear_program(system: System) -> bool:
     kinds = [each.kind for each in system.components]
-    places = {i for i, kind in enumerate(kinds) if kind == VARIABLE}
-    return bool(places) and not any(
-        j in places for i in places for j in system.data.rows[i]
+    variables = {i for i, kind in enumerate(kinds) if kind == VARIABLE}
+    return bool(variables) and not any(
+        j in variables for i in variables for j in system.data.rows[i]
     )
 
 
@@ -234,17 +252,17 @@ def _optimum(system: System) -> Values | None:
     if not is_linear_program(system):
         return None
     data, components = system.data, enumerate(system.components)
-    places = {i for i, each in components if each.kind == VARIABLE}
+    variables = {i for i, each in components if each.kind == VARIABLE}
     of = [each for each in system.linear if each.stage == CONSTRAINTS]
     program, _ = _program(system, of, {})
     costs = [
-        Fraction(data.constants[i], data.scales[i]) if i in places else Fraction(0)
+        Fraction(data.constants[i], data.scales[i]) if i in variables else Fraction(0)
         for i in range(data.n)
     ]
-    found = program._replace(costs=costs).minimizer()
-    if found is None:
+    minimizer_and_multipliers = program._replace(costs=costs).minimizer()
+    if minimizer_and_multipliers is None:
         return None
-    z, y = found[0], iter(found[1])
+    z, y = minimizer_and_multipliers[0], iter(minimizer_and_multipliers[1])
     for each in of:
         if not _is_bound(system, each):
             sign = 1 if system.forms(each)[0] < 2 * data.n else -1
@@ -256,16 +274,18 @@ def _is_bound(system: System, of: Condition) -> bool:
     return of.kind != SIGN and of.at not in system.rows_of
 
 
-def changed(data: ExactProblem, by: Mapping[Key, Fraction]) -> ExactProblem:
+def changed(data: ExactProblem, change_of: Mapping[Key, Fraction]) -> ExactProblem:
     """Return a problem with changes of q and bounds."""
-    q, lower, upper = list[Fraction](), list(data.lower), list(data.upper)
+    q = list[Fraction]()
+    lower = list(data.lower)
+    upper = list(data.upper)
     for i, (constant, scale) in enumerate(
         zip(data.constants, data.scales, strict=True)
     ):
-        q.append(Fraction(constant, scale) + by.get(("q", i), 0))
+        q.append(Fraction(constant, scale) + change_of.get(("q", i), 0))
         for field, bounds in ((LOWER, lower), (UPPER, upper)):
             if (bound := bounds[i]) is not None:
-                bounds[i] = bound + by.get((field, i), 0)
+                bounds[i] = bound + change_of.get((field, i), 0)
     return _exact(data.M, q, lower, upper, data.problem.block_form)
 
 
@@ -292,18 +312,18 @@ def _extended(
     lower, upper = list(data.lower), list(data.upper)
     of_bounds = dict[Key, int]()
     for i in dict.fromkeys(each.at for each in numbers if each.field != "q"):
-        for field, end, sign in ((LOWER, lower[i], 1), (UPPER, upper[i], -1)):
-            if end is not None:
+        for field, bound, sign in ((LOWER, lower[i], 1), (UPPER, upper[i], -1)):
+            if bound is not None:
                 of_bounds[field, i] = len(rows)
                 rows[i][len(rows)] = Fraction(-sign)
                 rows.append({i: Fraction(sign)})
-                q.append(-sign * end)
+                q.append(-sign * bound)
                 lower.append(zero)
                 upper.append(None)
         lower[i] = upper[i] = None
-    places = dict[Number, int]()
+    columns = dict[Number, int]()
     for each in numbers:
-        places[each] = rise = len(rows)
+        columns[each] = rise = len(rows)
         row = rows[of_bounds.get((each.field, each.at), each.at)]
         sign = -1 if each.field == LOWER else 1
         row |= {rise: Fraction(sign), rise + 1: Fraction(-sign)}
@@ -311,4 +331,4 @@ def _extended(
         q += [zero, zero]
         lower += [zero, zero]
         upper += [None, None]
-    return _exact(rows, q, lower, upper), places
+    return _exact(rows, q, lower, upper), columns

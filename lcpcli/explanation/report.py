@@ -118,47 +118,53 @@ class Explanation:
 
 
 def report(
-    found: Explanation, source: Source = NO_SOURCE, exact: bool = True
+    explanation: Explanation, source: Source = NO_SOURCE, exact: bool = True
 ) -> Report:
     """Return the report on an explanation. exact : whether numbers are fractions
     instead of seven digits."""
     cell = brief if exact else approximate
     return Report(
-        lambda form, _: _document(found, cell, form), lambda: [record(found, source)]
+        lambda form, _: _document(explanation, cell, form),
+        lambda: [record(explanation, source)],
     )
 
 
-def message(found: Explanation, cell: Cell = brief) -> str:
+def message(explanation: Explanation, cell: Cell = brief) -> str:
     """Return the outcome in one sentence."""
-    known = found.status in (UNSOLVABLE, SOLVED)
+    is_decided = explanation.status in (UNSOLVABLE, SOLVED)
     ended = {TIME_LIMIT: "time limit: ", INTERRUPTED: "interrupted: "}
-    if not known:
+    if not is_decided:
         return (
-            f"{ended.get(found.status, '')}neither a conflict nor a solution is known"
+            f"{ended.get(explanation.status, '')}"
+            "neither a conflict nor a solution is known"
         )
-    if found.status == SOLVED:
+    if explanation.status == SOLVED:
         said = "the problem has a solution, and each range is known"
         return (
             said
-            if found.complete
+            if explanation.complete
             else "the problem has a solution, and not all ranges are known"
         )
-    return "; ".join([*_blame(found), *_cure(found, cell)])
+    return "; ".join([*_blame(explanation), *_cure(explanation, cell)])
 
 
-def _near(found: Explanation) -> str:
-    named = wording.vector([f"{each.name} ({each.what})" for each in found.near], str)
-    return f"up to rounding, {len(found.near)} conditions contradict: {named[1:-1]}"
+def _near(explanation: Explanation) -> str:
+    named = wording.vector(
+        [f"{each.name} ({each.what})" for each in explanation.near], str
+    )
+    return (
+        f"up to rounding, {len(explanation.near)} conditions contradict: {named[1:-1]}"
+    )
 
 
-def _blame(found: Explanation) -> list[str]:
+def _blame(explanation: Explanation) -> list[str]:
     """Return clauses with the conditions that cannot hold together."""
-    members = found.conflict
+    members = explanation.conflict
     if not members:
         said = "what is never blamed cannot hold together"
         return [
             said
-            if found.irreducible
+            if explanation.irreducible
             else "no solution exists, and no conflict is known"
         ]
     names = [f"{each.name} ({each.what})" for each in members]
@@ -166,32 +172,38 @@ def _blame(found: Explanation) -> list[str]:
         names = [each.name for each in members]
     named = f": {listed(names)}" if len(names) <= MAX_NAMED else ""
     if len(members) == 1:
-        said = f"this {_noun(found)} cannot hold{named}"
-        return [said, "without it the others can"] if found.irreducible else [said]
-    said = f"these {count(len(members), _noun(found))} cannot hold together{named}"
-    if found.irreducible:
+        said = f"this {_noun(explanation)} cannot hold{named}"
+        return (
+            [said, "without it the others can"] if explanation.irreducible else [said]
+        )
+    said = (
+        f"these {count(len(members), _noun(explanation))} cannot hold together{named}"
+    )
+    if explanation.irreducible:
         return [said, "without any one of them the others can"]
     return [said, "it is not proved that all of them are necessary"]
 
 
-def _noun(found: Explanation) -> str:
+def _noun(explanation: Explanation) -> str:
     """Return the word for all conditions of a conflict."""
-    components = System(found.data).components
-    kinds = {components[each.at].kind for each in found.conflict}
-    if any(each.stage == OPTIMALITY for each in found.conflict):
+    components = System(explanation.data).components
+    kinds = {components[each.at].kind for each in explanation.conflict}
+    if any(each.stage == OPTIMALITY for each in explanation.conflict):
         return "optimality condition"
     if kinds <= {ROW, RANGE}:
         return "row"
-    is_linear = all(each.kind in (LOWER, UPPER) for each in found.conflict)
+    is_linear = all(each.kind in (LOWER, UPPER) for each in explanation.conflict)
     return "bound" if is_linear else "condition"
 
 
-def _cure(found: Explanation, cell: Cell) -> list[str]:
+def _cure(explanation: Explanation, cell: Cell) -> list[str]:
     """Return a clause with the repair."""
-    repair = found.repair
+    repair = explanation.repair
     if repair is None:
         said = "no change of the numbers that may change is enough"
-        return [said if found.is_impossible else "no change that is enough is known"]
+        return [
+            said if explanation.is_impossible else "no change that is enough is known"
+        ]
     changes = [_change(each.number, each.change, cell) for each in repair.changes]
     side = 1 if repair.is_least else -1
     said = f"{count(len(changes), 'number')} by {cell(repair.total, side)} in total"
@@ -209,24 +221,29 @@ def _change(number: Number, change: Fraction, cell: Cell) -> str:
     return f"{verb} {what} of {number.name} by {cell(abs(change), 0)}"
 
 
-def _document(found: Explanation, cell: Cell, form: str) -> Document:
-    problem = found.data.problem
+def _document(explanation: Explanation, cell: Cell, form: str) -> Document:
+    problem = explanation.data.problem
     title = f"{wording.title(problem) or 'problem'}: {wording.size(problem)}"
-    facts, tables, remarks = list[str](), list[Table](), list[str]()
-    if found.conflict:
-        tables.append(_conflict(found, cell))
-    if found.reason.fewest:
+    facts = list[str]()
+    tables = list[Table]()
+    remarks = list[str]()
+    if explanation.conflict:
+        tables.append(_conflict(explanation, cell))
+    if explanation.reason.fewest:
         remarks.append(
             "no fewer complementarities exclude a solution together with all bounds "
             "and signs of w"
         )
-    if (repair := found.repair) is not None and repair.changes:
-        tables.append(_changes(found, repair, cell))
+    if (repair := explanation.repair) is not None and repair.changes:
+        tables.append(_changes(explanation, repair, cell))
     if repair is not None and repair.z is not None:
         z = in_stated_sense(problem, repair.z)
         shown = wording.vector(z, lambda value: cell(value, 0))
         remarks.append(f"a solution after the change: z = {shown}")
-    rows = [_row(found, *each, cell) for each in islice(_numbers(found), MAX_ROWS)]
+    rows = [
+        _row(explanation, *each, cell)
+        for each in islice(_numbers(explanation), MAX_ROWS)
+    ]
     if rows:
         tables.append(
             Table(
@@ -237,37 +254,40 @@ def _document(found: Explanation, cell: Cell, form: str) -> Document:
                 name="Ranges",
             )
         )
-    total = sum(1 for _ in _numbers(found))
+    total = sum(1 for _ in _numbers(explanation))
     if total > MAX_ROWS:
         remarks.append(f"the first {MAX_ROWS} of {total} ranges; JSON has all of them")
-    made_by = (
-        f"{wording.PROGRAM}, in exact arithmetic{wording.took(found.seconds, form)}"
+    took = wording.took(explanation.seconds, form)
+    made_by = f"{wording.PROGRAM}, in exact arithmetic{took}"
+    said = message(explanation, cell)
+    if explanation.near:
+        remarks.append(_near(explanation))
+    section = Section(
+        title, said, explanation.complete, facts, tables, remarks, made_by
     )
-    said = message(found, cell)
-    if found.near:
-        remarks.append(_near(found))
-    section = Section(title, said, found.complete, facts, tables, remarks, made_by)
     return Document(title, [section])
 
 
-def _conflict(found: Explanation, cell: Cell) -> Table:
+def _conflict(explanation: Explanation, cell: Cell) -> Table:
     """Return the table of a conflict, with the multipliers that prove one of linear
     conditions."""
-    system, multipliers = System(found.data), found.multipliers
-    others = [each for each in multipliers if each not in found.conflict]
-    header = ["condition", "", "asks for", *["times"] * bool(multipliers)]
-    groups = [
-        [
-            [each.name, each.what, condition(system, each, cell)]
-            + ([brief(Fraction(multipliers[each]))] if multipliers else [])
-            for each in own
-        ]
-        for own in (found.conflict, others)
-    ]
-    notes = ["below the rule: what is never blamed"] * bool(others)
+    system, multipliers = System(explanation.data), explanation.multipliers
+    others = [each for each in multipliers if each not in explanation.conflict]
+    header = ["condition", "", "asks for"]
+    if multipliers:
+        header.append("times")
+
+    def row(each: Condition) -> list[str]:
+        cells = [each.name, each.what, condition(system, each, cell)]
+        if multipliers:
+            cells.append(brief(Fraction(multipliers[each])))
+        return cells
+
+    groups = [[row(each) for each in group] for group in (explanation.conflict, others)]
+    notes = ["below the rule: what is never blamed"] if others else []
     return Table(
         header,
-        [own for own in groups if own],
+        [group for group in groups if group],
         words=(0, 1, 2),
         texts=(2,),
         notes=notes,
@@ -275,8 +295,8 @@ def _conflict(found: Explanation, cell: Cell) -> Table:
     )
 
 
-def _changes(found: Explanation, repair: Repair, cell: Cell) -> Table:
-    system = System(found.data)
+def _changes(explanation: Explanation, repair: Repair, cell: Cell) -> Table:
+    system = System(explanation.data)
     rows = [
         [
             each.number.name,
@@ -301,16 +321,18 @@ def condition(system: System, of: Condition, cell: Cell = brief) -> str:
     """Return what a condition asks for."""
     data, name = system.data, label(system, of.at)
     if of.kind == COMPLEMENTARITY:
-        ends = [
+        values = [
             end for end in (data.lower[of.at], data.upper[of.at]) if end is not None
         ]
-        bounds = [f"{name} = {cell(end, 0)}" for end in ends]
+        bounds = [f"{name} = {cell(end, 0)}" for end in values]
         return listed([*bounds, f"w{of.at + 1} = 0"], "or")
     forms = system.forms(of)
     row, scale, constant = system.entries(forms[0])
     is_upper = of.kind == UPPER or forms[0] >= 4 * system.n
     side = -1 if is_upper else 1
-    relation = "=" if len(forms) == 2 else "<=" if is_upper else ">="
+    relation = "<=" if is_upper else ">="
+    if len(forms) == 2:
+        relation = "="
     # A multiplier of a maximum has the other sign than its component of z.
     turned = reversed_names(data.problem)
     terms = {
@@ -325,58 +347,62 @@ def _sum(system: System, terms: Mapping[int, Fraction], cell: Cell) -> str:
     for j, a in islice(terms.items(), MAX_TERMS):
         size = "" if abs(a) == 1 else f"{cell(abs(a), 0)} "
         sign = "-" if a < 0 else "+"
-        lead = ("-" if a < 0 else "") if not parts else f" {sign} "
+        lead = f" {sign} "
+        if not parts:
+            lead = "-" if a < 0 else ""
         parts.append(f"{lead}{size}{label(system, j)}")
     more = f" + {wording.ELLIPSIS}" if len(terms) > MAX_TERMS else ""
     return "".join(parts) + more if parts else "0"
 
 
-def _numbers(found: Explanation) -> Iterator[tuple[Number, Range]]:
+def _numbers(explanation: Explanation) -> Iterator[tuple[Number, Range]]:
     """Yield the numbers whose ranges are known."""
-    if found.ranges:
-        for each in System(found.data).numbers:
-            if (own := found.ranges[each.field][each.at]) is not None:
-                yield each, own
+    if explanation.ranges:
+        for each in System(explanation.data).numbers:
+            if (number_range := explanation.ranges[each.field][each.at]) is not None:
+                yield each, number_range
 
 
-def _row(found: Explanation, number: Number, own: Range, cell: Cell) -> list[str]:
+def _row(
+    explanation: Explanation, number: Number, number_range: Range, cell: Cell
+) -> list[str]:
     # Ends are rounded inward, unless they meet.
-    below, above = own.below, own.above
+    below, above = number_range.below, number_range.above
     is_point = below is not None and above is not None and below.value == above.value
     inward = 0 if is_point else 1
     return [
         number.name,
         number.what,
-        cell(own.value, 0),
+        cell(number_range.value, 0),
         "" if below is None else cell(below.value, inward),
         "" if above is None else cell(above.value, -inward),
-        _beyond(found, below),
-        _beyond(found, above),
+        _beyond(explanation, below),
+        _beyond(explanation, above),
     ]
 
 
-def _beyond(found: Explanation, end: End | None) -> str:
+def _beyond(explanation: Explanation, end: End | None) -> str:
     """Return what changes beyond an end."""
     if end is None:
         return ""
     if end.enters is None or end.leaves is None:
         return "no solution nearby" if end.ends else "not known"
-    system = System(found.data)
+    system = System(explanation.data)
     parts = [
-        f"{word} {listed([label(system, i) for i in own])}"
-        for word, own in (("in:", end.enters), ("out:", end.leaves))
-        if own
+        f"{word} {listed([label(system, i) for i in indices])}"
+        for word, indices in (("in:", end.enters), ("out:", end.leaves))
+        if indices
     ]
     return ", ".join(parts) or "other w"
 
 
-def record(found: Explanation, source: Source = NO_SOURCE) -> dict[str, Any]:
+def record(explanation: Explanation, source: Source = NO_SOURCE) -> dict[str, Any]:
     """Return an explanation as an object of plain values, with fractions as texts."""
-    system, repair = System(found.data), found.repair
-    multipliers = found.multipliers
-    own: dict[str, Any] = {
-        **source_record(source, found.data.problem),
-        "message": message(found),
+    system, repair = System(explanation.data), explanation.repair
+    multipliers = explanation.multipliers
+    overrides: dict[str, Any] = {
+        **source_record(source, explanation.data.problem),
+        "message": message(explanation),
         "conflict": [
             {
                 "name": each.name,
@@ -384,11 +410,11 @@ def record(found: Explanation, source: Source = NO_SOURCE) -> dict[str, Any]:
                 "asks_for": condition(system, each, lambda value, _: text(value)),
                 "multiplier": multipliers.get(each),
             }
-            for each in found.conflict
+            for each in explanation.conflict
         ],
-        "fewest": found.reason.fewest,
-        "near": [{"name": each.name, "what": each.what} for each in found.near],
-        "repairable": _repairable(found),
+        "fewest": explanation.reason.fewest,
+        "near": [{"name": each.name, "what": each.what} for each in explanation.near],
+        "repairable": _repairable(explanation),
         "repair": repair
         and {
             "changes": [
@@ -404,33 +430,37 @@ def record(found: Explanation, source: Source = NO_SOURCE) -> dict[str, Any]:
             "least": repair.is_least,
             "z": repair.z,
         },
-        "ranges": _ranges(found, system),
+        "ranges": _ranges(explanation, system),
     }
-    return plain_record(keys_of("why"), found, own)
+    return plain_record(keys_of("why"), explanation, overrides)
 
 
-def _repairable(found: Explanation) -> bool | None:
-    if found.is_impossible:
+def _repairable(explanation: Explanation) -> bool | None:
+    if explanation.is_impossible:
         return False
-    return True if found.repair is not None and found.repair.z is not None else None
+    return (
+        True
+        if explanation.repair is not None and explanation.repair.z is not None
+        else None
+    )
 
 
-def _ranges(found: Explanation, system: System) -> dict[str, Any] | None:
+def _ranges(explanation: Explanation, system: System) -> dict[str, Any] | None:
     """Return the ranges of all numbers, in three lists; None for a problem without a
     known solution."""
-    if not found.ranges:
+    if not explanation.ranges:
         return None
-    known = {(each.field, each.at): each for each in system.numbers}
+    number_of = {(each.field, each.at): each for each in system.numbers}
 
     def names(indices: Sequence[int] | None) -> list[str] | None:
         return None if indices is None else [label(system, i) for i in indices]
 
-    def one(number: Number, own: Range) -> dict[str, Any]:
-        below, above = own.below, own.above
+    def one(number: Number, number_range: Range) -> dict[str, Any]:
+        below, above = number_range.below, number_range.above
         return {
             "name": number.name,
             "what": number.what,
-            "value": own.value,
+            "value": number_range.value,
             "lower": below and below.value,
             "upper": above and above.value,
             "enters_below": below and names(below.enters),
@@ -441,14 +471,14 @@ def _ranges(found: Explanation, system: System) -> dict[str, Any] | None:
             "ends_above": above and above.ends,
             "objective_lower": below and below.objective,
             "objective_upper": above and above.objective,
-            "basis_lower": own.basis[0],
-            "basis_upper": own.basis[1],
+            "basis_lower": number_range.basis[0],
+            "basis_upper": number_range.basis[1],
         }
 
     return {
         field: [
-            None if own is None else one(known[field, i], own)
-            for i, own in enumerate(each)
+            None if number_range is None else one(number_of[field, i], number_range)
+            for i, number_range in enumerate(each)
         ]
-        for field, each in found.ranges.items()
+        for field, each in explanation.ranges.items()
     }

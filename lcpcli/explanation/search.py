@@ -4,6 +4,7 @@ or those of the conditions that have been needed to exclude one."""
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
+from itertools import chain
 from typing import NamedTuple
 
 from lcpcli.explanation.conditions import (
@@ -22,7 +23,7 @@ from lcpcli.rational.tree import explored
 class Node(NamedTuple):
     """A polyhedron, and the indices for which an alternative has been chosen."""
 
-    here: Dictionary
+    dictionary: Dictionary
     chosen: frozenset[int] = frozenset()
 
 
@@ -42,18 +43,18 @@ class Choices:
         self.alternatives, self.check = alternatives, check
         self.branched, self.used = set[int](), set[int]()
 
-    def point(self, here: Dictionary) -> Dictionary | None:
+    def point(self, dictionary: Dictionary) -> Dictionary | None:
         """Return a dictionary at whose point one of the alternatives of each index
         holds; None if there is none."""
-        tree = explored(self, [Node(here)])
-        return next((node.here for node, is_leaf in tree if is_leaf), None)
+        tree = explored(self, [Node(dictionary)])
+        return next((node.dictionary for node, is_leaf in tree if is_leaf), None)
 
     def violations(self, node: Node) -> dict[int, int]:
         """Return how far the point of a node is from any of the alternatives of an
         index, where it is in none."""
 
         def distance(form: int, is_zero: bool) -> int:
-            value = node.here.value(form)
+            value = node.dictionary.value(form)
             return abs(value) if is_zero else max(-value, 0)
 
         far = {
@@ -63,22 +64,24 @@ class Choices:
         }
         return {k: violation for k, violation in far.items() if violation}
 
-    def unsettled(self, _: Node) -> None:
+    def branching_index(self, _: Node) -> None:
         """Return None: a point is enough."""
 
     def children(self, node: Node, k: int) -> Iterator[Node]:
         self.branched.add(k)
         for alternative in reversed(self.alternatives[k]):
-            here = node.here.copy()
-            if all(self.restrict(here, *each) for each in alternative):
-                yield Node(here, node.chosen | {k})
+            dictionary = node.dictionary.copy()
+            if all(self.restrict(dictionary, *each) for each in alternative):
+                yield Node(dictionary, node.chosen | {k})
 
-    def restrict(self, here: Dictionary, form: int, is_zero: bool = False) -> bool:
+    def restrict(
+        self, dictionary: Dictionary, form: int, is_zero: bool = False
+    ) -> bool:
         """Restrict a polyhedron; return False if it is proved to be empty then, by a
         row whose forms are added to `used`."""
-        if (here.vanish if is_zero else here.require)(form):
+        if (dictionary.vanish if is_zero else dictionary.require)(form):
             return True
-        entries = zip(here.cobasic, here.rows[form][1:], strict=True)
+        entries = zip(dictionary.cobasic, dictionary.rows[form][1:], strict=True)
         self.used |= {form, *(each for each, value in entries if value)}
         return False
 
@@ -100,13 +103,14 @@ def search(system: System, conditions: Sequence[Condition], effort: Effort) -> O
         for each in conditions
         if each.kind == COMPLEMENTARITY
     }
-    parts = (part for own in alternatives.values() for each in own for part in each)
+    polyhedra = chain.from_iterable(alternatives.values())
+    parts = chain.from_iterable(polyhedra)
     forms = required | dict.fromkeys(form for form, _ in parts)
-    here, columns = system.dictionary(forms, effort)
-    nodes = Choices(alternatives, here.check)
-    is_open = all(nodes.restrict(here, form) for form in required)
-    if is_open and (found := nodes.point(here)) is not None:
-        return Outcome(system.point(found, columns), ())
+    dictionary, columns = system.dictionary(forms, effort)
+    nodes = Choices(alternatives, dictionary.check)
+    is_open = all(nodes.restrict(dictionary, form) for form in required)
+    if is_open and (solution_dictionary := nodes.point(dictionary)) is not None:
+        return Outcome(system.point(solution_dictionary, columns), ())
 
     def is_used(each: Condition) -> bool:
         if each.kind != SIGN and each.at in nodes.branched:

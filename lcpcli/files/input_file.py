@@ -246,7 +246,7 @@ class InputFile:
         if self.kind.has_arrays:
             return fractions_of(self.vector(field, n, names=names))
         as_written = written(lambda number: self.vector(field, n, number, names))
-        return [as_written.number(value) for value in as_written.own.tolist()]
+        return [as_written.number(value) for value in as_written.distinct.tolist()]
 
     def exactly(self, problem: Problem, q: InputFile | None = None) -> ExactProblem:
         """Return what `problem` has made of this file, and of one with q, with numbers

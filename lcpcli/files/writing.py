@@ -68,7 +68,7 @@ def contents_of(
     kind = formats.FORMATS[ending.casefold()]
     in_text = kind.in_decimals
     problem, exact = (
-        (as_written.own, as_written.exact) if in_text else (as_written.rounded, {})
+        (as_written.distinct, as_written.exact) if in_text else (as_written.rounded, {})
     )
     if kind.of and problem.formulation.kind != kind.of:
         noun = formulations.row_of(kind.of).word
@@ -159,13 +159,13 @@ def with_exact_conditions(as_written: Written[Problem], path: str) -> Written[Pr
         return Problem(M, problem.q, problem.name)
 
     exactly_written = written(parse)
-    return Written(problem, exactly_written.own, exactly_written.exact)
+    return Written(problem, exactly_written.distinct, exactly_written.exact)
 
 
 def is_rounded(as_written: Written[Problem], path: str) -> bool:
     """Return whether a file with the problem of `with_exact_conditions` has rounded
     doubles in place of numbers that are known exactly."""
-    problem, kind = as_written.own, kind_to_write(path)
+    problem, kind = as_written.distinct, kind_to_write(path)
     parts = problem.formulation.exact_conditions()
     if parts is not None:
         is_kept = kind.keeps == formats.ALL and (

@@ -90,10 +90,10 @@ ZERO = 1e-9
 def h_plus(context: Context) -> Verdict:
     """Decide whether M_ii > 0, and M_ii d_i > sum of |M_ij| d_j, j != i, in every row
     for some d > 0."""
-    found = context.low_diagonal() or scaled_dominance(context.M, context.check)
-    if found.word == YES and context.yes("symmetric"):  # then M is positive definite
-        return context.by_rounding() or found
-    return found
+    decision = context.low_diagonal() or scaled_dominance(context.M, context.check)
+    if decision.word == YES and context.yes("symmetric"):  # then M is positive definite
+        return context.by_rounding() or decision
+    return decision
 
 
 def m_matrix(context: Context) -> Verdict:
@@ -182,23 +182,23 @@ PAIRS = 2000
 CANDIDATES = 10
 # Of the largest component of an eigenvector, below which a component is rounding and
 # treated as zero.
-NOISE = 1e-13
+EIGENVECTOR_RTOL = 1e-13
 
 
 def p_matrix(context: Context) -> Verdict:
     """Decide whether every principal minor is positive."""
-    found = context.implied("positive_definite", "h_plus") or _by_symmetry(
+    decision = context.implied("positive_definite", "h_plus") or _by_symmetry(
         context, "positive_definite"
     )
-    return found or _by_minors(context, strict=True)
+    return decision or _by_minors(context, strict=True)
 
 
 def p0_matrix(context: Context) -> Verdict:
     """Decide whether no principal minor is negative."""
-    found = context.implied("p_matrix", "positive_semidefinite") or _by_symmetry(
+    decision = context.implied("p_matrix", "positive_semidefinite") or _by_symmetry(
         context, "positive_semidefinite"
     )
-    return found or _by_minors(context, strict=False)
+    return decision or _by_minors(context, strict=False)
 
 
 def _by_symmetry(context: Context, name: str) -> Verdict | None:
@@ -246,15 +246,17 @@ def _pair(context: Context, strict: bool) -> tuple[int, int] | None:
     M, diagonal = context.M, context.diagonal
     if matrices.is_sparse(M):
         product = M.multiply(M.T).tocoo()
-        rows, columns, values = product.row, product.col, product.data
+        rows = product.row
+        columns = product.col
+        values = product.data
     elif context.n <= PAIRS:
         values = (M * M.T).ravel()
         rows, columns = np.divmod(np.arange(values.size), context.n)
     else:
         return None
-    kept = np.flatnonzero((rows < columns) & (values > 0))
-    rows, columns = rows[kept], columns[kept]
-    excess = values[kept] / diagonal[rows] / diagonal[columns]
+    above_diagonal = np.flatnonzero((rows < columns) & (values > 0))
+    rows, columns = rows[above_diagonal], columns[above_diagonal]
+    excess = values[above_diagonal] / diagonal[rows] / diagonal[columns]
     likely = np.flatnonzero(excess >= 1 - 1e-15)
     for k in likely[np.argsort(-excess[likely], kind="stable")][:CANDIDATES]:
         pair = int(rows[k]), int(columns[k])
@@ -277,7 +279,7 @@ def _sign_reversal(context: Context, strict: bool) -> Vector | None:
         values, vectors = np.linalg.eig(M)
         for k in np.flatnonzero((values.imag == 0) & (values.real <= 0)):
             v = np.array(vectors[:, k].real)
-            v[np.abs(v) < NOISE * np.abs(v).max()] = 0.0
+            v[np.abs(v) < EIGENVECTOR_RTOL * np.abs(v).max()] = 0.0
             products = verdict.signs(M, v, context.check) * np.sign(v)
             if (products <= 0 if strict else products[v != 0] < 0).all():
                 return v
@@ -287,12 +289,12 @@ def _sign_reversal(context: Context, strict: bool) -> Vector | None:
 def row_sufficient(context: Context) -> Verdict:
     """Decide whether z_i (M'z)_i <= 0 for all i implies that all of these are 0."""
     if context.yes("symmetric"):
-        own = context.verdicts["column_sufficient"]
+        column_verdict = context.verdicts["column_sufficient"]
         return Verdict(
-            own.word,
+            column_verdict.word,
             "it is symmetric, so this is column sufficiency",
-            own.indices,
-            own.vector,
+            column_verdict.indices,
+            column_verdict.vector,
         )
     return column_sufficient(context, "M'z")
 
@@ -300,11 +302,11 @@ def row_sufficient(context: Context) -> Verdict:
 def column_sufficient(context: Context, product: str = "Mz") -> Verdict:
     """Decide whether z_i (Mz)_i <= 0 for all i, or the same for another product,
     implies that all of these are 0."""
-    found = context.implied("p_matrix", "positive_semidefinite") or context.excluded(
+    decision = context.implied("p_matrix", "positive_semidefinite") or context.excluded(
         "p0_matrix"
     )
-    if found is not None:
-        return found
+    if decision is not None:
+        return decision
     if context.n > ALL_PAIRS:
         return Verdict(
             UNDECIDED,
@@ -364,13 +366,13 @@ RANK_TOLERANCE = 1e-10
 
 def positive_definite(context: Context) -> Verdict:
     """Decide whether v'Mv > 0 for every v != 0."""
-    found = _by_diagonal(context, strict=True) or context.by_rounding()
-    if found is not None:
-        return found
+    decision = _by_diagonal(context, strict=True) or context.by_rounding()
+    if decision is not None:
+        return decision
     if context.n > EXACT_FIRST:
-        found = _by_rounded_arithmetic(context)
-        if found.word != UNDECIDED or context.n > EXACT_LAST:
-            return found
+        decision = _by_rounded_arithmetic(context)
+        if decision.word != UNDECIDED or context.n > EXACT_LAST:
+            return decision
     sets = context.definiteness
     if sets.zero is None and sets.negative is None:
         return Verdict(YES, "exact elimination of M + M' gives only positive pivots")
@@ -384,19 +386,19 @@ def positive_semidefinite(context: Context) -> Verdict:
     if (rounded := context.by_rounding()) is not None:
         return rounded
     witness = context.verdicts["positive_definite"]
-    found = context.implied("positive_definite") or _by_vector(
+    decision = context.implied("positive_definite") or _by_vector(
         context, witness.vector, False, witness.indices
     )
-    found = found or _by_diagonal(context, strict=False)
-    if found is None and context.n > EXACT_FIRST:
-        found = _by_support(context)
-    if found is None and context.n <= EXACT_LAST:
+    decision = decision or _by_diagonal(context, strict=False)
+    if decision is None and context.n > EXACT_FIRST:
+        decision = _by_support(context)
+    if decision is None and context.n <= EXACT_LAST:
         sets = context.definiteness
         if sets.negative is None:
             return Verdict(YES, "exact elimination of M + M' gives no negative pivot")
-        found = _by_index_set(context, sets.negative, strict=False)
+        decision = _by_index_set(context, sets.negative, strict=False)
     unseen = "neither a v with v'Mv < 0 nor a proof that there is none was found"
-    return found or Verdict(
+    return decision or Verdict(
         UNDECIDED, witness.evidence if witness.word == UNDECIDED else unseen
     )
 
@@ -417,8 +419,8 @@ def _by_diagonal(context: Context, strict: bool) -> Verdict | None:
     i = int(context.diagonal.argmin())
     if context.diagonal[i] > 0 or (context.diagonal[i] == 0 and not strict):
         return None
-    found = f"v'Mv = {context.shown(i, i)} for the unit vector v of index {i + 1}"
-    return Verdict(NO, found, (i,), context.vector((i,), (1,)))
+    evidence = f"v'Mv = {context.shown(i, i)} for the unit vector v of index {i + 1}"
+    return Verdict(NO, evidence, (i,), context.vector((i,), (1,)))
 
 
 def _by_rounded_arithmetic(context: Context) -> Verdict:
@@ -427,11 +429,11 @@ def _by_rounded_arithmetic(context: Context) -> Verdict:
     scaling = (
         context.verdicts["h_plus"].vector if "h_plus" in context.verdicts else None
     )
-    found = _by_vector(context, np.ones(context.n), True) or _by_vector(
+    decision = _by_vector(context, np.ones(context.n), True) or _by_vector(
         context, scaling, True
     )
-    if found is not None:
-        return found
+    if decision is not None:
+        return decision
     if context.yes("symmetric", "h_plus"):
         return Verdict(YES, "it is symmetric and an H+-matrix")
     context.check()
@@ -475,15 +477,15 @@ def _by_support(context: Context) -> Verdict | None:
     diagonal of a nonzero row."""
     S = context.symmetric_part
     support = np.flatnonzero(abs(S).sum(axis=1))
-    if pair := _loose(context):
+    if pair := _zero_diagonal_pair(context):
         (i, j), v = pair, np.zeros(context.n)
         v[i], v[j] = (
             -np.sign(S[i, j]) * (abs(context.diagonal[j]) / abs(S[i, j]) + 1.0),
             1.0,
         )
-        found = f"v'Mv < 0 for v with entries {v[i]:.6g} at {i + 1} and 1 at {j + 1}"
+        evidence = f"v'Mv < 0 for v with entries {v[i]:.6g} at {i + 1} and 1 at {j + 1}"
         return (
-            Verdict(NO, found, (i, j), v)
+            Verdict(NO, evidence, (i, j), v)
             if context.form_is_low(v, strict=False)
             else None
         )
@@ -505,7 +507,7 @@ def _by_support(context: Context) -> Verdict | None:
     return None
 
 
-def _loose(context: Context) -> tuple[int, int] | None:
+def _zero_diagonal_pair(context: Context) -> tuple[int, int] | None:
     """Return i and j with M_ii = 0 and M_ij + M_ji != 0; None if there are none."""
     zero = np.flatnonzero(context.diagonal == 0)
     rows = abs(context.symmetric_part[zero])
@@ -531,11 +533,11 @@ def _by_index_set(context: Context, indices: tuple[int, ...], strict: bool) -> V
         v = None if x is None or free else context.vector(indices, [*x, Fraction(1)])
     if v is None:
         with suppress(np.linalg.LinAlgError):
-            least = np.linalg.eigh(
+            eigenvector = np.linalg.eigh(
                 matrices.dense(context.symmetric_part[rows][:, rows])
             )[1][:, 0]
             v = np.zeros(context.n)
-            v[rows] = least
+            v[rows] = eigenvector
     minor = (
         f"the minor {index_set(indices)} of M + M' is "
         f"{'not positive' if strict else 'negative'}"
@@ -572,9 +574,9 @@ def definiteness(S: Matrix) -> Definiteness:
     if _is_clearly_indefinite(S):
         return Definiteness(NO, NO)
     steps = MIN_DEFINITENESS_STEPS + DEFINITENESS_STEPS / n**3
-    found = verdict.classify(S, "positive_semidefinite", steps)
+    verdicts = verdict.classify(S, "positive_semidefinite", steps)
     words = (
-        found[name].word for name in ("positive_definite", "positive_semidefinite")
+        verdicts[name].word for name in ("positive_definite", "positive_semidefinite")
     )
     definite, semidefinite = words
     if semidefinite == UNDECIDED and n <= MAX_FLOAT_ROWS:
@@ -640,8 +642,8 @@ ALL_SETS = 9
 
 def copositive(context: Context) -> Verdict:
     """Decide whether v'Mv >= 0 for every v >= 0."""
-    if (found := context.implied("positive_semidefinite")) is not None:
-        return found
+    if (decision := context.implied("positive_semidefinite")) is not None:
+        return decision
     if context.symmetric_part.min() >= 0:
         return Verdict(YES, "no entry of M + M' is negative")
     S, n = context.symmetric_part, context.n
@@ -653,9 +655,9 @@ def copositive(context: Context) -> Verdict:
     for v in vectors:
         if context.form_is_low(v, strict=False):
             return Verdict(NO, f"v'Mv < 0 for v = {text_of(v)} >= 0", vector=v)
-    found = _beside_nonnegative_rows(context)
-    if found is not None or context.n > ALL_SETS:
-        return found or _undecided(context)
+    decision = _without_nonnegative_rows(context)
+    if decision is not None or context.n > ALL_SETS:
+        return decision or _undecided(context)
     for P, S_PP in verdict.blocks(
         elimination.symmetrized(context.whole()), context.check
     ):
@@ -671,13 +673,13 @@ def copositive(context: Context) -> Verdict:
 
 def strictly_copositive(context: Context) -> Verdict:
     """Decide whether v'Mv > 0 for every v >= 0, v != 0."""
-    found = (
+    decision = (
         context.implied("positive_definite")
         or context.low_diagonal()
         or context.excluded("copositive")
     )
-    if found is not None:
-        return found
+    if decision is not None:
+        return decision
     if context.symmetric_part.min() >= 0:
         return Verdict(
             YES, "no entry of M + M' is negative, and its diagonal is positive"
@@ -688,17 +690,17 @@ def strictly_copositive(context: Context) -> Verdict:
 def copositive_plus(context: Context) -> Verdict:
     """Decide whether M is copositive, and (M + M')v = 0 for every v >= 0 with v'Mv =
     0."""
-    found = context.implied(
+    decision = context.implied(
         "positive_semidefinite", "strictly_copositive"
     ) or context.excluded("copositive")
-    if found is None and (pair := _loose(context)):
+    if decision is None and (pair := _zero_diagonal_pair(context)):
         i, j = pair
-        wrong = f"{entry(i, i)} = 0, but {entry(i, j)} + {entry(j, i)} is not"
-        return Verdict(NO, wrong, pair, context.vector((i,), (1,)))
-    return found or _by_zeros(context, plus=True)
+        evidence = f"{entry(i, i)} = 0, but {entry(i, j)} + {entry(j, i)} is not"
+        return Verdict(NO, evidence, pair, context.vector((i,), (1,)))
+    return decision or _by_zeros(context, plus=True)
 
 
-def _beside_nonnegative_rows(context: Context) -> Verdict | None:
+def _without_nonnegative_rows(context: Context) -> Verdict | None:
     """Return YES if M + M' is positive semidefinite without its rows that have no
     negative entry, as those of the slacks of friction cones; UNDECIDED if rounding
     decides that, and index sets are too many; else None."""
@@ -712,13 +714,17 @@ def _beside_nonnegative_rows(context: Context) -> Verdict | None:
     if first.size < rest.size:
         part = Context(part.M[first][:, first], context.check)
     part.verdicts["positive_definite"] = positive_definite(part)
-    beside = positive_semidefinite(part)
+    rest_verdict = positive_semidefinite(part)
     are_nonnegative = f"M + M' has no negative entry in {_named(context, rows)}"
-    if beside.word == YES:
+    if rest_verdict.word == YES:
         evidence = f"{are_nonnegative}, and is positive semidefinite without them"
         return Verdict(YES, evidence)
-    if beside.word == UNDECIDED and part.rounding is not None and context.n > ALL_SETS:
-        evidence = f"{are_nonnegative}; without them {beside.evidence}"
+    if (
+        rest_verdict.word == UNDECIDED
+        and part.rounding is not None
+        and context.n > ALL_SETS
+    ):
+        evidence = f"{are_nonnegative}; without them {rest_verdict.evidence}"
         return Verdict(UNDECIDED, evidence)
     return None
 
@@ -753,19 +759,19 @@ class Merged(NamedTuple):
 
 
 def merged(M: Matrix) -> Merged:
-    known: dict[tuple[bytes, ...], int] = {}
+    first_with: dict[tuple[bytes, ...], int] = {}
     first, sign = np.arange(M.shape[0]), np.ones(M.shape[0])
     both = matrices.compressed(M), matrices.compressed(M.T)
     for i in range(M.shape[0]):
         key: list[bytes] = []
         for A in both:
-            own = slice(A.indptr[i], A.indptr[i + 1])
-            order = np.argsort(A.indices[own])
-            data, indices = A.data[own][order], A.indices[own][order]
+            row_entries = slice(A.indptr[i], A.indptr[i + 1])
+            order = np.argsort(A.indices[row_entries])
+            data, indices = A.data[row_entries][order], A.indices[row_entries][order]
             if not key and data.size and data[0] < 0:
                 sign[i] = -1.0
             key += [indices.tobytes(), (sign[i] * data).tobytes()]
-        first[i] = known.setdefault(tuple(key), i)
+        first[i] = first_with.setdefault(tuple(key), i)
     return Merged(first, sign)
 
 
@@ -785,12 +791,17 @@ def ends_at_solution(M: Matrix, q: Vector, check: verdict.Check) -> bool:
         return not rest.size and q.min(initial=0.0) >= 0
     part = M[rest][:, rest]
     first, sign = merged(part)
-    own = np.flatnonzero(first == np.arange(rest.size))
-    for i in own.tolist():
+    representatives = np.flatnonzero(first == np.arange(rest.size))
+    for i in representatives.tolist():
         sides = (q[rest][(first == i) & (sign == side)] for side in (1.0, -1.0))
         if sum(side.min(initial=np.inf) for side in sides) < 0:
             return False
-    return positive_definite(Context(part[own][:, own], check)).word == YES
+    return (
+        positive_definite(
+            Context(part[representatives][:, representatives], check)
+        ).word
+        == YES
+    )
 
 
 def _undecided(context: Context, what: str = "index sets") -> Verdict:

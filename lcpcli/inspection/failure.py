@@ -59,21 +59,19 @@ def explanation(problem: Problem, methods: Sequence[str]) -> Explanation:
 def _guarantee(classes: Mapping[str, Verdict]) -> str:
     """Return which method is guaranteed to solve a problem with M of these classes; ""
     if none is."""
-    return next(
-        (
-            f"{name} is guaranteed to solve it, as M is {called(own)}"
-            for name in REMEDIES
-            for own in METHODS[name].guaranteed
-            if own in classes and classes[own].word == YES
-        ),
-        "",
-    )
+    for name in REMEDIES:
+        for class_name in METHODS[name].guaranteed:
+            if class_name in classes and classes[class_name].word == YES:
+                return f"{name} is guaranteed to solve it, as M is {called(class_name)}"
+    return ""
 
 
 def _of_numbers(problem: Problem) -> tuple[list[str], str]:
     """Return clauses on the scaling and the condition of M, and what a badly scaled M
     needs."""
-    M, causes, need = problem.M, list[str](), ""
+    M = problem.M
+    causes = list[str]()
+    need = ""
     scaled = matrices.scaled(M, *equilibrate(M, problem.q))
     before, after = max(theory.spread(M)), max(theory.spread(scaled))
     if before > theory.BAD_SPREAD and after < before - 1:

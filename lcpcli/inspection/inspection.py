@@ -14,7 +14,7 @@ import math
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass
-from itertools import islice
+from itertools import chain, islice
 from typing import NamedTuple, overload
 
 import numpy as np
@@ -75,13 +75,11 @@ def plan(problem: Problem) -> list[Attempt]:
     # As auto searches.
     problem = composed(as_problem(problem), relaxed, shifted).problem
     structure = Structure(problem, problem.q)
-
-    rows = dict.fromkeys(
-        row
-        for phase in phases(structure)
-        for row in sorted(phase, key=lambda row: row.first_round)
-        if row.applies(structure)
+    in_order = chain.from_iterable(
+        sorted(phase, key=lambda row: row.first_round) for phase in phases(structure)
     )
+    # An attempt of several phases begins in the first of them.
+    rows = dict.fromkeys(row for row in in_order if row.applies(structure))
     shares = [(row, row.share(structure)) for row in rows]
     return [
         Attempt(row.method, row.part, None if n == math.inf else int(n), row.reason)
@@ -166,20 +164,20 @@ def inspect(
     errors cannot affect it.
 
     >>> import lcpcli
-    >>> found = lcpcli.inspect(lcpcli.Problem([[2, 1], [1, 2]], [-5, -6]))
-    >>> found.classes["p_matrix"].word, found.guarantees["lemke"].word
+    >>> diagnosis = lcpcli.inspect(lcpcli.Problem([[2, 1], [1, 2]], [-5, -6]))
+    >>> diagnosis.classes["p_matrix"].word, diagnosis.guarantees["lemke"].word
     ('yes', 'yes')
     """
     if isinstance(problem, NonlinearProblem):
         return inspect_nonlinear(problem, time_limit)
     as_problem(problem)
-    M, end = problem.M, clock.seconds() + time_limit
+    M, deadline = problem.M, clock.seconds() + time_limit
     with deadline_after(time_limit):
         classes = classify(M)
     definite = classes["symmetric"].word == classes["positive_definite"].word == YES
     p, smoothing_error = theory.smoothing(problem)
     scaled = matrices.scaled(M, *equilibrate(M, problem.q))
-    found = Inspection(
+    diagnosis = Inspection(
         problem=problem,
         nonzeros=int(np.count_nonzero(M.data if matrices.is_sparse(M) else M)),
         classes=classes,
@@ -192,30 +190,30 @@ def inspect(
         obvious=_obvious(problem, classes),
         hints=list(filter(None, [changes.remark(problem)])),
     )
-    with suppress(TimeIsUp), deadline_after(end - clock.seconds()):
+    with suppress(TimeIsUp), deadline_after(deadline - clock.seconds()):
         raise_if_timed_out()
         if problem.n and affordable(M):
-            found.condition = theory.condition(M)
+            diagnosis.condition = theory.condition(M)
             raise_if_timed_out()
-            found.equilibrated_condition = theory.condition(scaled)
+            diagnosis.equilibrated_condition = theory.condition(scaled)
             raise_if_timed_out()
-            found.stiffness = stiffness(M)
+            diagnosis.stiffness = stiffness(M)
         raise_if_timed_out()
         if problem.n and classes["symmetric"].word == YES:
-            found.spectrum = theory.eigenvalues(M, definite)
+            diagnosis.spectrum = theory.eigenvalues(M, definite)
         raise_if_timed_out()
         if problem.n:
-            found.published, found.best = theory.rates(
-                M, found.spectrum if definite else None
+            diagnosis.published, diagnosis.best = theory.rates(
+                M, diagnosis.spectrum if definite else None
             )
-    with suppress(TimeIsUp), deadline_after(end - clock.seconds()):
+    with suppress(TimeIsUp), deadline_after(deadline - clock.seconds()):
         raise_if_timed_out()
-        found.presolve = presolved(problem) if problem.is_mixed else None
+        diagnosis.presolve = presolved(problem) if problem.is_mixed else None
         raise_if_timed_out()
-        found.plan = plan(problem)
-    with suppress(TimeIsUp), deadline_after(end - clock.seconds()):
-        found.hints.extend(_hints(found))
-    return found
+        diagnosis.plan = plan(problem)
+    with suppress(TimeIsUp), deadline_after(deadline - clock.seconds()):
+        diagnosis.hints.extend(_hints(diagnosis))
+    return diagnosis
 
 
 def _obvious(problem: Problem, classes: dict[str, Verdict]) -> str:
@@ -226,12 +224,13 @@ def _obvious(problem: Problem, classes: dict[str, Verdict]) -> str:
     Thrall, O. Wesler, A partition theorem for Euclidean n-space, Proc. Amer. Math. Soc.
     9 (1958) 805-807.
     """
-    box, kinds, unique = problem.box, problem.box.kinds, classes["p_matrix"].word == YES
+    box = problem.box
+    kinds = problem.box.kinds
+    unique = classes["p_matrix"].word == YES
     if not box.gaps(box.project(np.zeros(problem.n)), problem.q_ref).any():
         nearest = "the z within the bounds nearest to 0" if kinds else "q >= 0: z = 0"
-        return (
-            f"{nearest} is a solution{', the unique one, as M is a P-matrix' * unique}"
-        )
+        remark = ", the unique one, as M is a P-matrix" if unique else ""
+        return f"{nearest} is a solution{remark}"
     if unique:
         every = (
             "these and all other bounds and every q"
@@ -241,7 +240,7 @@ def _obvious(problem: Problem, classes: dict[str, Verdict]) -> str:
         return f"there is exactly one solution, for {every}, as M is a P-matrix"
     if kinds:
         finite = not {"free", "lower bound", "upper bound"} & kinds.keys()
-        return "there is a solution, as all bounds are finite" * finite
+        return "there is a solution, as all bounds are finite" if finite else ""
     rows = np.flatnonzero((problem.q < 0) & ~((problem.M > 0).sum(axis=1) > 0))
     if not rows.size:
         return ""
@@ -252,62 +251,62 @@ def _obvious(problem: Problem, classes: dict[str, Verdict]) -> str:
     )
 
 
-def _hints(own: Inspection) -> list[str]:
+def _hints(diagnosis: Inspection) -> list[str]:
     """Return hints at likely mistakes in the data, each with evidence and advice."""
-    found, condition = [], own.equilibrated_condition
-    before, after = map(max, (own.spread, own.equilibrated_spread))
+    hints, condition = [], diagnosis.equilibrated_condition
+    before, after = map(max, (diagnosis.spread, diagnosis.equilibrated_spread))
     if before > theory.BAD_SPREAD and after < before - 1:
-        found.append(
+        hints.append(
             "badly scaled: the largest entries of rows or columns vary by "
             f"{before:.1f} decades, "
             f"by {after:.1f} after equilibration; use auto, or shi:scale "
             "and fixed-point"
         )
-    if own.stiffness is not None:
-        found.append(_on_stiffness(own.stiffness))
+    if diagnosis.stiffness is not None:
+        hints.append(_on_stiffness(diagnosis.stiffness))
     elif condition is not None and theory.BAD_CONDITION < condition < math.inf:
         digits = f"{min(math.log10(condition), 16.0):.0f}"
-        found.append(
+        hints.append(
             f"ill-conditioned, even after equilibration: about {digits} digits "
             "of z may be lost"
         )
-    if semidefinite_by_rounding(own.problem.M) is not None:
-        found.append(
+    if semidefinite_by_rounding(diagnosis.problem.M) is not None:
+        hints.append(
             "M is positive semidefinite up to the rounding of its entries: if it is "
             "that of a program, minimizers are said to be so up to rounding"
         )
-    M = own.problem.M
-    if own.classes["symmetric"].word != NO:
-        return found
+    M = diagnosis.problem.M
+    if diagnosis.classes["symmetric"].word != NO:
+        return hints
     if abs(M - M.T).max() <= ASYMMETRY * abs(M).max():
         return [
-            *found,
+            *hints,
             "M is symmetric up to rounding: if it should be, symmetrize it, "
             "which halves the work",
         ]
     transpose = M.T.tocsr() if matrices.is_sparse(M) else np.ascontiguousarray(M.T)
     if (
-        own.classes["strictly_diagonally_dominant"].word == NO
+        diagnosis.classes["strictly_diagonally_dominant"].word == NO
         and weak_row(transpose, raise_if_timed_out) is None
     ):
-        found.append(
+        hints.append(
             "strictly diagonally dominant by columns, not by rows: if rows were "
             "intended, M is transposed"
         )
-    return found
+    return hints
 
 
 def _on_stiffness(condition: float) -> str:
     """Return what follows from a condition number in units of the diagonal."""
     digits = math.floor(DOUBLE_DIGITS - math.log10(min(condition, MAX_TOLD)))
-    left = (
+    consequence = (
         f"rounding of M and q leaves at least about {count(digits, 'digit')} of z"
         if digits > 0
         else "rounding of M and q may leave z no digit"
     )
     return (
         f"stiff: the condition number is {in_words(condition)} in units of the "
-        f"diagonal, and positive entries off it are not small; {left}; "
+        f"diagonal, and positive entries off it are not small; {consequence}; "
         f"{MADE_FOR_IT}, which auto uses, is made for such M"
     )
 
@@ -385,7 +384,7 @@ def inspect_nonlinear(
             condition = theory.condition(J)
         if J is not None:
             classes = classify(J, LAST_CLASS)
-    found = NonlinearInspection(
+    diagnosis = NonlinearInspection(
         problem=problem,
         operators=operators,
         common_expressions=common,
@@ -403,8 +402,8 @@ def inspect_nonlinear(
         classes=classes,
         hints=[],
     )
-    found.hints.extend(_nonlinear_hints(found, J is None))
-    return found
+    diagnosis.hints.extend(_nonlinear_hints(diagnosis, J is None))
+    return diagnosis
 
 
 def _samples(evaluations: Evaluations) -> Iterator[Matrix]:
@@ -442,21 +441,21 @@ def _rank(pattern: Matrix) -> int:
     return int(structural_rank(pattern.tocsr())) if min(pattern.shape) else 0
 
 
-def _nonlinear_hints(found: NonlinearInspection, is_undefined: bool) -> Iterator[str]:
+def _nonlinear_hints(
+    diagnosis: NonlinearInspection, is_undefined: bool
+) -> Iterator[str]:
     """Yield hints at likely mistakes, each with evidence and advice."""
-    problem, spread = found.problem, found.spread
-    if found.undefined_rows:
+    problem, spread = diagnosis.problem, diagnosis.spread
+    if diagnosis.undefined_rows:
         yield (
             "F is not finite at the start in "
-            f"{_named(problem, found.undefined_rows)}: start inside its domain"
+            f"{_named(problem, diagnosis.undefined_rows)}: start inside its domain"
         )
     elif is_undefined:
         yield "J is not finite at the start: start inside the domain of F"
-    k, of_rows, of_free = (
-        found.equations,
-        found.structural_rank_of_equations,
-        found.structural_rank_of_free,
-    )
+    k = diagnosis.equations
+    of_rows = diagnosis.structural_rank_of_equations
+    of_free = diagnosis.structural_rank_of_free
     if of_rows < k:
         few = (
             f"the {k} equations can be solved for at most {of_rows} unknowns, "
@@ -476,14 +475,15 @@ def _nonlinear_hints(found: NonlinearInspection, is_undefined: bool) -> Iterator
             "badly scaled: the largest entries of rows or columns of J at the "
             f"start vary by {decades:.1f} decades"
         )
-    is_singular = found.condition is not None and found.condition > theory.BAD_CONDITION
-    if is_singular and found.structural_rank == problem.n:
+    is_singular = (
+        diagnosis.condition is not None and diagnosis.condition > theory.BAD_CONDITION
+    )
+    if is_singular and diagnosis.structural_rank == problem.n:
         yield "J is singular at the start, or nearly: another start may be better"
 
 
 def _named(problem: NonlinearProblem, rows: Sequence[int]) -> str:
     named = ", ".join(f"{i + 1} {problem.names[i]}".rstrip() for i in rows[:MAX_NAMED])
-    return (
-        f"row{'s' * (len(rows) > 1)} {named}"
-        + f" and {len(rows) - MAX_NAMED} more" * (len(rows) > MAX_NAMED)
-    )
+    word = "rows" if len(rows) > 1 else "row"
+    more = f" and {len(rows) - MAX_NAMED} more" if len(rows) > MAX_NAMED else ""
+    return f"{word} {named}{more}"

@@ -53,7 +53,7 @@ from lcpcli.typing import Matrix
 
 # Unknowns up to which the exhaustive search of milp always terminates, see
 # milp.MAX_NODES.
-SETTLED = 12
+MAX_CERTAIN_MILP_UNKNOWNS = 12
 # Unknowns up to which the iteration matrix T is formed for its norm alone, which costs
 # O(n^3)
 MAX_WITH_NORM = 500
@@ -83,21 +83,22 @@ def guarantees(
 ) -> dict[str, Guarantee]:
     """Return for each of `methods.registry.METHODS` whether its success is guaranteed
     by the known classes of M."""
-    found = {
+    guarantee_of = {
         name: _guarantee(method, classes, problem) for name, method in METHODS.items()
     }
     # Whose turn alone has no limit.
-    if problem.n > SETTLED and found["interior"].word == YES:
-        found[AUTO] = Guarantee(YES, f"as interior: {found['interior'].reason}")
-    elif problem.n > SETTLED:
+    if problem.n > MAX_CERTAIN_MILP_UNKNOWNS and guarantee_of["interior"].word == YES:
+        guarantee_of[AUTO] = Guarantee(
+            YES, f"as interior: {guarantee_of['interior'].reason}"
+        )
+    elif problem.n > MAX_CERTAIN_MILP_UNKNOWNS:
         named = " and ".join(
-            name for name in ("newton", "lemke") if found[name].word == YES
+            name for name in ("newton", "lemke") if guarantee_of[name].word == YES
         )
-        own = f"; without limits {named} would do" if named else ""
-        found[AUTO] = Guarantee(
-            NO, f"above {SETTLED} unknowns its attempts have limits{own}"
-        )
-    return found
+        remark = f"; without limits {named} would do" if named else ""
+        reason = f"above {MAX_CERTAIN_MILP_UNKNOWNS} unknowns its attempts have limits"
+        guarantee_of[AUTO] = Guarantee(NO, reason + remark)
+    return guarantee_of
 
 
 def _guarantee(
@@ -107,8 +108,14 @@ def _guarantee(
     if method.max_unknowns is not None and n > method.max_unknowns:
         return Guarantee(NO, f"it is limited to {method.max_unknowns} unknowns")
     if ANY in method.guaranteed:
-        large = Guarantee(NO, f"above {SETTLED} unknowns its tree may be too large")
-        return large if n > SETTLED else Guarantee(YES, method.guaranteed[ANY])
+        large = Guarantee(
+            NO, f"above {MAX_CERTAIN_MILP_UNKNOWNS} unknowns its tree may be too large"
+        )
+        return (
+            large
+            if n > MAX_CERTAIN_MILP_UNKNOWNS
+            else Guarantee(YES, method.guaranteed[ANY])
+        )
     only_h_plus = (
         classes["h_plus"].word == YES and classes["positive_definite"].word != YES
     )
@@ -160,26 +167,27 @@ def _is_copositive_for_q(classes: Mapping[str, Verdict], problem: Problem) -> bo
     return ends_at_solution(problem.M, problem.q, interrupts.raise_if_timed_out)
 
 
-def rates(M: Matrix, ends: Spectrum | None) -> tuple[Rate, Rate | None]:
+def rates(M: Matrix, spectrum: Spectrum | None) -> tuple[Rate, Rate | None]:
     """Return the rates for omega = 1, as published, and for `fixed_point.best_omega`,
     if a symmetric M is affordable.
 
-    ends : the ends of a positive definite spectrum; if they are not known, the rates
-        are known only for small M.
+    spectrum : the extreme eigenvalues of a positive definite M; if they are not known,
+        the rates are known only for small M.
     """
     omega = best_omega(M) if affordable(M) or not matrices.is_symmetric(M) else math.inf
-    return _rate(M, OMEGA.value, ends), _rate(
-        M, omega, ends
+    return _rate(M, OMEGA.value, spectrum), _rate(
+        M, omega, spectrum
     ) if omega < math.inf else None
 
 
-def _rate(M: Matrix, omega: float, ends: Spectrum | None) -> Rate:
+def _rate(M: Matrix, omega: float, spectrum: Spectrum | None) -> Rate:
     """Return the rate for one omega; unknown if omega I + M is singular or T
     overflows."""
     factor: float | None = None
-    if ends is not None and ends.smallest > 0:
+    if spectrum is not None and spectrum.smallest > 0:
         factor = max(
-            abs(omega - end) / (omega + end) for end in (ends.smallest, ends.largest)
+            abs(omega - eigenvalue) / (omega + eigenvalue)
+            for eigenvalue in (spectrum.smallest, spectrum.largest)
         )
     elif M.shape[0] <= MAX_WITH_NORM:
         dense, shift = matrices.dense(M), omega * np.eye(M.shape[0])
@@ -295,11 +303,11 @@ def eigenvalues(M: Matrix, definite: bool) -> Spectrum | None:
     if M.shape[0] <= MAX_WITH_SPECTRUM:
         values = np.linalg.eigvalsh(matrices.dense(M))
         return Spectrum(float(values[0]), float(values[-1]), estimated=False)
-    found = krylov.ends(M) if definite and affordable(M) else None
+    extremes = krylov.ends(M) if definite and affordable(M) else None
     return (
         None
-        if found is None or not np.isfinite(found).all()
-        else Spectrum(*found, estimated=True)
+        if extremes is None or not np.isfinite(extremes).all()
+        else Spectrum(*extremes, estimated=True)
     )
 
 

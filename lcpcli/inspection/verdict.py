@@ -29,7 +29,9 @@ from lcpcli.linalg.doubles import EPS, SMALLEST_NORMAL
 from lcpcli.rational import elimination, numbers
 from lcpcli.typing import Matrix, Vector
 
-YES, NO, UNDECIDED = "yes", "no", "not decided"
+YES = "yes"
+NO = "no"
+UNDECIDED = "not decided"
 MAX_ENTRIES = 6  # of a vector or index set in a sentence, about half a line
 # Nonzeros of v up to which the sign of v'Mv is determined exactly: 250000 products of
 # integers.
@@ -53,7 +55,9 @@ def title(name: str) -> str:
 def called(name: str) -> str:
     """Return the words that follow "it is" for a matrix of a class."""
     words = title(name)
-    return ("an " if words[0] in "HM" else "a ") * words.endswith("-matrix") + words
+    if not words.endswith("-matrix"):
+        return words
+    return f"{'an' if words[0] in 'HM' else 'a'} {words}"
 
 
 # It raises TimeIsUp if the time is used up, as `interrupts.raise_if_timed_out` does.
@@ -82,9 +86,9 @@ class Verdict:
 def text_of(numbers: Sequence[float] | Vector) -> str:
     """Return a vector or index set for a sentence: complete if it is short, else its
     beginning."""
-    texts = [f"{number:.6g}" for number in numbers[:MAX_ENTRIES]] + ["..."] * (
-        len(numbers) > MAX_ENTRIES
-    )
+    texts = [f"{number:.6g}" for number in numbers[:MAX_ENTRIES]]
+    if len(numbers) > MAX_ENTRIES:
+        texts.append("...")
     return f"({', '.join(texts)})"
 
 
@@ -259,10 +263,12 @@ def signs(A: Matrix, d: Vector, check: Check) -> Vector:
             if matrices.is_sparse(A)
             else slice(None)
         )
-        row, own = (
+        row, vector_part = (
             (A.data[part], d[A.indices[part]]) if matrices.is_sparse(A) else (A[i], d)
         )
-        total = numbers.dot(numbers.in_integers(row)[0], numbers.in_integers(own)[0])
+        total = numbers.dot(
+            numbers.in_integers(row)[0], numbers.in_integers(vector_part)[0]
+        )
         sign[i] = (total > 0) - (total < 0)
     return sign
 
@@ -295,22 +301,22 @@ def skew_symmetric(context: Context) -> Verdict:
 def _nonzero_entry(context: Context, difference: Matrix) -> Verdict | None:
     """Return NO with the first pair of entries of M whose difference is not 0; None if
     there is none."""
-    if (place := _first(difference)) is None:
+    if (position := _first(difference)) is None:
         return None
-    i, j = place
-    own, other = context.shown(i, j), context.shown(j, i)
+    i, j = position
+    shown, other = context.shown(i, j), context.shown(j, i)
     return (
-        Verdict(NO, f"{own} is not 0", (i,))
+        Verdict(NO, f"{shown} is not 0", (i,))
         if i == j
-        else Verdict(NO, f"{own}, {other}", place)
+        else Verdict(NO, f"{shown}, {other}", position)
     )
 
 
 def z_matrix(context: Context) -> Verdict:
     """Decide whether no entry off the diagonal is positive."""
-    if (place := _first(matrices.comparison(context.M) < context.M)) is None:
+    if (position := _first(matrices.comparison(context.M) < context.M)) is None:
         return Verdict(YES, "no entry off the diagonal is positive")
-    return Verdict(NO, f"{context.shown(*place)} is positive", place)
+    return Verdict(NO, f"{context.shown(*position)} is positive", position)
 
 
 def _first(A: Matrix) -> tuple[int, int] | None:

@@ -39,8 +39,8 @@ from lcpcli.typing import Indices, Mask, Matrix, States, Vector
 from lcpcli.verify.final_states import (
     HIDDEN_TERM,
     LONG_NUMBER,
-    confirmed,
     hides_term_of_row,
+    verified_or_exact,
     without_rounding,
 )
 from lcpcli.verify.measure import FEW_UNKNOWNS, FINEST, Measure, least_caps
@@ -281,7 +281,7 @@ def beyond_doubt(problem: Problem, answer: DirectAnswer) -> DirectAnswer | None:
     """Return an answer of `exchanges` that may hide a term, unless rounding of its
     terms leaves doubt: then the solution that its states confirm, or None if it may
     have to be replaced by an exact one, as `small` does for few unknowns."""
-    found = confirmed(problem, answer.z)
+    found = verified_or_exact(problem, answer.z)
     if found is None or found.z is answer.z:
         return None if found is None else answer
     return answer._replace(z=found.z, is_certain=False, end=found.basis)

@@ -249,7 +249,7 @@ class _Nodes:
             z[columns] = found.point
         return z, M @ z + q
 
-    def unsettled(self, node: _Node) -> None:
+    def branching_index(self, node: _Node) -> None:
         """All indices have been decided."""
 
     def children(self, node: _Node, branch: int) -> Iterator[_Node]:

@@ -61,7 +61,7 @@ from lcpcli.rational.numbers import rounded, rounded_direction, whole_multiple
 from lcpcli.typing import Mask, Matrix, Vector
 from lcpcli.verify.certificate import Proof, first_proof
 from lcpcli.verify.exact_solution import ExactBasis, exact_basis
-from lcpcli.verify.farkas import most_exact
+from lcpcli.verify.farkas import max_exact_unknowns
 from lcpcli.verify.point import Criterion, Point
 
 # Of exact arithmetic where doubles fail, by the seconds that it usually takes.
@@ -172,7 +172,7 @@ class _InFractions:
     def _block(self, own: Sequence[int]) -> list[list[int]]:
         """Return the block of some rows and columns; raise TimeIsUp where a system with
         it would take too long."""
-        if len(own) > most_exact():
+        if len(own) > max_exact_unknowns():
             raise TimeIsUp
         A = [[self._data.rows[i].get(j, 0) for j in own] for i in own]
         self._effort.spend(elimination.duration(A))

@@ -85,7 +85,7 @@ from lcpcli.solving.derivatives import (
 )
 from lcpcli.solving.result import Result
 from lcpcli.typing import Indices, Mask, Matrix, Vector, VectorLike
-from lcpcli.verify.digits import room, signs
+from lcpcli.verify.digits import signs, state_slacks
 
 # Up to which S is classified before M: by its principal minors in milliseconds.
 FEW_KINKS = 10
@@ -100,7 +100,7 @@ MAX_DENSE = 2000
 CLEAR = 1e3
 UNSOLVED = ("raise", "nan")
 
-Found = TypeVar("Found", BatchGradient, BatchDerivative)
+BatchRecord = TypeVar("BatchRecord", BatchGradient, BatchDerivative)
 
 
 @with_limited_threads
@@ -114,24 +114,24 @@ def gradient(
     rows = None if J is None else _rows(J, problem.n)
     if rows is None:
         (g,) = by_names(lambda: problem.names, g=g)
-    own = as_vector(
+    g_of_z = as_vector(
         "g",
         g,
         problem.n if rows is None else rows.shape[0],
         "unknown" if rows is None else "row of J",
     )
-    if not own.any():  # whatever the solution is, the function does not depend on it
+    if not g_of_z.any():  # whatever the solution is, the function does not depend on it
         zeros, none = np.zeros(problem.n), np.zeros(problem.n, dtype=bool)
         return Gradient(zeros, problem.M, zeros, zeros, none, none, [])
     at = linearization(result, J is not None)
     if rows is not None:
         _refuse_undetermined(at, rows)
-        own = product(rows.T, own)
+        g_of_z = product(rows.T, g_of_z)
     by_q, basic = np.zeros(problem.n), np.zeros(problem.n, dtype=bool)
-    by_q[at.basic] = 0.0 - at.solve(own[at.basic], transposed=True)
+    by_q[at.basic] = 0.0 - at.solve(g_of_z[at.basic], transposed=True)
     basic[at.basic] = True
     return Gradient(
-        finite(by_q), problem.M, at.z, own, basic, at.upper, at.kinks.tolist()
+        finite(by_q), problem.M, at.z, g_of_z, basic, at.upper, at.kinks.tolist()
     )
 
 
@@ -153,7 +153,7 @@ def derivative(
     )
     if rows is not None:
         _refuse_undetermined(at, rows)
-    dq, *ends = by_names(
+    dq, *bound_changes = by_names(
         lambda: problem.names,
         **{name: changes[name] for name in ("dq", "dlower", "dupper")},
     )
@@ -165,7 +165,7 @@ def derivative(
     names = "dlower", "dupper"
     moves = [
         d if d is None else as_vector(name, d, problem.n)
-        for name, d in zip(names, ends, strict=True)
+        for name, d in zip(names, bound_changes, strict=True)
     ]
     dz = moved_bounds(problem.box, at.upper, *moves)
     dz[at.basic] = 0.0
@@ -202,8 +202,8 @@ def _rows(J: Any, n: int) -> Matrix:
 
 def _refuse_undetermined(at: Linearization, J: Matrix) -> None:
     for i in (~at.determines(J)).nonzero()[0][:1].tolist():
-        fault = f"z is one of several solutions, which differ in J z, in row {i} of J"
-        raise DerivativeError("", f"no derivative: {fault} {FROM_0}")
+        reason = f"z is one of several solutions, which differ in J z, in row {i} of J"
+        raise DerivativeError("", f"no derivative: {reason} {FROM_0}")
 
 
 def moved_bounds(
@@ -216,19 +216,23 @@ def moved_bounds(
     )
     for name, moves, bound in (("lower", low, box.lower), ("upper", high, box.upper)):
         for at in np.argwhere(np.isinf(bound) & (moves != 0))[:1].tolist():
-            fault = f"is {moves[tuple(at)]:g}, but there is no such bound"
-            raise ProblemError(f"d{name}{_place(at)}", fault, f"give 0 {FROM_0}")
+            reason = f"is {moves[tuple(at)]:g}, but there is no such bound"
+            raise ProblemError(
+                f"d{name}{_position_text(at)}", reason, f"give 0 {FROM_0}"
+            )
     for at in np.argwhere(box.fixed & (low != high))[:1].tolist():
-        place, values = _place(at), (low[tuple(at)], high[tuple(at)])
-        fault = (
-            f"is {values[0]:g} and dupper{place} is {values[1]:g}, but lower{place} "
-            f"= upper{place}"
+        position, values = _position_text(at), (low[tuple(at)], high[tuple(at)])
+        reason = (
+            f"is {values[0]:g} and dupper{position} is {values[1]:g}, but "
+            f"lower{position} = upper{position}"
         )
-        raise ProblemError(f"dlower{place}", fault, f"move both by the same {FROM_0}")
+        raise ProblemError(
+            f"dlower{position}", reason, f"move both by the same {FROM_0}"
+        )
     return np.where(upper, high, low)
 
 
-def _place(indices: list[int]) -> str:
+def _position_text(indices: list[int]) -> str:
     return "".join(f"[{i}]" for i in indices)
 
 
@@ -245,7 +249,9 @@ def _leave_kinks(
     is in the units R, C that M suggests, powers of two, as R S C is a P-matrix if and
     only if S is.
     """
-    M, B, K = at.problem.M, at.basic, at.kinks
+    M = at.problem.M
+    B = at.basic
+    K = at.kinks
     if at.block is not None:  # there is no S, but J z may be unique
         _move_together(at, dz, change)
         return None
@@ -300,9 +306,9 @@ def _move_together(at: Linearization, dz: Vector, change: Vector) -> None:
     lower = np.where(is_free, -np.inf, 0.0)
     M = scaled(problem.M[P][:, P], D * R, D * C)
     dz[P] += D * C * _solution(Problem(M, D * R * rows, lower=lower))
-    left = np.abs(product(problem.M, dz) + change)
+    remainder = np.abs(product(problem.M, dz) + change)
     terms = absolute_product(problem.M, np.abs(dz)) + np.abs(change)
-    if (left > SMALL_CHANGE * terms)[left_out].any():
+    if (remainder > SMALL_CHANGE * terms)[left_out].any():
         raise contradiction()
 
 
@@ -311,18 +317,20 @@ def _solution(problem: Problem) -> Vector:
     found."""
     with imports:
         from lcpcli.solving.call import run
-    found = run(problem)
-    if not found.solved:
+    result = run(problem)
+    if not result.solved:
         raise DerivativeError(
-            "", f"no derivative was found in this direction: {found.message}"
+            "", f"no derivative was found in this direction: {result.message}"
         )
-    return found.z
+    return result.z
 
 
 def _rounding(at: Linearization, columns: Vector, through: Vector) -> Vector:
     """Return what rounding does to the rows of M_KK - M_KB M_BB^-1 M_BK, estimated with
     random signs."""
-    M, B, K = at.problem.M, at.basic, at.kinks
+    M = at.problem.M
+    B = at.basic
+    K = at.kinks
     if not B.size:
         return np.zeros(K.size)
     full = np.zeros_like(columns)
@@ -345,7 +353,9 @@ def _is_p_matrix(S: Matrix, rounding: Vector | None = None) -> bool | None:
         else [S - np.diag(rounding), S + np.diag(rounding)]
     )
     words = [classify(case, "p_matrix", MAX_MINORS)["p_matrix"].word for case in cases]
-    return True if words[0] == YES else False if words[-1] == NO else None
+    if words[0] == YES:
+        return True
+    return False if words[-1] == NO else None
 
 
 def finite(dz: Vector) -> Vector:
@@ -360,10 +370,10 @@ def finite(dz: Vector) -> Vector:
 def linearization(result: Result, or_singular: bool) -> Linearization:
     """Return the linearization at a solution, which the result keeps; raise
     DerivativeError if there is none."""
-    known: Linearization
-    for known in result.linearizations:
-        if or_singular or known.block is None:
-            return known
+    stored: Linearization
+    for stored in result.linearizations:
+        if or_singular or stored.block is None:
+            return stored
     if not result.solved:
         raise DerivativeError(
             "",
@@ -400,19 +410,21 @@ class Linearization:
     _factors: TwoWay
 
     def __init__(self, problem: Problem, z: Vector, or_singular: bool) -> None:
-        self.problem, self.z, self._or_singular = problem, z, or_singular
+        self.problem = problem
+        self.z = z
+        self._or_singular = or_singular
         self._low, self._high = problem.box.lower, problem.box.upper
         basic, kinks = (
             (z > self._low) & (z < self._high),
             np.zeros(problem.n, dtype=bool),
         )
         for _ in range(MAX_EXCHANGES):
-            near, wrong = self._corrected(basic)
-            kinks |= near
-            wrong &= ~kinks
-            if not (wrong.any() or (kinks & basic).any()):
+            at_kink, infeasible = self._corrected(basic)
+            kinks |= at_kink
+            infeasible &= ~kinks
+            if not (infeasible.any() or (kinks & basic).any()):
                 break
-            basic = (basic ^ wrong) & ~kinks
+            basic = (basic ^ infeasible) & ~kinks
         else:
             raise DerivativeError(
                 "",
@@ -432,32 +444,36 @@ class Linearization:
         self.z, self.block = start.copy(), None
         B = self.basic = basic.nonzero()[0]
         try:
-            kept = self.problem.latest.kept
+            stored_factors = self.problem.latest.kept
             if not B.size:
                 self._factors = lambda b, _=False: b
-            elif kept is not None and np.array_equal(kept[0], B):
-                self._factors = kept[1]
+            elif stored_factors is not None and np.array_equal(stored_factors[0], B):
+                self._factors = stored_factors[1]
             else:
                 self._factors = solver(self.problem.M[B][:, B])
-            return self._near_and_wrong(basic)
+            return self._kinks_and_infeasible(basic)
         except SingularMatrix:
             block = self._generalized(B) if self._or_singular else None
             if block is None or not block.is_singular:
-                fault = (
+                reason = (
                     f"the principal submatrix of the {B.size} variables between "
                     "their bounds is singular"
                 )
                 several = "so that z is one of several solutions, or may jump"
                 raise DerivativeError(
-                    "", f"no derivative: {fault}, {several}"
+                    "", f"no derivative: {reason}, {several}"
                 ) from None
-        self.z, self._factors, self.block = start, block, block
-        return self._near_and_wrong(basic)
+        self.z = start
+        self._factors = block
+        self.block = block
+        return self._kinks_and_infeasible(basic)
 
-    def _near_and_wrong(self, basic: Mask) -> Vector:
+    def _kinks_and_infeasible(self, basic: Mask) -> Vector:
         """Return what `_corrected` returns, after corrections of z; raise
         SingularMatrix."""
-        problem, z, B = self.problem, self.z, self.basic
+        problem = self.problem
+        z = self.z
+        B = self.basic
         w = self._w = problem.w(z)
         change = self._factors(w[B])
         z[B] -= change
@@ -465,9 +481,9 @@ class Linearization:
             moves = self._factors(generic(B.size))
             full = np.zeros((2, z.size))
             full[:, B] = np.abs((change, moves))
-            spare = room(problem.box, z, w, basic)
+            slacks = state_slacks(problem.box, z, w, basic)
             if are_clear(
-                spare,
+                slacks,
                 z,
                 basic,
                 full[0],
@@ -480,13 +496,16 @@ class Linearization:
             self._w = problem.w(z)
             change = self._factors(self._w[B])
             z[B] -= change
-        noise, spare = self._noise(), room(problem.box, z, self._w, basic)
-        return np.array((np.abs(spare) <= noise, spare < -noise))
+        noise, slacks = self._noise(), state_slacks(problem.box, z, self._w, basic)
+        return np.array((np.abs(slacks) <= noise, slacks < -noise))
 
     def _noise(self) -> Vector:
         """Return what rounding does to basic z_i and other w_i, shape (n,); raise
         SingularMatrix where M_BB is."""
-        M, q, z, B = self.problem.M, self.problem.q, self.z, self.basic
+        M = self.problem.M
+        q = self.problem.q
+        z = self.z
+        B = self.basic
         changes = (
             ROW_ROUNDING
             * (absolute_product(M, np.abs(z)) + np.abs(q))[:, np.newaxis]
@@ -523,8 +542,8 @@ class Linearization:
         if not self.kinks.size:
             return self.basic, self.block
         S = distinct(np.concatenate((self.basic, self.kinks)))
-        found = self._generalized(S)
-        return S, found if found is not None and found.is_singular else None
+        inverse = self._generalized(S)
+        return S, inverse if inverse is not None and inverse.is_singular else None
 
     def _generalized(self, P: Indices) -> PseudoInverse | None:
         """Return the generalized inverse of M_PP; None if that is large, or its numbers
@@ -591,7 +610,7 @@ class Linearization:
 
 
 def are_clear(
-    spare: Vector,
+    slacks: Vector,
     z: Vector,
     basic: Mask,
     change: Vector,
@@ -615,9 +634,9 @@ def are_clear(
     needed = np.where(
         basic, row * moves.max(axis=0, initial=0.0) + crude * largest_z, of_others
     )
-    settled = change.max(axis=0, initial=0.0) <= SMALL_CHANGE * largest_z
+    is_converged = change.max(axis=0, initial=0.0) <= SMALL_CHANGE * largest_z
     return np.asarray(
-        settled & (spare > needed).all(axis=0) & (crude * total < MIN_DIGITS)
+        is_converged & (slacks > needed).all(axis=0) & (crude * total < MIN_DIGITS)
     )
 
 
@@ -641,18 +660,18 @@ class Linearizations:
         )
         self.z = z - change
         rows = (
-            room(box, self.z, w, self.basic),
+            state_slacks(box, self.z, w, self.basic),
             self.z,
             self.basic,
             np.abs(change),
             moves,
             np.abs(stack.q),
         )
-        spare, z, basic, change, moves, q = (
+        slacks, z, basic, change, moves, q = (
             np.ascontiguousarray(values.T) for values in rows
         )  # for fast maxima
         clear = are_clear(
-            spare, z, basic, change, moves, stack.largest, q.max(axis=0, initial=0.0)
+            slacks, z, basic, change, moves, stack.largest, q.max(axis=0, initial=0.0)
         )
         self.clear = clear & solved & stack.are_moderate
         self.upper = ~self.basic & np.where(box.fixed, w < 0, self.z == box.upper)
@@ -679,9 +698,11 @@ def gradients(
     """Return what `derivative.gradient` returns for each result."""
     m, n = stack.q.shape
     rows = None if J is None else as_stack("J", J, (m, None, n))
-    given = as_stack("g", g, (m, n if rows is None else rows.shape[1]))
-    of_z = np.array(given if rows is None else each_product(rows.swapaxes(1, 2), given))
-    found: BatchGradient = Gradient(
+    g_rows = as_stack("g", g, (m, n if rows is None else rows.shape[1]))
+    of_z = np.array(
+        g_rows if rows is None else each_product(rows.swapaxes(1, 2), g_rows)
+    )
+    gradient: BatchGradient = Gradient(
         0.0 - at.solve(of_z, transposed=True),
         stack.M,
         at.z.copy(),
@@ -692,11 +713,11 @@ def gradients(
     )
 
     def one(i: int) -> OneGradient:
-        return results[i].gradient(given[i], J=None if rows is None else rows[i])
+        return results[i].gradient(g_rows[i], J=None if rows is None else rows[i])
 
-    clear = at.clear & np.isfinite(found.q).all(axis=1)
+    clear = at.clear & np.isfinite(gradient.q).all(axis=1)
     return _completed(
-        found, ("q", "_z", "_g", "_basic", "_upper"), clear, one, unsolved
+        gradient, ("q", "_z", "_g", "_basic", "_upper"), clear, one, unsolved
     )
 
 
@@ -713,54 +734,59 @@ def derivatives(
     """Return what `derivative.derivative` returns for each result."""
     m, n = stack.q.shape
     rows = None if J is None else as_stack("J", J, (m, None, n))
-    given: dict[str, Any] = {
+    explicit_changes: dict[str, Any] = {
         name: as_stack(name, change, (m, n, n) if name == "dM" else (m, n))
         for name, change in changes.items()
         if change is not None
     }
-    change = np.array(given.get("dq", np.zeros((m, n))))
-    if "dM" in given:
-        change += each_product(given["dM"], at.z)
+    change = np.array(explicit_changes.get("dq", np.zeros((m, n))))
+    if "dM" in explicit_changes:
+        change += each_product(explicit_changes["dM"], at.z)
     dz = np.where(
         at.basic,
         0.0,
-        moved_bounds(stack.box, at.upper, given.get("dlower"), given.get("dupper")),
+        moved_bounds(
+            stack.box,
+            at.upper,
+            explicit_changes.get("dlower"),
+            explicit_changes.get("dupper"),
+        ),
     )
     dz -= at.solve(each_product(stack.M, dz) + change)
     dw = np.where(at.basic, 0.0, each_product(stack.M, dz) + change)
     dz = dz if rows is None else each_product(rows, dz)
-    found: BatchDerivative = Derivative(dz, dw, {}, [True] * m)
+    derivative: BatchDerivative = Derivative(dz, dw, {}, [True] * m)
 
     def one(i: int) -> OneDerivative:
-        own = {name: change[i] for name, change in given.items()}
+        changes_of_one = {name: change[i] for name, change in explicit_changes.items()}
         return results[i].derivative(
-            **own, one_sided=one_sided, J=None if rows is None else rows[i]
+            **changes_of_one, one_sided=one_sided, J=None if rows is None else rows[i]
         )
 
     clear = at.clear & np.isfinite(dz).all(axis=1)
-    return _completed(found, ("z", "w", "strongly_regular"), clear, one, unsolved)
+    return _completed(derivative, ("z", "w", "strongly_regular"), clear, one, unsolved)
 
 
 def _completed(
-    found: Found,
+    batch: BatchRecord,
     names: tuple[str, ...],
     clear: Mask,
     one: Callable[[int], Any],
     unsolved: str,
-) -> Found:
+) -> BatchRecord:
     """Put into the arrays of these names what `one` returns for the problems that are
     not clear, None or nan where it raises DerivativeError and `unsolved` is "nan"."""
     if unsolved not in UNSOLVED:
         raise ParameterError("unsolved", unknown(unsolved), 'give "raise" or "nan"')
     for i in (~clear).nonzero()[0].tolist():
-        own = None
+        single = None
         try:
-            own = one(i)
+            single = one(i)
         except DerivativeError as error:
             if unsolved == "raise":
                 raise error.inside(f"batch[{i}]") from None
         for name in names:
-            getattr(found, name)[i] = getattr(own, name, None)
-        if own is not None and own.kinks:
-            found.kinks[i] = own.kinks
-    return found
+            getattr(batch, name)[i] = getattr(single, name, None)
+        if single is not None and single.kinks:
+            batch.kinks[i] = single.kinks
+    return batch

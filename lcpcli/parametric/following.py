@@ -27,7 +27,7 @@ from lcpcli.model.changes import scale
 from lcpcli.model.problem import Problem, as_problem
 from lcpcli.options import MAX_BREAKPOINTS, TIME_LIMIT, TOL, Limits
 from lcpcli.options import check as check_options
-from lcpcli.parametric import path as ends
+from lcpcli.parametric import path as terminations
 from lcpcli.parametric.path import ENDS, ExactPath, Family, Path
 from lcpcli.parametric.pivoting import Edge, ExactFamily, ExactPivoting, Pivoting
 from lcpcli.parametric.verified import verify
@@ -43,7 +43,7 @@ SINGULAR = 2.0**-40
 # Error of a solution whose system is not singular: a third of the digits of a double
 # are right.
 RECOVERED = 2.0**-16
-NOISE = 2.0**-40  # relative to the largest change: a change that counts as none
+ROUNDING_RTOL = 2.0**-40  # relative to the largest change: a change that counts as none
 
 
 def basic_states(
@@ -73,7 +73,7 @@ def basic_states(
         change = product(units.problem.M, null)
         gaps = np.where(basic, null, np.where(states == UPPER, -change, change))
         gaps[is_fixed] = 0.0
-        gaps[np.abs(gaps) <= NOISE * np.abs(gaps).max()] = 0.0
+        gaps[np.abs(gaps) <= ROUNDING_RTOL * np.abs(gaps).max()] = 0.0
         below = np.where(
             basic, z - low, np.maximum(np.where(states == UPPER, -w, w), 0.0)
         )
@@ -105,10 +105,10 @@ def _null_vector(M: Matrix, states: States) -> Vector | None:
     basic = np.flatnonzero(states == BASIC)
     if not basic.size:
         return None
-    block, known = M[basic][:, basic], generator(0).uniform(1, 2, basic.size)
+    block, generic = M[basic][:, basic], generator(0).uniform(1, 2, basic.size)
     with suppress(SingularMatrix):
         if (
-            np.abs(checked_solver(block)(product(block, known)) - known).max()
+            np.abs(checked_solver(block)(product(block, generic)) - generic).max()
             <= RECOVERED
         ):
             return None
@@ -123,10 +123,13 @@ def _null_vector(M: Matrix, states: States) -> Vector | None:
 # Numbers of z, and breakpoints, from which on these are verified: so many that they
 # share the cost, so few that the rest is verified within a second after Ctrl-C. In
 # fractions nothing is shared.
-AT_ONCE, MIN_AT_ONCE, MAX_AT_ONCE, EXACT_AT_ONCE = 500_000, 4, 1000, 16
+AT_ONCE = 500_000
+MIN_AT_ONCE = 4
+MAX_AT_ONCE = 1000
+EXACT_AT_ONCE = 16
 
 
-class _Point(NamedTuple):
+class _Breakpoint(NamedTuple):
     """A breakpoint: s, t as a double, z, w if exact or verified, and the states on the
     piece before, or None."""
 
@@ -205,13 +208,16 @@ def path(
     def data() -> Data:
         return ExactProblem.of_floats(problem), ExactProblem.of_floats(to)
 
-    given: dict[str, Any] = {
+    explicit_options: dict[str, Any] = {
         "tol": tol,
         "max_breakpoints": max_breakpoints,
         "time_limit": time_limit,
     }
     return follow(
-        Family(problem, to, start, stop), turns, data if exact else None, **given
+        Family(problem, to, start, stop),
+        turns,
+        data if exact else None,
+        **explicit_options,
     )
 
 
@@ -219,26 +225,37 @@ def follow(
     family: Family,
     turns: bool = False,
     read: Callable[[], Data] | None = None,
-    **given: Any,
+    **option_values: Any,
 ) -> Path:
     """Return the path, in fractions if `read` is given, which returns both problems
-    with their numbers as written; `given` are options of `path`, None where they are
-    not given."""
+    with their numbers as written; `option_values` are options of `path`, each None if
+    it was not specified."""
     began = seconds()
-    check_options((TOL, MAX_BREAKPOINTS, TIME_LIMIT), given)
-    own = {name: value for name, value in given.items() if value is not None}
-    most = int(own.pop("max_breakpoints", MAX_BREAKPOINTS.value))
-    room = max(MAX_NUMBERS // max(1, family.problem.n), 2)
-    found = _Following(family, Limits(**own), min(most, room), turns, read).path(began)
-    if found.end == ends.BREAKPOINT_LIMIT and room < most:
-        return replace(
-            found,
-            message=f"{found.message}: {room} with {family.problem.n} unknowns {FILL}",
-        )
-    return found
+    check_options((TOL, MAX_BREAKPOINTS, TIME_LIMIT), option_values)
+    explicit_options = {
+        name: value for name, value in option_values.items() if value is not None
+    }
+    max_breakpoints = int(
+        explicit_options.pop("max_breakpoints", MAX_BREAKPOINTS.value)
+    )
+    max_points_in_memory = max(MAX_NUMBERS // max(1, family.problem.n), 2)
+    path = _Following(
+        family,
+        Limits(**explicit_options),
+        min(max_breakpoints, max_points_in_memory),
+        turns,
+        read,
+    ).path(began)
+    if (
+        path.end == terminations.BREAKPOINT_LIMIT
+        and max_points_in_memory < max_breakpoints
+    ):
+        size = f"{max_points_in_memory} with {family.problem.n} unknowns"
+        return replace(path, message=f"{path.message}: {size} {FILL}")
+    return path
 
 
-class _End(NamedTuple):
+class _Termination(NamedTuple):
     """How a path ends: a key of ENDS, a sentence, and the last edge where it is a
     ray."""
 
@@ -260,20 +277,22 @@ class _Following:
         self,
         family: Family,
         limits: Limits,
-        most: int,
-        turns: bool,
+        max_breakpoints: int,
+        follows_turns: bool,
         read: Callable[[], Data] | None,
     ) -> None:
-        self.family, self.limits, self.most, self.turns, self.read = (
-            family,
-            limits,
-            most,
-            turns,
-            read,
-        )
-        self.points, self._done, self._are_solutions = list[_Point](), 0, True
+        self.family = family
+        self.limits = limits
+        self.max_breakpoints = max_breakpoints
+        self.turns = follows_turns
+        self.read = read
+        self.points = list[_Breakpoint]()
+        self._done = 0
+        self._are_solutions = True
         self.exact: ExactFamily | None = None
-        self.end = _End(ends.INTERRUPTED, ENDS[ends.INTERRUPTED])
+        self.end = _Termination(
+            terminations.INTERRUPTED, ENDS[terminations.INTERRUPTED]
+        )
 
     def path(self, began: float) -> Path:
         """Follow the path and verify it."""
@@ -288,20 +307,23 @@ class _Following:
                     raise KeyboardInterrupt
                 self.end = self._from(result)
         except TimeIsUp:
-            self.end = _End(ends.TIME_LIMIT, ENDS[ends.TIME_LIMIT])
+            self.end = _Termination(
+                terminations.TIME_LIMIT, ENDS[terminations.TIME_LIMIT]
+            )
         except KeyboardInterrupt:
             pass
         except SingularMatrix:
-            self.end = _End(
-                ends.BREAKDOWN,
-                f"{ENDS[ends.BREAKDOWN]}: a basis is too ill-conditioned",
+            self.end = _Termination(
+                terminations.BREAKDOWN,
+                f"{ENDS[terminations.BREAKDOWN]}: a basis is too ill-conditioned",
             )
         certificate = (
             result.certificate.vector
             if result is not None and result.certificate is not None
             else None
         )
-        path, (end, message, ray), direction = self._path(), self.end, None
+        path, direction = self._path(), None
+        termination, message, ray = self.end
         if ray is not None:
             direction = np.array(ray.z, dtype=float)
             candidates = (
@@ -313,31 +335,35 @@ class _Following:
             # solutions of the inequalities
             proof = first_proof(self.family.to, candidates, whole=True)
             certificate = None if proof is None else proof.vector
-            message += "; the second problem is proved to have no solution" * (
-                certificate is not None
-            )
+            if certificate is not None:
+                message += "; the second problem is proved to have no solution"
         last: dict[str, Any] = {
-            "end": end,
+            "end": termination,
             "message": message,
             "direction": direction,
             "certificate": certificate,
         }
         return replace(path, **last, seconds=seconds() - began)
 
-    def _from(self, result: Result) -> _End:
+    def _from(self, result: Result) -> _Termination:
         if result.status.has_no_solution:
-            return _End(ends.INFEASIBLE, f"the first problem {result.message}")
+            return _Termination(
+                terminations.INFEASIBLE, f"the first problem {result.message}"
+            )
         if result.status is Status.TIME_LIMIT:
-            return _End(ends.TIME_LIMIT, ENDS[ends.TIME_LIMIT])
+            return _Termination(terminations.TIME_LIMIT, ENDS[terminations.TIME_LIMIT])
         if not result.solved:
-            return _End(ends.UNSOLVED, f"{ENDS[ends.UNSOLVED]}: {result.message}")
+            return _Termination(
+                terminations.UNSOLVED,
+                f"{ENDS[terminations.UNSOLVED]}: {result.message}",
+            )
         states = basic_states(
             self.family.problem, result.z, result.w, self.family.is_fixed
         )
         if states is None:
-            return _End(
-                ends.UNSOLVED,
-                f"{ENDS[ends.UNSOLVED]} whose basic variables it determines",
+            return _Termination(
+                terminations.UNSOLVED,
+                f"{ENDS[terminations.UNSOLVED]} whose basic variables it determines",
             )
         if self.exact is None:
             pivoting = Pivoting(self.family, states)
@@ -346,46 +372,47 @@ class _Following:
             )
         exactly = ExactPivoting(self.exact, states)
         if not exactly.is_feasible:
-            return _End(
-                ends.UNSOLVED,
-                f"{ENDS[ends.UNSOLVED]}: rounding has led to another basis",
+            return _Termination(
+                terminations.UNSOLVED,
+                f"{ENDS[terminations.UNSOLVED]}: rounding has led to another basis",
             )
         return self._along(*exactly.vertex(), exactly.edges())
 
-    def _along(self, s: Any, z: Any, edges: Iterable[Edge]) -> _End:
+    def _along(self, s: Any, z: Any, edges: Iterable[Edge]) -> _Termination:
         self.add(s, z, None)
         points = 0
         for edge in edges:
             raise_if_timed_out()
             if edge.is_ray:
-                return _End(ends.RAY, ENDS[ends.RAY], edge)
+                return _Termination(terminations.RAY, ENDS[terminations.RAY], edge)
             if edge.rise < 0 and not edge.is_point and not self.turns:
-                return _End(ends.TURN, ENDS[ends.TURN])
+                return _Termination(terminations.TURN, ENDS[terminations.TURN])
             points = points + 1 if edge.is_point else 0
             if points > MAX_POINTS:
-                return _End(
-                    ends.BREAKDOWN,
-                    f"{ENDS[ends.BREAKDOWN]}: ties are not resolved in double "
+                return _Termination(
+                    terminations.BREAKDOWN,
+                    f"{ENDS[terminations.BREAKDOWN]}: ties are not resolved in double "
                     "precision",
                 )
             if self.exact is None and not np.isfinite(edge.z).all():
-                return _End(
-                    ends.BREAKDOWN,
-                    f"{ENDS[ends.BREAKDOWN]}: z is too large for double precision",
+                return _Termination(
+                    terminations.BREAKDOWN,
+                    f"{ENDS[terminations.BREAKDOWN]}: z is too large for double "
+                    "precision",
                 )
             self._append(edge)
             if edge.is_last:
-                last = (
-                    ends.REACHED
-                    if edge.s
-                    else ends.RETURNED
-                    if len(self.points) > 1
-                    else ends.TURN
-                )
-                return _End(last, ENDS[last])
-            if len(self.points) > self.most:
+                termination = terminations.TURN
+                if edge.s:
+                    termination = terminations.REACHED
+                elif len(self.points) > 1:
+                    termination = terminations.RETURNED
+                return _Termination(termination, ENDS[termination])
+            if len(self.points) > self.max_breakpoints:
                 break
-        return _End(ends.BREAKPOINT_LIMIT, ENDS[ends.BREAKPOINT_LIMIT])
+        return _Termination(
+            terminations.BREAKPOINT_LIMIT, ENDS[terminations.BREAKPOINT_LIMIT]
+        )
 
     def _append(self, edge: Edge) -> None:
         """Add the vertex at the end of an edge; if the edge has no length, only the end
@@ -403,35 +430,35 @@ class _Following:
         points = self.points
         points.append(self.point(s, z, states))
         new, n = len(points) - self._done, self.family.problem.n
-        most = MAX_AT_ONCE if self.exact is None else EXACT_AT_ONCE
-        if new >= MIN_AT_ONCE and (new * n >= AT_ONCE or new >= most):
+        max_pending = MAX_AT_ONCE if self.exact is None else EXACT_AT_ONCE
+        if new >= MIN_AT_ONCE and (new * n >= AT_ONCE or new >= max_pending):
             each = range(len(points) - 1, self._done, -1)
             # The others have the last t.
             self._verify(next((k for k in each if points[k].t != points[k - 1].t), 0))
 
-    def point(self, s: Any, z: Any, states: States | None) -> _Point:
+    def point(self, s: Any, z: Any, states: States | None) -> _Breakpoint:
         # Exactly a and b at the ends.
         t = self.family.start * (1 - float(s)) + self.family.stop * float(s)
-        return _Point(
+        return _Breakpoint(
             s, t, z, None if self.exact is None else self.exact.w(s, z), states
         )
 
-    def _verify(self, most: int) -> None:
+    def _verify(self, n_verified: int) -> None:
         """Verify the first breakpoints, so many, but for those that have been."""
-        if most <= self._done:
+        if n_verified <= self._done:
             return
         first = max(self._done - 2, 0)
         points = self.points[first:]
-        own = points[: most - first]
+        verified_points = points[: n_verified - first]
         if self.exact is not None:
-            ends = (
-                (point.states, end)
-                for before, point in pairwise(own)
-                for end in (before, point)
+            terminations = (
+                (point.states, endpoint)
+                for before, point in pairwise(verified_points)
+                for endpoint in (before, point)
             )
             is_verified = all(
-                self.exact.satisfies(states, end.s, end.z, end.w)
-                for states, end in ends
+                self.exact.satisfies(states, endpoint.s, endpoint.z, endpoint.w)
+                for states, endpoint in terminations
                 if states is not None
             )
         else:
@@ -441,18 +468,26 @@ class _Following:
             )
             states = _rows([point.states for point in points[1:]], self.family, np.int8)
             t, z, w, is_verified = verify(
-                self.family, t, z, states, self.limits.tol, self._done - first, len(own)
+                self.family,
+                t,
+                z,
+                states,
+                self.limits.tol,
+                self._done - first,
+                len(verified_points),
             )
-            rows = zip(own, t.tolist(), z, w, strict=True)
-            own = [point._replace(t=t, z=z, w=w) for point, t, z, w in rows]
+            rows = zip(verified_points, t.tolist(), z, w, strict=True)
+            verified_points = [point._replace(t=t, z=z, w=w) for point, t, z, w in rows]
         with deferring_signals():
-            self.points[first:most], self._done = own, most
+            self.points[first:n_verified], self._done = verified_points, n_verified
             self._are_solutions &= is_verified
 
     def _path(self) -> Path:
         """Return the path, verified, without its end."""
         self._verify(len(self.points))
-        family, points, exact = self.family, self.points, None
+        family = self.family
+        points = self.points
+        exact = None
         z, w = [point.z for point in points], [point.w for point in points]
         if self.exact is not None:
             start, stop = Fraction(family.start), Fraction(family.stop)

@@ -25,13 +25,14 @@ if TYPE_CHECKING:
     import os
     from fractions import Fraction
 
-REACHED, RETURNED, RAY, TURN = "reached", "returned", "ray", "turn"
-BREAKPOINT_LIMIT, TIME_LIMIT, INTERRUPTED, BREAKDOWN = (
-    "breakpoint_limit",
-    "time_limit",
-    "interrupted",
-    "breakdown",
-)
+REACHED = "reached"
+RETURNED = "returned"
+RAY = "ray"
+TURN = "turn"
+BREAKPOINT_LIMIT = "breakpoint_limit"
+TIME_LIMIT = "time_limit"
+INTERRUPTED = "interrupted"
+BREAKDOWN = "breakdown"
 UNSOLVED, INFEASIBLE = "unsolved", "infeasible"
 OTHER_M = ("differs between the two problems", "give two problems with one M")
 ENDS = {
@@ -156,8 +157,8 @@ class Path:
     @cached_property
     def jumps(self) -> Sequence[int]:
         """Return the pieces on which t is constant."""
-        found: list[int] = np.flatnonzero(np.diff(self.t) == 0).tolist()
-        return found
+        jumps: list[int] = np.flatnonzero(np.diff(self.t) == 0).tolist()
+        return jumps
 
     def __getitem__(self, name: str) -> Vector:
         """Return the component of z with this name at the breakpoints, shape (m,), as
@@ -199,8 +200,8 @@ class Path:
         if t in (first, last):
             return [
                 z
-                for end, z in zip((first, last), self.z[k : k + 2], strict=True)
-                if t == end
+                for endpoint, z in zip((first, last), self.z[k : k + 2], strict=True)
+                if t == endpoint
             ]
         share = (t - first) / (last - first)
         return [(1 - share) * self.z[k] + share * self.z[k + 1]]
@@ -245,7 +246,10 @@ class Family:
                 "give finite numbers, start < stop",
             )
         _refuse_different(problem, to)
-        self.problem, self.to, self.start, self.stop = problem, to, start, stop
+        self.problem = problem
+        self.to = to
+        self.start = start
+        self.stop = stop
         self.is_mixed, self._last = problem.is_mixed or to.is_mixed, (start, problem)
         first, last = conditions_of(problem), conditions_of(to)
         self._bounds = (first.lower, last.lower), (first.upper, last.upper)
@@ -261,7 +265,7 @@ class Family:
 
     def bounds(self, share: Vector | float) -> tuple[Vector, Vector]:
         """Return l and u at s, of shapes as q."""
-        low, high = (_between(*ends, share) for ends in self._bounds)
+        low, high = (_between(*lower_upper, share) for lower_upper in self._bounds)
         return low, high
 
     @cached_property
@@ -280,8 +284,8 @@ class Family:
             problem = Problem(
                 self.problem.M, self.q(share), self.problem.name, lower=low, upper=high
             )
-            own = {"facts": before.facts, "latest": before.latest}
-            self._last = (t, problem.having(**own))
+            cached = {"facts": before.facts, "latest": before.latest}
+            self._last = (t, problem.having(**cached))
         return self._last[1]
 
 

@@ -37,14 +37,20 @@ from lcpcli.linalg.matrices import is_sparse
 from lcpcli.model import changes
 from lcpcli.model.box import BASIC, LOWER, UPPER
 from lcpcli.parametric.path import Family
-from lcpcli.parametric.systems import MAX_CHANGES, DenseSystem, SparseSystem
+from lcpcli.parametric.systems import (
+    MAX_CHANGES,
+    DenseBasisFactorization,
+    SparseBasisFactorization,
+)
 from lcpcli.rational import pivoting
 from lcpcli.rational.dictionary import Dictionary
 from lcpcli.rational.exact_problem import ExactProblem
 from lcpcli.rational.numbers import whole_multiple
 from lcpcli.typing import Indices, States, Vector
 
-Z, W, T = "z", "w", "t"
+Z = "z"
+W = "w"
+T = "t"
 
 
 class Variable(NamedTuple):
@@ -89,7 +95,7 @@ class Edge(NamedTuple):
 
 
 # Relative to the largest number of its kind, in equilibrated units: what counts as 0.
-NOISE = 2.0**-43
+ROUNDING_RTOL = 2.0**-43
 # Of the change of the equations along an edge: the share of t that counts as 0.
 STANDSTILL = 2.0**-40
 # Relative to z: after a larger one the inverse is computed from scratch.
@@ -113,13 +119,13 @@ class Pivoting:
 
     def __init__(self, family: Family, states: States) -> None:
         self.units = changes.scale(family.problem)
-        own, n = self.units.problem, family.problem.n
+        scaled_problem, n = self.units.problem, family.problem.n
         self.n, self.states = n, states.copy()
         (low, high), (last_low, last_high) = (
             map(self.units.z_inside, family.bounds(s)) for s in (0.0, 1.0)
         )
         rates = [
-            self.units.w_inside(family.to.q) - own.q,
+            self.units.w_inside(family.to.q) - scaled_problem.q,
             _change(low, last_low),
             _change(high, last_high),
         ]
@@ -128,9 +134,15 @@ class Pivoting:
         self.bounds, self.rates = np.array([low, high]), np.array(of_bounds)
         self.has_upper, self.moves = bool((high < np.inf).any()), bool(self.rates.any())
         self.is_fixed = family.is_fixed
-        self.t, self.z, self.w = 0.0, np.zeros(n), np.zeros(n)
-        self.fixed = own.q
-        self.system = (SparseSystem if is_sparse(own.M) else DenseSystem)(own.M, moved)
+        self.t = 0.0
+        self.z = np.zeros(n)
+        self.w = np.zeros(n)
+        self.fixed = scaled_problem.q
+        self.system = (
+            SparseBasisFactorization
+            if is_sparse(scaled_problem.M)
+            else DenseBasisFactorization
+        )(scaled_problem.M, moved)
         for j in np.flatnonzero(states != BASIC).tolist():
             self._shift(j, 1.0)
         self.system.begin(np.flatnonzero(states == BASIC))
@@ -140,7 +152,7 @@ class Pivoting:
         )
         self.perturbed_q = np.where(states == BASIC, 0.0, at * random[0])
         self.perturbed_bounds = np.where(states == BASIC, [-random[1], random[2]], 0.0)
-        self._settle()
+        self._recompute_vertex()
 
     def edges(self) -> Iterator[Edge]:
         """Yield one edge of the path after another; raise SingularMatrix if rounding
@@ -174,7 +186,7 @@ class Pivoting:
                     is_last=True,
                 )
                 return
-            is_point = step * direction.size <= NOISE * self._size
+            is_point = step * direction.size <= ROUNDING_RTOL * self._size
             self.t += step * direction.t
             self.z += step * direction.z
             if leaving.kind == T:  # the basis without t may be singular
@@ -189,11 +201,11 @@ class Pivoting:
                 )
                 return
             self._exchange(entering, leaving)
-            self._settle()
+            self._recompute_vertex()
             is_last = (
-                self.span - self.t <= NOISE * self.span
+                self.span - self.t <= ROUNDING_RTOL * self.span
                 if rise > 0
-                else rise < 0 and self.t <= NOISE * self.span
+                else rise < 0 and self.t <= ROUNDING_RTOL * self.span
             )
             s = float(rise > 0) if is_last else self.t / self.span
             yield Edge(
@@ -242,14 +254,18 @@ class Pivoting:
         values[self.system.cols] = x
         return values[:-1], float(values[-1])
 
-    def _of_state(self, ends: Vector) -> Vector:
+    def _of_state(self, lower_upper: Vector) -> Vector:
         """Return the lower or the upper value of each component, by its state; shape
         (n,)."""
         if not self.has_upper:
-            return np.asarray(ends[0])
-        return np.asarray(np.where(self.states == UPPER, ends[1], ends[0]))
+            return np.asarray(lower_upper[0])
+        return np.asarray(
+            np.where(self.states == UPPER, lower_upper[1], lower_upper[0])
+        )
 
-    def _slacks(self, entering: Variable, z: Vector, w: Vector, ends: Vector) -> Vector:
+    def _slacks(
+        self, entering: Variable, z: Vector, w: Vector, lower_upper: Vector
+    ) -> Vector:
         """Return how far each component is from the end at which it would leave, shape
         (n,), and with upper bounds how far a basic z_j is from its own, shape (2 n,);
         for directions and the rates of the bounds, how these change."""
@@ -257,12 +273,12 @@ class Pivoting:
         if entering.kind == Z:
             is_basic[entering.at] = True
         if not self.has_upper:
-            return np.asarray(np.where(is_basic, z - ends[0], w))
+            return np.asarray(np.where(is_basic, z - lower_upper[0], w))
         signed = np.where(self.is_fixed, 0.0, np.where(self.states == UPPER, -w, w))
         return np.concatenate(
             (
-                np.where(is_basic, z - ends[0], signed),
-                np.where(is_basic, ends[1] - z, 0.0),
+                np.where(is_basic, z - lower_upper[0], signed),
+                np.where(is_basic, lower_upper[1] - z, 0.0),
             )
         )
 
@@ -271,30 +287,34 @@ class Pivoting:
     ) -> tuple[float, Variable | None, float]:
         """Return the length of the edge, and the variable that ends it, or None, and by
         how much this changes."""
-        ends = self.bounds + self.t * self.rates if self.moves else self.bounds
-        slacks = self._slacks(entering, self.z, self.w, ends)
+        lower_upper = self.bounds + self.t * self.rates if self.moves else self.bounds
+        slacks = self._slacks(entering, self.z, self.w, lower_upper)
         rates = self._slacks(
             entering, direction.z, direction.w, direction.t * self.rates
         )
-        noise = NOISE * self._size
+        noise = ROUNDING_RTOL * self._size
         slacks[slacks <= noise] = 0.0
-        blocking = np.flatnonzero((rates < -NOISE * direction.size) & (slacks < np.inf))
+        blocking = np.flatnonzero(
+            (rates < -ROUNDING_RTOL * direction.size) & (slacks < np.inf)
+        )
         ratios = slacks[blocking] / -rates[blocking]
         step = float(ratios.min(initial=np.inf))
         if direction.t:
-            room = max(self.span - self.t if direction.t > 0 else self.t, 0.0)
-            whole = room / abs(direction.t)
+            distance_to_end = max(
+                self.span - self.t if direction.t > 0 else self.t, 0.0
+            )
+            full_step = distance_to_end / abs(direction.t)
             if (
-                whole <= step
-                or (slacks[blocking] + whole * rates[blocking]).min()
+                full_step <= step
+                or (slacks[blocking] + full_step * rates[blocking]).min()
                 >= -NEAR_END * self._size
             ):
-                return whole, Variable(T, self.n, direction.t), abs(direction.t)
+                return full_step, Variable(T, self.n, direction.t), abs(direction.t)
         if step == np.inf:
             return step, None, 0.0
         tied = blocking[
             slacks[blocking] + step * rates[blocking]
-            <= noise + NOISE * slacks[blocking]
+            <= noise + ROUNDING_RTOL * slacks[blocking]
         ]
         k = int(tied[0]) if tied.size == 1 else self._first(entering, tied, rates)
         at, is_above = k % self.n, k >= self.n
@@ -353,12 +373,14 @@ class Pivoting:
         if system.age > MAX_CHANGES:
             system.refresh()
 
-    def _settle(self) -> None:
+    def _recompute_vertex(self) -> None:
         """Recompute the vertex from its basis, and w from z."""
         system = self.system
         for is_refreshed in (False, True):
-            ends = self.bounds + self.t * self.rates if self.moves else self.bounds
-            self.z = np.where(self.states == BASIC, self.z, self._of_state(ends))
+            lower_upper = (
+                self.bounds + self.t * self.rates if self.moves else self.bounds
+            )
+            self.z = np.where(self.states == BASIC, self.z, self._of_state(lower_upper))
             x = np.append(self.z, self.t)[system.cols]
             w = self.fixed + system.times(x)
             if not system.has(self.n):
@@ -367,15 +389,19 @@ class Pivoting:
             size = float(np.abs(correction).max(initial=0.0))
             if not size < np.inf:
                 raise SingularMatrix
-            if size > NOISE * self._size:
+            if size > ROUNDING_RTOL * self._size:
                 w -= system.times(correction)
             w[system.rows] = 0.0
             values = np.append(self.z, self.t)
-            terms = np.where((x == 0) & (size <= NOISE * self._size), size, np.abs(x))
+            terms = np.where(
+                (x == 0) & (size <= ROUNDING_RTOL * self._size), size, np.abs(x)
+            )
             values[system.cols] = np.where(
                 np.abs(x - correction) <= CANCELLED * terms, 0.0, x - correction
             )
-            self.z, self.t, self.w = values[:-1], float(values[-1]), w
+            self.z = values[:-1]
+            self.t = float(values[-1])
+            self.w = w
             if is_refreshed or size <= LARGE_CORRECTION * self._size:
                 return
             system.refresh()
@@ -396,17 +422,15 @@ class ExactFamily:
     not exist are None."""
 
     def __init__(self, first: ExactProblem, last: ExactProblem) -> None:
-        self._first, self.n, self.rows, self.scales = (
-            first,
-            first.n,
-            first.rows,
-            first.scales,
-        )
-        ends = [
+        self._first = first
+        self.n = first.n
+        self.rows = first.rows
+        self.scales = first.scales
+        constants = [
             [Fraction(c, s) for c, s in zip(each.constants, each.scales, strict=True)]
             for each in (first, last)
         ]
-        self.q = [(a, b - a) for a, b in zip(*ends, strict=True)]
+        self.q = [(a, b - a) for a, b in zip(*constants, strict=True)]
         self.lower, self.upper = (
             [
                 None if a is None or b is None else (a, b - a)
@@ -426,19 +450,21 @@ class ExactFamily:
         piece does if its ends do."""
         for i, state in enumerate(states.tolist()):
             low, high = (
-                own and own[0] + s * own[1] for own in (self.lower[i], self.upper[i])
+                bound and bound[0] + s * bound[1]
+                for bound in (self.lower[i], self.upper[i])
             )
-            within = (low is None or z[i] >= low) and (high is None or z[i] <= high)
-            if not within or (
-                w[i] if state == BASIC else z[i] != (high if state == UPPER else low)
-            ):
+            if (low is not None and z[i] < low) or (high is not None and z[i] > high):
+                return False
+            if state == BASIC and w[i]:
+                return False
+            if state != BASIC and z[i] != (high if state == UPPER else low):
                 return False
             if state * w[i] > 0 and low != high:
                 return False
         return True
 
 
-class ExactPivoting(pivoting.Pivoting):
+class ExactPivoting(pivoting.RationalPivoting):
     """The path from the basis with these states at s = 0, with s as its parameter; 1 -
     s is form 3 n + 1."""
 
@@ -447,7 +473,7 @@ class ExactPivoting(pivoting.Pivoting):
         bounds = list(zip(family.lower, family.upper, strict=True))
         self._bases = [low or high or NOTHING for low, high in bounds]
         self._signs = [-1 if low is None and high else 1 for low, high in bounds]
-        own = self._own = [
+        form_of_z = self._form_of_z = [
             i if sign > 0 else 2 * n + i for i, sign in enumerate(self._signs)
         ]  # which stand for z_i
         signed = [
@@ -461,7 +487,7 @@ class ExactPivoting(pivoting.Pivoting):
         ]
         super().__init__(
             n,
-            Dictionary(self._rows(), [*own, 3 * n], signed, raise_if_timed_out),
+            Dictionary(self._rows(), [*form_of_z, 3 * n], signed, raise_if_timed_out),
             states.tolist(),
         )
         self._begin()
@@ -469,14 +495,17 @@ class ExactPivoting(pivoting.Pivoting):
     def _rows(self) -> dict[int, list[int]]:
         """Return the other forms in terms of those that stand for z_i and of s, each
         times a positive integer."""
-        n, family, ends, signs = self.family.n, self.family, self._bases, self._signs
+        n = self.family.n
+        family = self.family
+        bases = self._bases
+        signs = self._signs
         rows = {3 * n + 1: [1, *[0] * n, -1]}
         for i, (row, scale, (q, change)) in enumerate(
             zip(family.rows, family.scales, family.q, strict=True)
         ):
             raise_if_timed_out()
-            constant = scale * q + sum(a * ends[j][0] for j, a in row.items())
-            slope = scale * change + sum(a * ends[j][1] for j, a in row.items())
+            constant = scale * q + sum(a * bases[j][0] for j, a in row.items())
+            slope = scale * change + sum(a * bases[j][1] for j, a in row.items())
             rows[n + i] = whole_multiple(
                 [
                     constant,
@@ -493,38 +522,38 @@ class ExactPivoting(pivoting.Pivoting):
         return rows
 
     def _begin(self) -> None:
-        n, here = self.n, self.here
-        waiting = [
+        n, dictionary = self.n, self.dictionary
+        entering_forms = [
             form
-            for form, state in zip(self._own, self.states, strict=True)
+            for form, state in zip(self._form_of_z, self.states, strict=True)
             if state == BASIC
         ]
         for i, state in enumerate(self.states):
             if state == BASIC:
                 columns = [
                     k
-                    for k, form in enumerate(here.cobasic, 1)
-                    if form in waiting and here.rows[n + i][k]
+                    for k, form in enumerate(dictionary.cobasic, 1)
+                    if form in entering_forms and dictionary.rows[n + i][k]
                 ]
-                waiting.remove(here.cobasic[columns[0] - 1])
-                here.pivot(n + i, columns[0])
+                entering_forms.remove(dictionary.cobasic[columns[0] - 1])
+                dictionary.pivot(n + i, columns[0])
             elif state == UPPER:
-                here.negate(n + i)
+                dictionary.negate(n + i)
                 if self._signs[i] > 0:
-                    here.pivot(2 * n + i, self._column(i))
+                    dictionary.pivot(2 * n + i, self._column(i))
 
     @property
     def is_feasible(self) -> bool:
         return all(
             row[0] >= 0
-            for form, row in self.here.rows.items()
-            if form in self.here.signed
+            for form, row in self.dictionary.rows.items()
+            if form in self.dictionary.signed
         )
 
     def vertex(self) -> tuple[Fraction, Values]:
         s, each = (
             self.value_of(self.parameter),
-            zip(self._bases, self._signs, self._own, strict=True),
+            zip(self._bases, self._signs, self._form_of_z, strict=True),
         )
         return s, [
             base + s * change + sign * self.value_of(form)
@@ -543,8 +572,8 @@ class ExactPivoting(pivoting.Pivoting):
                 is_last=pivot.leaving in last,
             )
         if self.ray is not None:
-            s, *rates = self.here.direction(
-                self._column(self.ray), [self.parameter, *self._own]
+            s, *rates = self.dictionary.direction(
+                self._column(self.ray), [self.parameter, *self._form_of_z]
             )
             each = zip(self._bases, self._signs, rates, strict=True)
             z = [s * change + sign * rate for (_, change), sign, rate in each]

@@ -25,7 +25,7 @@ MAX_CHANGES = 64  # after which factors are computed from scratch
 NOTHING: tuple[int, Vector] = -1, np.zeros(0)  # the solution for no column
 
 
-class ChangingSystem(ABC):
+class BasisFactorization(ABC):
     """What both kinds of systems share.
 
     moved : column n of A, which is c; the others are those of M. age : the changes
@@ -35,7 +35,9 @@ class ChangingSystem(ABC):
     """
 
     def __init__(self, M: Matrix, moved: Vector) -> None:
-        self.n, self.moved, self.age = moved.size, moved, 0
+        self.n = moved.size
+        self.moved = moved
+        self.age = 0
         self._column_of_M = column_reader(M)
         self._solved = NOTHING  # the last column that was solved for, with the solution
 
@@ -49,7 +51,7 @@ class ChangingSystem(ABC):
         singular."""
 
 
-class DenseSystem(ChangingSystem):
+class DenseBasisFactorization(BasisFactorization):
     """The inverse of A_RC, of order k, and the columns of A in C, each of shape (n,).
 
     Where the pivot of an update is not clearly different from 0, the inverse is
@@ -117,13 +119,18 @@ class DenseSystem(ChangingSystem):
         in its place: one step of the product form for the inverse of [A_C, E], of which
         the rows in the places of unit columns are not stored."""
         # Rows of M, or negative.
-        k, X, coming, leaving = self.k, self.inverse, old - self.n - 1, new - self.n - 1
+        k = self.k
+        X = self.inverse
+        coming = old - self.n - 1
+        leaving = new - self.n - 1
         if leaving < 0:
             column, change = self.column(new), self._coming(new)
         else:
             column, change = self._nothing, X[:, self._at[new]].copy()
         if coming >= 0:
-            row, value, place = self._columns[:k, coming], column[coming], k
+            row = self._columns[:k, coming]
+            value = column[coming]
+            position = k
             terms = abs(value) + np.abs(row) @ np.abs(change)
             self._inverse[k, :k], self._inverse[:k, k], self._inverse[k, k] = (
                 -(row @ X),
@@ -133,32 +140,36 @@ class DenseSystem(ChangingSystem):
             change = np.append(change, value - row @ change)
             self._rows[k], self._at[old], self.k = coming, k, k + 1
         else:
-            place, self._at[old] = self._at[old], -1
-            others = np.abs(X[place])
+            position, self._at[old] = self._at[old], -1
+            others = np.abs(X[position])
             terms = (
                 others @ np.abs(column[self.rows])
                 if leaving < 0
                 else max(others.max(), np.abs(change).max())
             )
         X = self.inverse
-        X[place] /= self._pivot(change[place], terms)
-        change[place] = 0.0
-        X -= np.outer(change, X[place])
+        X[position] /= self._pivot(change[position], terms)
+        change[position] = 0.0
+        X -= np.outer(change, X[position])
         self.age += 1
         if leaving < 0:
-            self._cols[place], self._columns[place], self._at[new] = new, column, place
+            self._cols[position], self._columns[position], self._at[new] = (
+                new,
+                column,
+                position,
+            )
             return
         self.k, p, self._at[new] = (last := self.k - 1), self._at[new], -1
-        X[:, p], X[place] = X[:, last], X[last]
+        X[:, p], X[position] = X[:, last], X[last]
         if p != last:
             self._rows[p] = self._rows[last]
             self._at[self.n + 1 + self._rows[p]] = p
-        if place != last:
-            self._cols[place], self._columns[place] = (
+        if position != last:
+            self._cols[position], self._columns[position] = (
                 self._cols[last],
                 self._columns[last],
             )
-            self._at[self._cols[place]] = place
+            self._at[self._cols[position]] = position
 
     def refresh(self) -> None:
         block = self.columns[:, self.rows].T
@@ -189,11 +200,11 @@ class DenseSystem(ChangingSystem):
         return 1.0
 
 
-class SparseSystem(ChangingSystem):
+class SparseBasisFactorization(BasisFactorization):
     """The factors of [A_C, E] for a sparse M, where E has the unit columns of the rows
     outside R, and later changes.
 
-    The interface is that of `DenseSystem`.
+    The interface is that of `DenseBasisFactorization`.
     """
 
     def __init__(self, M: Matrix, moved: Vector) -> None:
@@ -201,19 +212,21 @@ class SparseSystem(ChangingSystem):
         self._M = M
         # The column of J in each place.
         self._slots: Indices = np.arange(self.n + 1, 2 * self.n + 1)
-        self._place_of: Indices = np.append(np.full(self.n + 1, -1), np.arange(self.n))
+        self._position_of: Indices = np.append(
+            np.full(self.n + 1, -1), np.arange(self.n)
+        )
         self._changes: list[tuple[int, Vector]] = []
 
     @property
     def rows(self) -> Indices:
-        return np.flatnonzero(self._place_of[self.n + 1 :] < 0)
+        return np.flatnonzero(self._position_of[self.n + 1 :] < 0)
 
     @property
     def cols(self) -> Indices:
         return self._slots[self._slots <= self.n]
 
     def has(self, col: int) -> bool:
-        return bool(self._place_of[col] >= 0)
+        return bool(self._position_of[col] >= 0)
 
     def solve(self, b: Vector) -> Vector:
         return np.asarray(self._solution(b)[self._slots <= self.n])
@@ -226,9 +239,9 @@ class SparseSystem(ChangingSystem):
         return self.solve(_unit(self.n, row))
 
     def multipliers(self, col: int) -> Vector:
-        y = _unit(self.n, self._place_of[col])
-        for place, change in reversed(self._changes):
-            y[place] -= (y @ change - y[place]) / change[place]
+        y = _unit(self.n, self._position_of[col])
+        for position, change in reversed(self._changes):
+            y[position] -= (y @ change - y[position]) / change[position]
         return np.asarray(self._lu.solve(y, "T"))
 
     def times(self, x: Vector) -> Vector:
@@ -245,7 +258,7 @@ class SparseSystem(ChangingSystem):
         self._slots[cols[cols < self.n]] = cols[cols < self.n]
         if self.has(self.n):
             self._slots[rows[self._slots[rows] > self.n]] = self.n
-        self._place_of[self._slots] = np.arange(self.n)
+        self._position_of[self._slots] = np.arange(self.n)
         J = hstack(
             [
                 csc_array(self._M),
@@ -260,13 +273,13 @@ class SparseSystem(ChangingSystem):
     def begin(self, basic: Indices) -> None:
         (
             self._slots[basic],
-            self._place_of[basic],
-            self._place_of[self.n + 1 + basic],
+            self._position_of[basic],
+            self._position_of[self.n + 1 + basic],
         ) = basic, basic, -1
         self.refresh()
 
     def exchange(self, old: int, new: int) -> None:
-        place = self._place_of[old]
+        position = self._position_of[old]
         last, change = self._solved
         if last != new:
             change = self._solution(
@@ -275,19 +288,19 @@ class SparseSystem(ChangingSystem):
         self._solved = NOTHING
         self.age = (
             self.age + 1
-            if abs(change[place]) > MIN_PIVOT * np.abs(change).max()
+            if abs(change[position]) > MIN_PIVOT * np.abs(change).max()
             else MAX_CHANGES + 1
         )
-        self._changes.append((place, change))
-        self._place_of[old] = -1
-        self._slots[place], self._place_of[new] = new, place
+        self._changes.append((position, change))
+        self._position_of[old] = -1
+        self._slots[position], self._position_of[new] = new, position
 
     def _solution(self, b: Vector) -> Vector:
         x: Vector = self._lu.solve(b)
-        for place, change in self._changes:
-            own = x[place] / change[place]
-            x -= own * change
-            x[place] = own
+        for position, change in self._changes:
+            step = x[position] / change[position]
+            x -= step * change
+            x[position] = step
         return x
 
 

@@ -35,16 +35,16 @@ from lcpcli.parametric.path import Family
 from lcpcli.typing import Indices, Mask, States, Vector
 from lcpcli.verify.acceptance import BY_CRITERION, accepted
 from lcpcli.verify.measure import Measure, Rows
-from lcpcli.verify.point import Criterion, Point, pivoted
+from lcpcli.verify.point import Criterion, Point, block_pivoting_points
 
 # Of what moves along a piece: what rounding of t may leave at its ends.
 NEGLIGIBLE = 2.0**-44
 # Of the pieces beside, and of z at their ends: how far off a replacement of z may be.
-SHARE, NEAR = 2.0**-10, 2.0**-32
+SHARE, CHANGE_RTOL = 2.0**-10, 2.0**-32
 ADJACENT, NEARBY = (1, -1), (16, -16, 256, -256)  # doubles by which t may be replaced
 
 
-def _beside(pieces: Any) -> tuple[Any, Any]:
+def _before_and_after(pieces: Any) -> tuple[Any, Any]:
     """Return for each breakpoint the row of the piece before it and of that after it;
     at the ends both are the same."""
     if not len(pieces):
@@ -60,22 +60,29 @@ def verify(
     z: Vector,
     states: States,
     tol: float,
-    known: int = 0,
+    n_verified: int = 0,
     some: int | None = None,
 ) -> tuple[Vector, Vector, Vector, bool]:
     """Return the breakpoints from those that were found: t of shape (m,), z and w of
     shape (m, n), and whether they and the pieces between them are verified.
 
-    z, states : shapes (m, n) and (m - 1, n). known : how many of the first ones are
-    results of an earlier call. some : how many are returned; the others, of which none
-    has the t of the last of these, are only neighbours.
+    z, states : shapes (m, n) and (m - 1, n). n_verified : how many of the first ones
+    are results of an earlier call. some : how many are returned; the others, of which
+    none has the t of the last of these, are only neighbours.
     """
-    own, most = (
-        _Breakpoints(family, t.copy(), z, states, tol, known),
+    breakpoints, n_returned = (
+        _Breakpoints(family, t.copy(), z, states, tol, n_verified),
         t.size if some is None else some,
     )
-    is_verified = own.settle(range(known, most)) and own.are_pieces(most)
-    return own.t[:most], own.z[:most], own.w[:most], is_verified
+    is_verified = breakpoints.verify_or_replace(
+        range(n_verified, n_returned)
+    ) and breakpoints.are_pieces(n_returned)
+    return (
+        breakpoints.t[:n_returned],
+        breakpoints.z[:n_returned],
+        breakpoints.w[:n_returned],
+        is_verified,
+    )
 
 
 class _Breakpoints:
@@ -89,17 +96,17 @@ class _Breakpoints:
         z: Vector,
         states: States,
         tol: float,
-        known: int,
+        n_verified: int,
     ) -> None:
-        self.family, self.t, self.states, self.tol, self.beside = (
-            family,
-            t,
-            states,
-            tol,
-            _beside(states),
-        )
+        self.family = family
+        self.t = t
+        self.states = states
+        self.tol = tol
+        self.adjacent_states = _before_and_after(states)
         self.z = z.copy()
-        self.z[known:] = self._on_bounds(family.share(t[known:]), slice(known, None))
+        self.z[n_verified:] = self._on_bounds(
+            family.share(t[n_verified:]), slice(n_verified, None)
+        )
         self._measure()
 
     def _on_bounds(self, s: Vector, some: slice) -> Vector:
@@ -107,7 +114,7 @@ class _Breakpoints:
         the bound where it is on a piece beside it, and within its bounds elsewhere."""
         is_mixed, (before, after) = (
             self.family.is_mixed,
-            (states[some] for states in self.beside),
+            (states[some] for states in self.adjacent_states),
         )
         low, high = (
             self.family.bounds(s[:, np.newaxis])
@@ -135,29 +142,34 @@ class _Breakpoints:
             absolute_product(M, np.abs(z).T).T,
         )
 
-    def settle(self, some: range) -> bool:
+    def verify_or_replace(self, some: range) -> bool:
         """Return whether some breakpoints solve their problems, after replacements
         where they do not."""
         if not np.isfinite(self.Q).all():
             return False
         doubtful = np.flatnonzero(~self._surely_solve()).tolist()
         runs = sorted({self._run(k) for k in doubtful if k in some})
-        settled = [self._settles(*run) for run in runs]
+        are_solutions = [self._verify_or_replace_run(*run) for run in runs]
         if runs:
             self._measure()
-        return all(settled)
+        return all(are_solutions)
 
     def _surely_solve(self) -> Mask:
         """Return which breakpoints solve their problems by the measure, without a
         closer look at rounding."""
-        low, high, M, z = 0.0, np.inf, self.family.problem.M, self.z
+        low = 0.0
+        high = np.inf
+        M = self.family.problem.M
+        z = self.z
         if self.family.is_mixed:
             low, high = (bound.T for bound in self.family.bounds(self.s[:, np.newaxis]))
         block = Columns(M, self.Q.T, low, high).block(0, self.s.size)
         measure, terms = Measure(block), self.sizes + np.abs(self.Q)
         rows = Rows(self.w, terms, terms, row_errors(M, z, terms))
-        own = rows if block.reference_z is None else measure.rows(z, self.w)
-        return np.asarray(measure.surely_solves(z, own, self.tol) & block.are_moderate)
+        own_rows = rows if block.reference_z is None else measure.rows(z, self.w)
+        return np.asarray(
+            measure.surely_solves(z, own_rows, self.tol) & block.are_moderate
+        )
 
     def _run(self, k: int) -> tuple[int, int]:
         """Return the first breakpoint with the t of breakpoint k, and the first one
@@ -167,7 +179,7 @@ class _Breakpoints:
             others[others > k].min(initial=self.t.size)
         )
 
-    def _settles(self, first: int, end: int) -> bool:
+    def _verify_or_replace_run(self, first: int, end: int) -> bool:
         """Return whether breakpoints with one t solve their problems, or do after a
         replacement, which is made."""
         for t, Z in self._replacements(first, end):
@@ -175,7 +187,7 @@ class _Breakpoints:
             criterion = Criterion(self.family.at(t), self.tol)
             points = [Point(criterion, z) for z in Z]
             if all(
-                self._is_near(k, point.z) and point.solves()
+                self._is_small_change(k, point.z) and point.solves()
                 for k, point in enumerate(points, first)
             ):
                 self.t[first:end], self.z[first:end] = t, Z
@@ -192,11 +204,11 @@ class _Breakpoints:
         t = float(self.t[first])
         criterion = Criterion(self.family.at(t), self.tol)
         points = [Point(criterion, z) for z in self.z[first:end]]
-        problem, found = criterion.problem, []
+        problem, replaced = criterion.problem, []
         for point in points:
-            near = accepted(problem, [point], self.tol, BY_CRITERION)
-            found.append(point.z if near is None else near.point.z)
-        yield t, np.array(found)
+            acceptance = accepted(problem, [point], self.tol, BY_CRITERION)
+            replaced.append(point.z if acceptance is None else acceptance.point.z)
+        yield t, np.array(replaced)
         if end - first == 1:
             for steps in (0, *ADJACENT):
                 yield from self._basic(first, steps)
@@ -206,14 +218,14 @@ class _Breakpoints:
     def _basic(self, k: int, steps: int) -> Iterator[tuple[float, Vector]]:
         """Yield t of a breakpoint moved by some doubles, and basic solutions from the
         states of the pieces beside."""
-        beside = {
+        adjacent = {
             states.tobytes(): states for states in self.states[max(k - 1, 0) : k + 1]
         }.values()
         for t, _ in self._moved(k, k + 1, steps):
             yield from (
                 (t, z[np.newaxis])
-                for states in beside
-                for z in pivoted(self.family.at(t), states)
+                for states in adjacent
+                for z in block_pivoting_points(self.family.at(t), states)
             )
 
     def _moved(
@@ -221,14 +233,14 @@ class _Breakpoints:
     ) -> Iterator[tuple[float, Vector]]:
         """Yield t moved by some doubles, and z for it, if that does not pass a
         breakpoint beside or an end."""
-        family, own = self.family, float(self.t[first])
-        t = own + steps * self._last_bit(first)
-        beside = [
+        family, unmoved = self.family, float(self.t[first])
+        t = unmoved + steps * self._last_bit(first)
+        adjacent = [
             *(float(self.t[k]) for k in (first - 1, end) if 0 <= k < self.t.size),
             family.start,
             family.stop,
         ]
-        if not steps or all((t - other) * (own - other) > 0 for other in beside):
+        if not steps or all((t - other) * (unmoved - other) > 0 for other in adjacent):
             yield (
                 t,
                 self._on_bounds(
@@ -246,14 +258,14 @@ class _Breakpoints:
             )
         )
 
-    def _is_near(self, k: int, z: Vector) -> bool:
+    def _is_small_change(self, k: int, z: Vector) -> bool:
         """Return whether z differs little from that of a breakpoint, beside that and
         the breakpoints next to it."""
         some = self.z[max(k - 1, 0) : k + 2]
-        most = SHARE * np.abs(some - self.z[k]).max(axis=0) + NEAR * np.abs(some).max(
+        max_change = SHARE * np.abs(some - self.z[k]).max(
             axis=0
-        )
-        return bool((np.abs(z - self.z[k]) <= most).all())
+        ) + CHANGE_RTOL * np.abs(some).max(axis=0)
+        return bool((np.abs(z - self.z[k]) <= max_change).all())
 
     def _jumps(self, first: int, end: int, steps: int) -> bool:
         """Return whether breakpoints of a jump solve their problems up to the last bit
@@ -261,16 +273,16 @@ class _Breakpoints:
         family, tol = self.family, max(self.tol, ROUNDING)
         for t, Z in self._moved(first, end, steps):
             bit = self._last_bit(first)
-            ends = [
+            endpoints = [
                 family.at(min(max(t + side * bit, family.start), family.stop))
                 for side in (-1, 1)
             ]
             first_bounds, last_bounds = (
-                np.array(own.box.vectors(Z.shape[1])) for own in ends
+                np.array(problem.box.vectors(Z.shape[1])) for problem in endpoints
             )
             # Infinite ones do not move.
             moves = np.nan_to_num(np.abs(last_bounds - first_bounds)).max(axis=0)
-            changes = np.abs(ends[1].q - ends[0].q) + absolute_product(
+            changes = np.abs(endpoints[1].q - endpoints[0].q) + absolute_product(
                 family.problem.M, moves
             )
             criterion = Criterion(family.at(t), self.tol)
@@ -286,10 +298,13 @@ class _Breakpoints:
             return True
         return False
 
-    def are_pieces(self, most: int) -> bool:
+    def are_pieces(self, n_breakpoints: int) -> bool:
         """Return whether on each piece between the first breakpoints both ends satisfy
         the conditions of its states."""
-        keeps, sizes, z, Q = _keeps_sign(self.z), self.sizes, self.z, self.Q
+        keeps = _keeps_sign(self.z)
+        sizes = self.sizes
+        z = self.z
+        Q = self.Q
         if not keeps.all():
             sizes = absolute_product(
                 self.family.problem.M, np.where(keeps, np.abs(z), 0.0).T
@@ -297,18 +312,23 @@ class _Breakpoints:
         allowed = max(self.tol, ROUNDING) * (
             sizes + np.where(_keeps_sign(Q), np.abs(Q), 0.0)
         )
-        states, w = self.states[: most - 1], np.where(self.family.is_fixed, 0.0, self.w)
+        states, w = (
+            self.states[: n_breakpoints - 1],
+            np.where(self.family.is_fixed, 0.0, self.w),
+        )
         for offset in (0, 1):
-            ends = slice(offset, len(states) + offset)
-            wrong = np.where(
+            breakpoints = slice(offset, len(states) + offset)
+            violations = np.where(
                 states == LOWER,
-                -w[ends],
-                np.where(states == UPPER, w[ends], np.abs(w[ends])),
+                -w[breakpoints],
+                np.where(states == UPPER, w[breakpoints], np.abs(w[breakpoints])),
             )
-            is_wrong = ~(wrong <= allowed[ends])
+            is_wrong = ~(violations <= allowed[breakpoints])
             for k in np.flatnonzero(is_wrong.any(axis=1)).tolist():
                 rows = np.flatnonzero(is_wrong[k])
-                if not (wrong[k, rows] <= self._rounding(k, k + offset, rows)).all():
+                if not (
+                    violations[k, rows] <= self._rounding(k, k + offset, rows)
+                ).all():
                     return False
         return bool(np.isfinite(self.t).all())
 
@@ -330,6 +350,8 @@ def _keeps_sign(values: Vector) -> Mask:
     the ends of a piece beside."""
     changes = values[:-1] * values[1:] < 0
     before, after = (
-        _beside(changes) if len(changes) else (np.zeros(values.shape, dtype=bool),) * 2
+        _before_and_after(changes)
+        if len(changes)
+        else (np.zeros(values.shape, dtype=bool),) * 2
     )
     return np.asarray(~(before | after))

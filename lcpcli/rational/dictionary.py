@@ -39,7 +39,7 @@ LONG_ROW = 500
 # installed.
 LONG_BITS = 200
 
-Point = tuple[Fraction, ...]
+RationalPoint = tuple[Fraction, ...]
 Direction = tuple[int, ...]
 
 
@@ -62,13 +62,11 @@ class Dictionary:
         signed: Iterable[int],
         check: Callable[[], None],
     ) -> None:
-        self.rows, self.cobasic, self.signed, self.divisor, self.check = (
-            rows,
-            cobasic,
-            set(signed),
-            1,
-            check,
-        )
+        self.rows = rows
+        self.cobasic = cobasic
+        self.signed = set(signed)
+        self.divisor = 1
+        self.check = check
         longest = max(
             (abs(value).bit_length() for row in rows.values() for value in row),
             default=0,
@@ -82,11 +80,9 @@ class Dictionary:
     def copy(self) -> Dictionary:
         other = Dictionary.__new__(Dictionary)
         other.__dict__.update(self.__dict__)
-        other.rows, other.cobasic, other.signed = (
-            dict(self.rows),
-            list(self.cobasic),
-            set(self.signed),
-        )
+        other.rows = dict(self.rows)
+        other.cobasic = list(self.cobasic)
+        other.signed = set(self.signed)
         return other
 
     def value(self, form: int) -> int:
@@ -189,16 +185,23 @@ class Dictionary:
             for form, row in self.rows.items()
             if row[0] < 0 and form in self.signed
         ]:
-            leaving, rise, fall = -1, -1, 1
+            leaving = -1
+            rise = -1
+            fall = 1
             for form in sorted(below):
                 row = self.rows[form]
                 move = self._entering(row, 1, bland, objective)
                 if move is None:
                     return False
                 k = move[0]
-                own = -self.rows[objective][k] * row[0]
-                if leaving < 0 or (own * fall > rise * abs(row[k]) and not bland):
-                    leaving, column, rise, fall = form, k, own, abs(row[k])
+                objective_change = -self.rows[objective][k] * row[0]
+                if leaving < 0 or (
+                    objective_change * fall > rise * abs(row[k]) and not bland
+                ):
+                    leaving = form
+                    column = k
+                    rise = objective_change
+                    fall = abs(row[k])
             bland = not rise
             self.pivot(leaving, column)
         return True
@@ -211,7 +214,7 @@ class Dictionary:
             for form, row in self.rows.items()
             if direction * row[k] < 0 and form in self.signed
         ]
-        return self._least(falling, 0, k, 1)
+        return self._smallest_ratios(falling, 0, k, 1)
 
     def leaving(self, k: int, direction: int) -> tuple[int | None, int]:
         """Return the first of the nearest forms, and its value; None if there is
@@ -229,7 +232,7 @@ class Dictionary:
             columns = {form: j for j, form in enumerate(self.cobasic, 1)}
             for relaxed in order:
                 if relaxed in columns:
-                    tied = self._least(
+                    tied = self._smallest_ratios(
                         tied, columns[relaxed], k, 1 if relaxed in less else -1
                     )
                 elif relaxed in tied and relaxed in less:
@@ -251,7 +254,9 @@ class Dictionary:
     def pivot(self, leaving: int, k: int) -> None:
         """Exchange a basic form for the cobasic one of column k, counted from 1."""
         self.check()
-        top, old, sign = self.rows.pop(leaving), self.divisor, 1
+        top = self.rows.pop(leaving)
+        old = self.divisor
+        sign = 1
         if top[k] < 0:
             top, sign = [-value for value in top], -1
         new = top[k]
@@ -269,17 +274,21 @@ class Dictionary:
         rows[self.cobasic[k - 1]] = entered
         self.rows, self.divisor, self.cobasic[k - 1] = rows, new, leaving
 
-    def _least(self, forms: list[int], j: int, k: int, sign: int) -> list[int]:
+    def _smallest_ratios(
+        self, forms: list[int], j: int, k: int, sign: int
+    ) -> list[int]:
         """Return the forms whose entry in column j, times a sign, is least relative to
         the size of that in column k."""
         best: list[int] = []
         value, size = 0, 1
         for form in forms if len(forms) > 1 else ():
             row = self.rows[form]
-            own, fall = sign * row[j], abs(row[k])
-            difference = own * size - value * fall
+            entry, fall = sign * row[j], abs(row[k])
+            difference = entry * size - value * fall
             if not best or difference < 0:
-                best, value, size = [form], own, fall
+                best = [form]
+                value = entry
+                size = fall
             elif not difference:
                 best.append(form)
         return best or forms
@@ -315,24 +324,27 @@ class Dictionary:
         """Return a column, of those that change an objective least for their change of
         a form with that sign, and the direction in which it does; None if there is
         none."""
-        costs, best, least, size = self.rows.get(objective), None, 0, 1
+        costs = self.rows.get(objective)
+        best = None
+        smallest_change = 0
+        size = 1
         for k, form in enumerate(self.cobasic, 1):
             slope = sign * row[k]
             if slope > 0 or (slope and form not in self.signed):
                 order = form if bland else -abs(slope)
                 difference = (
-                    costs[k] * size - least * abs(slope) if costs and best else 0
+                    costs[k] * size - smallest_change * abs(slope)
+                    if costs and best
+                    else 0
                 )
                 if (
                     best is None
                     or difference < 0
                     or (not difference and order < best[0])
                 ):
-                    best, least, size = (
-                        (order, k, 1 if slope > 0 else -1),
-                        costs[k] if costs else 0,
-                        abs(slope),
-                    )
+                    best = (order, k, 1 if slope > 0 else -1)
+                    smallest_change = costs[k] if costs else 0
+                    size = abs(slope)
         return None if best is None else best[1:]
 
     def _drop(self, form: int) -> None:
@@ -346,7 +358,7 @@ class Dictionary:
             }
 
 
-class Vertex(Point):
+class Vertex(RationalPoint):
     """A point whose hash is computed once, as the hash of a fraction takes long."""
 
     _hash: int | None = None
@@ -358,10 +370,10 @@ class Vertex(Point):
 
 
 def generators(
-    start: Dictionary, forms: Sequence[int], most: float = math.inf
+    start: Dictionary, forms: Sequence[int], max_bases: float = math.inf
 ) -> list[list[Direction]] | None:
     """Return the vertices, rays and lines of a polyhedron from a feasible dictionary;
-    None if they take more than `most` bases. The polyhedron is the product of the
+    None if they take more than `max_bases` bases. The polyhedron is the product of the
     polyhedra of independent parts.
 
     Each is given by the values of forms that distinguish points, in integers without a
@@ -370,45 +382,47 @@ def generators(
     """
     start = start.copy()
     lines = _without_lines(start, forms)
-    place = {form: i for i, form in enumerate(forms, 1)}
-    still = set(place)
+    position = {form: i for i, form in enumerate(forms, 1)}
+    still = set(position)
     factors: list[tuple[list[int], list[Direction]]] = []
     rays: list[Direction] = []
     for part in _parts(start):
-        own = [form for form in (*part.cobasic, *part.rows) if form in place]
-        still -= set(own)
-        found: dict[Direction, None] = {}
+        part_forms = [form for form in (*part.cobasic, *part.rows) if form in position]
+        still -= set(part_forms)
+        part_points: dict[Direction, None] = {}
         directions: dict[Direction, None] = {}
-        for here, unbounded in bases(part):
-            most -= 1
-            if most < 0:
+        for dictionary, unbounded in bases(part):
+            max_bases -= 1
+            if max_bases < 0:
                 return None
-            found[_values(here, own)] = None
+            part_points[_values(dictionary, part_forms)] = None
             directions.update(
-                (tuple(here.direction(k, forms)), None) for k in unbounded
+                (tuple(dictionary.direction(k, forms)), None) for k in unbounded
             )
-        factors.append(([place[form] for form in own], list(found)))
+        factors.append(([position[form] for form in part_forms], list(part_points)))
         rays += directions
-    if math.prod(len(points) for _, points in factors) > most:
+    if math.prod(len(points) for _, points in factors) > max_bases:
         return None
-    factors.append(([place[form] for form in still], [_values(start, still)]))
+    factors.append(([position[form] for form in still], [_values(start, still)]))
     vertices = []
     values = [0] * (len(forms) + 1)
     for chosen in product(*(points for _, points in factors)):
         start.check()
         values[0] = math.lcm(*(point[0] for point in chosen))
-        for (places, _), (divisor, *point) in zip(factors, chosen, strict=True):
+        for (positions, _), (divisor, *point) in zip(factors, chosen, strict=True):
             factor = values[0] // divisor
-            for i, value in zip(places, point, strict=True):
+            for i, value in zip(positions, point, strict=True):
                 values[i] = factor * value
         vertices.append(tuple(values))
     return [vertices, rays, lines]
 
 
-def _values(here: Dictionary, forms: Iterable[int]) -> Direction:
+def _values(dictionary: Dictionary, forms: Iterable[int]) -> Direction:
     """Return the values of forms at the point, after the number by which they are
     divided."""
-    return tuple(primitive([here.divisor, *(here.value(form) for form in forms)]))
+    return tuple(
+        primitive([dictionary.divisor, *(dictionary.value(form) for form in forms)])
+    )
 
 
 def _parts(whole: Dictionary) -> Iterator[Dictionary]:
@@ -416,13 +430,14 @@ def _parts(whole: Dictionary) -> Iterator[Dictionary]:
     common."""
     rows = list(whole.rows.items())
     first = len(whole.cobasic)
-    edges = (
-        (k, first + i)
-        for i, (_, row) in enumerate(rows)
-        for k in range(first)
-        if row[k + 1]
-    )
-    for nodes in connected(first + len(rows), edges):
+
+    def edges() -> Iterator[tuple[int, int]]:
+        for i, (_, row) in enumerate(rows):
+            for k in range(first):
+                if row[k + 1]:
+                    yield k, first + i
+
+    for nodes in connected(first + len(rows), edges()):
         columns = [k for k in nodes if k < first]
         if columns:
             part = whole.copy()
@@ -434,23 +449,23 @@ def _parts(whole: Dictionary) -> Iterator[Dictionary]:
             yield part
 
 
-def bases(here: Dictionary) -> Iterator[tuple[Dictionary, list[int]]]:
+def bases(dictionary: Dictionary) -> Iterator[tuple[Dictionary, list[int]]]:
     """Yield the bases at all vertices, each vertex at least once, with the columns of
     unbounded edges, counted from
     1. The dictionary is feasible with signed cobasic forms, and is pivoted from basis
       to basis and back."""
-    order = [form for form in here.rows if form in here.signed]
-    basis = sum(1 << form for form in here.cobasic)
+    order = [form for form in dictionary.rows if form in dictionary.signed]
+    basis = sum(1 << form for form in dictionary.cobasic)
     seen = {basis}
     # Of each basis on the way, those that have not been tried.
     moves: list[list[tuple[int, int]]] = []
     back: list[tuple[int, int, int]] = []
     while True:
         edges = [
-            (k, here.lexicographic(here.nearest(k), k, order))
-            for k in range(1, len(here.cobasic) + 1)
+            (k, dictionary.lexicographic(dictionary.nearest(k), k, order))
+            for k in range(1, len(dictionary.cobasic) + 1)
         ]
-        yield here, [k for k, leaving in edges if leaving is None]
+        yield dictionary, [k for k, leaving in edges if leaving is None]
         moves.append([(k, leaving) for k, leaving in edges if leaving is not None])
         while True:
             while not moves[-1]:
@@ -458,15 +473,15 @@ def bases(here: Dictionary) -> Iterator[tuple[Dictionary, list[int]]]:
                 if not back:
                     return
                 basis, *step = back.pop()
-                here.pivot(*step)
+                dictionary.pivot(*step)
             k, leaving = moves[-1].pop()
-            entering = here.cobasic[k - 1]
+            entering = dictionary.cobasic[k - 1]
             other = basis ^ 1 << entering ^ 1 << leaving
             if other not in seen:
                 break
         seen.add(other)
         back.append((basis, entering, k))
-        here.pivot(leaving, k)
+        dictionary.pivot(leaving, k)
         basis = other
 
 

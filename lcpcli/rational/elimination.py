@@ -76,9 +76,9 @@ def solve(
     a basis of the solutions of A x = 0."""
     m, n = len(A), len(A[0]) if A else 0
     if m == n > MAX_PLAIN_ROWS and library():
-        found = call(solved, duration(A), A, list(b))
-        if found is not None:
-            return [Fraction(*value) for value in found], []
+        ratios = call(solved, duration(A), A, list(b))
+        if ratios is not None:
+            return [Fraction(*value) for value in ratios], []
     rows, pivots, divisor = _reduced(
         [[*row, value] for row, value in zip(A, b, strict=True)], n
     )
@@ -118,10 +118,12 @@ def particular(A: Rows, b: Sequence[int]) -> list[Fraction] | None:
     rows, columns = call(
         independent, SECONDS_PER_STEP * len(A) * len(A[0]) * min(len(A), len(A[0])), A
     )
-    found, _ = solve([[A[i][j] for j in columns] for i in rows], [b[i] for i in rows])
-    if found is None:
+    solution, _ = solve(
+        [[A[i][j] for j in columns] for i in rows], [b[i] for i in rows]
+    )
+    if solution is None:
         return None
-    values = dict(zip(columns, found, strict=True))
+    values = dict(zip(columns, solution, strict=True))
     return [values.get(j, Fraction(0)) for j in range(len(A[0]))]
 
 
@@ -139,10 +141,10 @@ def _reduced(rows: list[list[int]], n: int) -> tuple[list[list[int]], list[int],
     for column in range(n):
         raise_if_timed_out()
         top = len(pivots)
-        found = next((i for i in range(top, len(rows)) if rows[i][column]), None)
-        if found is None:
+        row_index = next((i for i in range(top, len(rows)) if rows[i][column]), None)
+        if row_index is None:
             continue
-        rows[top], rows[found] = rows[found], rows[top]
+        rows[top], rows[row_index] = rows[row_index], rows[top]
         pivot = rows[top]
         rows = [
             row if row is pivot else clear(row, pivot, column, previous) for row in rows
@@ -224,21 +226,26 @@ def principal_minors(
     while pending:
         block, labels, chosen, previous = pending.pop()
         check()
-        own, rest, pivot = (*chosen, labels[0]), labels[1:], block[0][0]
-        yield own, pivot
+        indices = (*chosen, labels[0])
+        rest = labels[1:]
+        pivot = block[0][0]
+        yield indices, pivot
         if not rest:
             continue
         pending.append(([row[1:] for row in block[1:]], rest, chosen, previous))
         if pivot:
-            pending.append((eliminated(block, previous), rest, own, pivot))
+            pending.append((eliminated(block, previous), rest, indices, pivot))
             continue
         for size in range(1, len(rest) + 1):
             for more in combinations(rest, size):
                 check()
                 yield (
-                    (*own, *more),
+                    (*indices, *more),
                     determinant(
-                        [[A[i][j] for j in (*own, *more)] for i in (*own, *more)]
+                        [
+                            [A[i][j] for j in (*indices, *more)]
+                            for i in (*indices, *more)
+                        ]
                     ),
                 )
 
@@ -284,7 +291,7 @@ def reduced(A: Rows) -> tuple[list[list[int]], int, int]:
     return [[int(value) for value in row] for row in rows.tolist()], int(divisor), rank
 
 
-def call(function: Callable[..., Any], seconds: float, *given: Any) -> Any:
+def call(function: Callable[..., Any], seconds: float, *arguments: Any) -> Any:
     """Return the result of a function of this module that takes about so many seconds;
     raise TimeIsUp in time."""
     if seconds > LONG_CALL_SECONDS and sys.executable:
@@ -292,25 +299,29 @@ def call(function: Callable[..., Any], seconds: float, *given: Any) -> Any:
             import subprocess
         command, request = (
             [sys.executable, "-c", CODE, *sys.path],
-            marshal.dumps((function.__name__, given)),
+            marshal.dumps((function.__name__, arguments)),
         )
-        left = remaining() if remaining() < math.inf else None
+        time_left = remaining() if remaining() < math.inf else None
         try:
             done = subprocess.run(
-                command, input=request, capture_output=True, timeout=left, check=True
+                command,
+                input=request,
+                capture_output=True,
+                timeout=time_left,
+                check=True,
             )
             return marshal.loads(done.stdout)
         except subprocess.TimeoutExpired:
             raise TimeIsUp from None
         except (OSError, subprocess.CalledProcessError):
             pass
-    return function(*given)
+    return function(*arguments)
 
 
 def serve() -> None:
     """Make the call that standard input describes, and write its result."""
-    name, given = marshal.load(sys.stdin.buffer)
-    sys.stdout.buffer.write(marshal.dumps(globals()[name](*given)))
+    name, arguments = marshal.load(sys.stdin.buffer)
+    sys.stdout.buffer.write(marshal.dumps(globals()[name](*arguments)))
 
 
 # What a pivot on n rows usually takes, in seconds, for each of n^2 entries, and for
@@ -323,10 +334,10 @@ class Effort:
     time limit of the run holds too."""
 
     def __init__(self, seconds: float = math.inf) -> None:
-        self._most, self.spent = seconds, 0.0
+        self._max_seconds, self.spent = seconds, 0.0
 
     def allows(self, seconds: float = 0.0) -> bool:
-        return self.spent + seconds <= self._most and seconds < remaining()
+        return self.spent + seconds <= self._max_seconds and seconds < remaining()
 
     def spend(self, seconds: float) -> None:
         """Count work; raise TimeIsUp if that is more than there was, or when the time

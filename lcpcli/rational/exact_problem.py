@@ -60,12 +60,12 @@ class ExactProblem:
         self.problem, self.n = problem, problem.n
         self.lower: Bounds = [Fraction(0)] * problem.n if lower is None else lower
         self.upper: Bounds = [None] * problem.n if upper is None else upper
-        own = [
+        integer_rows = [
             _in_integers(row, value) for row, value in zip(in_time(M), q, strict=True)
         ]
-        self.rows = [row for row, _, _ in own]
-        self.constants = [constant for _, constant, _ in own]
-        self.scales = [scale for _, _, scale in own]
+        self.rows = [row for row, _, _ in integer_rows]
+        self.constants = [constant for _, constant, _ in integer_rows]
+        self.scales = [scale for _, _, scale in integer_rows]
 
     @cached_property
     def bits(self) -> int:
@@ -86,9 +86,9 @@ class ExactProblem:
     def part(self, indices: Sequence[int]) -> ExactProblem:
         """Return the problem of some unknowns and their rows, such as a connected part
         of M."""
-        place = {i: k for k, i in enumerate(indices)}
+        position = {i: k for k, i in enumerate(indices)}
         rows = [
-            {place[j]: Fraction(a, self.scales[i]) for j, a in self.rows[i].items()}
+            {position[j]: Fraction(a, self.scales[i]) for j, a in self.rows[i].items()}
             for i in indices
         ]
         q = [Fraction(self.constants[i], self.scales[i]) for i in indices]
@@ -99,7 +99,9 @@ class ExactProblem:
         )
         M = whole.M[indices][:, indices]
         problem = Problem(M, whole.q[indices], lower=lower, upper=upper)
-        bounds = ([own[i] for i in indices] for own in (self.lower, self.upper))
+        bounds = (
+            [all_bounds[i] for i in indices] for all_bounds in (self.lower, self.upper)
+        )
         return ExactProblem(problem, rows, q, *bounds)
 
     @classmethod
@@ -127,18 +129,20 @@ class ExactProblem:
 
     @classmethod
     def of_rows(
-        cls, problem: Problem, kept: Indices, number: Callable[[Any], Fraction]
+        cls, problem: Problem, kept_rows: Indices, number: Callable[[Any], Fraction]
     ) -> ExactProblem:
         """Return the problem with some rows of M and q as exact numbers, and zeros in
         place of the others."""
-        own = dict(zip(kept.tolist(), rows_of(problem.M[kept], number), strict=True))
+        exact_rows = dict(
+            zip(kept_rows.tolist(), rows_of(problem.M[kept_rows], number), strict=True)
+        )
         q = [
-            number(value) if i in own else Fraction(0)
+            number(value) if i in exact_rows else Fraction(0)
             for i, value in enumerate(problem.q.tolist())
         ]
         return cls(
             problem,
-            [own.get(i, {}) for i in range(problem.n)],
+            [exact_rows.get(i, {}) for i in range(problem.n)],
             q,
             *_bounds_of(problem, number),
         )
@@ -220,9 +224,9 @@ class ExactProblem:
         return self.are_floats() or self._equal(self.of_decimals(self.problem))
 
     def _equal(self, other: ExactProblem) -> bool:
-        own, others = vars(self), vars(other)
+        attributes, others = vars(self), vars(other)
         return all(
-            own[name] == others[name]
+            attributes[name] == others[name]
             for name in ("rows", "constants", "scales", "lower", "upper")
         )
 
@@ -231,7 +235,9 @@ class ExactProblem:
         doubles cannot represent it."""
         numbers = chain((self.constants,), (row.values() for row in self.rows))
         if any(
-            abs(value) > LARGEST_INTEGER for own in in_time(numbers) for value in own
+            abs(value) > LARGEST_INTEGER
+            for group in in_time(numbers)
+            for value in group
         ):
             return None
         if _bounds_of(self.problem, number_of) != (self.lower, self.upper):
@@ -253,9 +259,12 @@ def _in_integers(row: dict[int, Any], constant: Any) -> tuple[dict[int, int], in
         constant.as_integer_ratio(),
         [entry.as_integer_ratio() for entry in row.values()],
     )
-    scale = math.lcm(denominator, *(own for _, own in ratios))
+    scale = math.lcm(
+        denominator, *(entry_denominator for _, entry_denominator in ratios)
+    )
     whole = {
-        j: value * (scale // own) for j, (value, own) in zip(row, ratios, strict=True)
+        j: value * (scale // entry_denominator)
+        for j, (value, entry_denominator) in zip(row, ratios, strict=True)
     }
     return whole, numerator * (scale // denominator), scale
 
@@ -339,17 +348,17 @@ def _like(M: Matrix, rows: list[dict[int, int]]) -> Matrix:
     with imports:
         from scipy.sparse import csr_array
     values = [float(a) for row in rows for a in row.values()]
-    places = (
+    positions = (
         [i for i, row in enumerate(rows) for _ in row],
         [j for row in rows for j in row],
     )
-    return csr_array((values, places), shape=M.shape)
+    return csr_array((values, positions), shape=M.shape)
 
 
 def exact_parts(parse: Callable[[Doubles], Problem]) -> ExactParts:
     """Return the parts of a problem with its numbers as written."""
-    found = written(parse)
+    content = written(parse)
     # The sides of a row of a program are the same double.
-    if found.own.n != found.rounded.n:
-        return decimal_parts_of(found.rounded)
-    return parts_of(found.own, found.number)
+    if content.distinct.n != content.rounded.n:
+        return decimal_parts_of(content.rounded)
+    return parts_of(content.distinct, content.number)

@@ -216,15 +216,15 @@ def row_integers(A: Vector) -> tuple[list[list[int]], list[int]]:
     shape (m, n)."""
     fraction, exponent = np.frexp(A)
     whole, powers = np.ldexp(fraction, MANTISSA).astype(np.int64), exponent - MANTISSA
-    least = powers.min(axis=1, where=whole != 0, initial=0)
+    min_powers = powers.min(axis=1, where=whole != 0, initial=0)
     rows = zip(
         whole.tolist(),
-        np.maximum(powers - least[:, np.newaxis], 0).tolist(),
+        np.maximum(powers - min_powers[:, np.newaxis], 0).tolist(),
         strict=True,
     )
     return [
         [value << shift for value, shift in zip(*row, strict=True)] for row in rows
-    ], least.tolist()
+    ], min_powers.tolist()
 
 
 def in_integers(values: Vector) -> tuple[list[int], int]:
@@ -274,13 +274,13 @@ def are_rounded(values: Vector) -> Mask:
     power -= np.rint(sizes * 10.0**power) >= 10.0 ** (SURE_DIGITS - 1)
     whole = np.rint(sizes * 10.0**power)
     above, below = 10.0 ** np.maximum(power, 0.0), 10.0 ** np.maximum(-power, 0.0)
-    found = (whole / above * below != sizes) & (sizes != np.rint(sizes))
+    mask = (whole / above * below != sizes) & (sizes != np.rint(sizes))
     far = np.flatnonzero((np.abs(power) > LARGEST_POWER) & (sizes != 0))
     for i in far.tolist():
         digits = Decimal(repr(float(sizes.flat[i]))).normalize().as_tuple().digits
         is_whole = sizes.flat[i] == np.rint(sizes.flat[i])
-        found.flat[i] = len(digits) >= SURE_DIGITS and not is_whole
-    return np.asarray(found)
+        mask.flat[i] = len(digits) >= SURE_DIGITS and not is_whole
+    return np.asarray(mask)
 
 
 @np.errstate(all="ignore")
@@ -288,8 +288,8 @@ def as_written(values: Vector) -> tuple[Vector, float]:
     """Return the shortest decimals of finite doubles times the least power of ten with
     which all are whole, and this power; the doubles, and 1, if some are rounded, or
     doubles do not represent all of these."""
-    few = values.ravel()[:FEW_NUMBERS]  # which tell most computed numbers
-    if are_rounded(few).any() or are_rounded(values).any():
+    first_values = values.ravel()[:FEW_NUMBERS]  # which tell most computed numbers
+    if are_rounded(first_values).any() or are_rounded(values).any():
         return values, 1.0
     for power in range(LARGEST_POWER + 1):
         whole = np.rint(values * 10.0**power)
@@ -302,17 +302,17 @@ def as_written(values: Vector) -> tuple[Vector, float]:
 
 @dataclass(frozen=True)
 class Written(Generic[T]):
-    """The content of a text. rounded : with the nearest doubles. own : with a different
-    double for each number.
-    exact : the numbers for which doubles of `own` stand, where these are not their
+    """The content of a text. rounded : with the nearest doubles. distinct : with a
+    different double for each number.
+    exact : the numbers for which doubles of `distinct` stand, where these are not their
         shortest decimals."""
 
     rounded: T
-    own: T
+    distinct: T
     exact: Mapping[float, Fraction]
 
     def number(self, double: float) -> Fraction:
-        """Return the number for which a double of `own` stands."""
+        """Return the number for which a double of `distinct` stands."""
         return self.exact[double] if double in self.exact else shortest_decimal(double)
 
 
@@ -325,7 +325,7 @@ class Doubles:
         self._sizes: set[float] = set()
         self._others: set[Fraction] = set()
         # The doubles of all sizes; None when read at first.
-        self._places: dict[Fraction, float] | None = None
+        self._distinct_doubles: dict[Fraction, float] | None = None
 
     def __call__(self, text: str) -> float:
         """Return the double for a text, as `NUMBER` has them; infinities and NaN remain
@@ -351,9 +351,9 @@ class Doubles:
         of the nearest double."""
         if not math.isfinite(nearest):
             return nearest
-        if self._places is not None:
+        if self._distinct_doubles is not None:
             return math.copysign(
-                self._places[
+                self._distinct_doubles[
                     abs(shortest_decimal(nearest) if value is None else value)
                 ],
                 nearest,
@@ -364,7 +364,7 @@ class Doubles:
             self._others.add(abs(value))
         return nearest
 
-    def settled(self) -> Mapping[float, Fraction] | None:
+    def assign_distinct(self) -> Mapping[float, Fraction] | None:
         """Return the numbers that the doubles stand for from now on; None if the
         nearest ones already differ."""
         if not self._others:
@@ -372,29 +372,31 @@ class Doubles:
         numbers = {*self._others, *map(shortest_decimal, in_time(self._sizes))}
         # Doubles compare faster.
         sizes = sorted(in_time(numbers), key=lambda number: (_rounded(number), number))
-        self._places = dict(zip(sizes, _places(sizes), strict=True))
-        own = [
-            (place, size)
-            for size, place in self._places.items()
-            if shortest_decimal(place) != size
+        self._distinct_doubles = dict(zip(sizes, _distinct_doubles(sizes), strict=True))
+        exact_pairs = [
+            (double, size)
+            for size, double in self._distinct_doubles.items()
+            if shortest_decimal(double) != size
         ]
-        return dict(own) | {-place: -size for place, size in own}
+        return dict(exact_pairs) | {-double: -size for double, size in exact_pairs}
 
 
-def _places(sizes: list[Fraction]) -> list[float]:
+def _distinct_doubles(sizes: list[Fraction]) -> list[float]:
     """Return distinct doubles for these numbers, in the same order; integers, which may
     be indices, are kept."""
-    found: list[float] = []
+    doubles: list[float] = []
     for size in in_time(sizes):
         nearest = float(size)
-        is_kept = size.denominator == 1 and size <= LARGEST_INTEGER
-        above = math.nextafter(found[-1] if found else 0.0, math.inf)
-        found.append(nearest if is_kept else min(max(nearest, above), LARGEST_DOUBLE))
-        i = len(found) - 1
-        while i and found[i - 1] >= found[i]:
-            found[i - 1] = math.nextafter(found[i], 0.0)
+        is_exact_integer = size.denominator == 1 and size <= LARGEST_INTEGER
+        above = math.nextafter(doubles[-1] if doubles else 0.0, math.inf)
+        doubles.append(
+            nearest if is_exact_integer else min(max(nearest, above), LARGEST_DOUBLE)
+        )
+        i = len(doubles) - 1
+        while i and doubles[i - 1] >= doubles[i]:
+            doubles[i - 1] = math.nextafter(doubles[i], 0.0)
             i -= 1
-    return found
+    return doubles
 
 
 def written(parse: Callable[[Doubles], T]) -> Written[T]:
@@ -402,7 +404,7 @@ def written(parse: Callable[[Doubles], T]) -> Written[T]:
     numbers."""
     doubles = Doubles()
     nearest = parse(doubles)
-    exact = doubles.settled()
+    exact = doubles.assign_distinct()
     return (
         Written(nearest, nearest, {})
         if exact is None

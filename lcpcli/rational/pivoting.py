@@ -35,21 +35,26 @@ class Pivot(NamedTuple):
     is_point: bool  # whether nothing moves
 
 
-class Pivoting:
+class RationalPivoting:
     """A path from a dictionary: z_i - l_i is form i, w_i, or -w_i at an upper bound, n
     + i, u_i - z_i 2 n + i, the parameter 3 n.
 
     ray : the form that grows without bound, if the path has ended on a ray; else None.
     """
 
-    def __init__(self, n: int, here: Dictionary, states: Sequence[int]) -> None:
-        self.n, self.here, self.states, self.parameter = n, here, list(states), 3 * n
+    def __init__(self, n: int, dictionary: Dictionary, states: Sequence[int]) -> None:
+        self.n = n
+        self.dictionary = dictionary
+        self.states = list(states)
+        self.parameter = 3 * n
         self.ray: int | None = None
         self._order, self._signed_at = (
-            sorted(here.rows),
+            sorted(dictionary.rows),
             [UPPER if state == UPPER else LOWER for state in states],
         )
-        self._turned: set[int] = set()  # the w_i whose signs are not those at the start
+        self._sign_changed: set[int] = (
+            set()
+        )  # the w_i whose signs are not those at the start
 
     def follow(
         self, entering: int, last: set[int], leaving: int | None = None
@@ -59,22 +64,27 @@ class Pivoting:
         while True:
             k = self._column(entering)
             if leaving is None:
-                tied = self.here.nearest(k)
-                ends = last.intersection(tied)
+                tied = self.dictionary.nearest(k)
+                last_tied = last.intersection(tied)
                 leaving = (
-                    max(ends)
-                    if ends
-                    else self.here.lexicographic(tied, k, self._order, self._turned)
+                    max(last_tied)
+                    if last_tied
+                    else self.dictionary.lexicographic(
+                        tied, k, self._order, self._sign_changed
+                    )
                 )
             if entering < self.n or 2 * self.n <= entering < self.parameter:
                 self.states[entering % self.n] = BASIC
             if leaving is None:
                 self.ray = entering
                 return
-            row = self.here.rows.get(self.parameter)
+            row = self.dictionary.rows.get(self.parameter)
             slope = 1 if row is None else row[k]
-            rise, is_point = (slope > 0) - (slope < 0), not self.here.value(leaving)
-            self.here.pivot(leaving, k)
+            rise, is_point = (
+                (slope > 0) - (slope < 0),
+                not self.dictionary.value(leaving),
+            )
+            self.dictionary.pivot(leaving, k)
             done = Pivot(entering, leaving, tuple(self.states), rise, is_point)
             if leaving < self.parameter:
                 entering = self._complement(leaving)
@@ -92,18 +102,18 @@ class Pivoting:
         self.states[i] = LOWER if leaving < n else UPPER
         if self._signed_at[i] != self.states[i]:
             self._signed_at[i] = self.states[i]
-            self.here.negate(n + i)
-            self._turned ^= {n + i}
+            self.dictionary.negate(n + i)
+            self._sign_changed ^= {n + i}
         return n + i
 
     def _column(self, form: int) -> int:
-        return self.here.cobasic.index(form) + 1
+        return self.dictionary.cobasic.index(form) + 1
 
     def value_of(self, form: int) -> Fraction:
-        return Fraction(self.here.value(form), int(self.here.divisor))
+        return Fraction(self.dictionary.value(form), int(self.dictionary.divisor))
 
 
-class IntegerTableau(Pivoting):
+class IntegerTableau(RationalPivoting):
     """A basic solution of w = M z + e z_0 + q for integers M, q, where z_0 is the
     parameter."""
 
@@ -119,7 +129,8 @@ class IntegerTableau(Pivoting):
         """Pivot down the path from the z_0 for which all w are nonnegative to z_0 = 0
         or a ray, one pivot at a time."""
         first = min(
-            range(self.n, 2 * self.n), key=lambda form: (self.here.value(form), -form)
+            range(self.n, 2 * self.n),
+            key=lambda form: (self.dictionary.value(form), -form),
         )
         return self.follow(self.parameter, {self.parameter}, first)
 
@@ -137,14 +148,18 @@ class IntegerTableau(Pivoting):
         represent them."""
         assert self.ray is not None
         return rounded_direction(
-            self.here.direction(self._column(self.ray), range(self.n))
+            self.dictionary.direction(self._column(self.ray), range(self.n))
         )
 
     def multipliers(self) -> Vector:
         """Return the coefficients of w in the row of z_0, which is basic, in integers
         if doubles represent them."""
         entries = dict(
-            zip(self.here.cobasic, self.here.rows[self.parameter][1:], strict=True)
+            zip(
+                self.dictionary.cobasic,
+                self.dictionary.rows[self.parameter][1:],
+                strict=True,
+            )
         )
         return rounded_direction(
             primitive([entries.get(self.n + i, 0) for i in range(self.n)])
@@ -156,10 +171,10 @@ def solve(data: ExactProblem, effort: Effort) -> list[Fraction] | None:
     bounds, or if it takes too long."""
     if data.n > MAX_LEMKE_UNKNOWNS or not data.problem.box.is_orthant:
         return None
-    tableau, count = IntegerTableau(data.rows, data.constants), effort.steps(data)
+    tableau, count_step = IntegerTableau(data.rows, data.constants), effort.steps(data)
     with suppress(TimeIsUp):
         for _ in tableau.path() if min(data.constants, default=0) < 0 else ():
-            count()
+            count_step()
         return tableau.z() if tableau.ray is None else None
     return None
 
@@ -173,7 +188,7 @@ def equilibrium(data: ExactProblem, m: int, effort: Effort) -> list[Fraction] | 
     The path is that of the game whose payoffs are the costs subtracted from a larger
     number.
     """
-    n, most = (
+    n, cost_limit = (
         data.n,
         1
         + max(
@@ -182,23 +197,25 @@ def equilibrium(data: ExactProblem, m: int, effort: Effort) -> list[Fraction] | 
         ),
     )
     M = [
-        {j: a - most * scale for j, a in row.items()}
+        {j: a - cost_limit * scale for j, a in row.items()}
         for row, scale in zip(data.rows, data.scales, strict=True)
     ]
     rows = [range(m, n)] * m + [range(m)] * (n - m)  # of the other player
-    least = [min(Fraction(M[i][j], data.scales[i]) for i in rows[j]) for j in range(n)]
+    min_costs = [
+        min(Fraction(M[i][j], data.scales[i]) for i in rows[j]) for j in range(n)
+    ]
     for i in range(m):
         for j in range(m, n):
             if (
-                M[i][j] == least[j] * data.scales[i]
-                and M[j][i] == least[i] * data.scales[j]
+                M[i][j] == min_costs[j] * data.scales[i]
+                and M[j][i] == min_costs[i] * data.scales[j]
             ):
                 return [Fraction(k in (i, j)) for k in range(n)]
-    tableau, count = IntegerTableau(M, data.scales), effort.steps(data)
+    tableau, count_step = IntegerTableau(M, data.scales), effort.steps(data)
     with suppress(TimeIsUp):
         # On which the first label alone may be missing.
         for _ in tableau.follow(0, {0, n}):
-            count()
+            count_step()
         z = tableau.z()
         return [
             value / total

@@ -68,9 +68,9 @@ def has_rank(A: Any, rows: Indices, columns: Indices) -> bool | None:
 
 
 def _without(n: int, indices: Indices) -> Indices:
-    kept = np.ones(n, dtype=bool)
-    kept[indices] = False
-    return np.flatnonzero(kept)
+    is_other = np.ones(n, dtype=bool)
+    is_other[indices] = False
+    return np.flatnonzero(is_other)
 
 
 def _digits(A: Any, rows: Indices, others: Indices) -> int:

@@ -20,7 +20,7 @@ from math import gcd, lcm
 from typing import Any
 
 from lcpcli.model.box import BASIC, LOWER, UPPER
-from lcpcli.rational.dictionary import Dictionary, Direction, Point, Vertex
+from lcpcli.rational.dictionary import Dictionary, Direction, RationalPoint, Vertex
 from lcpcli.rational.exact_problem import ExactProblem
 from lcpcli.rational.numbers import primitive
 
@@ -39,11 +39,12 @@ class Unknowns:
     """
 
     def __init__(self, data: ExactProblem, check: Callable[[], None]) -> None:
-        self.data, self.n, self.check = data, data.n, check
+        self.data = data
+        self.n = data.n
+        self.check = check
         bounds = list(zip(data.lower, data.upper, strict=True))
         self.base = [
-            low if low is not None else high if high is not None else Fraction(0)
-            for low, high in bounds
+            (high or Fraction(0)) if low is None else low for low, high in bounds
         ]
         self.side = [
             -1 if low is None and high is not None else 1 for low, high in bounds
@@ -64,8 +65,8 @@ class Unknowns:
         other.cover = Cover(bits)
         other.allow(
             [
-                [state for state in own if bits & self.bit(k, state)]
-                for k, own in enumerate(self.choices)
+                [state for state in states if bits & self.bit(k, state)]
+                for k, states in enumerate(self.choices)
             ]
         )
         return other
@@ -101,7 +102,7 @@ class Unknowns:
         form that is 0."""
         return 1 << self.zero(k, state)
 
-    def vertex(self, values: Direction) -> Point:
+    def vertex(self, values: Direction) -> RationalPoint:
         """Return a point in terms of z, from a divisor and the values of y times the
         divisor."""
         divisor, *y = values
@@ -112,11 +113,13 @@ class Unknowns:
             )
         return Vertex(Fraction(value, divisor) for value in y)
 
-    def point(self, node: Node) -> Point:
-        here = node.dictionary
-        return self.vertex((int(here.divisor), *map(here.value, range(self.n))))
+    def point(self, node: Node) -> RationalPoint:
+        dictionary = node.dictionary
+        return self.vertex(
+            (int(dictionary.divisor), *map(dictionary.value, range(self.n)))
+        )
 
-    def direction(self, y: Direction) -> Point:
+    def direction(self, y: Direction) -> RationalPoint:
         """Return a ray or a line in terms of z, from its direction in terms of y."""
         return tuple(
             Fraction(side * value) for side, value in zip(self.side, y, strict=True)
@@ -125,59 +128,61 @@ class Unknowns:
     def objective(self, costs: Sequence[Fraction]) -> tuple[dict[int, list[int]], int]:
         """Return the form costs'z, under its own number, in terms of y, times an
         integer, and that integer."""
-        kept = [k for k in range(self.n) if self.choices[k]]
+        nonfixed = [k for k in range(self.n) if self.choices[k]]
         constant = sum(
             (cost * base for cost, base in zip(costs, self.base, strict=True)),
             Fraction(0),
         )
-        scale = lcm(constant.denominator, *(costs[k].denominator for k in kept))
+        scale = lcm(constant.denominator, *(costs[k].denominator for k in nonfixed))
         row = [
             int(constant * scale),
-            *(int(self.side[k] * costs[k] * scale) for k in kept),
+            *(int(self.side[k] * costs[k] * scale) for k in nonfixed),
         ]
         return {OBJECTIVE * self.n: row}, scale
 
     def root(self, others: dict[int, list[int]] | None = None) -> Node | None:
         """Return the node without choices, with further forms; None if what always
         holds has no solution."""
-        rows, _, kept = self.forms()
+        rows, _, nonfixed = self.forms()
         rows |= others or {}
-        bounded = [k for k in kept if len(self.choices[k]) > 1]
+        bounded = [k for k in nonfixed if len(self.choices[k]) > 1]
         widths = [self.zero(k, UPPER) for k in self.boxes]
         node = Node(
-            Dictionary(rows, list(kept), [*bounded, *widths], self.check),
+            Dictionary(rows, list(nonfixed), [*bounded, *widths], self.check),
             [None] * self.n,
         )
         signed = (
             node.dictionary.require(self.w(k)) for k in bounded if k not in self.boxes
         )
         free = (
-            self.choose(node, k, BASIC) for k in kept if self.choices[k] == (BASIC,)
+            self.choose(node, k, BASIC) for k in nonfixed if self.choices[k] == (BASIC,)
         )
         return node if all(free) and all(signed) else None
 
     def choose(
-        self, node: Node, k: int, state: int, *, least: int | None = None
+        self, node: Node, k: int, state: int, *, minimized_form: int | None = None
     ) -> bool:
         """Choose a state in a node; return False if the node is proved to be empty
         then. least : a form that is least at the node's point, and is to be so again;
         None if the point may be any."""
-        here, zero, w = node.dictionary, self.zero(k, state), self.w(k)
+        dictionary = node.dictionary
+        zero = self.zero(k, state)
+        w = self.w(k)
         node.states[k] = state
         node.certain |= self.bit(k, state)
         signed = [w] if k in self.boxes and state != BASIC else []
         if signed and state == UPPER:
-            here.negate(w)
-        if least is not None:
-            return here.restrict(least, zero, signed)
-        return here.vanish(zero) and all(map(here.require, signed))
+            dictionary.negate(w)
+        if minimized_form is not None:
+            return dictionary.restrict(minimized_form, zero, signed)
+        return dictionary.vanish(zero) and all(map(dictionary.require, signed))
 
     def states_at_point(self, node: Node) -> int:
         """Return the states that hold at the node's point, as bits."""
-        here = node.dictionary
-        bits = self.bits & ~here.nonzero()
+        dictionary = node.dictionary
+        bits = self.bits & ~dictionary.nonzero()
         for k in self.boxes:
-            if node.states[k] is None and (value := here.value(self.w(k))):
+            if node.states[k] is None and (value := dictionary.value(self.w(k))):
                 bits &= ~self.bit(k, UPPER if value > 0 else LOWER)
         return bits
 
@@ -199,14 +204,16 @@ class Unknowns:
     def violated(self, node: Node, bits: int) -> dict[int, int]:
         """Return how far the unknowns with none of these states are from any, up to a
         factor for each."""
-        violated, here = {}, node.dictionary
+        violated, dictionary = {}, node.dictionary
         for k, mask in enumerate(self.masks):
             if mask and node.states[k] is None and not bits & mask:
-                w = here.value(self.w(k))
-                violated[k] = abs(w) * here.value(self.zero(k, UPPER) if w < 0 else k)
+                w = dictionary.value(self.w(k))
+                violated[k] = abs(w) * dictionary.value(
+                    self.zero(k, UPPER) if w < 0 else k
+                )
         return violated
 
-    def unsettled(self, node: Node) -> int | None:
+    def branching_index(self, node: Node) -> int | None:
         """Return an unknown without a state that holds on all of a node, where each has
         one at its point; choose the states of those before; None if there is no such
         unknown."""
@@ -268,14 +275,14 @@ class Unknowns:
         """Return whether a state holds on all of the node."""
         if node.certain & bit:
             return True
-        here = node.dictionary
-        if not here.is_zero(bit.bit_length() - 1):
+        dictionary = node.dictionary
+        if not dictionary.is_zero(bit.bit_length() - 1):
             return False
         k, state = self.meaning[bit]
         if (
             state != BASIC
             and k in self.boxes
-            and here.can_have_sign(self.w(k), -1 if state == LOWER else 1)
+            and dictionary.can_have_sign(self.w(k), -1 if state == LOWER else 1)
         ):
             return False
         node.certain |= bit
@@ -285,9 +292,9 @@ class Unknowns:
         """Return the forms w_k, and u_k - z_k of boxes, in integers, in terms of y
         without fixed unknowns; the numbers by which the w_k are multiplied; and the
         unknowns that are not fixed."""
-        kept = [k for k in range(self.n) if self.choices[k]]
+        nonfixed = [k for k in range(self.n) if self.choices[k]]
         rows, factors = dict[int, list[int]](), dict[int, Fraction]()
-        for k in kept:
+        for k in nonfixed:
             self.check()
             row = self.data.rows[k]
             constant = sum(
@@ -297,7 +304,7 @@ class Unknowns:
             d = self.side[k] * constant.denominator
             form = [
                 self.side[k] * constant.numerator,
-                *(d * self.side[j] * row.get(j, 0) for j in kept),
+                *(d * self.side[j] * row.get(j, 0) for j in nonfixed),
             ]
             rows[self.w(k)] = primitive(form)
             factors[self.w(k)] = Fraction(d * self.data.scales[k], gcd(*form) or 1)
@@ -305,9 +312,9 @@ class Unknowns:
             width = (self.data.upper[k] or 0) - self.base[k]
             rows[self.zero(k, UPPER)] = [
                 width.numerator,
-                *(-width.denominator if j == k else 0 for j in kept),
+                *(-width.denominator if j == k else 0 for j in nonfixed),
             ]
-        return rows, factors, kept
+        return rows, factors, nonfixed
 
 
 @dataclass
@@ -329,7 +336,9 @@ def _states(low: Fraction | None, high: Fraction | None) -> tuple[int, ...]:
         return ()
     if low is None and high is not None:
         return UPPER, BASIC
-    return (LOWER,) * (low is not None) + (BASIC,) + (UPPER,) * (high is not None)
+    if low is None:
+        return (BASIC,)
+    return (LOWER, BASIC) if high is None else (LOWER, BASIC, UPPER)
 
 
 class Cover:
@@ -367,8 +376,8 @@ def explored(nodes: Any, pending: Any) -> Iterator[tuple[Any, bool]]:
     to branch on. The states of the unknown that is violated most make the children;
     where none is, of one whose states are open.
 
-    nodes : has `check`, which may raise, `violations`, `unsettled` and `children`, as
-        `Unknowns` does.
+    nodes : has `check`, which may raise, `violations`, `branching_index` and
+        `children`, as `Unknowns` does.
     pending : a list, which is searched depth first, or a queue with its `pop` and
         `extend`.
     """
@@ -381,7 +390,7 @@ def explored(nodes: Any, pending: Any) -> Iterator[tuple[Any, bool]]:
             k = (
                 max(violated, key=violated.__getitem__)
                 if violated
-                else nodes.unsettled(node)
+                else nodes.branching_index(node)
             )
         if k is not None:
             pending.extend(nodes.children(node, k))

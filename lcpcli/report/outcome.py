@@ -32,7 +32,7 @@ from lcpcli.report.wording import (
 )
 from lcpcli.solving.result import SAID_OF_SOLVED, Result
 from lcpcli.solving.trace import Trace
-from lcpcli.verify.digits import fewest
+from lcpcli.verify.digits import fewest_digits
 
 if TYPE_CHECKING:
     from lcpcli.report.plotting import Picture
@@ -194,7 +194,7 @@ def facts(
         measures += f", error {error(result.error, result.problem)}"
     lines.append(measures)
     min_digits, i = (
-        fewest(result.problem, result.z, np.array(result.digits, dtype=float))
+        fewest_digits(result.problem, result.z, np.array(result.digits, dtype=float))
         if result.digits
         else (DIGITS, 0)
     )

@@ -240,13 +240,13 @@ def unless_interrupted(result: Result, interrupts: str) -> Result:
 def _run(
     problem: Problem, method: str, options: Mapping[str, object], began: float
 ) -> Result:
-    given, interrupts = {}, RAISE
+    explicit_options, interrupts = {}, RAISE
     if options:
-        given = chosen(options, COMMON_OPTIONS, method)
-        interrupts = given.pop("interrupts", RAISE)
-        given["trace"] = trace_of(given.get("trace"), method)
-        given["limits"] = Limits.pop_from(given)
-    result = driver.run(problem, method, began=began, **given)
+        explicit_options = chosen(options, COMMON_OPTIONS, method)
+        interrupts = explicit_options.pop("interrupts", RAISE)
+        explicit_options["trace"] = trace_of(explicit_options.get("trace"), method)
+        explicit_options["limits"] = Limits.pop_from(explicit_options)
+    result = driver.run(problem, method, began=began, **explicit_options)
     return unless_interrupted(result, interrupts) if result.interrupted else result
 
 
@@ -261,7 +261,7 @@ def trace_of(wanted: bool | Trace | None, method: str) -> Trace | None:
 
 def chosen(
     options: Mapping[str, object],
-    known: Collection[str],
+    valid_names: Collection[str],
     method: str = "",
     of: str = "",
 ) -> dict[str, Any]:
@@ -271,23 +271,32 @@ def chosen(
 
     of : whose options they are, in words, if there is no method.
     """
-    given = {name: value for name, value in options.items() if value is not None}
-    if given.get("interrupts", RAISE) not in INTERRUPTS:
+    explicit_options = {
+        name: value for name, value in options.items() if value is not None
+    }
+    if explicit_options.get("interrupts", RAISE) not in INTERRUPTS:
         raise ParameterError(
             "interrupts",
-            unknown(given["interrupts"]),
+            unknown(explicit_options["interrupts"]),
             'give "raise" or "return"',
         )
-    for name in (name for name in options if name not in known):
+    for name in (name for name in options if name not in valid_names):
         if method and name in OF_PROBLEMS:
             raise OptionError(
                 name, "belongs to the problem", f"write Problem(M, q, {name}=...)"
             )
-        own = methods.parameters_of(method) if method else []
-        if not method or name not in {*own, *methods.OPTIONS, *methods.SWITCHES}:
-            names = [*(each for each in own if each not in known), *known]
-            fault = f"is not an option of {method or of}"
+        method_options = methods.parameters_of(method) if method else []
+        if not method or name not in {
+            *method_options,
+            *methods.OPTIONS,
+            *methods.SWITCHES,
+        }:
+            names = [
+                *(each for each in method_options if each not in valid_names),
+                *valid_names,
+            ]
+            reason = f"is not an option of {method or of}"
             raise OptionError(
-                name, fault, likely(name, names, f"it has {', '.join(names)}")
+                name, reason, likely(name, names, f"it has {', '.join(names)}")
             )
-    return given
+    return explicit_options

@@ -154,27 +154,28 @@ def verified(
 
 
 def _of_origin(proposed: Proposed) -> Verification:
-    found: Verification = proposed.problem.formulation.verified(proposed)
-    return found
+    verification: Verification = proposed.problem.formulation.verified(proposed)
+    return verification
 
 
 def accepting(
-    problem: Problem, values: Vector, found: Verification, own: bool = False
+    problem: Problem, values: Vector, verification: Verification, own: bool = False
 ) -> float | None:
     """Return the least power of ten, at most LARGEST_TOL, with which rejected values
     would be accepted, as they may have been rounded; None if there is none, or if the
     values were accepted."""
-    relative = found.relative_residual
-    if found.accepted or relative is None:
+    relative = verification.relative_residual
+    if verification.accepted or relative is None:
         return None
     if math.isinf(relative):  # beyond a bound
         relative = _beyond_bounds(problem, values)
     if not relative <= LARGEST_TOL:
         return None
     powers = [10.0**k for k in range(-9, 0)]
-    tried = (tol for tol in powers if relative <= tol <= LARGEST_TOL)
+    candidates = (tol for tol in powers if relative <= tol <= LARGEST_TOL)
     return next(
-        (tol for tol in tried if verified(problem, values, tol, own).accepted), None
+        (tol for tol in candidates if verified(problem, values, tol, own).accepted),
+        None,
     )
 
 
@@ -196,8 +197,8 @@ def verified_exactly(
 ) -> Verification:
     """Verify the same in rational arithmetic. w : a claimed M z + q for a z, to be
     verified too."""
-    given_w = w if len(values) == data.n else None
-    of_z = partial(verify_exactly, data, given_w=given_w)
+    claimed_w = w if len(values) == data.n else None
+    of_z = partial(verify_exactly, data, claimed_w=claimed_w)
     return _of_origin(Proposed(data.problem, values, 0.0, data, of_z, own))
 
 
@@ -213,18 +214,18 @@ def verified_proof(
     data : exact data for which the proof is to hold. is_rounded : whether y is known to
         be rounded.
     """
-    found = verify_farkas(problem, y, data, is_rounded)
-    if problem.origin is None or not found.accepted:
-        return found
+    verification = verify_farkas(problem, y, data, is_rounded)
+    if problem.origin is None or not verification.accepted:
+        return verification
     meaning = problem.formulation.meaning(data or ExactProblem.of_floats(problem))
     if meaning is None:
-        return found
+        return verification
     proof = None
     if not data or data.are_floats():
-        claim = Proof("farkas", rounded(y), found.message)
-        is_known = found.exact or claim.holds(problem)
+        claim = Proof("farkas", rounded(y), verification.message)
+        is_known = verification.exact or claim.holds(problem)
         proof = replace(claim, is_rounded=not is_known)
     answer = meaning.without_solution(proof)
     if answer is None:
-        return found
-    return replace(found, message=f"proved: {answer.statement}", answer=answer)
+        return verification
+    return replace(verification, message=f"proved: {answer.statement}", answer=answer)

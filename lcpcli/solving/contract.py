@@ -85,10 +85,18 @@ def _check_declaration(name: str) -> None:
         None,
         f"takes {arguments}, but gets a problem and a start",
     )
-    own, known = [each.name for each in parameters[2:]], registry.parameters_of(name)
+    argument_names, option_names = (
+        [each.name for each in parameters[2:]],
+        registry.parameters_of(name),
+    )
     needed = {each.name for each in parameters[2:] if each.default is each.empty}
-    is_alike = needed <= set(known) <= set(own)
-    _require(is_alike, name, None, f"takes the options {own}, but declares {known}")
+    is_alike = needed <= set(option_names) <= set(argument_names)
+    _require(
+        is_alike,
+        name,
+        None,
+        f"takes the options {argument_names}, but declares {option_names}",
+    )
     try:
         options.check(
             declared.options, {each.name: each.default for each in declared.options}
@@ -100,28 +108,26 @@ def _check_declaration(name: str) -> None:
 def _iterates(name: str, problem: Problem, start: float) -> list[Iterate]:
     """Return the iterates of a method from a start of equal numbers up to a solution,
     checked as they come."""
-    given = variables_of(name, problem, False).problem
-    M, q = given.M.copy(), given.q.copy()
-    criterion, found, copies = (
-        Criterion(given, TOL.value),
-        list[Iterate](),
-        list[Vector](),
-    )
+    changed_problem = variables_of(name, problem, False).problem
+    M, q = changed_problem.M.copy(), changed_problem.q.copy()
+    criterion = Criterion(changed_problem, TOL.value)
+    iterates = list[Iterate]()
+    copies = list[Vector]()
     ending: object = None
     with np.errstate(over="raise", invalid="raise", divide="raise"):
         try:
             stage = stages.begin(
                 name,
-                given,
-                np.full(given.n, start),
-                **registry.options_in_force(name, given, {}),
+                changed_problem,
+                np.full(changed_problem.n, start),
+                **registry.options_in_force(name, changed_problem, {}),
             )
-            while len(found) < MAX_ITERATES and isinstance(
+            while len(iterates) < MAX_ITERATES and isinstance(
                 ending := stages.advance(stage), Iterate
             ):
-                found.append(ending)
+                iterates.append(ending)
                 copies.append(np.array(ending.x))
-                if Point(criterion, given.box.z_of(ending.x)).solves():
+                if Point(criterion, changed_problem.box.z_of(ending.x)).solves():
                     break
         except FAULTS as fault:
             _require(
@@ -129,19 +135,19 @@ def _iterates(name: str, problem: Problem, start: float) -> list[Iterate]:
             )
             ending = Breakdown()
     _require(isinstance(ending, Iterate | Ending), name, problem, f"returns {ending!r}")
-    is_kept = all(
-        (step.x == copy).all() for step, copy in zip(found, copies, strict=True)
+    is_unchanged = all(
+        (step.x == copy).all() for step, copy in zip(iterates, copies, strict=True)
     )
-    _require(is_kept, name, problem, "changes an array that it has yielded")
+    _require(is_unchanged, name, problem, "changes an array that it has yielded")
     _require(
-        bool((given.M != M).sum() == 0 and (given.q == q).all()),
+        bool((changed_problem.M != M).sum() == 0 and (changed_problem.q == q).all()),
         name,
         problem,
         "changes M or q",
     )
-    grows = all(a.evaluations <= b.evaluations for a, b in pairwise(found))
+    grows = all(a.evaluations <= b.evaluations for a, b in pairwise(iterates))
     _require(grows, name, problem, "counts fewer evaluations than before")
-    return found
+    return iterates
 
 
 def _are_same(first: list[Iterate], second: list[Iterate]) -> bool:
@@ -150,7 +156,7 @@ def _are_same(first: list[Iterate], second: list[Iterate]) -> bool:
     )
 
 
-def _require(holds: bool, name: str, problem: Problem | None, fault: str) -> None:
+def _require(holds: bool, name: str, problem: Problem | None, reason: str) -> None:
     if not holds:
-        place = "" if problem is None else f" on the problem with {problem.name}"
-        raise AssertionError(f"{name}{place}: {fault}")
+        problem_text = "" if problem is None else f" on the problem with {problem.name}"
+        raise AssertionError(f"{name}{problem_text}: {reason}")

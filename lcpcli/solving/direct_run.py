@@ -95,7 +95,9 @@ def compiled() -> ModuleType | None:
     return compiled
 
 
-def judge(problem: Problem, z: Vector, tol: float) -> tuple[bool | None, Rows | None]:
+def acceptance_test(
+    problem: Problem, z: Vector, tol: float
+) -> tuple[bool | None, Rows | None]:
     """Return what the kernels, if there are any, find of a z within its bounds for a
     problem with sparse M: whether it solves the problem, and its rows; None where they
     do not."""
@@ -138,7 +140,7 @@ def use_kernels(wanted: bool = True) -> None:
 @dataclass(eq=False, repr=False)
 class Session:
     """A run of `auto` that has been set up: what its attempts share, each of which
-    returns the result of `judged`.
+    returns the result of `result_if_accepted`.
 
     options : those in force. start : whose basis is tried first, if it is given. tried
         : receives the first stages, as they went. kept : what a sequence keeps of M.
@@ -171,7 +173,7 @@ class Session:
         """Return the point of a z, for the problem or another form of it."""
         return Point(Criterion(problem or self.problem, self.limits.tol), z)
 
-    def judged(
+    def result_if_accepted(
         self,
         answer: DirectAnswer | None,
         route: tuple[str, ...] = (),
@@ -194,8 +196,10 @@ class Session:
                 point = make(criterion, answer.z)
             if answer.is_certain:
                 reason = ""
-            elif found := accepted(self.problem, [point], self.limits.tol, self.extent):
-                reason = found.reason
+            elif acceptance := accepted(
+                self.problem, [point], self.limits.tol, self.extent
+            ):
+                reason = acceptance.reason
             elif why:
                 reason = why
         self.stopwatch.count("verify")
@@ -215,14 +219,16 @@ class Session:
         route: tuple[str, ...],
         steps: int,
         evaluations: int | None = None,
-        end: States | None = None,
+        final_basis: States | None = None,
         reason: str = "",
-        **own: Any,
+        **attributes: Any,
     ) -> Result:
-        """Return the result of the run, by default that of `auto` at a solution; own :
-        its problem and point, and what else is different."""
-        of_run = self.limits, self.options, self.stopwatch.parts, evaluations, end
-        return Result.of_solution(route, steps, *of_run, reason, **own)
+        """Return the result of the run, by default that of `auto` at a solution;
+        attributes : its problem and point, and what else is different."""
+        of_run = self.limits, self.options, self.stopwatch.parts, evaluations
+        return Result.of_solution(
+            route, steps, *of_run, final_basis, reason, **attributes
+        )
 
 
 Item = TypeVar("Item")
@@ -234,11 +240,11 @@ Steps: TypeAlias = Generator["Made | Iterate", None, Result | None]
 class Quick(NamedTuple):
     """An attempt that may answer at once.
 
-    fewest, applies : for how many unknowns it is made, and for which sessions. steps :
-    how. is_timed : whether it may take so long that a time limit has to end it.
+    min_unknowns, applies : for how many unknowns it is made, and for which sessions.
+    steps : how. is_timed : whether it may take so long that a time limit has to end it.
     """
 
-    fewest: int
+    min_unknowns: int
     applies: Callable[[Session], bool]
     steps: Callable[[Session], Steps]
     is_timed: bool = False
@@ -296,11 +302,13 @@ def proposed_steps(session: Session) -> Steps:
     )
     if proposal is None:
         return None
-    z, steps, method = proposal.z, proposal.steps, proposal.method
+    z = proposal.z
+    steps = proposal.steps
+    method = proposal.method
     fast = compiled() if session.is_compiled and problem.box.is_orthant else None
     is_certain = fast is not None and fast.solves(problem, z, session.limits.tol)
     answer = DirectAnswer(z, is_certain, steps, method)
-    return session.judged(answer, (method,), proposal.reason)
+    return session.result_if_accepted(answer, (method,), proposal.reason)
 
 
 # Without it: a portfolio in 200 unknowns takes 2.9 times as long.
@@ -311,8 +319,10 @@ def program_steps(session: Session) -> Steps:
         from lcpcli.methods.convex_program import convex_program
         from lcpcli.methods.stages import FAULTS, Breakdown, Iterate, advance, ended
     session.stopwatch.count("setup")
-    limits, box, steps = session.limits, session.problem.box, 0
-    found: Acceptance | None = None
+    limits = session.limits
+    box = session.problem.box
+    steps = 0
+    acceptance: Acceptance | None = None
     # Of the last iterate, without rounding of 0 and as it is, unless they have been
     # tried.
     points: list[Point] = []
@@ -331,27 +341,29 @@ def program_steps(session: Session) -> Steps:
                 )
                 points.insert(0, session.point(box.project(rounded)))
             if step.signs_final:
-                found = accepted(session.problem, points, limits.tol, BY_CRITERION)
+                acceptance = accepted(session.problem, points, limits.tol, BY_CRITERION)
                 points = []
             else:
                 tol = EARLY * limits.tol
                 early = Point(Criterion(session.problem, tol), points[0].z)
-                found = accepted(session.problem, [early], tol, AT_ONCE)
+                acceptance = accepted(session.problem, [early], tol, AT_ONCE)
             session.stopwatch.count("verify")
-            if found is not None:
+            if acceptance is not None:
                 break
             yield step
-        if found is None and points:
-            found = accepted(session.problem, points, limits.tol, BY_CRITERION)
+        if acceptance is None and points:
+            acceptance = accepted(session.problem, points, limits.tol, BY_CRITERION)
     except FAULTS:
-        found = None
-    if found is None and session.tried is not None:
+        acceptance = None
+    if acceptance is None and session.tried is not None:
         # It is not tried again.
         session.tried["piqp"] = [ended(Breakdown("PIQP does not lead to a solution"))]
-    if found is None:
+    if acceptance is None:
         return None
-    answer = DirectAnswer(found.point.z, False, steps, "piqp", point=found.point)
-    return session.judged(answer, ("piqp",))
+    answer = DirectAnswer(
+        acceptance.point.z, False, steps, "piqp", point=acceptance.point
+    )
+    return session.result_if_accepted(answer, ("piqp",))
 
 
 # Without it: contact in 32 unknowns by kernels takes 12 times as long.
@@ -367,13 +379,13 @@ def direct_steps(session: Session) -> Steps:
     if fast is not None and start is None and problem.is_mixed:
         answer = fast.mixed(problem, session.limits.tol)
         if answer is not None:
-            return session.judged(answer)
+            return session.result_if_accepted(answer)
     if session.is_compiled and (problem.n > MAX_PIVOTED or problem.has_far_sides):
         return None
     dense = problem
     if type(problem.M) is not np.ndarray:
-        is_kept = fast is None and direct.is_full_band(problem.M)
-        dense = problem if is_kept else direct.as_dense(problem)
+        stays_banded = fast is None and direct.is_full_band(problem.M)
+        dense = problem if stays_banded else direct.as_dense(problem)
     if start is not None and start.z is not None:
         if start.gap <= NEARLY_SOLVED * problem.sizes_of_q[1]:
             point, box = session.point(start.z, dense), dense.box
@@ -384,11 +396,15 @@ def direct_steps(session: Session) -> Steps:
             ):
                 point = Point.of_solution(point.criterion, start.z)
             if np.array_equal(box.project(start.z), start.z) and point.solves():
-                return session.judged(DirectAnswer(start.z, True, 0, point=point))
+                return session.result_if_accepted(
+                    DirectAnswer(start.z, True, 0, point=point)
+                )
         # Pivoting takes no longer than a system and judging it.
         if not start.is_near or problem.n <= FEW_UNKNOWNS:
             start = None
-    result = session.judged((yield from _answer(session, start, dense, fast)))
+    result = session.result_if_accepted(
+        (yield from _answer(session, start, dense, fast))
+    )
     if result is not None or session.is_late():
         return result
     steps = first_steps(session, start, dense, fast)
@@ -420,7 +436,9 @@ def _answer(
         else:
             is_continued = has_diagonal and basic is None
             steps = direct.exchanges(problem, tol, basic)
-            answer = yield from _pivoted(session, problem, steps, is_continued)
+            answer = yield from _answer_of_exchanges(
+                session, problem, steps, is_continued
+            )
         if answer is not None:
             return answer
     elif start is None:
@@ -435,14 +453,14 @@ def _answer(
             return DirectAnswer(np.array(reference), False, 0)
         if has_diagonal and is_small and not box.is_orthant:
             steps = direct.exchanges_within_bounds(problem, tol)
-            return (yield from _pivoted(session, problem, steps, False))
+            return (yield from _answer_of_exchanges(session, problem, steps, False))
     # Newton rarely settles.
     if not has_diagonal and fast is not None and box.is_orthant:
         answer = fast.lemke(problem, tol, basic)
     return answer
 
 
-def _pivoted(
+def _answer_of_exchanges(
     session: Session,
     problem: Problem,
     steps: Generator[Made, None, DirectAnswer | None],
@@ -517,32 +535,34 @@ def first_steps(
     phase: Sequence[Row] = FIRST
     extent = FIRST_STAGES
     if session.extent.share:
-        structure.is_linearization, phase, extent = True, STEP, session.extent
-    turns, route = Turns(structure.x0), list[str]()
+        structure.is_linearization = True
+        phase = STEP
+        extent = session.extent
+    sequence, route = Turns(structure.x0), list[str]()
     parts = in_rounds(structure, phase)
     if start is not None:
         parts = chain([Part("newton", _from(start, dense, structure))], parts)
     for part in parts:
         if session.tried is not None:
             part.stage = recorded(part.method, part.stage, session.tried)
-        turn = turns.go_on(part)
-        while isinstance(step := advance(turn), Iterate):
+        stage = sequence.go_on(part)
+        while isinstance(step := advance(stage), Iterate):
             route.append(step.method)
             if id(step.x) not in passed:
                 yield step
         if not isinstance(step, Finished):
             continue
-        last = turns.last
+        last = sequence.last
         point = session.point(dense.box.z_of(last.x), dense)
-        found = accepted(dense, [point], session.limits.tol, extent, last.basis)
-        if found is None and structure.is_linearization:
+        acceptance = accepted(dense, [point], session.limits.tol, extent, last.basis)
+        if acceptance is None and structure.is_linearization:
             continue
-        if found is None or not found.solved:
+        if acceptance is None or not acceptance.solved:
             return None
-        point, steps = found.point, len(route)
-        of_run = route[-1], last.evaluations, found.basis, point
+        point, steps = acceptance.point, len(route)
+        of_run = route[-1], last.evaluations, acceptance.basis, point
         answer = DirectAnswer(point.z, False, steps, *of_run)
-        return session.judged(answer, tuple(dict.fromkeys(route)))
+        return session.result_if_accepted(answer, tuple(dict.fromkeys(route)))
     return None
 
 
@@ -577,14 +597,18 @@ def elimination_steps(session: Session) -> Steps:
         return _near(session, of_masks(basic), kept)
     if problem.reference_z is not None:
         z += problem.reference_z
-    return session.judged(DirectAnswer(z, False, 1, "elimination", end=of_masks(basic)))
+    return session.result_if_accepted(
+        DirectAnswer(z, False, 1, "elimination", end=of_masks(basic))
+    )
 
 
 def near_steps(session: Session) -> Steps:
     """Return the result of a problem of a sequence that is solved by the states of the
     last solution, or by a few exchanges from them; else None."""
     yield from ()  # no step of a sequence is seen
-    kept, start, result = session.kept, session.start, None
+    kept = session.kept
+    start = session.start
+    result = None
     assert kept is not None
     if start is not None and not kept.is_paused:
         result = _near(session, start.basis, kept)
@@ -603,13 +627,15 @@ def _near(session: Session, basis: States, kept: Kept) -> Result | None:
     pivoting = islice(exchanges, min(MAX_TRIED_BASES, limits.max_iterations))
     try:
         with deadline_after(limits.time_limit):
-            steps, found = next(
-                (k, found) for k, found in enumerate(pivoting, 1) if found.is_solution
+            steps, basic_solution = next(
+                (k, basic_solution)
+                for k, basic_solution in enumerate(pivoting, 1)
+                if basic_solution.is_solution
             )
     except (*FAULTS, TimeIsUp, StopIteration):
         return None
-    z = box.z_of(box.x_within(found.z, found.w, found.basis))
-    return session.judged(DirectAnswer(z, False, steps))
+    z = box.z_of(box.x_within(basic_solution.z, basic_solution.w, basic_solution.basis))
+    return session.result_if_accepted(DirectAnswer(z, False, steps))
 
 
 def is_pivoted(session: Session) -> bool:
@@ -678,5 +704,5 @@ IN_SEQUENCE = (
 def attempts(session: Session) -> Iterator[Quick]:
     """Yield the attempts that are made on the problem of a session, in their order."""
     for row in QUICK if session.kept is None else IN_SEQUENCE:
-        if session.problem.n >= row.fewest and row.applies(session):
+        if session.problem.n >= row.min_unknowns and row.applies(session):
             yield row

@@ -78,7 +78,9 @@ def _iterates(
         yield last
     if result is None or not result.iterations:
         return result
-    z, w, box = result.z, session.problem.w(result.z), session.problem.box
+    z = result.z
+    w = session.problem.w(result.z)
+    box = session.problem.box
     if number < result.iterations or last is None:
         answer = session.answer
         if answer is not None and answer.method == "newton":

@@ -153,19 +153,23 @@ def _in_loop(
         change = variables_of(method, problem, "scale" in additions)
         options = _with_second_point(method, problem, chosen, start is not None)
         in_force = methods.options_in_force(method, change.problem, options)
-        known: dict[str, Any] = {}
+        stages_before: dict[str, Any] = {}
         if method == "auto":
-            known = {"tried": session.tried} if start is None else start.known_to_auto
+            stages_before = (
+                {"tried": session.tried} if start is None else start.known_to_auto
+            )
         finishes = "finish" in additions
-        stage = partial(_stage, method, change, x, in_force | known, finishes)
+        stage = partial(_stage, method, change, x, in_force | stages_before, finishes)
         if is_shown:
             with imports:
                 from lcpcli.solving.direct_stage import shown
             stage = partial(shown, session, stage)
         session.options = in_force | additions
         session.stopwatch.count("setup")
-        judge = direct_run.judge if session.is_compiled else None
-        criterion = Criterion(problem, session.limits.tol, judge=judge)
+        acceptance_test = direct_run.acceptance_test if session.is_compiled else None
+        criterion = Criterion(
+            problem, session.limits.tol, acceptance_test=acceptance_test
+        )
         loop = Loop(session, criterion, method, x, seen)
         loop.finishes = method == "auto" or finishes
         result = ended(loop, stage)
@@ -201,7 +205,7 @@ def _of_literal(problem: Problem, result: Result) -> Result:
     if not result.status.has_no_solution:
         return replace(result, problem=problem, point=point)
     with imports:
-        from lcpcli.verify.certificate import Proof, confirm
+        from lcpcli.verify.certificate import Proof, verify_claim
     if result.certificate is not None and result.certificate.vector is not None:
         # That of the other rows, if they have no solution either.
         vectors.append(np.array(result.certificate.vector))
@@ -209,7 +213,7 @@ def _of_literal(problem: Problem, result: Result) -> Result:
     unit = np.zeros(problem.n)
     unit[rounded.rows[0]] = np.sign(rounded.sides[0])
     for y in (*vectors, unit):
-        certificate = confirm(problem, Proof("farkas", y))
+        certificate = verify_claim(problem, Proof("farkas", y))
         if certificate is not None:
             status, reason = Status.INFEASIBLE, certificate.statement
             result = replace(result, certificate=certificate)
@@ -311,17 +315,17 @@ def ended(loop: Loop, stage: Callable[[], Stage]) -> Result:
         return loop.result(Status.INTERRUPTED, "")
 
 
-def _start(problem: Problem, method: str, given: dict[str, Any]) -> Start:
+def _start(problem: Problem, method: str, starts: dict[str, Any]) -> Start:
     with imports:
         from lcpcli.model.words import start_at
     if not methods.declared(method).uses_start:
-        name = next(name for name, value in given.items() if value is not None)
+        name = next(name for name, value in starts.items() if value is not None)
         raise ParameterError(
             name,
             f"has no effect with {method}, which uses no starting point",
             LEAVE_OUT,
         )
-    return start_at(problem, **given)
+    return start_at(problem, **starts)
 
 
 def _stage(
@@ -352,8 +356,8 @@ def verified(result: Result) -> Result:
     if not result.solved:
         return result
     extent = Extent(as_given=True)
-    found = accepted(result.problem, [result.z], result.tol, extent)
-    return replace(result, verified=found is not None and found.solved)
+    acceptance = accepted(result.problem, [result.z], result.tol, extent)
+    return replace(result, verified=acceptance is not None and acceptance.solved)
 
 
 def with_bound(result: Result) -> Result:
@@ -382,16 +386,22 @@ def repeated(
         result if a repetition was interrupted.
     """
     runs, interrupted = [once(False)], False
-    longest, enough, most = 0.0, 0.0, 0
+    longest = 0.0
+    enough = 0.0
+    max_repetitions = 0
     if compared:
-        longest, enough, most = LONGEST_REPEATED, REPETITION_SECONDS, MAX_REPETITIONS
+        longest = LONGEST_REPEATED
+        enough = REPETITION_SECONDS
+        max_repetitions = MAX_REPETITIONS
     elif is_shown:
-        longest, enough, most = BRIEF, BRIEF, FEW_REPETITIONS
+        longest = BRIEF
+        enough = BRIEF
+        max_repetitions = FEW_REPETITIONS
     try:
         while (
             not runs[-1].interrupted
             and runs[0].seconds <= longest
-            and len(runs) <= most
+            and len(runs) <= max_repetitions
         ):
             # The more pauses, the more repetitions.
             undisturbed = (len(runs) - 1) * min(run.seconds for run in runs)

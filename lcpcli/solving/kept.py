@@ -27,7 +27,7 @@ class Kept:
         is_pivoted = like.n <= MAX_PIVOTED and not self.elimination
         self.like = as_dense(like) if is_pivoted else like
         self._reduction: Reduction | None = None
-        self._left, self._pause = 0, 1
+        self._problems_left, self._pause = 0, 1
 
     @cached_property
     def principal(self) -> PrincipalSolver:
@@ -36,21 +36,21 @@ class Kept:
     def reduced(self, problem: Problem) -> Reduction:
         """Return the problem in bounded variables; it is kept as long as the same
         variables are bounded."""
-        kept = self._reduction
-        if kept is not None and kept.box is not problem.box:
-            kept = kept.within(problem.box)
-        self._reduction = kept or reduced(problem)
+        reduction = self._reduction
+        if reduction is not None and reduction.box is not problem.box:
+            reduction = reduction.within(problem.box)
+        self._reduction = reduction or reduced(problem)
         return self._reduction
 
     @property
     def is_paused(self) -> bool:
-        return self._left > 0
+        return self._problems_left > 0
 
     def pause(self, has_led: bool) -> None:
         """Pause unless the states of the last solution have led to one."""
         self._pause = 1 if has_led else 2 * self._pause
-        self._left = self._pause if self._pause > 1 else 0
+        self._problems_left = self._pause if self._pause > 1 else 0
 
     def next(self) -> None:
         """Count a problem."""
-        self._left = max(self._left - 1, 0)
+        self._problems_left = max(self._problems_left - 1, 0)

@@ -57,7 +57,9 @@ EXTRA_ITERATIONS = 3
 GROWTH_LIMIT = 1e100
 # Evaluations times unknowns, and some more, and iterations, from which on a method that
 # is not made for stiff problems is ended if it gains nothing: some seconds.
-MUCH_WORK, OVERHEAD, MIN_SLOW = 2e6, 500, 1024
+MUCH_WORK = 2e6
+OVERHEAD = 500
+MIN_SLOW = 1024
 GAINED_NOTHING = "the residual has not lost a digit in the last {} iterations"
 FINISHED = (
     "the equation of the method is solved up to rounding, but z does not solve the "
@@ -121,7 +123,7 @@ class Loop:
                 self.problem.reference_point, self.problem.q_ref
             )
         self.start, self.best = Iterate(self.last, None, "", 0), self.last
-        self._told, self._began = (self.method, 0, math.inf), time.monotonic()
+        self._last_report, self._began = (self.method, 0, math.inf), time.monotonic()
         self._due = self._began + INTERVAL
 
     def run(self, begin: Callable[[], Stage]) -> tuple[Status, str]:
@@ -177,14 +179,16 @@ class Loop:
         if finite:
             self.last, self.last_by = iterate.x, iterate.method
             if self.traces:
-                self._keep(iterate)
+                self._add_to_traces(iterate)
         elif not self.k:
             self.last = self.best = np.clip(iterate.x, -LARGEST_X, LARGEST_X)
         if bound < self.best_bound:
-            self.best_bound, self.best, self.best_by = bound, iterate.x, iterate.method
+            self.best_bound = bound
+            self.best = iterate.x
+            self.best_by = iterate.method
         self.first_bound = self.first_bound if self.first_bound < math.inf else bound
         if self.seen.observe is not None:
-            self._told = iterate.method or self.method, self.k, bound
+            self._last_report = iterate.method or self.method, self.k, bound
             self.report_if_due()
         solution = None
         # One near it is sought for many unknowns, not within an iteration, which goes
@@ -271,9 +275,9 @@ class Loop:
         certificate justifies, once it is verified on M and q."""
         if isinstance(ending, stages.NoSolution):
             with imports:
-                from lcpcli.verify.certificate import UNVERIFIED, confirm
+                from lcpcli.verify.certificate import UNVERIFIED, verify_claim
             claim = ending.certificate
-            self.certificate = confirm(
+            self.certificate = verify_claim(
                 self.problem, claim, declared(self.method).excludes_exactly
             )
             if self.certificate is None:
@@ -307,7 +311,7 @@ class Loop:
         now = time.monotonic()
         if self.seen.observe is not None and now >= self._due:
             self._due = now + INTERVAL
-            self.seen.observe(*self._told, now - self._began)
+            self.seen.observe(*self._last_report, now - self._began)
 
     def _time_is_up(self) -> bool:
         """Return whether the time of this run, or of what it is part of, is up;
@@ -325,7 +329,7 @@ class Loop:
             self._newest = x, point
         return point
 
-    def _keep(self, iterate: Iterate) -> None:
+    def _add_to_traces(self, iterate: Iterate) -> None:
         """Add an iterate to the traces; the time that this takes does not count."""
         row = self._row(iterate, self.asks_for_quantities)
         for trace in self.traces:
@@ -372,7 +376,7 @@ class Loop:
         if status is Status.TIME_LIMIT and late > TOLD:
             reason = "; ".join(filter(None, (reason, EXCEEDED.format(late))))
         if self.k < 0 and self.traces:  # interrupted before anything was kept
-            self._keep(self.start._replace(x=self.last))
+            self._add_to_traces(self.start._replace(x=self.last))
         for trace in self.traces:
             trace.close(self.criterion)
         is_solved = status is Status.SOLVED
@@ -406,12 +410,12 @@ class Loop:
         points = [last, best]
         if self.solution is not None:
             points.insert(1, self.solution)
-        found = self._accepted(points, NEAR_THE_CRITERION)
-        if found is not None:
-            return found.point, found.reason, Status.SOLVED
+        acceptance = self._accepted(points, NEAR_THE_CRITERION)
+        if acceptance is not None:
+            return acceptance.point, acceptance.reason, Status.SOLVED
         if not self.session.interrupted and status is not Status.TIME_LIMIT:
             seconds = self.limits.time_limit - self.stopwatch.elapsed()
-            found = self._accepted(
+            acceptance = self._accepted(
                 [last, best],
                 Extent(
                     first=PROVED,
@@ -420,13 +424,17 @@ class Loop:
                     refutation=refutation,
                 ),
             )
-        if found is not None and found.verdict != "doubt":
-            self.certificate = found.certificate or self.certificate
-            return found.point, found.reason, STATUS_OF_VERDICT[found.verdict]
+        if acceptance is not None and acceptance.verdict != "doubt":
+            self.certificate = acceptance.certificate or self.certificate
+            return (
+                acceptance.point,
+                acceptance.reason,
+                STATUS_OF_VERDICT[acceptance.verdict],
+            )
         if refutation is not None:
             return last, reason, status
-        if found is not None and status is Status.STALLED:
-            reason = found.reason
+        if acceptance is not None and status is Status.STALLED:
+            reason = acceptance.reason
         return self._nearest(last, best, reason, status)
 
     def _accepted(self, points: list[Point], extent: Extent) -> Acceptance | None:

@@ -163,28 +163,35 @@ def solve_many(
     """
     if isinstance(Q, str):
         Q, method = None, Q
-    kept = {*methods.SWITCHES, "compiled"}
-    given = chosen(options, COMMON_OPTIONS, method)
-    given = {
+    allowed_if_false = {*methods.SWITCHES, "compiled"}
+    explicit_options = chosen(options, COMMON_OPTIONS, method)
+    explicit_options = {
         name: value
-        for name, value in given.items()
-        if value is not False or name in kept
+        for name, value in explicit_options.items()
+        if value is not False or name in allowed_if_false
     }
     methods.check(
         method,
-        {name: value for name, value in given.items() if name not in COMMON_OPTIONS},
+        {
+            name: value
+            for name, value in explicit_options.items()
+            if name not in COMMON_OPTIONS
+        },
     )
-    if "threads" in given:
-        THREADS.check(given["threads"])
-    limits = Limits.pop_from({**given})
+    if "threads" in explicit_options:
+        THREADS.check(explicit_options["threads"])
+    limits = Limits.pop_from({**explicit_options})
     if Q is None:
         _refuse_as_problems(M, lower=lower, upper=upper, infinity=infinity)
         if sequence:
             _refuse_in_sequence(
-                method, given.keys() - {"interrupts"}, "a sequence", LEAVE_OUT
+                method,
+                explicit_options.keys() - {"interrupts"},
+                "a sequence",
+                LEAVE_OUT,
             )
-            return map(Solver.of(None, given).follow, M)
-        return _one_by_one(M, method, given)
+            return map(Solver.of(None, explicit_options).follow, M)
+        return _one_by_one(M, method, explicit_options)
     if sequence:
         raise ParameterError(
             "sequence",
@@ -194,45 +201,56 @@ def solve_many(
     if isinstance(Q, Iterator):
         _refuse_in_sequence(
             method,
-            given.keys(),
+            explicit_options.keys(),
             "an iterator of q",
             "give their columns as Q, of shape (n, k)",
         )
         return map(
-            Solver(M, lower=lower, upper=upper, infinity=infinity, **given).solve, Q
+            Solver(
+                M, lower=lower, upper=upper, infinity=infinity, **explicit_options
+            ).solve,
+            Q,
         )
     if dimensions(M) == 3:
-        return Batch(Stack(M, Q, lower, upper, infinity), method, limits, given)
+        return Batch(
+            Stack(M, Q, lower, upper, infinity), method, limits, explicit_options
+        )
     columns = Columns(M, Q, lower, upper, infinity)
-    if method != AUTO or not given.keys() <= BLOCK_OPTIONS or columns.k < MIN_COLUMNS:
-        return _one_by_one(columns.problems(), method, given)
+    if (
+        method != AUTO
+        or not explicit_options.keys() <= BLOCK_OPTIONS
+        or columns.k < MIN_COLUMNS
+    ):
+        return _one_by_one(columns.problems(), method, explicit_options)
     # A step for a block takes too long for time limits and Ctrl-C.
     if is_sparse(columns.M) or columns.n >= LONG_LU:
-        return map(Solver.of(columns.like, given).next, columns.problems())
-    return _by_blocks(columns, limits, given)
+        return map(Solver.of(columns.like, explicit_options).next, columns.problems())
+    return _by_blocks(columns, limits, explicit_options)
 
 
 def _one_by_one(
-    problems: Iterable[Problem], method: str, given: dict[str, Any]
+    problems: Iterable[Problem], method: str, explicit_options: dict[str, Any]
 ) -> Iterator[Result]:
     wanted, number = (
-        given.get("compiled"),
+        explicit_options.get("compiled"),
         len(problems) if isinstance(problems, Sized) else 0,
     )
     compiled = (
         direct_run.uses_kernels(wanted, number) if method == AUTO else bool(wanted)
     )
     for problem in problems:
-        yield run(problem, method, **{**given, "compiled": compiled})
+        yield run(problem, method, **{**explicit_options, "compiled": compiled})
 
 
-def _refuse_in_sequence(method: str, names: Set[str], what: str, hint: str) -> None:
+def _refuse_in_sequence(
+    method: str, option_names: Set[str], what: str, hint: str
+) -> None:
     """Raise ParameterError for another method than auto, and for options that a Solver
     does not have."""
-    for name in [
-        *sorted(names - SolverOptions.__annotations__.keys()),
-        *["method"] * (method != AUTO),
-    ]:
+    unknown_names = sorted(option_names - SolverOptions.__annotations__.keys())
+    if method != AUTO:
+        unknown_names.append("method")
+    for name in unknown_names:
         raise ParameterError(name, f"has no effect on {what}", hint)
 
 
@@ -255,22 +273,20 @@ def _refuse_as_problems(problems: Any, **bounds: Any) -> None:
 
 
 def _by_blocks(
-    columns: Columns, limits: Limits, given: dict[str, Any]
+    columns: Columns, limits: Limits, explicit_options: dict[str, Any]
 ) -> Iterator[Result]:
     like, is_compiled = (
         columns.like,
-        direct_run.uses_kernels(given.get("compiled"), columns.k),
+        direct_run.uses_kernels(explicit_options.get("compiled"), columns.k),
     )
     fast = (
         direct_run.compiled()
         if is_compiled and applies(like) and not is_sparse(like.M)
         else None
     )
-    first, size, most = (
-        0,
-        FIRST_BLOCK,
-        max(FIRST_BLOCK, BLOCK_NUMBERS // max(1, columns.n)),
-    )
+    first = 0
+    size = FIRST_BLOCK
+    max_columns = max(FIRST_BLOCK, BLOCK_NUMBERS // max(1, columns.n))
     while first < columns.k:
         began, last = seconds(), min(first + size, columns.k)
         rows = _answers(
@@ -279,10 +295,10 @@ def _by_blocks(
             limits,
             fast,
             began,
-            threads=given.get("threads"),
+            threads=explicit_options.get("threads"),
         )
-        yield from (rows.result(i, given) for i in range(last - first))
-        first, size = last, min(size * BLOCK_GROWTH, most)
+        yield from (rows.result(i, explicit_options) for i in range(last - first))
+        first, size = last, min(size * BLOCK_GROWTH, max_columns)
 
 
 class Batch(Sequence[Result]):
@@ -302,26 +318,32 @@ class Batch(Sequence[Result]):
     """
 
     def __init__(
-        self, stack: Stack, method: str, limits: Limits, given: dict[str, Any]
+        self,
+        stack: Stack,
+        method: str,
+        limits: Limits,
+        explicit_options: dict[str, Any],
     ) -> None:
         self._stack, self._results = stack, dict[int, Result]()
         self._rows: BlockAnswers | None = None
         self.solved: Mask = np.zeros(len(stack), dtype=bool)
         self.z: Vector = np.full(stack.q.shape, np.nan)
         if method == "auto":
-            given = {
-                **given,
-                "compiled": direct_run.uses_kernels(given.get("compiled"), len(stack)),
+            explicit_options = {
+                **explicit_options,
+                "compiled": direct_run.uses_kernels(
+                    explicit_options.get("compiled"), len(stack)
+                ),
             }
         together = (
             method == AUTO
             and len(stack) > 0
             and stack.n <= MAX_UNKNOWNS
-            and given.keys() <= BLOCK_OPTIONS
+            and explicit_options.keys() <= BLOCK_OPTIONS
         )
         if (
             together
-            and given["compiled"]
+            and explicit_options["compiled"]
             and not stack.box.is_orthant
             and stack.n > FEW_TOGETHER
         ):
@@ -330,19 +352,24 @@ class Batch(Sequence[Result]):
         if together:
             fast = (
                 direct_run.compiled()
-                if given["compiled"] and stack.box.is_orthant
+                if explicit_options["compiled"] and stack.box.is_orthant
                 else None
             )
             self._rows = _answers(
-                stack.like, stack, limits, fast, seconds(), threads=given.get("threads")
+                stack.like,
+                stack,
+                limits,
+                fast,
+                seconds(),
+                threads=explicit_options.get("threads"),
             )
             self.solved |= np.array(self._rows.kinds) == CERTAIN
             self.z[self.solved] = self._rows.Z[self.solved]
         for i in (~self.solved).nonzero()[0].tolist():
             result = (
-                run(stack.problem(i), method, **given)
+                run(stack.problem(i), method, **explicit_options)
                 if self._rows is None
-                else self._rows.result(i, given)
+                else self._rows.result(i, explicit_options)
             )
             self._results[i] = result
             self.solved[i] = result.solved
@@ -399,10 +426,10 @@ class Batch(Sequence[Result]):
         >>> batch.gradient([[3, 0]]).q.round(9).tolist()
         [[-2.0, 1.0]]
         """
-        found: BatchGradient = views.derivative.gradients(
+        gradient: BatchGradient = views.derivative.gradients(
             self, self._stack, self._linearizations, g, J, unsolved
         )
-        return found
+        return gradient
 
     def derivative(
         self,
@@ -422,11 +449,11 @@ class Batch(Sequence[Result]):
         parameters are as in `gradient` and `Result.derivative`.
         """
         changes = {"dM": dM, "dq": dq, "dlower": dlower, "dupper": dupper}
-        given = changes, one_sided, J, unsolved
-        found: BatchDerivative = views.derivative.derivatives(
-            self, self._stack, self._linearizations, *given
+        arguments = changes, one_sided, J, unsolved
+        derivative: BatchDerivative = views.derivative.derivatives(
+            self, self._stack, self._linearizations, *arguments
         )
-        return found
+        return derivative
 
 
 class RowResult(Result):
@@ -473,7 +500,7 @@ class BlockAnswers:
     options: dict[str, Any]
     parts: dict[str, float]
 
-    def result(self, i: int, given: dict[str, Any]) -> Result:
+    def result(self, i: int, explicit_options: dict[str, Any]) -> Result:
         """Return the result of a row; if its answer is no solution, that of a run,
         whose time includes its share."""
         solved = (
@@ -490,12 +517,12 @@ class BlockAnswers:
             problem, tol = self.block.problem(i), self.limits.tol
         if self.kinds[i] == CANDIDATE:
             point = Point(Criterion(problem, tol), self.Z[i])
-            found = accepted(problem, [point], tol, AT_ONCE)
-            if found is not None:
-                data = {"problem": problem, "point": found.point}
+            acceptance = accepted(problem, [point], tol, AT_ONCE)
+            if acceptance is not None:
+                data = {"problem": problem, "point": acceptance.point}
         if data:
             return RowResult.of_solution(*solved, **data)
-        result = run(problem, **given)
+        result = run(problem, **explicit_options)
         return replace(
             result,
             parts={
@@ -527,8 +554,8 @@ def _answers(
         of_all = like.M[np.newaxis], np.array([like.largest])
         M, largest = (block.M, block.largest) if isinstance(block, Stack) else of_all
         data = M, block.q, largest, limits.tol
-        z, found = direct_many(*data, block.box) if kernel is None else kernel(*data)
-        kinds, steps = found[:, 0], found[:, 1]
+        z, codes = direct_many(*data, block.box) if kernel is None else kernel(*data)
+        kinds, steps = codes[:, 0], codes[:, 1]
         stopwatch.count("solve")
     else:
         measure, frame = Measure(block), frame_of(block)
@@ -543,14 +570,12 @@ def _answers(
             limits.max_iterations,
             lambda: stopwatch.elapsed() > limits.time_limit,
         )
-        z, steps, by_gradient = (
-            in_given_variables(frame, pivots.z),
-            pivots.steps,
-            pivots.by_gradient,
-        )
+        z = in_given_variables(frame, pivots.z)
+        steps = pivots.steps
+        by_gradient = pivots.by_gradient
         stopwatch.count("solve")
         surely = ready | (
-            pivots.ended & _refined(frame, measure, pivots, z, limits.tol)
+            pivots.ended & _refine_in_place(frame, measure, pivots, z, limits.tol)
         )
         stopwatch.count("verify")
         kinds = np.where(surely, CERTAIN, np.where(pivots.ended, CANDIDATE, NOTHING))
@@ -568,28 +593,28 @@ def _answers(
     )
 
 
-def _refined(
-    frame: Frame, measure: Measure, found: Pivoted, z: Vector, tol: float
+def _refine_in_place(
+    frame: Frame, measure: Measure, pivoting_result: Pivoted, z: Vector, tol: float
 ) -> Mask:
     """Refine in place those z, of shape (m, n), whose residual may be more than
     rounding; return which of all z surely solve their problems, shape (m,)."""
-    given = measure.rows(z)
-    solved = measure.surely_solves(z, given, min(tol, SMALL_DISTANCE))
-    rows = (found.ended & ~solved).nonzero()[0]
+    rows_of_z = measure.rows(z)
+    solved = measure.surely_solves(z, rows_of_z, min(tol, SMALL_DISTANCE))
+    rows = (pivoting_result.ended & ~solved).nonzero()[0]
     if rows.size:
         part = frame.block.part(rows)
         again, better_z = (
             Measure(part),
             in_given_variables(
-                frame_of(part), refined(frame, found, rows, given.w[rows])
+                frame_of(part), refined(frame, pivoting_result, rows, rows_of_z.w[rows])
             ),
         )
         better = again.rows(better_z)
         before, after = (
-            again.largest_ratio(z[rows], given.part(rows)),
+            again.largest_ratio(z[rows], rows_of_z.part(rows)),
             again.largest_ratio(better_z, better),
         )
         solved[rows] = np.minimum(before, after) <= tol
-        kept = after < before
-        z[rows[kept]] = better_z[kept]
+        is_improved = after < before
+        z[rows[is_improved]] = better_z[is_improved]
     return solved

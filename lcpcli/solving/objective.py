@@ -50,20 +50,28 @@ def with_objective(result: Result, may_go_on: bool) -> Result:
 @np.errstate(all="ignore")
 def _improved(result: Result, error: float) -> Result:
     """Return the result at the point with the least error of its objective."""
-    problem, limits, began = result.problem, result.limits, seconds()
-    best, steps, method, extra = result.point, 0, "", Extent(WITHOUT_ROUNDING)
+    problem = result.problem
+    limits = result.limits
+    began = seconds()
+    best = result.point
+    steps = 0
+    method = ""
+    extra = Extent(WITHOUT_ROUNDING)
     with (
         suppress(TimeIsUp, *FAULTS),
         deadline_after(limits.time_limit - result.seconds),
     ):
         for k, (name, step) in enumerate(_finish(result), 1):
             z = problem.box.z_of(step.x)
-            found = accepted(problem, [problem.box.project(z)], limits.tol, extra)
-            if found is None:
+            acceptance = accepted(problem, [problem.box.project(z)], limits.tol, extra)
+            if acceptance is None:
                 continue
-            own = objective_error_at(problem, found.point)
-            if own < error:
-                best, error, steps, method = found.point, own, k, name
+            objective_error = objective_error_at(problem, acceptance.point)
+            if objective_error < error:
+                best = acceptance.point
+                error = objective_error
+                steps = k
+                method = name
             if error <= MAX_ERROR:
                 break
     parts = dict(result.parts)

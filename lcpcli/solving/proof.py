@@ -41,7 +41,11 @@ from lcpcli.solving.call import RAISE, chosen, unless_interrupted
 from lcpcli.solving.result import Exact, Result, Status
 from lcpcli.typing import Interrupts, Vector
 from lcpcli.verify.certificate import Proof
-from lcpcli.verify.exact_solution import finitely_rounded, from_point, refined
+from lcpcli.verify.exact_solution import (
+    accurate_basic_solution,
+    finitely_rounded,
+    from_point,
+)
 from lcpcli.verify.farkas import exact_proof, farkas_vector, simplified
 from lcpcli.verify.point import Criterion, Point
 
@@ -180,9 +184,9 @@ def _exact(data: ExactProblem, run: Result, is_exact: bool) -> Exact | None:
         if run.problem is not data.problem:
             largest = max(data.scales)  # of the positive multiples of y, a finite one
             y = y * rounded(Fraction(scale, largest) for scale in data.scales)
-        found = exact_proof(data, y)
-        if found is not None:
-            return _verified(data, y=found)
+        proof = exact_proof(data, y)
+        if proof is not None:
+            return _verified(data, y=proof)
     if is_exact and run.status is Status.UNSOLVABLE:
         return EXCLUDED
     return _verified(data, from_point(data, _finite(run.z)))
@@ -220,17 +224,17 @@ def _by_parts(data: ExactProblem) -> Exact | None:
     z, is_undecided = [Fraction(0)] * data.n, False
     for indices in data.blocks:
         raise_if_timed_out()
-        found: Exact | None = None
+        answer: Exact | None = None
         with suppress(TimeIsUp):
-            found = _searched(data.part(indices))
-        if found is None:
+            answer = _searched(data.part(indices))
+        if answer is None:
             is_undecided = True
-        elif found.z is not None:
-            for i, value in zip(indices, found.z, strict=True):
+        elif answer.z is not None:
+            for i, value in zip(indices, answer.z, strict=True):
                 z[i] = value
-        elif found.y is not None:
+        elif answer.y is not None:
             y = [Fraction(0)] * data.n
-            for i, value in zip(indices, found.y, strict=True):
+            for i, value in zip(indices, answer.y, strict=True):
                 y[i] = Fraction(value)
             return _verified(data, y=y)
         else:
@@ -264,14 +268,14 @@ def _proved(data: ExactProblem, result: Result, exact: Exact) -> Result:
     )
     if exact.status is Status.UNSOLVABLE:
         certificate = Proof("exhaustion", statement=exact.proof)
-    point, said = (
+    point, message = (
         result.point if z is None else Point(Criterion(data.problem), z),
         exact.status.sentence(exact.proof),
     )
     return replace(
         result,
         status=exact.status,
-        message=said,
+        message=message,
         certificate=certificate,
         exact=exact,
         point=point,
@@ -314,5 +318,7 @@ def with_reference(problem: Problem) -> Problem:
     if result is None or not result.solved:
         return problem
     return replace(
-        problem, solutions=(refined(problem, result.z),), reference="computed"
+        problem,
+        solutions=(accurate_basic_solution(problem, result.z),),
+        reference="computed",
     )

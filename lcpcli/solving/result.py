@@ -159,7 +159,7 @@ class Result:
         evaluations: int | None = None,
         end: States | None = None,
         reason: str = "",
-        **own: Any,
+        **attributes: Any,
     ) -> Result:
         """Return the result of `auto` for a problem that it has solved, much faster
         than the constructor.
@@ -179,7 +179,7 @@ class Result:
             route=route,
             end=end,
         )
-        result.__dict__.update(own)
+        result.__dict__.update(attributes)
         return result
 
     def __repr__(self) -> str:
@@ -254,10 +254,10 @@ class Result:
         [-2.0, 1.0]
         """
         changes = {"dM": dM, "dq": dq, "dlower": dlower, "dupper": dupper}
-        found: OneDerivative = views.derivative.derivative(
+        derivative: OneDerivative = views.derivative.derivative(
             self.problem, self, changes, one_sided, J
         )
-        return found
+        return derivative
 
     def gradient(self, g: VectorLike, J: Any = None) -> OneGradient:
         """Return the derivatives of a function of z with respect to M, q and the
@@ -274,8 +274,8 @@ class Result:
         >>> gradient.q.round(9).tolist(), gradient.M.round(6).tolist()
         ([-2.0, 1.0], [[-2.666667, -4.666667], [1.333333, 2.333333]])
         """
-        found: OneGradient = views.derivative.gradient(self.problem, self, g, J)
-        return found
+        gradient: OneGradient = views.derivative.gradient(self.problem, self, g, J)
+        return gradient
 
     def __getitem__(self, name: str) -> float:
         """Return the component of z with this name; a multiplier of a maximization is
@@ -327,10 +327,10 @@ class Result:
         if not self.solved or self.interrupted:
             return None
         with deadline_after(self.limits.time_limit / 2):
-            found: tuple[list[int | None], list[int]] | None = views.digits.determined(
-                self.problem, self.z, self.w
+            determined: tuple[list[int | None], list[int]] | None = (
+                views.digits.determined(self.problem, self.z, self.w)
             )
-            return found
+            return determined
 
     @property
     def solved(self) -> bool:
@@ -463,5 +463,5 @@ class Suggestions(NamedTuple):
         is nothing to suggest."""
         if not self.ways and not self.others:
             return ""
-        found = ", or ".join([*map(written, self.ways), *self.others])
-        return f"try {found}{f', with {written(self.more)}' if self.more else ''}"
+        suggestions = ", or ".join([*map(written, self.ways), *self.others])
+        return f"try {suggestions}{f', with {written(self.more)}' if self.more else ''}"

@@ -141,7 +141,7 @@ def solve_mcp(
     >>> result.status.word, result.z.round(6).tolist(), result.route
     ('solved', [2.0], ('josephy-newton',))
     """
-    began, given = (
+    began, explicit_options = (
         seconds(),
         chosen(options, NonlinearOptions.__annotations__, of="solve_mcp"),
     )
@@ -178,7 +178,11 @@ def solve_mcp(
             F, J, lower=lower, upper=upper, infinity=infinity, x0=x0, names=names
         )
     return run_nonlinear(
-        problem, pattern=pattern, began=began, limits=Limits.pop_from(given), **given
+        problem,
+        pattern=pattern,
+        began=began,
+        limits=Limits.pop_from(explicit_options),
+        **explicit_options,
     )
 
 
@@ -211,7 +215,7 @@ def run_nonlinear(
     is_compiled = uses_kernels(compiled, 1) and kernels() is not None
     options = methods.declared(METHOD).options
     in_force = {each.name: chosen.get(each.name, each.default) for each in options}
-    kept = trace_of(trace, METHOD)
+    kept_trace = trace_of(trace, METHOD)
     stopwatch = Stopwatch(seconds, seconds() if began is None else began)
     evaluations = Evaluations(problem, pattern, difference_step)
     start = _start(evaluations)
@@ -229,7 +233,7 @@ def run_nonlinear(
             is_brief="restarts" not in chosen,
         )
         stopwatch.count("setup")
-        seen = Seen((kept, curve), None, callback)
+        seen = Seen((kept_trace, curve), None, callback)
         session = Session(criterion.problem, limits, in_force, stopwatch)
         loop = Loop(session, criterion, METHOD, start / 2, seen)
         if is_compiled:
@@ -350,12 +354,14 @@ def solution_of_linearization(
             return _step(problem, basis, evaluations, is_compiled)
         if not longer and is_sparse(problem.M):
             with suppress(SingularMatrix):
-                own = WithoutFree(problem)
-                within = None if basis is None else basis[own.bounded]
-                found = _step(own.reduced, within, evaluations, is_compiled)
-                if found is None:
+                without_free = WithoutFree(problem)
+                within = None if basis is None else basis[without_free.bounded]
+                point_and_states = _step(
+                    without_free.reduced, within, evaluations, is_compiled
+                )
+                if point_and_states is None:
                     return None
-                z, states = own.given(*found)
+                z, states = without_free.given(*point_and_states)
                 return (z, states) if _is_step(problem, z) else None
         result = driver.run(
             problem,
@@ -381,8 +387,8 @@ def _is_step(problem: Problem, z: Vector) -> bool:
 def _with_states(result: Result, evaluations: Evaluations) -> tuple[Vector, States]:
     """Return the z of a result with its states, once its pivots are counted."""
     evaluations.pivots += result.evaluations
-    z, end = result.z, result.end
-    return z, result.problem.box.basis_at(z) if end is None else end
+    z, final_basis = result.z, result.end
+    return z, result.problem.box.basis_at(z) if final_basis is None else final_basis
 
 
 def _step(

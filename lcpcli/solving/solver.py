@@ -65,7 +65,7 @@ class Solver:
     compiled = True
     n, _infinity = -1, math.inf
     # The bounds where they are the same for all unknowns, however many these are.
-    _ends: Mapping[str, Any] | None = None
+    _uniform_bounds: Mapping[str, Any] | None = None
     _last: Result | None = None
     # The states from which a problem with other data starts.
     _moved: States | None = None
@@ -80,19 +80,22 @@ class Solver:
         compiled: bool | None = None,
         **options: Unpack[SolverOptions],
     ) -> None:
-        given = chosen(
+        explicit_options = chosen(
             options, (*SolverOptions.__annotations__, "compiled"), of="Solver"
         )
-        self._given, self._limits = given, Limits.pop_from({**given})
+        self._options, self._limits = (
+            explicit_options,
+            Limits.pop_from({**explicit_options}),
+        )
         if compiled is not None:
             self.compiled = direct_run.uses_kernels(compiled, direct_run.MANY)
-            self._given["compiled"] = compiled
+            self._options["compiled"] = compiled
         if isinstance(M, Problem):
             self._prepare(M)
             return
         self._infinity = infinity
-        ends: dict[str, Any] = {"lower": lower, "upper": upper}
-        self._ends = None if any(map(np.ndim, ends.values())) else ends
+        bounds: dict[str, Any] = {"lower": lower, "upper": upper}
+        self._uniform_bounds = None if any(map(np.ndim, bounds.values())) else bounds
         self._prepare(
             Problem(M, np.zeros(_order(M)), lower=lower, upper=upper, infinity=infinity)
         )
@@ -105,7 +108,7 @@ class Solver:
         solver.compiled = direct_run.uses_kernels(
             options.get("compiled"), direct_run.MANY
         )
-        solver._given, solver._limits = options, Limits.pop_from({**options})
+        solver._options, solver._limits = options, Limits.pop_from({**options})
         if like is not None:
             solver._prepare(like)
         return solver
@@ -135,8 +138,10 @@ class Solver:
                 self._prepare(problem)
             return
         box, other = self._like.box, Problem(M, np.zeros(_order(M)))
-        if other.n != self.n and self._ends is not None:
-            self._prepare(Problem(M, other.q, **self._ends, infinity=self._infinity))
+        if other.n != self.n and self._uniform_bounds is not None:
+            self._prepare(
+                Problem(M, other.q, **self._uniform_bounds, infinity=self._infinity)
+            )
             return
         if other.n != self.n and not box.is_orthant:
             raise ProblemError(
@@ -170,13 +175,13 @@ class Solver:
             lambda: self._like.names, q=q, lower=lower, upper=upper
         )
         if lower is not None or upper is not None:
-            given = (
+            raw_bounds = (
                 box.lower if lower is None else lower,
                 box.upper if upper is None else upper,
             )
             box = (
                 ORTHANT
-                if (bounds := bounds_of(*given, n, self._infinity)) is None
+                if (bounds := bounds_of(*raw_bounds, n, self._infinity)) is None
                 else Box(*bounds)
             )
         problem = like_of_conditions(self._like, as_vector("q", q, n), box)
@@ -196,9 +201,9 @@ class Solver:
         )
         if warm and (basis := self._states(problem)) is not None:
             session.start = Start(problem, basis)
-        result = self._answered(session, threads=self._given.get("threads"))
+        result = self._answered(session, threads=self._options.get("threads"))
         if result is None:
-            result = run(problem, **self._given)
+            result = run(problem, **self._options)
         elif problem.origin is not None:
             result = problem.origin.accepted(result)
         if result.solved:
@@ -248,10 +253,6 @@ class Solver:
 
 
 def _order(M: Any) -> int:
-    return (
-        int(M.shape[0])
-        if getattr(M, "shape", ())
-        else len(M)
-        if isinstance(M, Sized)
-        else 1
-    )
+    if getattr(M, "shape", ()):
+        return int(M.shape[0])
+    return len(M) if isinstance(M, Sized) else 1

@@ -19,7 +19,7 @@ from lcpcli.clock import imports
 from lcpcli.interrupts import TimeIsUp, deadline_after
 from lcpcli.model.problem import Problem
 from lcpcli.typing import States, Vector
-from lcpcli.verify.final_states import confirmed, without_rounding
+from lcpcli.verify.final_states import verified_or_exact, without_rounding
 from lcpcli.verify.measure import FEW_UNKNOWNS
 from lcpcli.verify.point import Criterion, Point
 
@@ -27,7 +27,11 @@ if TYPE_CHECKING:
     from lcpcli.verify.certificate import Proof
 
 # The decisions of `accepted`, by number.
-AS_IT_IS, CLEANED, WITHOUT_ROUNDING, PROVED, UNREFUTED = 1, 2, 3, 4, 5
+AS_IT_IS = 1
+CLEANED = 2
+WITHOUT_ROUNDING = 3
+PROVED = 4
+UNREFUTED = 5
 
 
 class Acceptance(NamedTuple):
@@ -81,7 +85,9 @@ class Extent(NamedTuple):
     share: float = 0.0
 
 
-AT_ONCE, BY_CRITERION, IN_FULL = Extent(AS_IT_IS), Extent(WITHOUT_ROUNDING), Extent()
+AT_ONCE = Extent(AS_IT_IS)
+BY_CRITERION = Extent(WITHOUT_ROUNDING)
+IN_FULL = Extent()
 HIDDEN = "rounding hides a term of a row, and no exact solution was found near it"
 DIFFERS = "it differs by {:.1e} from an exact solution with its states"
 UNEXPLAINED = ", which is more than rounding in a system with these states explains"
@@ -135,14 +141,14 @@ def accepted(
     basis : the states of a single point, if they are not those that it shows.
     """
     made: list[Point] = []
-    for given in points:
-        point = given
+    for candidate in points:
+        point = candidate
         if not isinstance(point, Point):
             point = Point(Criterion(problem, tol), point, is_admissible=False)
         if extent.first <= WITHOUT_ROUNDING:
-            found = _by_criterion(point, extent, basis)
-            if found is not None:
-                return found
+            acceptance = _by_criterion(point, extent, basis)
+            if acceptance is not None:
+                return acceptance
         made.append(point)
     if extent.last < PROVED or not all(point.is_linear for point in made):
         return None
@@ -163,12 +169,12 @@ def _by_criterion(
     if point.solves():
         reason = point.remark if point.negligible else ""
         return Acceptance(point, reason, basis=basis)
-    near = next((o for o in alternatives(point, extent) if o.solves()), None)
+    nearby = next((o for o in alternatives(point, extent) if o.solves()), None)
     # Of a point that is given only the first one counts: the more a point is changed,
     # the less it says about the given one, whatever the distance.
-    if near is None or (extent.as_given and not near.is_near(point)):
+    if nearby is None or (extent.as_given and not nearby.is_near(point)):
         return None
-    return Acceptance(near, near.remark, basis=basis)
+    return Acceptance(nearby, nearby.remark, basis=basis)
 
 
 def alternatives(point: Point, extent: Extent) -> Iterator[Point]:
@@ -186,23 +192,23 @@ def _exactly(point: Point, extent: Extent, basis: States | None) -> Acceptance |
     """Return what the first two decisions say of a point of a problem with few
     unknowns, where exact arithmetic decides what rounding hides."""
     criterion, problem = point.criterion, point.criterion.problem
-    near: Point | None = point
+    nearby: Point | None = point
     if not point.solves():
-        near = None
+        nearby = None
         if extent.last >= CLEANED and point.nearly_solves():
             # A row may be filled by rounding alone.
             clean = Point(criterion, problem.box.project(without_rounding(point.z)))
             others = chain((clean,), alternatives(point, extent))
-            near = next((other for other in others if other.solves()), None)
-    if near is None:
+            nearby = next((other for other in others if other.solves()), None)
+    if nearby is None:
         return None
-    exact = confirmed(problem, near.z, basis)
+    exact = verified_or_exact(problem, nearby.z, basis)
     if exact is None:
-        return Acceptance(near, HIDDEN, "doubt")
-    if exact.z is near.z:
-        return Acceptance(near, basis=exact.basis)
-    near = Point(criterion, exact.z)
-    return Acceptance(near, basis=exact.basis) if near.solves() else None
+        return Acceptance(nearby, HIDDEN, "doubt")
+    if exact.z is nearby.z:
+        return Acceptance(nearby, basis=exact.basis)
+    nearby = Point(criterion, exact.z)
+    return Acceptance(nearby, basis=exact.basis) if nearby.solves() else None
 
 
 def _by_proof(points: Sequence[Point], extent: Extent) -> Acceptance | None:
@@ -212,14 +218,16 @@ def _by_proof(points: Sequence[Point], extent: Extent) -> Acceptance | None:
         return _ill_posed(points, extent.refutation)
     doubt: Acceptance | None = None
     for point in points:
-        found = _near(point, points, extent)
-        if found is not None and found.verdict != "doubt":
-            return found
-        doubt = doubt or found
+        acceptance = _by_nearby_solution(point, points, extent)
+        if acceptance is not None and acceptance.verdict != "doubt":
+            return acceptance
+        doubt = doubt or acceptance
     return doubt
 
 
-def _near(point: Point, points: Sequence[Point], extent: Extent) -> Acceptance | None:
+def _by_nearby_solution(
+    point: Point, points: Sequence[Point], extent: Extent
+) -> Acceptance | None:
     """Return what an exact solution near a point, or near one of its alternatives, says
     of it; of several points, if the problem is ill-posed."""
     with imports:
@@ -234,49 +242,59 @@ def _near(point: Point, points: Sequence[Point], extent: Extent) -> Acceptance |
         # One that meets the criterion was too far from the point for decision 2.
         if other is not point and (other.solves() or not other.is_near(point)):
             continue
-        near = nearby_solutions.nearby(problem, z, tol)
-        if near is None or (near.fault and doubt is not None):
+        nearby = nearby_solutions.nearby(problem, z, tol)
+        if nearby is None or (nearby.fault and doubt is not None):
             continue
         refutation = None
-        if not near.is_stable and extent.last >= UNREFUTED:
-            refutation = proof_near(problem, near.z)
+        if not nearby.is_stable and extent.last >= UNREFUTED:
+            refutation = proof_near(problem, nearby.z)
         if refutation is not None and refutation.is_rounded:
             return _ill_posed(points, refutation)
-        at = Point(point.criterion, near.z)
+        solution_point = Point(point.criterion, nearby.z)
         if refutation is not None:
-            return Acceptance(at, refutation.statement, "infeasible", refutation)
-        if near.fault:
-            doubt = Acceptance(at, near.reason.format(near.fault), "doubt")
-        elif near.z is z or not extent.as_given:
-            return Acceptance(at, near.reason.format(at.relative_residual))
+            return Acceptance(
+                solution_point, refutation.statement, "infeasible", refutation
+            )
+        if nearby.fault:
+            doubt = Acceptance(
+                solution_point, nearby.reason.format(nearby.fault), "doubt"
+            )
+        elif nearby.z is z or not extent.as_given:
+            return Acceptance(
+                solution_point, nearby.reason.format(solution_point.relative_residual)
+            )
         else:
-            largest, is_rounding = nearby_solutions.distance(problem, z, near.z)
+            largest, is_rounding = nearby_solutions.distance(problem, z, nearby.z)
             if largest <= tol or is_rounding:
                 return Acceptance(point, DIFFERS.format(largest))
             doubt = Acceptance(point, DIFFERS.format(largest) + UNEXPLAINED, "doubt")
-    return _beside(point, points, extent) or doubt
+    return _up_to_small_entries(point, points, extent) or doubt
 
 
-def _beside(point: Point, points: Sequence[Point], extent: Extent) -> Acceptance | None:
+def _up_to_small_entries(
+    point: Point, points: Sequence[Point], extent: Extent
+) -> Acceptance | None:
     """Return what an exact solution says of a point that differs from it in small
     entries."""
     with imports:
         from lcpcli.verify.certificate import proof_near
-        from lcpcli.verify.small_entries import solution_beside
-    found = solution_beside(point)
-    if found is None:
+        from lcpcli.verify.small_entries import solution_up_to_small_entries
+    solution = solution_up_to_small_entries(point)
+    if solution is None:
         return None
-    if not found.is_stable and extent.last >= UNREFUTED:
-        refutation = proof_near(point.criterion.problem, found.z)
+    if not solution.is_stable and extent.last >= UNREFUTED:
+        refutation = proof_near(point.criterion.problem, solution.z)
         if refutation is not None:
             return _ill_posed(points, refutation)
-    at = Point(point.criterion, found.z)
+    solution_point = Point(point.criterion, solution.z)
     if extent.as_given or extent.keeps:
-        return Acceptance(point, found.statement)
-    if at.solves():
-        return Acceptance(at)
-    again = solution_beside(at)
-    return Acceptance(at, found.statement if again is None else again.statement)
+        return Acceptance(point, solution.statement)
+    if solution_point.solves():
+        return Acceptance(solution_point)
+    again = solution_up_to_small_entries(solution_point)
+    return Acceptance(
+        solution_point, solution.statement if again is None else again.statement
+    )
 
 
 def _ill_posed(points: Sequence[Point], refutation: Proof) -> Acceptance | None:

@@ -24,10 +24,10 @@ GRID = 2.0**20  # steps per largest entry of y, to which one candidate is rounde
 PATIENCE = 4
 # Rows or columns up to which a dense dictionary takes less time than an LP solver for
 # any problem.
-MAX_BRIEF = 100
+MAX_DENSE_DICTIONARY_SIZE = 100
 # What is added to the A_ij that are not 0, in units of the largest, before proofs are
 # rounded
-ROOM = 0.3, 0.1, 0.03, 0.01, 0.001
+ENTRY_MARGINS = 0.3, 0.1, 0.03, 0.01, 0.001
 LARGEST_SHIFT = 1000  # of two: b is multiplied by at most 2^1000, which is finite
 
 
@@ -50,12 +50,12 @@ def alternative(
     three LPs of at most half the effort each; a small dense system is first tried
     without them, as they take longer. A should be equilibrated; nothing is established
     unless it is finite. holds : whether a y is a proof."""
-    near = list[Vector]()
-    for found in _searched(A, b, ORTHANT, effort, MAX_DENSE):
-        if found.proof is None or holds(found.proof):
-            return found
-        near.append(found.proof)
-    return Alternative(None, None, near)
+    near_proofs = list[Vector]()
+    for result in _searched(A, b, ORTHANT, effort, MAX_DENSE):
+        if result.proof is None or holds(result.proof):
+            return result
+        near_proofs.append(result.proof)
+    return Alternative(None, None, near_proofs)
 
 
 def farkas_multipliers(problem: Problem, effort: float = math.inf) -> Iterator[Vector]:
@@ -66,20 +66,22 @@ def farkas_multipliers(problem: Problem, effort: float = math.inf) -> Iterator[V
     with np.errstate(all="ignore"):
         units = scale(problem)
     inner = units.problem
-    for found in _searched(inner.M, inner.q, inner.box, effort, MAX_BRIEF):
-        if found.proof is not None:
-            yield units.multipliers(found.proof)
+    for result in _searched(
+        inner.M, inner.q, inner.box, effort, MAX_DENSE_DICTIONARY_SIZE
+    ):
+        if result.proof is not None:
+            yield units.multipliers(result.proof)
 
 
 def _searched(
-    A: Matrix, b: Vector, box: Box, effort: float, most: int
+    A: Matrix, b: Vector, box: Box, effort: float, max_dense_size: int
 ) -> Iterator[Alternative]:
     """Yield y that may be proofs, the likeliest first, and perhaps a point, at which
     this ends. most : rows or columns up to which a dense system is first tried by a
     dictionary."""
     if not _are_finite(A, b):
         return
-    if box.is_orthant and not is_sparse(A) and max(A.shape) <= most:
+    if box.is_orthant and not is_sparse(A) and max(A.shape) <= max_dense_size:
         for system, point, y in dictionaries(A, b):
             if point is not None:
                 yield Alternative(point, None, system=system)
@@ -106,19 +108,23 @@ def _are_finite(A: Matrix, b: Vector) -> bool:
     return bool(np.isfinite(b).all() and np.isfinite(A.sum()))
 
 
-def with_room(problem: Problem) -> Iterator[Vector]:
+def with_margin(problem: Problem) -> Iterator[Vector]:
     """Yield proofs that a small LCP is infeasible that hold for larger M too, so that
     there is room to round."""
-    if not problem.box.is_orthant or is_sparse(problem.M) or problem.n > MAX_BRIEF:
+    if (
+        not problem.box.is_orthant
+        or is_sparse(problem.M)
+        or problem.n > MAX_DENSE_DICTIONARY_SIZE
+    ):
         return
     with np.errstate(all="ignore"):
         units = scale(problem)
         A, b = units.problem.M, units.problem.q
         size = np.where(A, np.abs(A).max(initial=0.0), 0.0)
     if _are_finite(A, b):
-        for room in ROOM:
+        for margin in ENTRY_MARGINS:
             if (
-                y := DualSimplex(A + room * size, b, margin=0.0).feasible()
+                y := DualSimplex(A + margin * size, b, margin=0.0).feasible()
             ) is not None and (y > 0).any():
                 yield units.multipliers(np.maximum(y, 0.0))
 
@@ -129,11 +135,11 @@ def dictionaries(
     """Yield the dual simplex method for a dense A, with a margin and without, with a
     point or None, and multipliers."""
     for margin in (MARGIN, 0.0):
-        found = DualSimplex(A, b, margin)
-        y = found.feasible()
-        point = found.point() if y is None else None
+        simplex = DualSimplex(A, b, margin)
+        y = simplex.feasible()
+        point = simplex.point() if y is None else None
         multipliers = np.maximum(0 * b if y is None else y, 0.0)
-        yield found, None if point is None else np.maximum(point[0], 0.0), multipliers
+        yield simplex, None if point is None else np.maximum(point[0], 0.0), multipliers
 
 
 class FarkasSystem:
@@ -158,7 +164,10 @@ class FarkasSystem:
             (not is_sparse(A)) & (lower == 0),
             (not is_sparse(A)) & (upper == 0),
         )
-        self._ends = np.where(may_fall, -np.inf, 0.0), np.where(may_rise, np.inf, 0.0)
+        self._image_bounds = (
+            np.where(may_fall, -np.inf, 0.0),
+            np.where(may_rise, np.inf, 0.0),
+        )
         self._positive, self._negative = (
             np.flatnonzero(~self.high),
             np.flatnonzero(~self.low),
@@ -185,8 +194,8 @@ class FarkasSystem:
         if first is not None:
             self._effort *= PATIENCE
             yield self._y(first)
-        if (least := self._least_violation()) is not None:
-            yield least.y
+        if (least_violation := self._least_violation()) is not None:
+            yield least_violation.y
         lower, upper, low, high = self._columns
         single = np.flatnonzero((low != high) & (np.where(low, lower, upper) == 0))
         objective = np.append(0 * self._cost, -np.ones(single.size))
@@ -216,16 +225,21 @@ class FarkasSystem:
         y = transposed[:, self._positive], -transposed[:, self._negative]
         rows = stack([[*y, -above, below, slopes * np.where(low[margins], 1.0, -1.0)]])
         A = stack([[rows], [np.append(self._cost, 0 * margins)[np.newaxis]]])
-        ends = np.append(self._ends[0], total[0]), np.append(self._ends[1], total[1])
+        row_bounds = (
+            np.append(self._image_bounds[0], total[0]),
+            np.append(self._image_bounds[1], total[1]),
+        )
         upper = np.append(np.full(self._cost.size, np.inf), np.ones(margins.size))
         return minimized(
-            objective, A, ends, (np.zeros(upper.size), upper), self._effort
+            objective, A, row_bounds, (np.zeros(upper.size), upper), self._effort
         )
 
-    def _y(self, found: Optimum) -> Vector:
-        y, positive, negative = np.zeros(self._b.size), self._positive, self._negative
-        y[positive] += found.x[: positive.size]
-        y[negative] -= found.x[positive.size : positive.size + negative.size]
+    def _y(self, optimum: Optimum) -> Vector:
+        y = np.zeros(self._b.size)
+        positive = self._positive
+        negative = self._negative
+        y[positive] += optimum.x[: positive.size]
+        y[negative] -= optimum.x[positive.size : positive.size + negative.size]
         return y
 
     def _least_violation(self) -> Optimum | None:
@@ -233,12 +247,12 @@ class FarkasSystem:
         of at most 1 in size: the elastic program (J. W. Chinneck and E. W. Dravnieks,
         ORSA Journal on Computing 3 (1991) 157-168)."""
         parts = self._positive, self._negative
-        added, taken = (
+        added, subtracted = (
             unit_columns(self._b.size, part, is_sparse(self._A)) for part in parts
         )
-        elastic = stack([[self._A, added, -taken]])
+        elastic = stack([[self._A, added, -subtracted]])
         zero = np.zeros(elastic.shape[1] - self._A.shape[1])
-        ends = (
+        row_bounds = (
             np.where(self.high, -np.inf, -self._b),
             np.where(self.low, np.inf, -self._b),
         )
@@ -249,7 +263,7 @@ class FarkasSystem:
         return minimized(
             np.append(np.zeros(self._A.shape[1]), zero + 1),
             elastic,
-            ends,
+            row_bounds,
             bounds,
             self._effort,
         )

@@ -29,7 +29,9 @@ ZERO = 1e-9  # of the terms of a row: a smaller value is 0 but for rounding
 @np.errstate(all="ignore")
 def verified(origin: BlockForm, proposed: Proposed) -> Verification:
     """Verify z, x and y, or x alone, for which multipliers are sought."""
-    n, k, values = proposed.problem.n, origin.variables, list(proposed.values)
+    n = proposed.problem.n
+    k = origin.variables
+    values = list(proposed.values)
     if len(values) == n:
         return proposed.of_z(proposed.values)
     x, y = values[:k], values[k:]
@@ -37,9 +39,9 @@ def verified(origin: BlockForm, proposed: Proposed) -> Verification:
     if is_sought:
         y = _multipliers(origin, proposed)
     z = _with_slacks(origin, proposed, [*x, *y])
-    found = proposed.of_z(z if proposed.data is not None else np.array(z))
+    verification = proposed.of_z(z if proposed.data is not None else np.array(z))
     multipliers = rounded(map(Fraction, y)) if is_sought else None
-    return replace(found, multipliers=multipliers)
+    return replace(verification, multipliers=multipliers)
 
 
 def _with_slacks(origin: BlockForm, proposed: Proposed, both: list[Any]) -> list[Any]:
@@ -52,8 +54,8 @@ def _with_slacks(origin: BlockForm, proposed: Proposed, both: list[Any]) -> list
     else:
         w = data.w([*both, *zeros])
         bounds = [data.lower[len(both) :], data.upper[len(both) :]]
-    places, columns = problem.M[: len(both), len(both) :].nonzero()
-    rows = dict(zip(columns.tolist(), places.tolist(), strict=True))
+    row_numbers, columns = problem.M[: len(both), len(both) :].nonzero()
+    rows = dict(zip(columns.tolist(), row_numbers.tolist(), strict=True))
     slacks = (
         min(max(w[rows[i]], low), high)
         for i, (low, high) in enumerate(zip(*bounds, strict=True))
@@ -81,9 +83,11 @@ def _multipliers(origin: BlockForm, proposed: Proposed) -> list[Any]:
         [*(M[j].get(k + i, Fraction(0)) for i in support), -w[j]]
         for j in np.flatnonzero(is_zero[:k]).tolist()
     ]
-    whole = [over_one_denominator(each)[0] for each in equations]
-    found = elimination.solve([row[:-1] for row in whole], [row[-1] for row in whole])
-    exact = dict(zip(support, found[0] or map(Fraction, y[support]), strict=True))
+    integer_rows = [over_one_denominator(each)[0] for each in equations]
+    solution = elimination.solve(
+        [row[:-1] for row in integer_rows], [row[-1] for row in integer_rows]
+    )
+    exact = dict(zip(support, solution[0] or map(Fraction, y[support]), strict=True))
     return [exact.get(i, Fraction(0)) for i in range(y.size)]
 
 
@@ -101,7 +105,7 @@ def _of_program(problem: Problem, blocks: Blocks, x: Vector) -> Vector:
         np.minimum(blocks.row_lower - Ax, 0.0),
         np.maximum(blocks.row_upper - Ax, 0.0),
     )
-    found = minimized(g, limiting, sides, bounds)
-    if found is None or not np.isfinite(found.y).all():
+    program_solution = minimized(g, limiting, sides, bounds)
+    if program_solution is None or not np.isfinite(program_solution.y).all():
         return np.zeros(Ax.size)
-    return found.y
+    return program_solution.y

@@ -55,7 +55,7 @@ class Proof:
 
     kind : "farkas", vector y with y >= 0, M'y <= 0 and q'y < 0: no z >= 0 has M z + q
         >= 0. With bounds, the y that `farkas` describes. It consists of integers, for
-        which all this holds without rounding, if `confirm` finds them; else it is
+        which all this holds without rounding, if `verify_claim` finds them; else it is
         rounded: where M'y is 0, its computed value may be positive (see
         `farkas.refutes`). "exhaustion", every complementary basis is excluded, by
         branch and bound or enumeration; no vector. "ray", Lemke's method has ended on a
@@ -161,21 +161,21 @@ def first_proof(
         rounding counts; by default the proof has to hold exactly. whole : whether a
         vector of integers near a multiple of y is sought first.
     """
-    tried = list[Vector]()
+    rejected = list[Vector]()
     for y in ys:
-        found = _whole(problem, y) if whole else _in_range(problem, y)
-        if found is not None:
-            return Proof("farkas", found, statement or problem.box.wording.farkas)
-        tried.append(y)
+        vector = _whole(problem, y) if whole else _in_range(problem, y)
+        if vector is not None:
+            return Proof("farkas", vector, statement or problem.box.wording.farkas)
+        rejected.append(y)
     if problem.n < rounded_from:
         return None
-    for y in tried:
+    for y in rejected:
         if y.shape == problem.q.shape and (
             times := farkas.cancellation(problem.M, problem.q, y, problem.box)
         ):
             size = f"1e{math.floor(math.log10(times))}"
-            said = problem.box.wording.rounded.format(size)
-            return Proof("farkas", y, said, is_rounded=True)
+            rounded_statement = problem.box.wording.rounded.format(size)
+            return Proof("farkas", y, rounded_statement, is_rounded=True)
     return None
 
 
@@ -196,21 +196,21 @@ def _whole(problem: Problem, y: Vector) -> Vector | None:
     if y.shape != problem.q.shape or not (np.isfinite(y).all() and y.any()):
         return None
     with imports:
-        from lcpcli.verify.alternative import with_room
+        from lcpcli.verify.alternative import with_margin
 
-    def proofs(near: Vector, small: bool) -> Iterator[Vector]:
-        found = farkas.whole_proofs(problem, near, small)
-        return (v for v in found if Proof("farkas", v).holds(problem))
+    def proofs(start: Vector, small: bool) -> Iterator[Vector]:
+        candidates = farkas.whole_proofs(problem, start, small)
+        return (v for v in candidates if Proof("farkas", v).holds(problem))
 
-    if (found := next(proofs(y, small=True), None)) is not None:
-        return found
-    own = _in_range(problem, y)
-    others = with_room(problem) if own is not None else ()
+    if (proof := next(proofs(y, small=True), None)) is not None:
+        return proof
+    scaled_y = _in_range(problem, y)
+    others = with_margin(problem) if scaled_y is not None else ()
     small = (v for other in others for v in proofs(other, small=True))
-    return next(chain(small, proofs(y, small=False)), own)
+    return next(chain(small, proofs(y, small=False)), scaled_y)
 
 
-def confirm(
+def verify_claim(
     problem: Problem, claim: Proof, excludes_exactly: bool = False
 ) -> Proof | None:
     """Return what a method claims if it holds for the original M and q, with a Farkas
@@ -221,13 +221,13 @@ def confirm(
         return sure if claim.holds(problem, excludes_exactly) else None
     if claim.vector is None:
         return None
-    found = first_proof(problem, [claim.vector], rounded_from=MANY, whole=True)
-    if found is not None and not found.is_rounded:
-        statement = claim.statement or found.statement
+    proof = first_proof(problem, [claim.vector], rounded_from=MANY, whole=True)
+    if proof is not None and not proof.is_rounded:
+        statement = claim.statement or proof.statement
         return _stated(
-            problem, replace(claim, vector=found.vector, statement=statement)
+            problem, replace(claim, vector=proof.vector, statement=statement)
         )
-    return claim if claim.exact is not None and claim.holds(problem) else found
+    return claim if claim.exact is not None and claim.holds(problem) else proof
 
 
 def _stated(problem: Problem, claim: Proof) -> Proof:
@@ -264,12 +264,12 @@ def proof_near(problem: Problem, z: Vector) -> Proof | None:
     with imports:
         from lcpcli.verify.alternative import farkas_multipliers
     with suppress(TimeIsUp):
-        near = _candidates(problem, z, has_dictionary)
-        found = first_proof(problem, near, rounded_from=0)
-        if found is not None or has_dictionary:
-            return found
-        sought = farkas_multipliers(problem, EFFORT)
-        return first_proof(problem, sought, rounded_from=MANY)
+        candidates = _candidates(problem, z, has_dictionary)
+        proof = first_proof(problem, candidates, rounded_from=0)
+        if proof is not None or has_dictionary:
+            return proof
+        multipliers = farkas_multipliers(problem, EFFORT)
+        return first_proof(problem, multipliers, rounded_from=MANY)
     return None
 
 
@@ -295,11 +295,9 @@ def _null_vector(problem: Problem, z: Vector) -> Vector:
     """Return the left null vector of the M_BB of the states of z, by a step of inverse
     iteration from z, which is a null vector itself but for rounding; with a shift of
     the size of rounding if M_BB is singular."""
-    y, active, M = (
-        np.zeros(problem.n),
-        np.flatnonzero(problem.box.basis_at(z) == BASIC),
-        problem.M,
-    )
+    y = np.zeros(problem.n)
+    active = np.flatnonzero(problem.box.basis_at(z) == BASIC)
+    M = problem.M
     if not active.size:
         return y
     solver = PrincipalSolver(matrices.compressed(M.T) if matrices.is_sparse(M) else M.T)

@@ -97,22 +97,24 @@ def enclosed(problem: Problem, basis: States) -> Enclosed | None:
         return None
     basic, M = basis == BASIC, scaled(problem.M, D, D)
     band = Banded(M)
-    if not band.has_fixed_point or not (least := least_eigenvalue(M, basic)):
+    if not band.has_fixed_point or not (min_eigenvalue := least_eigenvalue(M, basic)):
         return None
     try:
-        return _enclosed(problem, basis, band, least)
+        return _enclosed(problem, basis, band, min_eigenvalue)
     except (SingularMatrix, OverflowError):
         return None
 
 
 def _enclosed(
-    problem: Problem, basis: States, band: Banded, least: float
+    problem: Problem, basis: States, band: Banded, min_eigenvalue: float
 ) -> Enclosed | None:
     """Return what `enclosed` does. band : of M in its units. least : at most the least
     eigenvalue of M_BB + M_BB' there, half of it."""
     D = units_of(problem)
     assert D is not None
-    basic, M, q = basis == BASIC, scaled(problem.M, D, D), problem.q * D
+    basic = basis == BASIC
+    M = scaled(problem.M, D, D)
+    q = problem.q * D
     start = np.where(basic, 0.0, problem.box.nonbasic(basis) / D)
     # Numbers of about 1
     exponent = int(np.frexp(max(np.abs(q).max(), np.abs(start).max()))[1])
@@ -130,8 +132,12 @@ def _enclosed(
     # What is left, and what cutting off the entries of M and q has left
     largest = float(max(map(abs, z))) * UNIT
     cut = (rows.longest * (largest + 1) + 2) * UNIT
-    left = max(abs(value) for value, own in zip(w, is_basic, strict=True) if own)
-    error = math.sqrt(basic.sum()) * (left * UNIT * UNIT + cut) / least
+    residual = max(
+        abs(value)
+        for value, is_basic_row in zip(w, is_basic, strict=True)
+        if is_basic_row
+    )
+    error = math.sqrt(basic.sum()) * (residual * UNIT * UNIT + cut) / min_eigenvalue
     of_z, of_w = doubled(z, exponent - BITS), doubled([v >> BITS for v in w], -BITS)
     errors = np.where(basic, math.ldexp(error, exponent), 0.0)
     size = np.asarray(abs(M) @ errors) + math.ldexp(cut, exponent)
@@ -157,8 +163,8 @@ def basic_solution(problem: Problem, basis: States) -> Vector | None:
             z, _ = systems.basic(problem.q * D, start, basis == BASIC)
     except SingularMatrix:
         return None
-    found = problem.box.project(z.high * D)
-    return found if np.isfinite(found).all() else None
+    projected = problem.box.project(z.high * D)
+    return projected if np.isfinite(projected).all() else None
 
 
 class _Rows:
@@ -166,16 +172,19 @@ class _Rows:
 
     def __init__(self, M: Matrix) -> None:
         self._entries, self._columns = fixed(M.data), M.indices.tolist()
-        self._ends = M.indptr.tolist()
+        self._row_ends = M.indptr.tolist()
         self.longest = int(np.diff(M.indptr).max(initial=0))
 
     def product(self, z: list[int], q: list[int]) -> list[int]:
         """Return M z + q without rounding, in units of 2^(-2 BITS)."""
-        entries, columns, found, first = self._entries, self._columns, [], 0
-        for constant, last in zip(q, self._ends[1:], strict=True):
+        entries = self._entries
+        columns = self._columns
+        products = []
+        first = 0
+        for constant, last in zip(q, self._row_ends[1:], strict=True):
             total = constant << BITS
             for k in range(first, last):
                 total += entries[k] * z[columns[k]]
-            found.append(total)
+            products.append(total)
             first = last
-        return found
+        return products

@@ -96,21 +96,23 @@ def digits(problem: Problem, z: Vector, w: Vector) -> Digits | None:
         MAX_BASIC_SPARSE if is_sparse(problem.M) else MAX_BASIC
     ):
         return None
-    found = _motions(problem, z, w, basic) if problem.is_moderate else None
-    if found is None or not np.isfinite(found.alone).all():
+    motions = _motions(problem, z, w, basic) if problem.is_moderate else None
+    if motions is None or not np.isfinite(motions.alone).all():
         units = scale(problem)
-        problem, z, w = units.problem, units.z_inside(z), units.w_inside(w)
-        found = _motions(problem, z, w, basic) if problem.is_moderate else None
-    if found is None:
+        problem = units.problem
+        z = units.z_inside(z)
+        w = units.w_inside(w)
+        motions = _motions(problem, z, w, basic) if problem.is_moderate else None
+    if motions is None:
         return None
     alone, exchanged = (
         np.where(motion == 0, DOUBLE_DIGITS, _count(motion, z))
-        for motion in (found.alone, found.exchanged)
+        for motion in (motions.alone, motions.exchanged)
     )
-    is_lost = np.where(basic, (exchanged == 0) & (alone > 0), found.near)
+    is_lost = np.where(basic, (exchanged == 0) & (alone > 0), motions.may_reach_bound)
     counts = np.where(basic, exchanged, DOUBLE_DIGITS)
-    unknown = is_lost | found.not_unique | ~found.determined
-    return Digits(np.where(unknown, np.nan, counts), found.not_unique)
+    unknown = is_lost | motions.not_unique | ~motions.determined
+    return Digits(np.where(unknown, np.nan, counts), motions.not_unique)
 
 
 def _count(motion: Vector, z: Vector) -> Vector:
@@ -124,23 +126,24 @@ def determined(
     """Return `digits` as whole numbers, with None for NaN, and the indices of the
     components that are not unique; None if the time is up before."""
     with suppress(TimeIsUp):
-        found = digits(problem, z, w)
-        if found is None:
+        result = digits(problem, z, w)
+        if result is None:
             return None
         counts = [
-            None if math.isnan(count) else int(count) for count in found.counts.tolist()
+            None if math.isnan(count) else int(count)
+            for count in result.counts.tolist()
         ]
-        return counts, np.flatnonzero(found.not_unique).tolist()
+        return counts, np.flatnonzero(result.not_unique).tolist()
     return None
 
 
-def fewest(problem: Problem, z: Vector, determined: Vector) -> tuple[int, int]:
+def fewest_digits(problem: Problem, z: Vector, determined: Vector) -> tuple[int, int]:
     """Return the least number of digits of components that have one and are not 0 up to
     rounding, and its index."""
     sizes = np.log2(np.abs(z), where=z != 0, out=np.full(z.size, -np.inf))
     negligible = np.ones(z.size, dtype=bool)
-    for own in (sizes, sizes - problem.units.columns):
-        negligible &= own <= own.max() + np.log2(SMALL_DISTANCE)
+    for powers in (sizes, sizes - problem.units.columns):
+        negligible &= powers <= powers.max() + np.log2(SMALL_DISTANCE)
     relevant = np.where(negligible | np.isnan(determined), DOUBLE_DIGITS, determined)
     i = int(np.argmin(relevant))
     return int(relevant[i]), i
@@ -156,7 +159,9 @@ class _States:
 
     def __init__(self, M: Matrix, basic: Mask) -> None:
         """Raise SingularMatrix if M_BB is singular and its rank is not clear."""
-        self.M, self.basic, self.B = M, basic, np.flatnonzero(basic)
+        self.M = M
+        self.basic = basic
+        self.B = np.flatnonzero(basic)
         self.determined = np.ones(basic.size, dtype=bool)
         self.is_regular, self._block = True, None
         if not self.B.size:
@@ -191,8 +196,8 @@ class _States:
     def residual(self, changes: Vector, moves: Vector) -> Vector:
         """Return what a response leaves of w_B = 0; 0 elsewhere."""
         of_basic = np.where(self.basic[:, np.newaxis], moves, 0.0)
-        left = changes + matrices.product(self.M, of_basic)
-        return np.where(self.basic[:, np.newaxis], left, 0.0)
+        remainder = changes + matrices.product(self.M, of_basic)
+        return np.where(self.basic[:, np.newaxis], remainder, 0.0)
 
     def contradictions(self, changes: Vector) -> Vector:
         """Return by how much changes of q, shape (n, k), contradict equations that
@@ -204,11 +209,11 @@ class _States:
     def free(self, kinks: Mask) -> Mask:
         """Return which z_i differ among the solutions of w_B = 0 for which the w of
         kinks at bounds, shape (n,), are 0 too."""
-        found = np.zeros(self.basic.size, dtype=bool)
+        is_free = np.zeros(self.basic.size, dtype=bool)
         if self._block is not None:
             rows = self.M[np.flatnonzero(kinks & ~self.basic)][:, self.B]
-            found[self.B] = self._block.free(np.asarray(matrices.dense(rows)))
-        return found
+            is_free[self.B] = self._block.free(np.asarray(matrices.dense(rows)))
+        return is_free
 
 
 class _Motions(NamedTuple):
@@ -223,7 +228,7 @@ class _Motions(NamedTuple):
 
     alone: Vector
     exchanged: Vector
-    near: Mask
+    may_reach_bound: Mask
     determined: Mask
     not_unique: Mask
 
@@ -234,7 +239,7 @@ def _motions(problem: Problem, z: Vector, w: Vector, basic: Mask) -> _Motions | 
     is not clear."""
     try:
         states = _States(problem.M, basic)
-        distances = room(problem.box, z, w, basic)
+        distances = state_slacks(problem.box, z, w, basic)
         violations = np.where(basic | (distances < 0), w, 0.0)
         changes = _changes(problem, z, violations, basic)
         moves = states.response(changes)
@@ -251,15 +256,23 @@ def _motions(problem: Problem, z: Vector, w: Vector, basic: Mask) -> _Motions | 
     distances[~states.determined] = np.inf
     kinks, free = np.zeros((2, z.size), dtype=bool)
     while True:
-        near = distances <= np.nan_to_num(
+        may_reach_bound = distances <= np.nan_to_num(
             sizes[0] + SAFE * sizes[1], nan=LARGEST_DOUBLE, posinf=LARGEST_DOUBLE
         )
         # What is 0, and remains so, exchanges nothing; nor does what moves among the
         # solutions, whose states these are not.
-        new = near & ~kinks & sizes.any(axis=0) & np.isfinite(sizes).all(axis=0)
+        new = (
+            may_reach_bound
+            & ~kinks
+            & sizes.any(axis=0)
+            & np.isfinite(sizes).all(axis=0)
+        )
         kinks |= new
         if np.count_nonzero(kinks) > MAX_KINKS:
-            near, sizes = np.ones(z.size, dtype=bool), np.full_like(sizes, np.inf)
+            may_reach_bound, sizes = (
+                np.ones(z.size, dtype=bool),
+                np.full_like(sizes, np.inf),
+            )
             break
         if not new.any():
             break
@@ -268,7 +281,7 @@ def _motions(problem: Problem, z: Vector, w: Vector, basic: Mask) -> _Motions | 
     return _Motions(
         alone[0] + MEDIAN * alone[1],
         sizes[0] + MEDIAN * sizes[1],
-        near,
+        may_reach_bound,
         states.determined,
         free | states.free(kinks),
     )
@@ -344,10 +357,11 @@ class _Exchanges:
             if is_singular and any(part[other].all() for other in singular):
                 continue
             if is_singular or self._contradictions[:, part].any():
-                found = self._of_singular(part)
-                if found is not None:
-                    sizes, has_free = found
-                    singular += [part] * has_free
+                of_singular = self._of_singular(part)
+                if of_singular is not None:
+                    sizes, has_free = of_singular
+                    if has_free:
+                        singular.append(part)
             largest = np.maximum(largest, np.where(np.isnan(sizes), np.inf, sizes))
         return largest * self._units[:, 0]
 
@@ -357,28 +371,28 @@ class _Exchanges:
         move a number, and whether there are any, and see whether they lead to other
         solutions; None if the rank is not clear."""
         F, effects = self._P[part], self._effects[:, part]
-        least = F.size * self._noise[part].max()
+        noise = F.size * self._noise[part].max()
         others = self._contradictions[:, part]
         # Both on one scale; where nothing else moves, contradictions still count.
         scale = np.abs(effects).max() or 1.0
         T = np.vstack((effects[F], others * scale))
         left, values, right = np.linalg.svd(finite(T))
-        rank = int(np.count_nonzero(values > least))
+        rank = int(np.count_nonzero(values > noise))
         if 0 < rank < F.size and values[rank] > LARGEST_GAP * values[rank - 1]:
             return None
         moves = left[: F.size, :rank].T @ self._moves[F]
         y = right[:rank].T / values[:rank] @ moves
         null = right[rank:].T
         motions = effects @ null
-        motions[np.abs(motions) <= least] = 0.0
+        motions[np.abs(motions) <= noise] = 0.0
         motions[F] = 0.0
         for v, motion in zip(null.T, motions.T, strict=True):
-            self._see(F, v, motion)
+            self._record_other_solutions(F, v, motion)
         sizes = _sizes(self._moves - effects @ y)
         sizes[:, motions.any(axis=1)] = np.inf
         return sizes, rank < F.size
 
-    def _see(self, F: Indices, v: Vector, motion: Vector) -> None:
+    def _record_other_solutions(self, F: Indices, v: Vector, motion: Vector) -> None:
         """See whether y_F = v leads to other solutions, on one side of 0 or the other;
         this moves numbers that are not exchanged."""
         # Also of numbers that rounding does not move: those that are 0 in the data.
@@ -407,7 +421,7 @@ def _sizes(moves: Vector) -> Vector:
     return np.stack((np.abs(moves[:, 0]), np.sqrt(np.mean(moves[:, 1:] ** 2, axis=1))))
 
 
-def room(box: Box, z: Vector, w: Vector, basic: Mask) -> Vector:
+def state_slacks(box: Box, z: Vector, w: Vector, basic: Mask) -> Vector:
     """Return how far each component is from violating the condition of its state;
     infinite if it is fixed."""
     return np.where(

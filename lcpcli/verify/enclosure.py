@@ -80,7 +80,9 @@ def enclosure(G: Vector, y: Vector) -> Vector | None:
     with imports:
         from scipy.linalg import qr
     R, order = qr(G, mode="r", pivoting=True, check_finite=False)
-    pivots, chosen, scaled = np.abs(R.diagonal()), order[: G.shape[0]], y / columns
+    pivots = np.abs(R.diagonal())
+    chosen = order[: G.shape[0]]
+    scaled = y / columns
     if not pivots[-1] > DEPENDENT * pivots[0]:
         return None
     rounding = 4 * (y.size + 2) * (EPS * (np.abs(G) @ np.abs(scaled)) + SMALLEST_NORMAL)
@@ -174,9 +176,9 @@ def distances(
     if may_be_stiff(problem.M) and not rounding:
         with imports:
             from lcpcli.verify.definite_enclosure import enclosed
-        found = enclosed(problem, problem.box.basis_at(z))
-        if found is not None:
-            return _distances_from(problem, z, largest, found)
+        solution = enclosed(problem, problem.box.basis_at(z))
+        if solution is not None:
+            return _distances_from(problem, z, largest, solution)
     basis, M = problem.box.basis_at(z), problem.M
     B, change = (basis == BASIC).nonzero()[0], np.zeros(problem.n)
     w = -accurate_residual(M, z, -problem.q)
@@ -193,12 +195,12 @@ def distances(
             correction = solver.factorized(block)(-w[B])
         except (SingularMatrix, OverflowError, ValueError):
             return change + np.inf, SINGULAR
-        left, sizes = (
+        residual, sizes = (
             w[B] + product(block, correction),
             np.abs(w[B]) + absolute_product(block, np.abs(correction)),
         )
         bound = (
-            np.abs(left)
+            np.abs(residual)
             + error[B]
             + (2 * _width(M) * EPS + rounding) * sizes
             + _underflow(block, correction)
@@ -207,8 +209,8 @@ def distances(
             block, terms[B], np.abs(z[B]), bound, rounding
         )
         if not np.isfinite(change).all():
-            is_tried = B.size <= LARGEST_ENCLOSED
-            return change, SINGULAR if is_tried else TOO_LARGE.format(B.size)
+            is_small_enough = B.size <= LARGEST_ENCLOSED
+            return change, SINGULAR if is_small_enough else TOO_LARGE.format(B.size)
     if (change > largest).any():
         return change, WIDE
     low, high = problem.box.vectors(problem.n)
@@ -247,24 +249,24 @@ def is_surely_definite(problem: Problem) -> bool:
 
 
 def _distances_from(
-    problem: Problem, z: Vector, largest: Vector | float, found: Enclosed
+    problem: Problem, z: Vector, largest: Vector | float, solution: Enclosed
 ) -> tuple[Vector, str]:
     """Return what `distances` does, for the enclosed basic solution of the states of
     z."""
     box, basis = problem.box, problem.box.basis_at(z)
-    moved = np.abs((found.z - z).high) * (1 + EPS) + found.z_error
+    moved = np.abs((solution.z - z).high) * (1 + EPS) + solution.z_error
     if (moved > largest).any():
         return moved, WIDE
     low, high = (np.where(np.isfinite(v), v, 0.0) for v in box.vectors(problem.n))
     has_low, has_high = (np.isfinite(v) for v in box.vectors(problem.n))
     basic = basis == BASIC
-    wrong = np.where(basis == LOWER, found.w < found.w_error, False)
-    wrong |= (basis == UPPER) & (-found.w < found.w_error)
+    wrong = np.where(basis == LOWER, solution.w < solution.w_error, False)
+    wrong |= (basis == UPPER) & (-solution.w < solution.w_error)
     wrong &= ~box.fixed
     # Of sums of two doubles
-    error = 2 * found.z_error + EPS**1.9 * np.abs(z)
-    wrong |= basic & has_low & ~((found.z - low).high > error)
-    wrong |= basic & has_high & ~((found.z - high).high < -error)
+    error = 2 * solution.z_error + EPS**1.9 * np.abs(z)
+    wrong |= basic & has_low & ~((solution.z - low).high > error)
+    wrong |= basic & has_high & ~((solution.z - high).high < -error)
     return moved, SIGNS.format(int(wrong.argmax()) + 1) if wrong.any() else ""
 
 
@@ -272,8 +274,8 @@ def _repeat(problem: Problem, z: Vector, rows: Mask, others: Indices) -> bool:
     """Return whether w is 0 in these rows as it is in others, which differ but by the
     sign in the columns of z."""
     M = np.column_stack((dense(problem.M)[:, z != 0], problem.q))
-    known = np.concatenate((M[others], -M[others]))
-    return all((known == row).all(axis=1).any() for row in M[rows])
+    known_rows = np.concatenate((M[others], -M[others]))
+    return all((known_rows == row).all(axis=1).any() for row in M[rows])
 
 
 def _change(
@@ -302,8 +304,8 @@ def _change(
 
 def _width(M: Matrix) -> int:
     """Return an upper bound on the terms that a row of M adds up, and a few more."""
-    most = int(np.diff(M.indptr).max(initial=0)) if is_sparse(M) else M.shape[1]
-    return most + 4
+    max_terms = int(np.diff(M.indptr).max(initial=0)) if is_sparse(M) else M.shape[1]
+    return max_terms + 4
 
 
 def _underflow(M: Matrix, z: Vector) -> Vector | float:

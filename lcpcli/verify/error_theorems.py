@@ -127,9 +127,11 @@ def lower_image(M: Matrix, diagonal: Vector, d: Vector) -> Vector:
     """Return a lower bound on <M> d for d >= 0: 2 L d - |M| d minus a bound on the
     rounding errors."""
     terms = int(np.diff(M.indptr).max(initial=0)) if is_sparse(M) else M.shape[1]
-    own, others = 2 * diagonal * d, matrices.absolute_product(M, d)
+    diagonal_terms, others = 2 * diagonal * d, matrices.absolute_product(M, d)
     return np.asarray(
-        own - others - (factor(terms) * (own + others) + (terms + 4) * SMALLEST_NORMAL)
+        diagonal_terms
+        - others
+        - (factor(terms) * (diagonal_terms + others) + (terms + 4) * SMALLEST_NORMAL)
     )
 
 
@@ -238,8 +240,8 @@ def semidefinite_by_rounding(M: Matrix) -> float | None:
     S = S[rows][:, rows]
     if not rows.size or not S.diagonal().min() > 0:
         return None
-    own = M[rows][:, rows]
-    entries = own.data if is_sparse(own) else own[S != 0]
+    used_part = M[rows][:, rows]
+    entries = used_part.data if is_sparse(used_part) else used_part[S != 0]
     if not are_rounded(entries).any() or not affordable(S):
         return None
     return None if proof_of_definiteness(S)[0] else semidefinite_within(S)
@@ -415,8 +417,8 @@ BICGSTAB_TARGET = 1e-8  # relative to the right-hand side: u needs only a few di
 def in_range(A: Matrix, smallest: float = 0.0) -> bool:
     """Return whether all entries are at most LARGEST_ENTRY, and those that are not zero
     at least `smallest`."""
-    least, largest = sizes(A.data if is_sparse(A) else A)
-    return largest <= LARGEST_ENTRY and least >= smallest
+    smallest_entry, largest = sizes(A.data if is_sparse(A) else A)
+    return largest <= LARGEST_ENTRY and smallest_entry >= smallest
 
 
 def residual(problem: Problem, z: Vector) -> Vector | None:
@@ -447,10 +449,13 @@ def h_plus_distances(problem: Problem) -> Distances | None:
     diagonal; None if M is not recognized as H+."""
     M, diagonal = problem.M, problem.M.diagonal()
     units = scale(problem)
-    within = units.problem.M
-    if not within.diagonal().min() > 0 or (found := _scaling(within)) is None:
+    scaled_M = units.problem.M
+    if (
+        not scaled_M.diagonal().min() > 0
+        or (scaling_and_solver := _scaling(scaled_M)) is None
+    ):
         return None
-    u, solve = units.z_outside(found[0]), found[1]
+    u, solve = units.z_outside(scaling_and_solver[0]), scaling_and_solver[1]
     gain = lower_image(M, diagonal, u)
     if not (u.min() > SMALLEST_NORMAL and gain.min() > 0 and np.isfinite(gain).all()):
         return None
@@ -535,14 +540,17 @@ def definite_theorems(problem: Problem, has_bound: bool = False) -> dict[str, Th
     if is_sparse(problem.M) and problem.n > MAX_DENSIFIED:
         return {}
     M = matrices.dense(problem.M)
-    found = {DEFINITE: _definite_theorem(M, np.ones(problem.n), problem.box)}
+    theorems = {DEFINITE: _definite_theorem(M, np.ones(problem.n), problem.box)}
     if not matrices.is_symmetric(M):
-        most = 1 if has_bound or found[DEFINITE] is not None else None
+        max_scalings = 1 if has_bound or theorems[DEFINITE] is not None else None
         scaled = (
-            _definite_theorem(M, T, problem.box) for T in islice(row_scalings(M), most)
+            _definite_theorem(M, T, problem.box)
+            for T in islice(row_scalings(M), max_scalings)
         )
-        found[f"{DEFINITE} after row scaling"] = next(filter(None, scaled), None)
-    return {source: theorem for source, theorem in found.items() if theorem is not None}
+        theorems[f"{DEFINITE} after row scaling"] = next(filter(None, scaled), None)
+    return {
+        source: theorem for source, theorem in theorems.items() if theorem is not None
+    }
 
 
 def _definite_theorem(M: Matrix, T: Vector, box: Box) -> Theorem | None:
@@ -558,12 +566,12 @@ def _definite_theorem(M: Matrix, T: Vector, box: Box) -> Theorem | None:
         return None
     A = matrices.scaled(M, rows, D)
     S = 0.5 * (A + A.T)
-    if (least := least_eigenvalue(S)) is None:
+    if (min_eigenvalue := least_eigenvalue(S)) is None:
         return None
 
     def bound(z: Vector, w: Vector, errors: Vector | None = None) -> float:
-        near, sigma = box.on_bounds(z, w, diagonal)
-        first, second = rows * sigma, (z - near) / D
+        nearest, sigma = box.on_bounds(z, w, diagonal)
+        first, second = rows * sigma, (z - nearest) / D
         others = 0 * first if errors is None else rows * errors
         largest = float(np.abs((first, second, others)).max())
         if largest == 0:
@@ -577,16 +585,20 @@ def _definite_theorem(M: Matrix, T: Vector, box: Box) -> Theorem | None:
             + SMALLEST_NORMAL
         )
         off += others / power
-        plain = float(D.max()) * _norm(np.abs(g) + off) / least
+        plain = float(D.max()) * _norm(np.abs(g) + off) / min_eigenvalue
         return (
-            power * min(plain, _around_centre(S, least, D, g, off)) * (1 + 16 * EPS)
+            power
+            * min(plain, _around_centre(S, min_eigenvalue, D, g, off))
+            * (1 + 16 * EPS)
             + SMALLEST_NORMAL
         )
 
     return bound
 
 
-def _around_centre(S: Matrix, least: float, D: Vector, g: Vector, off: Vector) -> float:
+def _around_centre(
+    S: Matrix, min_eigenvalue: float, D: Vector, g: Vector, off: Vector
+) -> float:
     """Return a bound on all D_i |e_i|, from the ball around c = S^-1 g / 2 that has e;
     g has errors up to `off`."""
     c = 0.5 * np.linalg.solve(S, g)
@@ -594,11 +606,13 @@ def _around_centre(S: Matrix, least: float, D: Vector, g: Vector, off: Vector) -
     image_off = (
         2 * factor(c.size) * (matrices.absolute_product(S, np.abs(c)) + SMALLEST_NORMAL)
     )
-    left = _norm(np.abs(g - 2 * image) + off + 2 * image_off + EPS * np.abs(g))
+    residual_norm = _norm(np.abs(g - 2 * image) + off + 2 * image_off + EPS * np.abs(g))
     gap = np.abs(c) @ (off + image_off + factor(c.size) * (np.abs(g) + np.abs(image)))
     square = max(float(c @ (g - image)) + float(gap) * (1 + factor(c.size)), 0.0)
     radius = (
-        (left + math.sqrt(left**2 + 4 * least * square)) / (2 * least) * (1 + 8 * EPS)
+        (residual_norm + math.sqrt(residual_norm**2 + 4 * min_eigenvalue * square))
+        / (2 * min_eigenvalue)
+        * (1 + 8 * EPS)
     )
     return float((D * (np.abs(c) + radius)).max())
 
@@ -607,8 +621,11 @@ def _norm(v: Vector) -> float:
     """Return an upper bound on |v|_2, for a largest entry up to LARGEST_ENTRY; it is at
     least SMALLEST_NORMAL."""
     largest = max(float(np.abs(v).max()), SMALLEST_NORMAL)
-    own = v / largest
-    return largest * float(np.sqrt(own @ own)) * (1 + factor(v.size)) + SMALLEST_NORMAL
+    normalized = v / largest
+    return (
+        largest * float(np.sqrt(normalized @ normalized)) * (1 + factor(v.size))
+        + SMALLEST_NORMAL
+    )
 
 
 # Of a basic solution: each gains several digits where the bound is of any use.
@@ -668,40 +685,42 @@ def error_bound(problem: Problem, z: VectorLike) -> Bound | None:
     """
     if isinstance(z, np.ndarray) and z.dtype.kind == "f" and not np.isfinite(z).all():
         return None
-    given = as_vector("z", z, problem.n)
+    z_array = as_vector("z", z, problem.n)
     if not problem.n:
         return Bound(0.0, "M has no entries")
-    if not (takes(problem) and in_range(given)):
+    if not (takes(problem) and in_range(z_array)):
         return None
     h_plus = h_plus_theorem(problem)
-    known = definite_theorems(problem, h_plus is not None) | (
+    theorems = definite_theorems(problem, h_plus is not None) | (
         {} if h_plus is None else {H_PLUS: h_plus}
     )
-    if not known:
+    if not theorems:
         return None
-    points = [given, _neighbour(problem, given)]
+    points = [z_array, _neighbour(problem, z_array)]
     claims = [
-        _claim(problem, known, given, point) for point in points if point is not None
+        _claim(problem, theorems, z_array, point)
+        for point in points
+        if point is not None
     ]
     return min(filter(None, claims), key=lambda claim: claim.value, default=None)
 
 
 def _claim(
-    problem: Problem, known: dict[str, Theorem], z: Vector, y: Vector
+    problem: Problem, theorems: dict[str, Theorem], z: Vector, y: Vector
 ) -> Bound | None:
     """Return the smallest of the bounds at y, plus the distance from z to y."""
     y = np.where(np.abs(y) < SMALLEST_ENTRY, 0.0, y)
     if (w := residual(problem, y)) is None:
         return None
-    values = {source: theorem(y, w) for source, theorem in known.items()}
+    values = {source: theorem(y, w) for source, theorem in theorems.items()}
     best = min(
         values,
         key=lambda source: (
             values[source] if values[source] < LARGEST_ENTRY else math.inf
         ),
     )
-    way = float(np.abs(z - y).max())
-    value = values[best] if way == 0 else (way + values[best]) * (1 + 4 * EPS)
+    distance = float(np.abs(z - y).max())
+    value = values[best] if distance == 0 else (distance + values[best]) * (1 + 4 * EPS)
     return Bound(value, best) if value < LARGEST_ENTRY else None
 
 
@@ -717,8 +736,8 @@ def _neighbour(problem: Problem, z: Vector) -> Vector | None:
     with suppress(SingularMatrix):
         solve = solver(problem.M[active][:, active])
         for _ in range(NEIGHBOUR_REFINEMENTS):
-            if (left := residual(problem, y)) is None:  # as where y is not finite
+            if (remainder := residual(problem, y)) is None:  # as where y is not finite
                 return None
-            y[active] -= solve(left[active])
+            y[active] -= solve(remainder[active])
         return problem.box.project(y) if np.isfinite(y).all() else None
     return None

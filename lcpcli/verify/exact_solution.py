@@ -53,18 +53,18 @@ def from_point(
     data: ExactProblem,
     z: Vector,
     effort: Effort | None = None,
-    most: int = MAX_SOLVED_EXACTLY,
+    max_basic: int = MAX_SOLVED_EXACTLY,
 ) -> list[Fraction] | None:
     """Return the exact solution with the complementary basis of an approximate z, shape
     (n,), or of one near it if its signs are wrong; None if none was found with this
-    effort, or more than `most` components are solved for."""
+    effort, or more than `max_basic` components are solved for."""
     effort = effort or Effort()
     for basis in _bases(data.problem, z):
-        if (found := _by_pivoting(data, basis, effort, most)) is not None:
-            return found
-        is_tried = 0 < np.count_nonzero(basis == BASIC) <= most and effort.allows()
-        if is_tried and (found := _at_vertex(data, basis, effort)) is not None:
-            return found
+        if (solution := _by_pivoting(data, basis, effort, max_basic)) is not None:
+            return solution
+        is_tried = 0 < np.count_nonzero(basis == BASIC) <= max_basic and effort.allows()
+        if is_tried and (solution := _at_vertex(data, basis, effort)) is not None:
+            return solution
     return None
 
 
@@ -73,38 +73,42 @@ def _bases(problem: Problem, z: Vector) -> Iterator[States]:
     w_i, those not close to it."""
     with np.errstate(all="ignore"):
         R, C = equilibrate(problem.M, problem.q, problem.row_maxima)
-        box, scaled, w = problem.box.in_units(C), z / C, R * problem.w(z)
-        near = ACTIVE_COLUMN * np.abs(scaled).max(initial=0.0)
-        snapped = np.where(scaled - box.lower <= near, box.lower, scaled)
+        box = problem.box.in_units(C)
+        scaled = z / C
+        w = R * problem.w(z)
+        margin = ACTIVE_COLUMN * np.abs(scaled).max(initial=0.0)
+        snapped = np.where(scaled - box.lower <= margin, box.lower, scaled)
         bases = [problem.box.basis_at(z), box.basis_at(scaled, w)]
         bases += [
-            box.basis_at(np.where(box.upper - snapped <= near, box.upper, snapped))
+            box.basis_at(np.where(box.upper - snapped <= margin, box.upper, snapped))
         ]
     yield from {basis.tobytes(): basis for basis in bases}.values()
 
 
 def _by_pivoting(
-    data: ExactProblem, basis: States, effort: Effort, most: int
+    data: ExactProblem, basis: States, effort: Effort, max_basic: int
 ) -> list[Fraction] | None:
-    fewest = data.n + 1
+    min_violations = data.n + 1
     for _ in range(MAX_EXACT_STEPS):
-        is_tried = np.count_nonzero(basis == BASIC) <= most and effort.allows()
+        is_tried = np.count_nonzero(basis == BASIC) <= max_basic and effort.allows()
         if (
-            found := exact_basis(data, basis, effort) if is_tried else None
-        ) is None or found.solves:
-            return None if found is None else found.z
+            basic_solution := exact_basis(data, basis, effort) if is_tried else None
+        ) is None or basic_solution.solves:
+            return None if basic_solution is None else basic_solution.z
         violated = np.zeros(data.n, dtype=bool)
-        violated[list(found.gaps) if len(found.gaps) < fewest else min(found.gaps)] = (
-            True
-        )
-        fewest = min(fewest, len(found.gaps))
-        basis = data.problem.box.exchanged(basis, violated, rounded(found.z))
+        violated[
+            list(basic_solution.gaps)
+            if len(basic_solution.gaps) < min_violations
+            else min(basic_solution.gaps)
+        ] = True
+        min_violations = min(min_violations, len(basic_solution.gaps))
+        basis = data.problem.box.exchanged(basis, violated, rounded(basic_solution.z))
     return None
 
 
 def finitely_rounded(z: Sequence[Fraction]) -> Vector | None:
     """Return an exact solution in doubles; None if it is beyond their range."""
-    return near if np.isfinite(near := rounded(z)).all() else None
+    return doubles if np.isfinite(doubles := rounded(z)).all() else None
 
 
 # Unknowns, up to which connected parts of M are solved exactly, each for itself.
@@ -132,17 +136,21 @@ def exact_basis(
     more than an effort."""
     active = np.flatnonzero(basis == BASIC)
     if (
-        found := _solved(data, active, active, _at_bounds(data, basis), effort)
+        solved := _solved(data, active, active, _at_bounds(data, basis), effort)
     ) is None:
         return None
-    z, unique = found
+    z, unique = solved
     gaps = dict[int, Fraction]()
     for i, (state, w, low, high) in enumerate(
         zip(basis.tolist(), data.w(z), data.lower, data.upper, strict=True)
     ):
-        wrong = w if state * w > 0 and low != high else Fraction(0)
-        if own := gap(z[i], Fraction(0), low, high) if state == BASIC else wrong:
-            gaps[i] = abs(own)
+        sign_violation = w if state * w > 0 and low != high else Fraction(0)
+        if (
+            violation := gap(z[i], Fraction(0), low, high)
+            if state == BASIC
+            else sign_violation
+        ):
+            gaps[i] = abs(violation)
     return ExactBasis(z, unique, gaps)
 
 
@@ -158,28 +166,28 @@ def _solved(
     data: ExactProblem,
     rows: Indices,
     columns: Indices,
-    known: list[Fraction],
+    nonbasic_z: list[Fraction],
     effort: Effort | None,
 ) -> tuple[list[Fraction], bool] | None:
-    """Return z, as known except in those columns, where `known` is 0, with w = 0 in
-    those rows, and whether it is the only one; None if there is no such z, or if
-    solving would take too much effort."""
-    z = list(known)
+    """Return z with w = 0 in those rows, which differs from `nonbasic_z` only in those
+    columns, where that is 0, and whether it is the only one; None if there is no such
+    z, or if solving would take too much effort."""
+    z = list(nonbasic_z)
     if not rows.size or not columns.size:
         return z, True
     right, d = [-data.constants[i] for i in rows.tolist()], 1
-    if any(known):
-        w = data.w(known)
+    if any(nonbasic_z):
+        w = data.w(nonbasic_z)
         right, d = over_one_denominator([-w[i] * data.scales[i] for i in rows.tolist()])
     A = [[data.rows[i].get(j, 0) for j in columns.tolist()] for i in rows.tolist()]
     if effort is not None:
         if not effort.allows(duration := elimination.duration(A)):
             return None
         effort.spend(duration)
-    found, free = elimination.solve(A, right)
-    if found is None:
+    solution, free = elimination.solve(A, right)
+    if solution is None:
         return None
-    for j, value in zip(columns.tolist(), found, strict=True):
+    for j, value in zip(columns.tolist(), solution, strict=True):
         z[j] = value / d
     return z, not free
 
@@ -201,10 +209,10 @@ def vertex(problem: Problem, basis: States, effort: float) -> Vector | None:
         np.where(is_any | (basis == LOWER), np.inf, -q),
     )
     towards = np.where(np.isfinite(low), 1.0, np.where(np.isfinite(high), -1.0, 0.0))
-    found = minimized(towards, columns, signs, (low, high), effort)
-    if found is None:
+    program_solution = minimized(towards, columns, signs, (low, high), effort)
+    if program_solution is None:
         return None
-    at_bounds[active] = found.x
+    at_bounds[active] = program_solution.x
     return at_bounds
 
 
@@ -219,15 +227,17 @@ def _at_vertex(
         return None
     low, high = (bound[active] for bound in scaled.box.vectors(data.n))
     x = z[active]
-    near = ACTIVE_COLUMN * max(float(np.abs(x).max()), ACTIVE_COLUMN)
-    ends = np.where(x - low <= near, LOWER, np.where(high - x <= near, UPPER, BASIC))
-    kept, at_vertex = active[ends == BASIC], basis.copy()
-    at_vertex[active] = ends
+    margin = ACTIVE_COLUMN * max(float(np.abs(x).max()), ACTIVE_COLUMN)
+    vertex_states = np.where(
+        x - low <= margin, LOWER, np.where(high - x <= margin, UPPER, BASIC)
+    )
+    still_basic, at_vertex = active[vertex_states == BASIC], basis.copy()
+    at_vertex[active] = vertex_states
     zeros = np.abs(scaled.w(z)) <= ACTIVE_COLUMN
     for rows in (distinct(np.concatenate((active, np.flatnonzero(zeros)))), active):
-        found = _solved(data, rows, kept, _at_bounds(data, at_vertex), effort)
-        if found is not None and data.is_solution(found[0]):
-            return found[0]
+        solved = _solved(data, rows, still_basic, _at_bounds(data, at_vertex), effort)
+        if solved is not None and data.is_solution(solved[0]):
+            return solved[0]
     return None
 
 
@@ -238,15 +248,17 @@ SMALL_REFINEMENTS = 3  # of values that are small beside the largest one
 
 
 @np.errstate(all="ignore")
-def refined(problem: Problem, z: Vector, basis: States | None = None) -> Vector:
+def accurate_basic_solution(
+    problem: Problem, z: Vector, basis: States | None = None
+) -> Vector:
     """Return the basic solution of a basis, by default the basis of z when M is
     equilibrated, correct to its last digits; or z, an approximate solution of shape
     (n,), if that is not better."""
     units = changes.scale(problem)
-    within = units.problem
+    scaled_problem = units.problem
     if basis is None:
         z_scaled = units.z_inside(z)
-        basis = within.box.basis_at(z_scaled, within.w(z_scaled))
+        basis = scaled_problem.box.basis_at(z_scaled, scaled_problem.w(z_scaled))
     better, active = problem.box.nonbasic(basis), np.flatnonzero(basis == BASIC)
     if not active.size:
         return better
@@ -254,12 +266,12 @@ def refined(problem: Problem, z: Vector, basis: States | None = None) -> Vector:
         # Which doubles alone may not refine
         with imports:
             from lcpcli.verify.definite_enclosure import basic_solution
-        found = basic_solution(problem, basis)
-        if found is not None:
-            return found
-    solver, b = PrincipalSolver(within.M), -within.q[active]
+        enclosed_z = basic_solution(problem, basis)
+        if enclosed_z is not None:
+            return enclosed_z
+    solver, b = PrincipalSolver(scaled_problem.M), -scaled_problem.q[active]
     b = (
-        accurate_residual(within.M[active], units.z_inside(better), b)
+        accurate_residual(scaled_problem.M[active], units.z_inside(better), b)
         if better.any()
         else b
     )
@@ -303,12 +315,13 @@ def is_rounded_solution(
     """Return whether z, of shape (n,), is a solution up to its last digits, by rational
     arithmetic: the exact basic solution of its states solves the problem, and no
     component of z differs from it by more than ROUNDING of itself. So the answer is
-    never true where there is no solution; None if more than `farkas.most_exact()` are
-    basic, or solving would take more than an effort."""
+    never true where there is no solution; None if more than
+    `farkas.max_exact_unknowns()` are basic, or solving would take more than an
+    effort."""
     if not (np.isfinite(z).all() and _may_be_rounded(problem, z)):
         return False
     basis = problem.box.basis_at(z)
-    is_large = np.count_nonzero(basis == BASIC) > farkas.most_exact()
+    is_large = np.count_nonzero(basis == BASIC) > farkas.max_exact_unknowns()
     if is_large and problem.n > MAX_IN_PARTS:
         return None
     data = ExactProblem.of_basis(problem, basis)
@@ -317,9 +330,11 @@ def is_rounded_solution(
         return _is_rounded(data, z, basis, effort)
     # Too many at once: each connected part for itself.
     for part in map(np.array, data.blocks):
-        own = data.part(part.tolist()), z[part], basis[part]
-        is_small = np.count_nonzero(own[2] == BASIC) <= farkas.most_exact()
-        if not (is_rounded := _is_rounded(*own, effort) if is_small else None):
+        part_data = data.part(part.tolist()), z[part], basis[part]
+        is_small = (
+            np.count_nonzero(part_data[2] == BASIC) <= farkas.max_exact_unknowns()
+        )
+        if not (is_rounded := _is_rounded(*part_data, effort) if is_small else None):
             return is_rounded
     return True
 
@@ -330,15 +345,15 @@ def _is_rounded(
     """Return whether z is the exact basic solution of a basis, but for ROUNDING, and
     that solves the problem; None if solving would take more than an effort."""
     spent = effort.spent
-    found = exact_basis(data, basis, effort)
-    if found is None:  # there is none if it has been sought
+    basic_solution = exact_basis(data, basis, effort)
+    if basic_solution is None:  # there is none if it has been sought
         return False if effort.spent > spent else None
-    if not (found.unique and found.solves):
+    if not (basic_solution.unique and basic_solution.solves):
         return False
     last_digits = Fraction(ROUNDING)
     return all(
         abs(Fraction(a) - b) <= last_digits * abs(b)
-        for a, b in zip(z.tolist(), found.z, strict=True)
+        for a, b in zip(z.tolist(), basic_solution.z, strict=True)
     )
 
 
@@ -367,7 +382,9 @@ def is_rounded_difference(problem: Problem, z: Vector, tol: float) -> bool:
     reference_z = problem.reference_z
     if reference_z is None or not problem.is_moderate:
         return False
-    frame, measure, sizes = shifted(problem).problem, Measure(problem), np.abs(z)
+    frame = shifted(problem).problem
+    measure = Measure(problem)
+    sizes = np.abs(z)
     with suppress(SingularMatrix):
         distance = frame.box.project(
             BasicSolutions(frame).at(problem.box.basis_at(z)).z

@@ -43,7 +43,7 @@ from lcpcli.typing import Indices, Mask, Matrix, Vector
 ACTIVE_COLUMN = 1e-8
 SNAP = 1e-9  # entries of y below this times the largest one count as 0
 # Of each entry of y: how far the exact proof that it stands for may be from it.
-NEAR = 1e-6
+PROOF_RTOL = 1e-6
 # Of the terms of a row: six digits of a double are left of their sum.
 MIN_CANCELLATION = 1e10
 # Unknowns of the largest linear system that is solved exactly: about a second at worst.
@@ -93,12 +93,20 @@ def refutes(
     if (of.excess <= of.error).all() and of.holds(fractions_of(of.y), of.is_certain):
         return True
     part = matrices.dense(of.rows[:, np.flatnonzero(of.is_active)])
-    if not part.size or max(part.shape) > most_exact() or not np.isfinite(part).all():
+    if (
+        not part.size
+        or max(part.shape) > max_exact_unknowns()
+        or not np.isfinite(part).all()
+    ):
         return False
     if remaining() <= 0:
         raise TimeIsUp
-    found = corrected(numbers.row_integers(part.T)[0], fractions_of(of.y))
-    return found is not None and of.are_signs(np.array(found)) and of.holds(found)
+    corrected_y = corrected(numbers.row_integers(part.T)[0], fractions_of(of.y))
+    return (
+        corrected_y is not None
+        and of.are_signs(np.array(corrected_y))
+        and of.holds(corrected_y)
+    )
 
 
 @np.errstate(all="ignore")
@@ -168,16 +176,20 @@ class Multiplied:
         self.excess = np.maximum(
             np.where(high, -np.inf, image), np.where(low, -np.inf, -image)
         )
-        end = np.where(image > 0, upper, lower)  # at which (A'y)_j z_j is largest
-        self.supremum = np.where(np.isfinite(end), end, 0.0) * image
-        self.ends = np.maximum(
+        largest_at = np.where(
+            image > 0, upper, lower
+        )  # at which (A'y)_j z_j is largest
+        self.supremum = np.where(np.isfinite(largest_at), largest_at, 0.0) * image
+        self.bound_sizes = np.maximum(
             np.where(low, np.abs(lower), 0.0), np.where(high, np.abs(upper), 0.0)
         )
         self.everywhere = np.ones(image.size, dtype=bool)
         # Where A'y may be 0, times a bound so far away that this alone may decide.
         is_hidden = self.used & (np.abs(image) <= self.error)
-        beside = self.b @ self.y + self.supremum[~is_hidden].sum()
-        is_hidden &= self.ends * self.error >= abs(beside) / (8 * image.size)
+        certain_total = self.b @ self.y + self.supremum[~is_hidden].sum()
+        is_hidden &= self.bound_sizes * self.error >= abs(certain_total) / (
+            8 * image.size
+        )
         self.supremum[is_hidden] = 0.0
         self.total = float(self.b @ self.y + self.supremum.sum())
         self.terms = float(
@@ -186,7 +198,7 @@ class Multiplied:
         self.is_certain = (
             (np.abs(image) > self.error)
             & (self.excess < 0)
-            & ((end == 0) | ~np.isfinite(end))
+            & ((largest_at == 0) | ~np.isfinite(largest_at))
         )
         self.is_active = is_hidden | self.used & (
             self.excess >= -self.error - ACTIVE_COLUMN * self.size
@@ -204,11 +216,11 @@ class Multiplied:
         errors of A'y and margin."""
         supremum, rounding = (
             self.supremum[counted],
-            4 * (self.y.size + self.ends.size + 2),
+            4 * (self.y.size + self.bound_sizes.size + 2),
         )
         terms = np.abs(self.b) @ np.abs(self.y) + np.abs(supremum).sum()
         rest = 2 * (
-            (np.abs(self.b) * change).sum() + self.ends[counted] @ error[counted]
+            (np.abs(self.b) * change).sum() + self.bound_sizes[counted] @ error[counted]
         )
         return float(
             self.b @ self.y
@@ -266,8 +278,8 @@ class Multiplied:
             value = numbers.product(matrices.dense(self.rows[:, [j]])[:, 0], multiple)
             if (value > 0 and not high[j]) or (value < 0 and not low[j]):
                 return False
-            end = float(upper[j] if value > 0 else lower[j])
-            total += value * Fraction(end) if value and end else 0
+            bound = float(upper[j] if value > 0 else lower[j])
+            total += value * Fraction(bound) if value and bound else 0
         return total < 0
 
 
@@ -279,7 +291,7 @@ def corrected(
     None if none is found. quickly : only if A, of at least one row, is small enough to
     be solved exactly in a second or so."""
     if quickly and (
-        max(len(A), len(A[0])) > most_exact()
+        max(len(A), len(A[0])) > max_exact_unknowns()
         or len(A) * len(A[0]) * elimination.bits(A) > MAX_BITS
     ):
         return None
@@ -290,18 +302,22 @@ def corrected(
     changes = elimination.particular(
         rows, [-numbers.dot(row, multiple) for row in rows]
     )
-    found = (
+    corrected_values = (
         None
         if changes is None
         else [v + change / divisor for v, change in zip(values, changes, strict=True)]
     )
     # A is nonsingular.
-    if found is not None and not any(found) and len(rows) == len(order):
-        found = _beyond(rows, values)
+    if (
+        corrected_values is not None
+        and not any(corrected_values)
+        and len(rows) == len(order)
+    ):
+        corrected_values = _beyond(rows, values)
     return (
         None
-        if found is None
-        else [value for _, value in sorted(zip(order, found, strict=True))]
+        if corrected_values is None
+        else [value for _, value in sorted(zip(order, corrected_values, strict=True))]
     )
 
 
@@ -317,19 +333,19 @@ def _beyond(
     ]
     common = max(term.denominator for term in terms)
     if (
-        found := elimination.solve(rows, [int(-term * common) for term in terms])[0]
+        direction := elimination.solve(rows, [int(-term * common) for term in terms])[0]
     ) is None:
         return None
     k = max(range(len(y)), key=lambda i: abs(y[i]))
-    factor = y[k] / found[k] if found[k] else Fraction(0)
+    factor = y[k] / direction[k] if direction[k] else Fraction(0)
     close = all(
-        abs(factor * value - own) <= Fraction(NEAR) * abs(own)
-        for value, own in zip(found, y, strict=True)
+        abs(factor * value - original) <= Fraction(PROOF_RTOL) * abs(original)
+        for value, original in zip(direction, y, strict=True)
     )
-    return [factor * value for value in found] if factor > 0 and close else None
+    return [factor * value for value in direction] if factor > 0 and close else None
 
 
-def most_exact() -> int:
+def max_exact_unknowns() -> int:
     """Return how many unknowns the largest linear system has that is solved exactly."""
     return LARGEST_BY_FLINT if elimination.library() else LARGEST_EXACT
 
@@ -352,8 +368,8 @@ def exact_proof(data: ExactProblem, y: Vector) -> list[Fraction] | None:
     if not (np.isfinite(y).all() and y.any()):
         return None
     candidates = chain(_small(data.problem, y), _simple(data, y, quickly=False))
-    found = next(filter(data.refuted_by, candidates), None)
-    return None if found is None else list(map(Fraction, numbers.whole_multiple(found)))
+    proof = next(filter(data.refuted_by, candidates), None)
+    return None if proof is None else list(map(Fraction, numbers.whole_multiple(proof)))
 
 
 def simplified(data: ExactProblem, y: list[Fraction]) -> list[Fraction]:
@@ -385,13 +401,13 @@ def is_exact(problem: Problem, y: Vector) -> bool:
     shortest decimals; False, too, if it has so many terms that to find out would take
     long."""
     support = np.flatnonzero(y)
-    known = (
+    problem_data = (
         _data_of_rows(problem, support)
         if _entries(problem, support) <= MAX_TERMS
         else ()
     )
     is_clear = Multiplied(problem.M, problem.q, y, problem.box).is_clear()
-    return is_clear or any(data.refuted_by(fractions_of(y)) for data in known)
+    return is_clear or any(data.refuted_by(fractions_of(y)) for data in problem_data)
 
 
 def _data_of_rows(problem: Problem, support: Indices) -> Iterator[ExactProblem]:
@@ -414,15 +430,17 @@ def _small(problem: Problem, y: Vector) -> Iterator[list[Fraction]]:
     """Return multiples of y rounded to small integers, the smallest first, that are
     proofs as far as doubles show."""
     support = np.flatnonzero(y)
-    own = np.rint(np.multiply.outer(SMALL, y[support] / np.abs(y).max()))
+    roundings = np.rint(np.multiply.outer(SMALL, y[support] / np.abs(y).max()))
     rows, (lower, upper) = problem.M[support], problem.box.vectors(problem.n)
-    products, sizes = own @ rows, np.abs(own) @ abs(rows)
-    ends = np.where(products > 0, upper, lower)
+    products, sizes = roundings @ rows, np.abs(roundings) @ abs(rows)
+    bounds = np.where(products > 0, upper, lower)
     # Infinite for a wrong sign.
-    suprema = np.where(np.abs(products) > EPS * problem.n * sizes, products * ends, 0.0)
-    found = np.flatnonzero(own @ problem.q[support] + suprema.sum(axis=1) < 0)
-    vectors = np.zeros((found.size, problem.n))
-    vectors[:, support] = own[found]
+    suprema = np.where(
+        np.abs(products) > EPS * problem.n * sizes, products * bounds, 0.0
+    )
+    proving = np.flatnonzero(roundings @ problem.q[support] + suprema.sum(axis=1) < 0)
+    vectors = np.zeros((proving.size, problem.n))
+    vectors[:, support] = roundings[proving]
     return map(fractions_of, vectors)
 
 
@@ -435,22 +453,23 @@ def _simple(data: ExactProblem, y: Vector, quickly: bool) -> Iterator[list[Fract
     active = (
         (of.is_active & (of.excess <= ACTIVE_COLUMN * of.size)).nonzero()[0].tolist()
     )
-    largest, least = (
+    largest, smallest = (
         extreme(abs(value) for value in snapped if value) for extreme in (max, min)
     )
-    units = product(SIMPLE_DENOMINATORS, (largest, least))
+    units = product(SIMPLE_DENOMINATORS, (largest, smallest))
     simple = (
-        [(value / unit).limit_denominator(most) for value in snapped]
-        for most, unit in units
+        [(value / unit).limit_denominator(max_denominator) for value in snapped]
+        for max_denominator, unit in units
     )
     yield from islice(simple, 2)
     for grid in GRIDS:
         steps = [Fraction(round(grid * value / largest)) for value in snapped]
-        near = _corrected(data, steps, active, quickly) or steps
-        yield near
+        candidate = _corrected(data, steps, active, quickly) or steps
+        yield candidate
         if (
             quickly
-            and max(map(abs, numbers.whole_multiple(near))) > numbers.LARGEST_INTEGER
+            and max(map(abs, numbers.whole_multiple(candidate)))
+            > numbers.LARGEST_INTEGER
         ):
             break
     yield from simple
@@ -474,9 +493,9 @@ def _corrected(
         [data.rows[i].get(j, 0) * (common // data.scales[i]) for i in support]
         for j in active
     ]
-    if (found := corrected(A, [y[i] for i in support], quickly)) is None:
+    if (corrected_values := corrected(A, [y[i] for i in support], quickly)) is None:
         return None
-    corrections = dict(zip(support, found, strict=True))
+    corrections = dict(zip(support, corrected_values, strict=True))
     return [corrections.get(i, value) for i, value in enumerate(y)]
 
 
@@ -489,24 +508,27 @@ def farkas_vector(
     of these signs is violated wherever all earlier ones hold. `check` may raise at each
     pivot."""
     unknowns, n = Unknowns(data, check), data.n
-    rows, factors, kept = unknowns.forms()
+    rows, factors, nonfixed = unknowns.forms()
     for k in unknowns.boxes:
         del rows[unknowns.w(k)], factors[unknowns.w(k)]
-    equations = [k for k in kept if unknowns.choices[k] == (BASIC,)]
+    equations = [k for k in nonfixed if unknowns.choices[k] == (BASIC,)]
     for k in equations:
         w, opposite = unknowns.w(k), len(WORDS) * n + k
         rows[opposite], factors[opposite] = [-value for value in rows[w]], -factors[w]
-    required = {*kept, *(unknowns.zero(k, UPPER) for k in unknowns.boxes)}.difference(
-        equations
-    )
-    here = Dictionary(rows, list(kept), required, check)
+    required = {
+        *nonfixed,
+        *(unknowns.zero(k, UPPER) for k in unknowns.boxes),
+    }.difference(equations)
+    dictionary = Dictionary(rows, list(nonfixed), required, check)
     if (
-        violated := next((form for form in factors if not here.require(form)), None)
+        violated := next(
+            (form for form in factors if not dictionary.require(form)), None
+        )
     ) is None:
         return None
-    multiples = dict(zip(here.cobasic, here.rows[violated][1:], strict=True)) | {
-        violated: -here.divisor
-    }
+    multiples = dict(
+        zip(dictionary.cobasic, dictionary.rows[violated][1:], strict=True)
+    ) | {violated: -dictionary.divisor}
     y = [Fraction(0)] * n
     for form in factors.keys() & multiples.keys():
         y[form % n] -= int(multiples[form]) * factors[form]

@@ -41,7 +41,7 @@ HIDDEN_TERM = 1e-8
 SURE_DIGITS = 1e-12
 # At exact basic solutions whose signs only rounding makes wrong; then the tree decides
 # as fast.
-MAX_LOOKS = 3
+MAX_EXACT_BASES = 3
 
 
 def is_doubtful(problem: Problem, z: Vector) -> bool:
@@ -75,15 +75,15 @@ def hides_term_of_row(problem: Problem, z: Vector) -> bool:
 
 
 def without_rounding(
-    z: Vector, units: Vector | float = 1.0, most: float = ROUNDED_ZERO
+    z: Vector, units: Vector | float = 1.0, max_rounding: float = ROUNDED_ZERO
 ) -> Vector:
-    """Return z with 0 in place of components that may be rounding of 0: up to `most` of
-    the largest, in these units."""
+    """Return z with 0 in place of components that may be rounding of 0: up to
+    `max_rounding` of the largest, in these units."""
     size = np.abs(z) * units
-    return np.where(size <= most * size.max(), 0.0, z)
+    return np.where(size <= max_rounding * size.max(), 0.0, z)
 
 
-class Confirmed(NamedTuple):
+class VerifiedPoint(NamedTuple):
     """A z that solves a problem, and its states; the exact solution, rounded, if it is
     not the given one."""
 
@@ -92,9 +92,9 @@ class Confirmed(NamedTuple):
 
 
 @np.errstate(all="ignore")
-def confirmed(
+def verified_or_exact(
     problem: Problem, z: Vector, basis: States | None = None
-) -> Confirmed | None:
+) -> VerifiedPoint | None:
     """Return a z that solves a problem to the tolerance, or the exact solution near it;
     None if more has to be decided: where rounding hides terms, and there is no exact
     solution with the states of z or a few others.
@@ -104,9 +104,9 @@ def confirmed(
     For more than MAX_DECIDED unknowns, for which not all states can be searched, z
     itself is returned also where only rounding makes signs of the exact basic solution
     wrong, or its singular system contradictory."""
-    given = Confirmed(z, basis)
+    unchanged = VerifiedPoint(z, basis)
     if not may_hide_term(problem, z):
-        return given
+        return unchanged
     with imports:
         from lcpcli.verify.enclosure import fault, open_signs
     is_long = max(problem.largest, problem.sizes_of_q[1]) > LONG_NUMBER
@@ -114,21 +114,21 @@ def confirmed(
     if not (is_long or is_sparse(problem.M)) and problem.box.is_orthant:
         B = z.nonzero()[0]
         if not open_signs(problem.M, problem.q, B, z, SURE_DIGITS).any():
-            return given
+            return unchanged
     if not hides_term_of_row(problem, z):
-        return given
+        return unchanged
     if not (is_long or fault(problem, z, SURE_DIGITS)):
-        return given
+        return unchanged
     shown = problem.box.basis_at(z)
-    near = problem.box.project(without_rounding(z))
+    cleaned = problem.box.project(without_rounding(z))
     allowed = ROW_ROUNDING * (
-        np.abs(matrices.dense(problem.M)) @ np.abs(near) + np.abs(problem.q)
+        np.abs(matrices.dense(problem.M)) @ np.abs(cleaned) + np.abs(problem.q)
     )
     if (
-        not hides_term_of_row(problem, near)
-        and (problem.box.excess(near, problem.w(near)) <= allowed).all()
+        not hides_term_of_row(problem, cleaned)
+        and (problem.box.excess(cleaned, problem.w(cleaned)) <= allowed).all()
     ):
-        return Confirmed(near, basis)
+        return VerifiedPoint(cleaned, basis)
     if basis is None or not np.array_equal(
         basis[shown == BASIC], shown[shown == BASIC]
     ):
@@ -138,15 +138,15 @@ def confirmed(
         from lcpcli.rational.numbers import rounded
         from lcpcli.verify.exact_solution import exact_basis
     data = ExactProblem.of_floats(problem)
-    for _ in range(MAX_LOOKS):
-        found = exact_basis(data, basis)
-        if found is None:
-            return given if problem.n > MAX_DECIDED else None
-        near = rounded(found.z)
-        if found.solves:
+    for _ in range(MAX_EXACT_BASES):
+        exact_solution = exact_basis(data, basis)
+        if exact_solution is None:
+            return unchanged if problem.n > MAX_DECIDED else None
+        cleaned = rounded(exact_solution.z)
+        if exact_solution.solves:
             return (
-                Confirmed(near, basis)
-                if is_finite(near) and is_finite(problem.w(near))
+                VerifiedPoint(cleaned, basis)
+                if is_finite(cleaned) and is_finite(problem.w(cleaned))
                 else None
             )
         # Only rounding: of the largest z_j where a violation is by a basic z_i, else of
@@ -154,21 +154,26 @@ def confirmed(
         # which rows may be filled by rounding alone.
         is_basic, terms = (
             basis == BASIC,
-            np.abs(matrices.dense(problem.M)) @ np.abs(near) + np.abs(problem.q),
+            np.abs(matrices.dense(problem.M)) @ np.abs(cleaned) + np.abs(problem.q),
         )
-        most = SIGN_ROUNDING * np.where(is_basic, np.abs(near).max(), terms)
+        max_violation = SIGN_ROUNDING * np.where(is_basic, np.abs(cleaned).max(), terms)
         if problem.is_moderate and problem.n > MAX_DECIDED:
             measure = Measure(problem)
-            most = np.maximum(
-                most,
+            max_violation = np.maximum(
+                max_violation,
                 ROW_ROUNDING
-                * np.where(is_basic, measure.natural_sizes(near), measure.caps(near)),
+                * np.where(
+                    is_basic, measure.natural_sizes(cleaned), measure.caps(cleaned)
+                ),
             )
-        if not (rounded(list(found.gaps.values())) <= most[list(found.gaps)]).all():
+        if not (
+            rounded(list(exact_solution.gaps.values()))
+            <= max_violation[list(exact_solution.gaps)]
+        ).all():
             return None
         if problem.n > MAX_DECIDED:
-            return given
+            return unchanged
         worst = np.zeros(problem.n, np.bool_)
-        worst[max(found.gaps, key=found.gaps.__getitem__)] = True
-        basis = problem.box.exchanged(basis, worst, near)
+        worst[max(exact_solution.gaps, key=exact_solution.gaps.__getitem__)] = True
+        basis = problem.box.exchanged(basis, worst, cleaned)
     return None

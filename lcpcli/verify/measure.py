@@ -131,21 +131,24 @@ class Measure:
         w : M z + q if it is known, and z_ref = 0.
         """
         data = self.data
-        w, given = self._w_and_terms(z, data.q, w)
-        error = row_errors(data.M, z, given)
+        w, row_magnitudes = self._w_and_terms(z, data.q, w)
+        error = row_errors(data.M, z, row_magnitudes)
         if data.reference_z is None:
-            return Rows(w, given, given, error, self.grid(z))
-        far = self.rows_from_reference(z - data.reference_z, given)
+            return Rows(w, row_magnitudes, row_magnitudes, error, self.grid(z))
+        far = self.rows_from_reference(z - data.reference_z, row_magnitudes)
         w = np.where(far.error < error, far.w, w)
         return far._replace(w=w, error=np.minimum(error, far.error), grid=self.grid(z))
 
-    def rows_from_reference(self, distance: Vector, given: Vector) -> Rows:
+    def rows_from_reference(self, distance: Vector, row_magnitudes: Vector) -> Rows:
         """Return w at z_ref + distance, a point that doubles may not represent; given :
         |q| + |M| |z| for its z."""
         w, far = self._w_and_terms(distance, self.data.q_ref)
-        terms = np.minimum(given, np.maximum(far, FINEST * given))
+        terms = np.minimum(row_magnitudes, np.maximum(far, FINEST * row_magnitudes))
         return Rows(
-            w, terms, given, row_errors(self.data.M, distance, far) + self.data.q_error
+            w,
+            terms,
+            row_magnitudes,
+            row_errors(self.data.M, distance, far) + self.data.q_error,
         )
 
     def grid(self, z: Vector) -> Vector | None:
@@ -182,13 +185,13 @@ class Measure:
         As c_i is at least |q_ref|_i, it is computed only if this lower bound leaves the
         question open.
         """
-        worst, least = (
+        worst, min_caps = (
             self.data.box.excess(z, rows.w) + rows.error,
             np.abs(self.data.q_ref),
         )
         if self.data.reference_z is not None:  # else the terms include it
-            least = np.minimum(least, rows.terms)
-        closed = worst <= tol * least
+            min_caps = np.minimum(min_caps, rows.terms)
+        closed = worst <= tol * min_caps
         if np.count_nonzero(closed) == closed.size:
             return np.ones(closed.shape[:-1], dtype=bool)
         solved: Mask = np.asarray(closed.all(axis=-1))
@@ -223,8 +226,10 @@ class Measure:
     def surely_fails(self, z: Vector, rows: Rows, tol: float) -> Mask:
         """Return whether the relative residual exceeds tol, whatever the caps and the
         rounding errors in w are."""
-        least = self.data.box.excess(z, rows.w) - rows.error
-        return np.asarray((least > self.allowed(rows, np.inf, tol)).any(axis=-1))
+        min_violations = self.data.box.excess(z, rows.w) - rows.error
+        return np.asarray(
+            (min_violations > self.allowed(rows, np.inf, tol)).any(axis=-1)
+        )
 
     def size(self, z: Vector, rows: Rows) -> float:
         """Return the largest violation relative to the largest |q_ref|_i: cheap, to
@@ -418,33 +423,37 @@ def decision(measure: Measure, z: Vector, w: Vector, tol: float) -> bool | None:
     decide."""
     problem = measure.data
     assert isinstance(problem, Problem)
-    M, excess, own, sizes = (
-        problem.M,
-        problem.box.excess(z, w),
-        np.abs(problem.q),
-        np.abs(z),
-    )
+    M = problem.M
+    excess = problem.box.excess(z, w)
+    min_terms = np.abs(problem.q)
+    sizes = np.abs(z)
     worst = slice(row := int(excess.argmax()), row + 1)
-    if excess[row] > 2 * tol * own[row]:
-        terms = own[worst] + absolute_product(M[worst], sizes)
+    if excess[row] > 2 * tol * min_terms[row]:
+        terms = min_terms[worst] + absolute_product(M[worst], sizes)
         if (
             excess[row] - row_errors(M[worst], sizes, terms)[0]
             > max(tol, ROUNDING) * terms[0]
         ):
             return False
     largest_error = (
-        ROW_ROUNDING * (own + problem.largest * float(sizes.sum()))
-        + own.size * SMALLEST_NORMAL
+        ROW_ROUNDING * (min_terms + problem.largest * float(sizes.sum()))
+        + min_terms.size * SMALLEST_NORMAL
     )
-    rows = (excess + largest_error > tol * own).nonzero()[0]  # which |q|_i leaves open
-    if rows.size <= MAX_ROWS * own.size:
-        own, M, excess = own[rows], M[rows], excess[rows]
+    rows = (excess + largest_error > tol * min_terms).nonzero()[
+        0
+    ]  # which |q|_i leaves open
+    if rows.size <= MAX_ROWS * min_terms.size:
+        min_terms = min_terms[rows]
+        M = M[rows]
+        excess = excess[rows]
     else:
-        rows = np.arange(own.size)
-    terms = own + absolute_product(M, sizes)
+        rows = np.arange(min_terms.size)
+    terms = min_terms + absolute_product(M, sizes)
     largest = excess + row_errors(M, z, terms)
-    is_open = largest > tol * own
-    rows, terms, largest = rows[is_open], terms[is_open], largest[is_open]
+    is_open = largest > tol * min_terms
+    rows = rows[is_open]
+    terms = terms[is_open]
+    largest = largest[is_open]
     if not rows.size:
         return True
     # Caps may be infinite, too, in a component without a size.

@@ -34,11 +34,11 @@ from lcpcli.typing import Vector
 from lcpcli.verify import enclosure, farkas
 from lcpcli.verify.certificate import Proof
 from lcpcli.verify.exact_solution import (
+    accurate_basic_solution,
     finitely_rounded,
     from_point,
     is_rounded_difference,
     is_rounded_solution,
-    refined,
 )
 from lcpcli.verify.measure import Measure, quotients
 
@@ -95,11 +95,11 @@ def nearby(problem: Problem, z: Vector, tol: float) -> Nearby | None:
         return Nearby(z, is_stable=True)
     fault = ""
     if is_run_off(problem, z, tol):
-        near = refined(problem, z, problem.box.basis_at(z))
-        fault = enclosure.fault(problem, near, tol)
+        nearby_z = accurate_basic_solution(problem, z, problem.box.basis_at(z))
+        fault = enclosure.fault(problem, nearby_z, tol)
         if not fault:
-            is_stable = enclosure.is_stable(problem, near)
-            return Nearby(near, reason=ENCLOSED, is_stable=is_stable)
+            is_stable = enclosure.is_stable(problem, nearby_z)
+            return Nearby(nearby_z, reason=ENCLOSED, is_stable=is_stable)
     is_rounded = is_rounded_solution(problem, z, Effort(EFFORT))
     if is_rounded:
         return Nearby(z)
@@ -108,10 +108,10 @@ def nearby(problem: Problem, z: Vector, tol: float) -> Nearby | None:
     return Nearby(z, NOT_TRIED, reason=UNDECIDED) if is_rounded is None else None
 
 
-def distance(problem: Problem, z: Vector, near: Vector) -> tuple[float, bool]:
+def distance(problem: Problem, z: Vector, solution: Vector) -> tuple[float, bool]:
     """Return the largest distance of z from a basic solution with its states, relative
     to each component, and whether rounding in its system explains it."""
-    largest = float(quotients(np.abs(z - near), np.abs(near)).max(initial=0.0))
+    largest = float(quotients(np.abs(z - solution), np.abs(solution)).max(initial=0.0))
     rounding = max(ROW_ROUNDING, ELIMINATION * problem.n)
     return largest, is_run_off(problem, z, rounding)
 
@@ -149,8 +149,12 @@ def large_solution(
     if large is None:
         with suppress(TimeIsUp):
             data, effort = ExactProblem.of_floats(problem), Effort(EFFORT)
-            found = (from_point(data, z, effort, farkas.most_exact()) for z in points)
-            large = next((finitely_rounded(z) for z in found if z is not None), None)
+            exact_solutions = (
+                from_point(data, z, effort, farkas.max_exact_unknowns()) for z in points
+            )
+            large = next(
+                (finitely_rounded(z) for z in exact_solutions if z is not None), None
+            )
     if large is None:
         assert proof.vector is not None
         basic = (

@@ -83,33 +83,36 @@ def proved_bound(problem: NonlinearProblem, z: Vector) -> Bound:
     moved = _rounded_up(np.abs(Y @ middle) + _errors(Y, middle, width), B.size)
     radius = 2 * moved + 4 * EPS * np.abs(z[B]) + SMALLEST_NORMAL
     for _ in range(ATTEMPTS):
-        most = float(radius.max(initial=SMALLEST_NORMAL))
-        if not most < math.inf:
+        max_radius = float(radius.max(initial=SMALLEST_NORMAL))
+        if not max_radius < math.inf:
             break
         low, high = z.copy(), z.copy()
         low[B], high[B] = z[B] - radius, z[B] + radius
-        low[at_upper], high[at_lower] = z[at_upper] - most, z[at_lower] + most
-        ends = (
+        low[at_upper], high[at_lower] = (
+            z[at_upper] - max_radius,
+            z[at_lower] + max_radius,
+        )
+        box_bounds = (
             np.where(low < z, np.nextafter(low, -np.inf), low),
             np.where(high > z, np.nextafter(high, np.inf), high),
         )
-        found, widths = (
-            problem.interval(*ends),
-            np.nextafter(np.maximum(ends[1] - z, z - ends[0]), np.inf),
+        values, widths = (
+            problem.interval(*box_bounds),
+            np.nextafter(np.maximum(box_bounds[1] - z, z - box_bounds[0]), np.inf),
         )
         J_middle, J_width = _middle(
-            dense(found.J_lower)[np.ix_(B, B)], dense(found.J_upper)[np.ix_(B, B)]
+            dense(values.J_lower)[np.ix_(B, B)], dense(values.J_upper)[np.ix_(B, B)]
         )
         rest = (
             np.abs(np.eye(B.size) - Y @ J_middle) + _errors(Y, J_middle, J_width) + EPS
         )
         reached = _rounded_up(moved + rest @ widths[B], 2 * B.size)
         if (reached < radius).all():
-            inside = (ends[0][B] > box.lower[B]).all() and (
-                ends[1][B] < box.upper[B]
+            inside = (box_bounds[0][B] > box.lower[B]).all() and (
+                box_bounds[1][B] < box.upper[B]
             ).all()
-            strict = (found.F_lower[at_lower] > 0).all() and (
-                found.F_upper[at_upper] < 0
+            strict = (values.F_lower[at_lower] > 0).all() and (
+                values.F_upper[at_upper] < 0
             ).all()
             return (
                 Bound(float(reached.max(initial=0.0)), SOURCE)
@@ -163,14 +166,20 @@ class NonlinearCriterion(Criterion):
     reference_solves = False
 
     def __init__(self, evaluations: Evaluations, tol: float) -> None:
-        self.evaluations, given, self._first = evaluations, evaluations.problem, 0.0
-        F = evaluations.known_values(given.x0)
+        self.evaluations = evaluations
+        original_problem = evaluations.problem
+        self._first = 0.0
+        F = evaluations.known_values(original_problem.x0)
         super().__init__(
-            self._linearization(given.x0, F, given.names if any(given.names) else ()),
+            self._linearization(
+                original_problem.x0,
+                F,
+                original_problem.names if any(original_problem.names) else (),
+            ),
             tol,
             literal=True,
         )
-        self.start = size(given.box.gaps(given.x0, F))
+        self.start = size(original_problem.box.gaps(original_problem.x0, F))
 
     def linearization(self, z: Vector, F: Vector) -> Problem:
         """Return the linear problem with M = J(z), where entries that are not finite
@@ -180,7 +189,7 @@ class NonlinearCriterion(Criterion):
     def _linearization(
         self, z: Vector, F: Vector, names: Sequence[str] = ()
     ) -> Problem:
-        given, J = self.evaluations.problem, self.evaluations.jacobian(z)
+        original_problem, J = self.evaluations.problem, self.evaluations.jacobian(z)
         if is_sparse(J):
             J = J.copy()
             J.data = _finite(J.data)
@@ -190,13 +199,13 @@ class NonlinearCriterion(Criterion):
         linear = Problem(
             J,
             q,
-            name=given.name,
-            note=given.note,
+            name=original_problem.name,
+            note=original_problem.note,
             names=names,
-            lower=given.lower,
-            upper=given.upper,
+            lower=original_problem.lower,
+            upper=original_problem.upper,
         )
-        return linear.having(solutions=given.solutions)
+        return linear.having(solutions=original_problem.solutions)
 
     def point(self, z: Vector) -> Point:
         """Return the point of an admissible z or, if nearly a solution, one without
@@ -214,9 +223,9 @@ class NonlinearCriterion(Criterion):
 
     def bound(self, F: Vector) -> float:
         """Return the size of the natural residual relative to the first one."""
-        found = float(np.abs(F).max(initial=0.0))
-        self._first = self._first or found
-        return found / self._first if found else 0.0
+        merit = float(np.abs(F).max(initial=0.0))
+        self._first = self._first or merit
+        return merit / self._first if merit else 0.0
 
 
 class NonlinearPoint(Point):
@@ -233,18 +242,27 @@ class NonlinearPoint(Point):
         noise: Vector | float = 0.0,
         is_admissible: bool = True,
     ) -> None:
-        self.given, self.noise = criterion, noise
+        self.original_criterion, self.noise = criterion, noise
         self._is_new = criterion.evaluations.cached(z) is None
         self._measured(z, criterion.evaluations.known_values(z), is_admissible)
 
     def _measured(self, z: Vector, F: Vector, is_admissible: bool) -> None:
         self.F, self.slopes = F, None
-        linear = Criterion(self.given.linearization(z, F), self.given.tol, literal=True)
+        linear = Criterion(
+            self.original_criterion.linearization(z, F),
+            self.original_criterion.tol,
+            literal=True,
+        )
         super().__init__(linear, z, is_admissible)
 
     # Without F as a function, which may be of any kind.
     def __getstate__(self) -> dict[str, Any]:
-        return {**vars(self), "_solves": self.solves(), "given": None, "slopes": None}
+        return {
+            **vars(self),
+            "_solves": self.solves(),
+            "original_criterion": None,
+            "slopes": None,
+        }
 
     @cached_property
     def _plain(self) -> Rows:
@@ -261,7 +279,7 @@ class NonlinearPoint(Point):
     def is_small(self) -> bool:
         """Return whether the residual is so small that rounding and noise may be all
         that is left of it."""
-        return self.residual <= max(WORTH, LITTLE * self.given.start)
+        return self.residual <= max(WORTH, LITTLE * self.original_criterion.start)
 
     @np.errstate(all="ignore")
     def _decision(self) -> bool:
@@ -272,7 +290,11 @@ class NonlinearPoint(Point):
         ):
             return False
         # Of a claim, evaluated once more.
-        F = self.F if self._is_new else self.given.evaluations.problem.values(self.z)
+        F = (
+            self.F
+            if self._is_new
+            else self.original_criterion.evaluations.problem.values(self.z)
+        )
         if not np.array_equal(F, self.F):
             vars(self).pop("_plain", None)
             self._measured(self.z, F, self._beyond is None)
@@ -283,10 +305,10 @@ class NonlinearPoint(Point):
     def _is_within(self) -> bool:
         measure = self.criterion.measure
         violations = measure.violations(self._at_fixed, self.F)
-        own = np.where(violations > 4 * self.noise, violations, 0.0)
+        beyond_noise = np.where(violations > 4 * self.noise, violations, 0.0)
         return bool(
             is_finite(violations)
-            and measure.allows(own, self.z, self._plain, self.criterion.tol)
+            and measure.allows(beyond_noise, self.z, self._plain, self.criterion.tol)
         )
 
     def _is_confirmed(self) -> bool:
@@ -299,7 +321,10 @@ class NonlinearPoint(Point):
         if not needed.any():
             return True
         self.slopes = slopes = Slopes(
-            self.given.evaluations.problem, self.z, self.F, self.criterion.problem.M
+            self.original_criterion.evaluations.problem,
+            self.z,
+            self.F,
+            self.criterion.problem.M,
         )
         lacking = slopes.lacking(needed)
         wrong, terms = (
@@ -307,11 +332,11 @@ class NonlinearPoint(Point):
             np.maximum(slopes.min_terms, np.abs(self.F)),
         )
         if wrong.any():
-            own, full = (
+            row_terms, full = (
                 np.where(wrong, np.minimum(terms, others), others)
                 for others in self._plain[1:3]
             )
-            self._plain = self._plain._replace(terms=own, full_terms=full)
+            self._plain = self._plain._replace(terms=row_terms, full_terms=full)
             vars(self).pop("relative_residuals", None)
         return not lacking.any()
 
@@ -320,43 +345,41 @@ class NonlinearPoint(Point):
         """Return what differences tell of F and J at z, as clauses: the noise of F, an
         entry of J that is wrong, and for a z that is no solution a kink or a jump of
         F."""
-        evaluations, solves = self.given.evaluations, self.solves()
+        evaluations, solves = self.original_criterion.evaluations, self.solves()
         if not is_finite(self.F):
             return []
-        problem, z, terms = (
-            evaluations.problem,
-            self.z,
-            np.maximum(self._plain.terms, np.abs(self.F)),
-        )
+        problem = evaluations.problem
+        z = self.z
+        terms = np.maximum(self._plain.terms, np.abs(self.F))
         slopes = self.slopes or Slopes(problem, z, self.F, self.criterion.problem.M)
         is_asked = (
             not solves
             or evaluations.noise.any()
-            or self.given.tol > LOOSE
+            or self.original_criterion.tol > LOOSE
             or slopes.is_uneven
         )
         noise = evaluations.noise_at(z) if is_asked else np.zeros(z.size)
-        said, shares = list[str](), np.where(noise > 0, noise / terms, 0.0)
+        remarks, shares = list[str](), np.where(noise > 0, noise / terms, 0.0)
         if (shares > TOLD).any():
-            said.append(
+            remarks.append(
                 f"F is noisy at about {noise[i := int(shares.argmax())]:.0e}, "
                 f"in row {self._name(i)}"
             )
         if not solves or slopes.refuted.any():
-            said += filter(None, [evaluations.fault_of_jacobian(z)])
-        if solves or said:
-            return said
+            remarks += filter(None, [evaluations.fault_of_jacobian(z)])
+        if solves or remarks:
+            return remarks
         for rows, what in zip(
             slopes.unsmooth(noise), ("has a kink", "jumps"), strict=True
         ):
-            said += [
+            remarks += [
                 f"F {what} there, in row {self._name(i)}"
                 for i in rows.nonzero()[0][:1].tolist()
             ]
-        return said
+        return remarks
 
     def _name(self, i: int) -> str:
-        return self.given.evaluations.problem.names[i] or str(i + 1)
+        return self.original_criterion.evaluations.problem.names[i] or str(i + 1)
 
     @property
     def is_doubtful(self) -> bool:
@@ -378,26 +401,26 @@ class NonlinearPoint(Point):
             return self
         if not self.is_small:
             return None
-        evaluations, z, problem = (
-            self.given.evaluations,
-            self.z,
-            self.given.evaluations.problem,
-        )
-        if (self.relative_residuals > self.given.tol)[
+        evaluations = self.original_criterion.evaluations
+        z = self.z
+        problem = self.original_criterion.evaluations.problem
+        if (self.relative_residuals > self.original_criterion.tol)[
             evaluations.noise > MAX_NOISE * evaluations.sizes
         ].any():
             return None  # that noise is not of rounding
         other = NonlinearPoint(
-            self.given, z, rounding(problem.values, problem.box, z, MAX_NOISE)
+            self.original_criterion,
+            z,
+            rounding(problem.values, problem.box, z, MAX_NOISE),
         )
         return other if other.solves() else None
 
     def alternatives(self) -> Generator[Point, None, None]:
         """Yield points that may be accepted in place of this one: itself up to the
         noise of F, and points without what rounding leaves of zeros."""
-        own = self.solution()
-        if own is not None:
-            yield own
+        solution = self.solution()
+        if solution is not None:
+            yield solution
         yield from self.cleaned()
 
     @each_step(all="ignore")
@@ -405,23 +428,21 @@ class NonlinearPoint(Point):
         """Yield points without what rounding and the steps of a method leave of zeros,
         as in `point`; then those without components that are rounding beside the
         largest one, or no more than the natural residual."""
-        measure, problem, seen = (
-            self.criterion.measure,
-            self.given.evaluations.problem,
-            [self.z],
-        )
+        measure = self.criterion.measure
+        problem = self.original_criterion.evaluations.problem
+        seen = [self.z]
         small = (
-            np.where(np.abs(self.z) <= most, 0.0, self.z)
-            for most in (VANISHED * size(self.z), self.residual)
+            np.where(np.abs(self.z) <= max_size, 0.0, self.z)
+            for max_size in (VANISHED * size(self.z), self.residual)
         )
         # Once the first one is no solution.
         nearer = (without_small_distances(measure, self.z) for _ in range(1))
         for start in chain((self.z,), nearer, map(problem.box.project, small)):
-            w = self.given.evaluations.known_values(start)
+            w = self.original_criterion.evaluations.known_values(start)
             z = on_bounds(measure, start, w)
             if is_finite(w) and not any(np.array_equal(z, other) for other in seen):
                 seen.append(z)
-                yield NonlinearPoint(self.given, z)
+                yield NonlinearPoint(self.original_criterion, z)
 
 
 def _finite(values: Vector) -> Vector:

@@ -80,7 +80,9 @@ ROUNDING_OF_Q = 1e-24, 1e-12
 # Of the entries of q that are not 0, in a part of M.
 LARGER_SHARE, MIN_LARGER = 1 / 3, 8
 LITERAL_STEPS = 8  # of block pivoting, each at the cost of a factorization
-Judge: TypeAlias = Callable[[Problem, Vector, float], "tuple[bool | None, Rows | None]"]
+AcceptanceTest: TypeAlias = Callable[
+    [Problem, Vector, float], "tuple[bool | None, Rows | None]"
+]
 
 
 class Criterion:
@@ -102,21 +104,19 @@ class Criterion:
         problem: Problem,
         tol: float = 1e-10,
         literal: bool = False,
-        judge: Judge | None = None,
+        acceptance_test: AcceptanceTest | None = None,
     ) -> None:
-        self.problem, self.tol, self._is_literal, self.judge = (
-            problem,
-            tol,
-            literal,
-            None,
-        )
+        self.problem = problem
+        self.tol = tol
+        self._is_literal = literal
+        self.acceptance_test = None
         if (
-            judge is not None
+            acceptance_test is not None
             and problem.is_moderate
             and problem.is_mixed
             and is_sparse(problem.M)
         ):
-            self.judge = judge
+            self.acceptance_test = acceptance_test
 
     @cached_property
     def units(self) -> changes.Scaled:
@@ -224,24 +224,26 @@ class Point:
         is_admissible: bool = True,
         negligible: Sequence[int] = (),
     ) -> None:
-        self.criterion, self.z, self.negligible = criterion.for_point(z), z, negligible
+        self.criterion = criterion.for_point(z)
+        self.z = z
+        self.negligible = negligible
         self._inside = self.criterion.units.z_inside(z)
-        known = is_admissible and is_finite(z)
+        is_within_bounds = is_admissible and is_finite(z)
         self._beyond = (
-            None if known else (z != criterion.problem.box.project(z)) | ~np.isfinite(z)
+            None
+            if is_within_bounds
+            else (z != criterion.problem.box.project(z)) | ~np.isfinite(z)
         )
         self._solves: bool | None = None
 
     @classmethod
     def of_solution(cls, criterion: Criterion, z: Vector) -> Point:
         point = cls.__new__(cls)
-        point.criterion, point.z, point._inside, point._beyond, point._solves = (
-            criterion,
-            z,
-            z,
-            None,
-            True,
-        )
+        point.criterion = criterion
+        point.z = z
+        point._inside = z
+        point._beyond = None
+        point._solves = True
         return point
 
     @cached_property
@@ -256,7 +258,9 @@ class Point:
     def _rows(self) -> Rows:
         """Return the rows, with sums that are rounded only once where rounding
         matters."""
-        plain, criterion, z = self._plain, self.criterion, self._inside
+        plain = self._plain
+        criterion = self.criterion
+        z = self._inside
         doubtful = criterion.measure.doubtful(z, plain, criterion.tol) | ~np.isfinite(
             plain.w
         )
@@ -291,15 +295,15 @@ class Point:
         return self._solves
 
     def _decision(self) -> bool:
-        criterion, problem, measure = (
-            self.criterion,
-            self.criterion.problem,
-            self.criterion.measure,
-        )
-        tol, is_admissible, decided = criterion.tol, self._beyond is None, None
+        criterion = self.criterion
+        problem = self.criterion.problem
+        measure = self.criterion.measure
+        tol = criterion.tol
+        is_admissible = self._beyond is None
+        decided = None
         is_plain = is_admissible and not self.negligible
-        if is_plain and criterion.judge is not None:
-            decided, rows = criterion.judge(problem, self.z, tol)
+        if is_plain and criterion.acceptance_test is not None:
+            decided, rows = criterion.acceptance_test(problem, self.z, tol)
             if rows is not None:
                 self._plain = rows
         if (
@@ -401,7 +405,9 @@ class Point:
     @cached_property
     @np.errstate(all="ignore")
     def relative_residuals(self) -> Vector:
-        measure, z, rows = self.criterion.measure, self._inside, self._rows
+        measure = self.criterion.measure
+        z = self._inside
+        rows = self._rows
         violations = measure.violations(self._at_fixed, rows.w)
         violations[list(self.negligible)] = 0.0
         return np.maximum(
@@ -425,11 +431,13 @@ class Point:
         `Measure.distances`; else infinity or 0."""
         if self._beyond is None or not self._beyond.any():
             return 0.0
-        own = self.criterion.measure.distances(self._inside, self._at_fixed) - ROUNDING
+        distances = (
+            self.criterion.measure.distances(self._inside, self._at_fixed) - ROUNDING
+        )
         return np.where(
             self._beyond & ~self.criterion.problem.box.fixed,
             np.inf,
-            np.maximum(own, 0.0),
+            np.maximum(distances, 0.0),
         )
 
     @property
@@ -465,9 +473,9 @@ class Point:
     def is_near(self, other: Point, tol: float | None = None) -> bool:
         """Return whether another point differs by no more than its tolerance, or the
         given one, in the units of M."""
-        most = self.criterion.tol if tol is None else tol
+        max_distance = self.criterion.tol if tol is None else tol
         distances = self.criterion.measure.distances(other._inside, self._inside)
-        return bool((distances <= most + ROUNDING).all())
+        return bool((distances <= max_distance + ROUNDING).all())
 
     @np.errstate(all="ignore")
     def nearly_solves(self) -> bool:
@@ -481,7 +489,9 @@ class Point:
         """Yield points that differ from this one by what rounding and a method's
         tolerance leave of zeros (see above): first points with other components, and
         then those for which entries of q count as 0."""
-        criterion, measure, z = self.criterion, self.criterion.measure, self._inside
+        criterion = self.criterion
+        measure = self.criterion.measure
+        z = self._inside
         if not self.negligible and (rounded := criterion.problem.rounded_rows):
             satisfied = Point(criterion, self.z, negligible=rounded.rows.tolist())
             satisfied._plain = self._plain
@@ -512,7 +522,9 @@ class Point:
             )
             if negligible.size:
                 basis = criterion.problem.box.basis_at(point.z)
-                yield from map(self._at, pivoted(criterion.problem, basis))
+                yield from map(
+                    self._at, block_pivoting_points(criterion.problem, basis)
+                )
                 counted = [*self.negligible, *negligible.tolist()]
                 other = Point(criterion, point.z, negligible=counted)
                 other._plain = point._plain
@@ -552,7 +564,9 @@ class Point:
     def _rows_of_noise(self) -> Indices:
         """Return the rows that are violated although all their terms may be rounding of
         0."""
-        measure, z, rows = self.criterion.measure, self._inside, self._plain
+        measure = self.criterion.measure
+        z = self._inside
+        rows = self._plain
         caps = measure.caps(z)
         small = (rows.full_terms <= ROW_ROUNDING * caps) & (caps < np.inf)
         small[list(self.negligible)] = False
@@ -590,14 +604,14 @@ def without_small_distances(measure: Measure, z: Vector) -> Vector:
     ]
     small += np.log2(SMALL_DISTANCE)
     is_solved = ~(sizes > -np.inf)
-    near = np.where(distances <= small, reference, z)
+    on_reference = np.where(distances <= small, reference, z)
     if measure.data.reference_z is not None:
-        tiny = np.log2(np.abs(near)) - units.columns <= small
-        near = np.where(
-            tiny & (measure.data.box.project(np.zeros_like(z)) == 0), 0.0, near
+        tiny = np.log2(np.abs(on_reference)) - units.columns <= small
+        on_reference = np.where(
+            tiny & (measure.data.box.project(np.zeros_like(z)) == 0), 0.0, on_reference
         )
     while True:
-        cleaned = np.where(is_solved[units.column_part], reference, near)
+        cleaned = np.where(is_solved[units.column_part], reference, on_reference)
         violated = is_solved[units.row_part] & (
             measure.violations(cleaned, measure.reference_w) > 0
         )
@@ -648,10 +662,12 @@ def with_sides(criterion: Criterion, z: Vector) -> tuple[Vector, Vector, Vector]
     two-sided rows that their values are at in place of the q_i of these rows, which are
     0; and z without these values."""
     problem = criterion.problem
-    q, rest, own = problem.q, z, problem.block_form
-    if own is not None and own.ranges:
+    q = problem.q
+    rest = z
+    form = problem.block_form
+    if form is not None and form.ranges:
         low, high = problem.box.vectors(z.size)
-        values = np.arange(z.size - own.ranges, z.size)
+        values = np.arange(z.size - form.ranges, z.size)
         values = values[(z[values] == low[values]) | (z[values] == high[values])]
         q, rest = q.copy(), z.copy()
         # Each value occurs in its row alone.
@@ -677,8 +693,10 @@ def negligible_q(
     for sizes, number in product(
         (np.log2(np.abs(q)), in_units), distinct(parts[rows]).tolist()
     ):
-        own = np.sort(sizes[(parts == number) & (inside != 0)])
-        larger = own[own.size - int(np.ceil(LARGER_SHARE * own.size)) :]
+        sorted_sizes = np.sort(sizes[(parts == number) & (inside != 0)])
+        larger = sorted_sizes[
+            sorted_sizes.size - int(np.ceil(LARGER_SHARE * sorted_sizes.size)) :
+        ]
         if larger.size < MIN_LARGER:
             return rows[:0]
         factors = sizes[rows[parts[rows] == number]] - larger[0]
@@ -695,23 +713,23 @@ def with_small_components(problem: Problem, z: Vector) -> Iterator[Vector]:
     it they lose digits."""
     largest = max(size(z), size(problem.reference_point))
     is_smaller = (np.abs(z) < np.abs(problem.reference_point)).any()
-    for found in islice(
-        pivoted(problem, problem.box.basis_at(z)), 1 if is_smaller else 0
+    for solution in islice(
+        block_pivoting_points(problem, problem.box.basis_at(z)), 1 if is_smaller else 0
     ):
-        if size(found - z) <= SMALL_DISTANCE * largest:
-            yield found
+        if size(solution - z) <= SMALL_DISTANCE * largest:
+            yield solution
 
 
-def pivoted(problem: Problem, basis: States) -> Iterator[Vector]:
+def block_pivoting_points(problem: Problem, basis: States) -> Iterator[Vector]:
     """Yield the z of the first steps of block pivoting from a basis, as long as there
     are any."""
     with imports:
         from lcpcli.basis.exchanges import BasicSolutions
     solutions = BasicSolutions(problem)
     with suppress(SingularMatrix):
-        for found in islice(solutions.exchanging(basis), LITERAL_STEPS):
-            yield problem.box.project(found.z)
-            if not solutions.count_violations(found):
+        for basic_solution in islice(solutions.exchanging(basis), LITERAL_STEPS):
+            yield problem.box.project(basic_solution.z)
+            if not solutions.count_violations(basic_solution):
                 return
 
 
@@ -729,10 +747,10 @@ def without_wrong_solutions(problem: Problem) -> tuple[Problem, list[str]]:
     faults = [
         _fault(Point(criterion, z, is_admissible=False)) for z in problem.solutions
     ]
-    kept = tuple(
+    valid_solutions = tuple(
         z for z, fault in zip(problem.solutions, faults, strict=True) if not fault
     )
-    if len(kept) == len(faults):
+    if len(valid_solutions) == len(faults):
         return problem, []
     names = (
         ["solution"]
@@ -742,13 +760,17 @@ def without_wrong_solutions(problem: Problem) -> tuple[Problem, list[str]]:
     complaints = [
         f"{name}: {fault}" for name, fault in zip(names, faults, strict=True) if fault
     ]
-    return replace(problem, solutions=kept), complaints
+    return replace(problem, solutions=valid_solutions), complaints
 
 
 @np.errstate(over="ignore", invalid="ignore")
 def _fault(point: Point) -> str:
-    problem, z, w = point.criterion.problem, point.z, point.w
-    relative, lower, upper = point.relative_residuals, problem.lower, problem.upper
+    problem = point.criterion.problem
+    z = point.z
+    w = point.w
+    relative = point.relative_residuals
+    lower = problem.lower
+    upper = problem.upper
     if (relative <= ROUGH).all():
         return ""
     change = _last_digit(z)

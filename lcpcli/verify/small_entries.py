@@ -82,7 +82,7 @@ MIN_SHARE = 1e-4
 FEW_DIGITS = 5e-4
 
 
-class Beside(NamedTuple):
+class SmallEntriesSolution(NamedTuple):
     """An exact solution beside a z.
 
     z : that solution, rounded, shape (n,). distance : the largest |z - z*|_j, relative
@@ -122,7 +122,7 @@ class Comparison(NamedTuple):
 
 
 @np.errstate(all="ignore")
-def solution_beside(point: Point) -> Beside | None:
+def solution_up_to_small_entries(point: Point) -> SmallEntriesSolution | None:
     """Return the exact solution beside a point, if all that is said above holds."""
     problem, tol = point.criterion.problem, point.criterion.tol
     # Small numbers only underflow.
@@ -144,15 +144,15 @@ def solution_beside(point: Point) -> Beside | None:
         return None
     on_bounds = np.where(basis == BASIC, z, problem.box.nonbasic(basis))
     clean = Point(point.criterion, on_bounds)
-    for near in _pivoted(problem, basis, z):
-        proved = _proved(problem, near, distances)
+    for candidate in _solutions_by_pivoting(problem, basis, z):
+        proved = _proved(problem, candidate, distances)
         if proved is None:
             continue
-        found = _compared(point, clean, *proved, comparison)
-        if found is not None and distances is None:
-            is_stable = enclosure.is_stable(problem, found.z)
-            found = found._replace(is_stable=is_stable)
-        return found
+        solution = _compared(point, clean, *proved, comparison)
+        if solution is not None and distances is None:
+            is_stable = enclosure.is_stable(problem, solution.z)
+            solution = solution._replace(is_stable=is_stable)
+        return solution
     return None
 
 
@@ -167,7 +167,9 @@ def _theorem(problem: Problem) -> error_theorems.Distances | None:
 def _is_even(problem: Problem) -> bool:
     """Return whether some u > 0 with <M> u >= 0, for an H+-matrix M, varies little in
     each part."""
-    M, diagonal, units = problem.M, problem.M.diagonal(), problem.units
+    M = problem.M
+    diagonal = problem.M.diagonal()
+    units = problem.units
     others = absolute_product(M, np.ones(problem.n)) - diagonal
     if (others <= diagonal * (1 + problem.n * EPS)).all():
         return True
@@ -176,10 +178,12 @@ def _is_even(problem: Problem) -> bool:
         u = PrincipalSolver(matrices.comparison(M)).solve(indices, diagonal)
         if np.isfinite(u).all() and (u > 0).all():
             powers = np.log2(u)
-            most = units.largest(powers, units.column_part)
-            least = -units.largest(-powers, units.column_part)
-            used = most > -np.inf
-            return bool((most - least <= np.log2(MAX_UNEVENNESS))[used].all())
+            max_powers = units.largest(powers, units.column_part)
+            min_powers = -units.largest(-powers, units.column_part)
+            used = max_powers > -np.inf
+            return bool(
+                (max_powers - min_powers <= np.log2(MAX_UNEVENNESS))[used].all()
+            )
     return False
 
 
@@ -209,73 +213,81 @@ def _states(problem: Problem, z: Vector, error: Vector) -> States | None:
     return np.where(at_lower, LOWER, np.where(at_upper, UPPER, BASIC)).astype(np.int8)
 
 
-def _pivoted(problem: Problem, basis: States, z: Vector) -> Iterator[Vector]:
+def _solutions_by_pivoting(
+    problem: Problem, basis: States, z: Vector
+) -> Iterator[Vector]:
     """Yield the ends of block pivoting from these states, and from those of z where
     that leads to none, as where a system is singular."""
-    own = problem.box.basis_at(z)
-    for start in (basis, np.where(basis == BASIC, own, basis)):
+    states_of_z = problem.box.basis_at(z)
+    for start in (basis, np.where(basis == BASIC, states_of_z, basis)):
         with suppress(SingularMatrix):
             solutions = BasicSolutions(problem)
-            for found in islice(solutions.exchanging(start), MAX_STEPS):
+            for basic_solution in islice(solutions.exchanging(start), MAX_STEPS):
                 raise_if_timed_out()
-                if not solutions.count_violations(found):
-                    yield problem.box.project(found.z)
+                if not solutions.count_violations(basic_solution):
+                    yield problem.box.project(basic_solution.z)
                     break
 
 
 def _proved(
-    problem: Problem, near: Vector, theorem: error_theorems.Distances | None
+    problem: Problem, candidate: Vector, theorem: error_theorems.Distances | None
 ) -> tuple[Vector, Vector] | None:
     """Return a z near an exact solution, with bounds on its distances from that; None
     if none is proved."""
     if theorem is not None:
-        small = np.abs(near) < error_theorems.SMALLEST_ENTRY
-        y = np.where(small, 0.0, near)
+        small = np.abs(candidate) < error_theorems.SMALLEST_ENTRY
+        y = np.where(small, 0.0, candidate)
         w = error_theorems.residual(problem, y)
         if w is not None:
-            return near, theorem(y, w) * (1 + 8 * EPS) + np.abs(near - y)
-    change, fault = enclosure.distances(problem, near)
+            return candidate, theorem(y, w) * (1 + 8 * EPS) + np.abs(candidate - y)
+    change, fault = enclosure.distances(problem, candidate)
     if not fault:
-        return near, change
-    basis = problem.box.basis_at(near)
-    if np.count_nonzero(basis == BASIC) > farkas.most_exact():
+        return candidate, change
+    basis = problem.box.basis_at(candidate)
+    if np.count_nonzero(basis == BASIC) > farkas.max_exact_unknowns():
         return None
     data = ExactProblem.of_basis(problem, basis)
     exact = exact_basis(data, basis, Effort(EFFORT))
     if exact is None or not (exact.unique and exact.solves):
         return None
-    near = rounded(exact.z)
-    return (near, ROUNDING * np.abs(near)) if np.isfinite(near).all() else None
+    candidate = rounded(exact.z)
+    return (
+        (candidate, ROUNDING * np.abs(candidate))
+        if np.isfinite(candidate).all()
+        else None
+    )
 
 
 def _compared(
-    point: Point, clean: Point, near: Vector, change: Vector, comparison: Comparison
-) -> Beside | None:
+    point: Point, clean: Point, solution: Vector, change: Vector, comparison: Comparison
+) -> SmallEntriesSolution | None:
     """Return the solution near a point if it is as near as is required. clean : the
     point, with components on the bounds at which the solution is."""
-    problem, z, tol = point.criterion.problem, point.z, point.criterion.tol
-    sizes = _sizes(problem, near, comparison)
-    distance = np.abs(z - near) + change
+    problem = point.criterion.problem
+    z = point.z
+    tol = point.criterion.tol
+    sizes = _sizes(problem, solution, comparison)
+    distance = np.abs(z - solution) + change
     if (distance > tol * sizes + ROUNDING * np.abs(z)).any():
         return None
     is_violated = clean.relative_residuals > max(tol, ROUNDING)
     data = np.where(is_violated, np.abs(Measure(problem).reference_w), 0.0)
     if not comparison.is_even:
-        if data.any() or not _is_worth_little(problem, distance, near, tol):
+        if data.any() or not _is_worth_little(problem, distance, solution, tol):
             return None
-    elif (data > 0).any() and not _decays(problem, near, data):
+    elif (data > 0).any() and not _decays(problem, solution, data):
         return None
-    differs = (z != near) | (near != 0)
-    is_uncertain = differs & (distance > FEW_DIGITS * np.abs(near))
-    uncertain = np.maximum(np.abs(z), np.abs(near))[is_uncertain]
+    differs = (z != solution) | (solution != 0)
+    is_uncertain = differs & (distance > FEW_DIGITS * np.abs(solution))
+    uncertain = np.maximum(np.abs(z), np.abs(solution))[is_uncertain]
     largest = float(quotients(distance, sizes).max(initial=0.0))
-    return Beside(near, largest, uncertain, is_stable=True)
+    return SmallEntriesSolution(solution, largest, uncertain, is_stable=True)
 
 
-def _decays(problem: Problem, near: Vector, data: Vector) -> bool:
+def _decays(problem: Problem, solution: Vector, data: Vector) -> bool:
     """Return whether in each row with such a datum neighbours with larger entries
     contribute to it."""
-    moved, rows = np.abs(problem.from_reference(near)), data.nonzero()[0]
+    moved, rows = np.abs(problem.from_reference(solution)), data.nonzero()[0]
     M = problem.M[rows]
     if not is_sparse(M):
         inward = np.where(moved > moved[rows][:, np.newaxis], moved, 0.0)
@@ -289,11 +301,11 @@ def _decays(problem: Problem, near: Vector, data: Vector) -> bool:
 
 
 def _is_worth_little(
-    problem: Problem, distance: Vector, near: Vector, tol: float
+    problem: Problem, distance: Vector, solution: Vector, tol: float
 ) -> bool:
     """Return whether the distances, each times the terms of its row, are small beside
     the solution, in each part."""
-    units, moved = problem.units, np.abs(problem.from_reference(near))
+    units, moved = problem.units, np.abs(problem.from_reference(solution))
     terms = np.abs(problem.q_ref) + absolute_product(problem.M, moved)
     weights = np.exp2(units.rows - units.columns) * terms
     lost, whole = (

@@ -163,27 +163,35 @@ def verify_nonlinear(problem: NonlinearProblem, z: Vector, tol: float) -> Verifi
             accepted=False,
             message=message,
         )
-    found = _verified(point, None)
-    return replace(found, message="; ".join([found.message, *point.remarks()]))
+    verification = _verified(point, None)
+    return replace(
+        verification, message="; ".join([verification.message, *point.remarks()])
+    )
 
 
 def _verified(point: Point, bound: Bound | None) -> Verification:
     """Return the verification of a point, in doubles."""
-    problem, z, tol = point.criterion.problem, point.z, point.criterion.tol
+    problem = point.criterion.problem
+    z = point.z
+    tol = point.criterion.tol
     each, relative = point.relative_residuals, point.relative_residual
-    found = accepted(problem, [point], tol, Extent(as_given=True))
-    is_accepted = found is not None and found.solved
+    acceptance = accepted(problem, [point], tol, Extent(as_given=True))
+    is_accepted = acceptance is not None and acceptance.solved
     message = _measured(point, tol)
-    if found is None:
+    if acceptance is None:
         nearby = next((other for other in point.alternatives() if other.solves()), None)
         if nearby is not None and nearby.is_near(point, max(tol, SMALL_CHANGE)):
-            message += _way_to(nearby, point)
-    elif found.reason and found.certificate is None and not found.point.solves():
-        message += f"{', but' if is_accepted else ';'} {found.reason}"
-    elif found.certificate is not None:
-        message += f", and {found.certificate.statement}"
-    elif found.point is not point:
-        message += _way_to(found.point, point)
+            message += _how_changed(nearby, point)
+    elif (
+        acceptance.reason
+        and acceptance.certificate is None
+        and not acceptance.point.solves()
+    ):
+        message += f"{', but' if is_accepted else ';'} {acceptance.reason}"
+    elif acceptance.certificate is not None:
+        message += f", and {acceptance.certificate.statement}"
+    elif acceptance.point is not point:
+        message += _how_changed(acceptance.point, point)
     violating = [
         i
         for i in np.argsort(-each, kind="stable").tolist()
@@ -214,7 +222,9 @@ def _measured(point: Point, tol: float) -> str:
     """Return by how much a point fails to be a solution, as a clause: by its relative
     residual, or, as no change of M and q helps there, by how far it is beyond a
     bound."""
-    problem, z, relative = point.criterion.problem, point.z, point.relative_residual
+    problem = point.criterion.problem
+    z = point.z
+    relative = point.relative_residual
     if relative < np.inf:
         word = "at most" if point.solves() else "above"
         return f"its relative residual {relative:.1e} is {word} {tol:g}"
@@ -229,7 +239,7 @@ def _measured(point: Point, tol: float) -> str:
     return f"{name} is {abs(beyond[i]):.2g} {side} bound {bound[i]:.7g}"
 
 
-def _way_to(nearby: Point, point: Point) -> str:
+def _how_changed(nearby: Point, point: Point) -> str:
     """Return how a point that meets the criterion differs from one, as a clause."""
     ways = [nearby.counted_as_0] if nearby.counted_as_0 else []
     if not np.array_equal(nearby.z, point.z):
@@ -242,7 +252,7 @@ def _way_to(nearby: Point, point: Point) -> str:
 
 @np.errstate(all="ignore")
 def verify_exactly(
-    data: ExactProblem, z: list[Fraction], given_w: list[Fraction] | None = None
+    data: ExactProblem, z: list[Fraction], claimed_w: list[Fraction] | None = None
 ) -> Verification:
     """Verify z, of length n, in rational arithmetic: it is accepted if it is a
     solution, and the claimed M z + q, if it is given, is right. Only the measures are
@@ -254,22 +264,21 @@ def verify_exactly(
     )
     different = (
         (i, *both)
-        for i, both in enumerate(zip(w, given_w or w, strict=False), 1)
+        for i, both in enumerate(zip(w, claimed_w or w, strict=False), 1)
         if both[0] != both[1]
     )
-    wrong = next(
+    difference = next(
         (
-            f"component {i} {FROM_1} is {brief(own)}, not {brief(given)}"
-            for i, own, given in different
+            f"component {i} {FROM_1} is {brief(computed)}, not {brief(claimed)}"
+            for i, computed, claimed in different
         ),
         "",
     )
-    failure = f"the given w is not Mz + q: {wrong}" * bool(wrong)
+    failure = f"the given w is not Mz + q: {difference}" if difference else ""
     if violating:
-        failure = (
-            f"z is not an exact solution: {count(len(violating), 'component')} "
-            f"fail{'s' * (len(violating) == 1)}"
-        )
+        verb = "fails" if len(violating) == 1 else "fail"
+        components = count(len(violating), "component")
+        failure = f"z is not an exact solution: {components} {verb}"
     doubles = rounded(z)
     point = Point(Criterion(data.problem), doubles, is_admissible=False)
     return Verification(
@@ -301,10 +310,15 @@ def verify_farkas(
     exact, doubles = data is not None, rounded(y)
     problem = problem if data is None else data.problem
     message = f"proved infeasible: {problem.box.wording.refuted}"
-    known = data or ExactProblem.of_floats(problem)
+    exact_data = data or ExactProblem.of_floats(problem)
     is_proof = not exact and Proof("farkas", doubles).holds(problem)
-    failure = "" if is_proof else _failed_condition(known, y)
-    if failure and exact and is_rounded and exact_proof(known, doubles) is not None:
+    failure = "" if is_proof else _failed_condition(exact_data, y)
+    if (
+        failure
+        and exact
+        and is_rounded
+        and exact_proof(exact_data, doubles) is not None
+    ):
         failure = ""
     elif failure and not exact:
         rounded_from = 0 if is_rounded else MANY
@@ -327,9 +341,11 @@ def _failed_condition(data: ExactProblem, y: list[Fraction]) -> str:
             else "y has a wrong sign, or y'w is not negative for every z within the "
             "bounds"
         )
-    i, least = min(enumerate(y), key=lambda entry: entry[1], default=(0, Fraction(0)))
-    if least < 0:
-        return f"y{i + 1} = {brief(least)} is negative"
+    i, smallest = min(
+        enumerate(y), key=lambda entry: entry[1], default=(0, Fraction(0))
+    )
+    if smallest < 0:
+        return f"y{i + 1} = {brief(smallest)} is negative"
     columns, constant = data.with_transpose(y)
     if constant >= 0:
         return f"q'y = {brief(constant)} is not negative"
@@ -347,18 +363,21 @@ def _violation(problem: Problem, i: int, z: Number, w: Number) -> Violation[Numb
             f"{name} < 0" for name, value in (("z", z), ("w", w)) if value < 0
         )
         return Violation(i, negative or "z w > 0", z, w)
-    low, high, kind = (
-        problem.box.lower[i],
-        problem.box.upper[i],
-        "w < 0" if w < 0 else "w > 0",
-    )
-    return Violation(
-        i, "z < lower" if z < low else "z > upper" if z > high else kind, z, w
-    )
+    low = problem.box.lower[i]
+    high = problem.box.upper[i]
+    if z < low:
+        kind = "z < lower"
+    elif z > high:
+        kind = "z > upper"
+    else:
+        kind = "w < 0" if w < 0 else "w > 0"
+    return Violation(i, kind, z, w)
 
 
 def _backward_error(point: Point, w: Vector) -> float:
-    problem, box, z = point.criterion.problem, point.criterion.problem.box, point.z
+    problem = point.criterion.problem
+    box = point.criterion.problem.box
+    z = point.z
     changes = np.maximum(box.excess(np.where(box.fixed, box.lower, z), w), 0.0)
     sizes = matrices.absolute_product(problem.M, np.abs(z)) + np.abs(problem.q)
     largest = np.max(changes[changes > 0] / sizes[changes > 0], initial=0.0)

@@ -192,9 +192,9 @@ def _units(M: Any) -> Any:
 
 
 def _confirmed(z: Any, basis: Any) -> Any:
-    from lcpcli.verify.final_states import Confirmed
+    from lcpcli.verify.final_states import VerifiedPoint
 
-    return Confirmed(z, basis)
+    return VerifiedPoint(z, basis)
 
 
 def _in_range(problem: Any, y: Any) -> Any:
@@ -432,7 +432,7 @@ SWITCHES: tuple[Switch, ...] = (
     Switch("kernels", "solving.direct_run:compiled", nothing),
     Switch(
         "kernels of entries",
-        "solving.direct_run:judge",
+        "solving.direct_run:acceptance_test",
         constant(lambda *_: (None, None)),
         ("kernels.compiled:judged_by_entries",),
     ),
@@ -494,7 +494,7 @@ SWITCHES: tuple[Switch, ...] = (
         "solutions beside",
         "verify.acceptance:_beside",
         nothing,
-        ("verify.small_entries:solution_beside",),
+        ("verify.small_entries:solution_up_to_small_entries",),
     ),
     Switch(
         "rounded differences", "verify.nearby_solutions:is_rounded_difference", never
@@ -523,7 +523,7 @@ SWITCHES: tuple[Switch, ...] = (
     Switch(
         "simple proofs", "verify.farkas:_simple", empty, ("verify.farkas:_corrected",)
     ),
-    Switch("proofs with room", "verify.alternative:with_room", empty),
+    Switch("proofs with room", "verify.alternative:with_margin", empty),
     Switch(
         "proofs up to rounding",
         "verify.farkas:cancellation",

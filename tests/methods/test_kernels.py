@@ -113,7 +113,7 @@ def test_the_compiled_checks_say_nothing_else_than_the_measure(
             assert all(map(partial(np.allclose, atol=0), rows[1:3], usual[1:3]))
             assert np.all(rows.error >= (1 - 1e-12) * usual.error)
     assert (
-        Point(Criterion(sparse, judge=compiled.judged_by_entries), z).solves()
+        Point(Criterion(sparse, acceptance_test=compiled.judged_by_entries), z).solves()
         == point.solves()
     )
 

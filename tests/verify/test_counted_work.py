@@ -105,7 +105,7 @@ def test_connected_parts_are_decided_apart() -> None:
     """800 unknowns are basic, twice as many as are solved at once, in parts of 4."""
     problem = blocks_of(300, 0)
     z = lcpcli.run(problem).z
-    assert np.count_nonzero(z) > farkas.most_exact()
+    assert np.count_nonzero(z) > farkas.max_exact_unknowns()
     exact = lcpcli.exact(problem).exact
     assert exact.status is Status.SOLVED
     rounded = np.array([float(value) for value in exact.z])

@@ -22,7 +22,7 @@ from lcpcli import Problem, Result, from_qp, read, run
 from lcpcli.bench.suites import SUITES, problem_of
 from lcpcli.files import contents
 from lcpcli.gallery import families
-from lcpcli.verify.digits import DOUBLE_DIGITS, fewest
+from lcpcli.verify.digits import DOUBLE_DIGITS, fewest_digits
 from lcpcli.verify.point import without_wrong_solutions
 
 from ..conftest import Outcome
@@ -81,7 +81,7 @@ def test_digits_of_a_hundred_problems_with_conditions_up_to_1e16() -> None:
         if not (result.solved and (result.z > 0).all()):
             continue  # rounding the data has changed the basis
         excess.append(
-            fewest(problem, result.z, counted(result))[0]
+            fewest_digits(problem, result.z, counted(result))[0]
             - round(right_digits(result.z, solution))
         )
     assert len(excess) >= 75

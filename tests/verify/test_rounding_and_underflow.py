@@ -21,7 +21,7 @@ from lcpcli.solving import direct_run
 from lcpcli.typing import Vector
 from lcpcli.verify import exact_solution
 from lcpcli.verify.acceptance import BY_CRITERION, accepted
-from lcpcli.verify.final_states import confirmed, is_doubtful
+from lcpcli.verify.final_states import is_doubtful, verified_or_exact
 from lcpcli.verify.measure import FEW_UNKNOWNS
 from lcpcli.verify.point import Criterion, Point
 
@@ -365,7 +365,7 @@ def test_what_rounding_hides_is_decided_exactly() -> None:
     M = np.array([[3.0, 0, 0], [1, 1, 1], [0, 0, 1]])
     for own in (-1 / 3, -np.nextafter(1 / 3, 1)):
         problem = Problem(M, [-1.0, own, -1e-17])
-        found = confirmed(problem, np.array([1 / 3, 0.0, 1e-17]))
+        found = verified_or_exact(problem, np.array([1 / 3, 0.0, 1e-17]))
         solution = exact.solution(problem)
         assert found.z.tolist() == [float(value) for value in solution]
         assert (found.z[1] > 0) == (own < -1 / 3)
@@ -377,7 +377,7 @@ def test_contradictions_by_less_than_rounding_are_not_confirmed() -> None:
     problem, z = Problem(M, [-1e-17, -1e-17, -1, -1]), np.array([0.0, 0, 1, 1])
     assert exact.solution(problem) is None
     assert is_doubtful(problem, z)
-    assert confirmed(problem, z) is None
+    assert verified_or_exact(problem, z) is None
     assert lcpcli.run(problem).status.has_no_solution
 
 
@@ -390,7 +390,7 @@ def test_a_confirmed_solution_of_few_unknowns_is_near_an_exact_one(seed: int) ->
     problem = Problem(
         F @ F.T, -F @ F.T @ z + (z == 0) * random.integers(0, 2, n) * 1e-16
     )
-    found = confirmed(problem, z)
+    found = verified_or_exact(problem, z)
     if found is not None and is_doubtful(problem, z):
         states = ["basic" if value > 0 else "lower" for value in found.z]
         near = exact.of_states(*exact.rational(problem), [0] * n, [np.inf] * n, states)

@@ -37,7 +37,7 @@ from lcpcli.formulations.bimatrix_game.strategies import (
 from lcpcli.linalg.patterns import connected
 from lcpcli.model.problem import Problem
 from lcpcli.rational import elimination
-from lcpcli.rational.dictionary import Point, Vertex
+from lcpcli.rational.dictionary import RationalPoint, Vertex
 from lcpcli.rational.exact_problem import ExactProblem
 from lcpcli.rational.numbers import over_one_denominator
 from lcpcli.report import wording
@@ -62,8 +62,8 @@ class ExactEquilibrium:
         indices of all add up to 1.
     """
 
-    row: Point
-    column: Point
+    row: RationalPoint
+    column: RationalPoint
     payoffs: tuple[Fraction, Fraction]
     pure: bool
     index: int | None = None
@@ -79,8 +79,8 @@ class NashSubset:
     player, in any pairing; and the extreme equilibria that its strategies form, counted
     from 0."""
 
-    rows: tuple[Point, ...]
-    columns: tuple[Point, ...]
+    rows: tuple[RationalPoint, ...]
+    columns: tuple[RationalPoint, ...]
     extreme: tuple[int, ...]
 
 
@@ -142,7 +142,7 @@ class Players(Meaning):
         super().__init__(data)
         self._game, self._rows = game, len(game.A)
         self._constants = game.cost_constants()
-        self._found: dict[Point, ExactEquilibrium] = {}
+        self._found: dict[RationalPoint, ExactEquilibrium] = {}
         # Each once, as many equilibria may share it.
         self._strategies: dict[Vertex, Vertex] = {}
 
@@ -185,7 +185,9 @@ class Players(Meaning):
 
         return InPayoffs(data, z_of)
 
-    def take(self, vertices: Sequence[Point], check: Callable[[], None]) -> None:
+    def take(
+        self, vertices: Sequence[RationalPoint], check: Callable[[], None]
+    ) -> None:
         """Make equilibria of extreme solutions."""
         for z in vertices:
             if z not in self._found:
@@ -243,7 +245,7 @@ class EquilibriaInOrder(Arrangement):
     def __init__(
         self,
         game: Game,
-        equilibria: Mapping[Point, ExactEquilibrium],
+        equilibria: Mapping[RationalPoint, ExactEquilibrium],
         pieces: Sequence[Piece],
         complete: bool,
     ) -> None:
