@@ -25,7 +25,7 @@ LONG = {
     "lcpcli.formulations.quadratic_program.mps_format._Reader.program",
     "lcpcli.kernels.measure_kernels._judgement",
     "lcpcli.linalg.units._sparse",
-    "lcpcli.verify.final_states.confirmed",
+    "lcpcli.verify.final_states.verified_or_exact",
     "lcpcli.model.problem.Problem.__init__",
     "lcpcli.formulations.quadratic_program.reductions.from_qp",
     "lcpcli.solving.many.solve_many",
