@@ -276,7 +276,7 @@ def _motions(problem: Problem, z: Vector, w: Vector, basic: Mask) -> _Motions | 
             break
         if not new.any():
             break
-        exchanges = _Exchanges(problem, z, states, moves, kinks, near)
+        exchanges = _Exchanges(problem, z, states, moves, kinks, may_reach_bound)
         sizes, free = exchanges.largest_sizes(), exchanges.free
     return _Motions(
         alone[0] + MEDIAN * alone[1],
