@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from lcpcli import Problem
-from lcpcli.methods.direct import DirectAnswer, beyond_doubt, exchanges
+from lcpcli.methods.direct import DirectAnswer, exchanges, without_doubtful_terms
 from lcpcli.solving.direct_run import exhausted
 from lcpcli.verify.final_states import may_hide_term
 
@@ -15,4 +15,4 @@ def direct(problem: Problem, tol: float) -> DirectAnswer | None:
     answer = exhausted(exchanges(problem, tol))
     if answer is None or not may_hide_term(problem, answer.z):
         return answer
-    return beyond_doubt(problem, answer)
+    return without_doubtful_terms(problem, answer)

@@ -1,12 +1,13 @@
 """The attempts of `auto`: the facts that decide, how each attempt begins, and the table
 that says which are made, when, and how far at first.
 
-Attempts are made in the order of the table, in rounds. One with a share is suspended
-when that is used up; in each later round it goes on with twice the share, after M.
-Luby, A. Sinclair and D. Zuckerman, Optimal speedup of Las Vegas algorithms, Information
-Processing Letters 47 (1993) 173-180: what would answer at once waits for no attempt
-that runs long, and the total is a small multiple of what the best attempt takes. A
-share counts iterates, never seconds.
+Attempts are made in the order of the table, in rounds. One with a limit on the iterates
+of its first round is suspended at this limit; in each later round it continues with
+twice the limit of the round before, after M. Luby, A. Sinclair and D. Zuckerman,
+Optimal speedup of Las Vegas algorithms, Information Processing Letters 47 (1993)
+173-180: an attempt that would answer at once waits for no attempt that runs long, and
+the total is a small multiple of what the best attempt takes. The limits count iterates,
+never seconds.
 
 To add an attempt, add a row. `lcpcli.plan` and `lcp inspect` show the rows that apply
 to a problem.
@@ -39,7 +40,7 @@ from lcpcli.linalg.patterns import affordable, is_forest
 from lcpcli.methods import direct, stages
 from lcpcli.methods.newton import MIN_INDEX_STEPS, SLOW, dense_route, newton
 from lcpcli.methods.registry import METHODS
-from lcpcli.methods.stages import Iterate, Part, Stage, Stalled, Tried
+from lcpcli.methods.stages import Iterate, Part, RecordedStages, Stage, Stalled
 from lcpcli.model.changes import is_far_from_one
 from lcpcli.model.problem import Problem
 from lcpcli.typing import Mask, Vector
@@ -68,7 +69,9 @@ MAX_FOR_MILP = 100  # unknowns up to which it does
 # Iterations of the simplex method, by the seconds that so many usually take: for each
 # entry of M, for a linear program before the interior point method has its turn; after
 # first attempts of that, by the order of M; and at least.
-SIMPLEX_EFFORT, SIMPLEX_EFFORT_BY_ORDER, MIN_SIMPLEX_EFFORT = 4e-5, 1e-9, 0.1
+SIMPLEX_EFFORT = 4e-5
+SIMPLEX_EFFORT_BY_ORDER = 1e-9
+MIN_SIMPLEX_EFFORT = 0.1
 # Most changes of state in a step of newton, relative to the last step, if it is to go
 # on.
 NEWTON_SETTLING_FACTOR = 0.2
@@ -92,22 +95,29 @@ MAX_UNFILLED = 100  # unknowns up to which sparse factors cost no less than dens
 
 
 class Structure:
-    """What auto knows of a problem when it chooses an attempt, each fact computed when
-    it is first asked for.
+    """The facts about a problem by which auto chooses an attempt, each computed when it
+    is first needed.
 
-    given, problem : the problem as it is, and with dense M if n is small. x0 : as auto
-        starts.
-    tried : the stages of first attempts that have been made, to be passed on instead of
-        being made again.
-    is_linearization : whether a good step of a nonlinear method is asked for, no proof.
-    follow : of Lemke's paths, `tableau.follow` or its compiled form. reduced : returns
-        a `Reduction` that is kept for problems with this M; None if none is.
+    original_problem, problem : the problem as it is, and with dense M if n is small.
+    x0 : the start of auto.
+    recorded_stages : the stages of first attempts that have run already, to be passed
+        on instead of being run again.
+    is_linearization : whether the problem is the linearization of a nonlinear one, for
+        which a good step is needed, and no proof.
+    follow : `tableau.follow` or its compiled form, for Lemke's paths.
+    reduced : returns a `Reduction` that is stored for problems with this M; None if
+        none is stored.
     """
 
     def __init__(
-        self, problem: Problem, x0: Vector, tried: Tried | None = None
+        self,
+        problem: Problem,
+        x0: Vector,
+        recorded_stages: RecordedStages | None = None,
     ) -> None:
-        self.given, self.x0, self.tried = problem, x0, tried or {}
+        self.original_problem = problem
+        self.x0 = x0
+        self.recorded_stages = recorded_stages or {}
         self.follow: Follow = tableau.follow
         self.reduced: Callable[[Problem], Reduction] | None = None
         self.is_linearization = False
@@ -121,18 +131,22 @@ class Structure:
     def thin(self) -> Problem:
         """Return the problem with sparse M if M has so few entries that sparse factors
         cost less even for small n; else with dense M for small n."""
-        most = direct.MAX_FILLED * self.given.n**2
+        max_entries = direct.MAX_FILLED * self.original_problem.n**2
         M = (
-            self.given.M
-            if self.given.n <= MAX_UNFILLED
-            else thinned(self.given.M, most)
+            self.original_problem.M
+            if self.original_problem.n <= MAX_UNFILLED
+            else thinned(self.original_problem.M, max_entries)
         )
-        is_thin = is_sparse(M) and self.given.n > MAX_UNFILLED and M.nnz <= most
-        return direct.as_sparse(self.given, M) if is_thin else self.problem
+        is_thin = (
+            is_sparse(M)
+            and self.original_problem.n > MAX_UNFILLED
+            and M.nnz <= max_entries
+        )
+        return direct.as_sparse(self.original_problem, M) if is_thin else self.problem
 
     @property
     def reduction(self) -> Reduction | None:
-        """Return the problem in bounded variables, if it is kept."""
+        """Return the problem in bounded variables, if it is stored."""
         return None if self.reduced is None else self.reduced(self.problem)
 
     @cached_property
@@ -140,9 +154,9 @@ class Structure:
         """Return whether M is sparse, and of so many unknowns that its sparse factors
         cost less, and positive definite, up to rounding of its entries, but no
         M-matrix, so that it may be ill-conditioned without properties that other
-        methods need; and factors of it are affordable. One tells."""
-        M = self.given.M
-        if not (self.given.n > MAX_UNFILLED and may_be_stiff(M)):
+        methods need; and factors of it are affordable."""
+        M = self.original_problem.M
+        if not (self.original_problem.n > MAX_UNFILLED and may_be_stiff(M)):
             return False
         if not (is_narrow(M) or affordable(M)):
             return False
@@ -173,13 +187,13 @@ class Structure:
     @cached_property
     def is_no_p_matrix(self) -> bool:
         """Return whether M has a zero on the diagonal, as for programs: newton then
-        rarely settles, unless it does so fast."""
+        rarely converges, unless it does so fast."""
         return not self.problem.M.diagonal().all()
 
     @cached_property
     def is_z_matrix(self) -> bool:
         """Return whether no entry of M off the diagonal is positive, and all on it are:
-        exchanges then advance from both sides."""
+        block pivots then advance from both sides."""
         return self.has_no_positive_links and bool(
             (self.problem.M.diagonal() > 0).all()
         )
@@ -206,7 +220,7 @@ class Structure:
     def is_semidefinite(self) -> bool:
         """Return whether M + M' is positive semidefinite; it is assumed if M is large
         and sparse."""
-        return self.is_large_and_sparse or is_semidefinite(self.given.M)
+        return self.is_large_and_sparse or is_semidefinite(self.original_problem.M)
 
     @cached_property
     def is_unsure(self) -> bool:
@@ -240,7 +254,11 @@ class Structure:
     def is_frictional(self) -> bool:
         """Return whether M has the blocks of contact with friction, with zeros or small
         numbers on the diagonal, for more than a few unknowns without bounds."""
-        M = self.given.M if is_sparse(self.given.M) else self.thin.M
+        M = (
+            self.original_problem.M
+            if is_sparse(self.original_problem.M)
+            else self.thin.M
+        )
         if (
             self.problem.is_mixed
             or self.problem.n < MIN_FRICTIONAL
@@ -261,9 +279,9 @@ class Structure:
         return self.problem.n > direct.MAX_PIVOTED and self.is_frictional
 
     @cached_property
-    def is_pivoted(self) -> bool:
-        """Return whether Lemke's path is followed before anything but newton is
-        tried."""
+    def prefers_lemke(self) -> bool:
+        """Return whether Lemke's path is followed before any other method but
+        newton."""
         n = self.problem.n
         if n > direct.MAX_PIVOTED or self.is_unsure or is_far_from_one(self.problem):
             return False
@@ -302,15 +320,18 @@ class Structure:
 Begin: TypeAlias = Callable[[Structure], Stage]
 
 
-class Row(NamedTuple):
-    """An attempt.
+class AttemptRule(NamedTuple):
+    """An attempt: when it is made, and how its stage is made.
 
-    method, part : the method that it belongs to, and what of it is tried; "" if that is
-        all of it.
-    reason : why it is tried, in words. applies : whether it is. begin : how; None if it
-    takes no turns in rounds, but is begun by `policy` on the problem as given. share :
-    the iterates of its first round; infinite if it is never suspended. first_round :
-    the round in which it begins, from 0.
+    method, part : the method that it belongs to, and the variant of the method; "" if
+        it is the whole method.
+    reason : why the attempt is made, in words.
+    applies : whether it is made for a problem.
+    begin : returns its stage; None if it takes no part in rounds, but is begun by
+        `policy` on the original problem.
+    first_round_iterations : the iterates of its first round; infinite if it is never
+        suspended.
+    first_round : the round in which it begins, from 0.
     """
 
     method: str
@@ -318,7 +339,7 @@ class Row(NamedTuple):
     reason: str
     applies: Callable[[Structure], bool]
     begin: Begin | None
-    share: Callable[[Structure], float] = lambda _: math.inf
+    first_round_iterations: Callable[[Structure], float] = lambda _: math.inf
     first_round: int = 0
 
 
@@ -351,44 +372,45 @@ def _has_few_nodes(structure: Structure) -> bool:
     )
 
 
-def by(
-    place: str, given: Callable[[Structure], tuple[Any, ...]] = lambda s: (s.problem,)
+def stage_factory(
+    function_path: str,
+    arguments_of: Callable[[Structure], tuple[Any, ...]] = lambda s: (s.problem,),
 ) -> Begin:
-    """Return how an attempt begins: by a function of the room of methods, loaded at
-    that time, of what is given."""
+    """Return the function that makes the stage of an attempt: it loads a function of
+    `lcpcli.methods`, named as "module.function", and calls it with these arguments."""
 
     def begin(structure: Structure) -> Stage:
-        module, _, function = place.partition(".")
+        module, _, function = function_path.partition(".")
         with imports:
-            found: Callable[..., Stage] = getattr(
+            function_of_stage: Callable[..., Stage] = getattr(
                 import_module(f"lcpcli.methods.{module}"), function
             )
-        return found(*given(structure))
+        return function_of_stage(*arguments_of(structure))
 
     return begin
 
 
 def newton_while_fast(structure: Structure) -> Stage:
-    """Run newton until a step changes more than NEWTON_SETTLING_FACTOR of the states
-    that the last step changed.
+    """Run newton until a step changes the basis status of more than
+    NEWTON_SETTLING_FACTOR times the variables that the last step changed.
 
     Circuits need three steps, each with one factorization; most programs end it at the
     first one.
     """
     box, stage = structure.problem.box, usual_newton(structure)
-    basis, most = box.basis_of(np.zeros(structure.problem.n)), math.inf
+    basis, max_changes = box.basis_of(np.zeros(structure.problem.n)), math.inf
     while isinstance(step := stages.advance(stage), Iterate):
         before, basis = basis, box.basis_of(step.x)
         changes = np.count_nonzero(basis != before)
         yield step
-        if changes > most:
+        if changes > max_changes:
             return Stalled(SLOW)
-        most = max(NEWTON_SETTLING_FACTOR * changes, SETTLED_CHANGES)
+        max_changes = max(NEWTON_SETTLING_FACTOR * changes, SETTLED_CHANGES)
     return step
 
 
 def usual_newton(structure: Structure) -> Stage:
-    """Run newton; on dense M its exchanges of single indices, which advance only for
+    """Run newton; on dense M its pivots on single indices, which advance only for
     P-matrices, are few or none."""
     problem = structure.problem
     if is_sparse(problem.M):
@@ -398,14 +420,14 @@ def usual_newton(structure: Structure) -> Stage:
 
 
 def _is_hasty(problem: Problem) -> bool:
-    """Return whether newton is given up as soon as it is hopeless: where Lemke's path
+    """Return whether newton is stopped as soon as it is hopeless: where Lemke's path
     follows."""
     return problem.n <= direct.MAX_PIVOTED
 
 
 def _single_exchanges(structure: Structure) -> int:
-    """Return how many exchanges of single indices on dense M are made before other
-    methods have their turn: few where Lemke's path follows, which advances by one index
+    """Return how many pivots on single indices of a dense M are made before other
+    methods are attempted: few where Lemke's path follows, which advances by one index
     at a time too, for a fraction of the cost, or interior."""
     return direct.FEW_INDEX_STEPS if _is_hasty(structure.problem) else MIN_INDEX_STEPS
 
@@ -422,11 +444,11 @@ def _from_basic_zeros(structure: Structure) -> Stage:
 
 
 def all_basic(structure: Structure) -> Stage:
-    """Solve M z = -q, and exchange the signs that are wrong.
+    """Solve M z = -q, and pivot on the infeasibilities.
 
-    Pivoting from q < 0 may miss a solution with w = 0 and many z_i at bounds, as these
-    have no definite states, and may take n steps where M is an M-matrix, as for
-    options, and each step finds only the neighbours of the last variables.
+    Pivoting from q < 0 may miss a solution with w = 0 and many z_i at bounds, as the
+    basis status of these is not unique, and may take n steps where M is an M-matrix, as
+    for options, and each step finds only the neighbours of the last variables.
     """
     problem = structure.problem
     lower, upper = (
@@ -446,16 +468,16 @@ def lemke(structure: Structure) -> Stage:
     )
 
 
-BRIEFLY_LINEAR = by(
+BRIEFLY_LINEAR = stage_factory(
     "linear.linear",
     lambda s: (
-        s.given,
+        s.original_problem,
         max(SIMPLEX_EFFORT_BY_ORDER * s.problem.n**3, MIN_SIMPLEX_EFFORT),
     ),
 )
-INTERIOR_AT_FIRST = by("interior.first_attempts", lambda s: (s.thin,))
+INTERIOR_AT_FIRST = stage_factory("interior.first_attempts", lambda s: (s.thin,))
 FIRST = (
-    Row(
+    AttemptRule(
         *(
             "pure",
             "",
@@ -463,38 +485,38 @@ FIRST = (
             "pure strategies",
         ),
         lambda s: s.game is not None,
-        by("bimatrix.pure_equilibrium", lambda s: (s.problem, s.game)),
+        stage_factory("bimatrix.pure_equilibrium", lambda s: (s.problem, s.game)),
     ),
-    Row(
+    AttemptRule(
         *(
             "piqp",
             "",
             "M may be that of a convex program, and the package PIQP is installed",
         ),
-        lambda s: direct.may_be_program(s.given),
-        by("convex_program.convex_program", lambda s: (s.given,)),
+        lambda s: direct.may_be_program(s.original_problem),
+        stage_factory("convex_program.convex_program", lambda s: (s.original_problem,)),
     ),
-    Row(
+    AttemptRule(
         *(
             "linear",
             "of half of the variables",
             "M is large, sparse and skew-symmetric, as for a linear program",
         ),
         lambda s: s.program == "linear",
-        by(
+        stage_factory(
             "linear.linear",
             lambda s: (
-                s.given,
+                s.original_problem,
                 max(SIMPLEX_EFFORT * s.problem.M.nnz, MIN_SIMPLEX_EFFORT),
             ),
         ),
     ),
-    Row(
+    AttemptRule(
         *("interior", "two attempts", "M has the blocks of contact with friction"),
         lambda s: s.is_first_interior,
         INTERIOR_AT_FIRST,
     ),
-    Row(
+    AttemptRule(
         *(
             "elimination",
             "",
@@ -503,9 +525,9 @@ FIRST = (
         lambda s: (
             s.is_narrow and s.problem.box.is_orthant and may_be_eliminated(s.problem.M)
         ),
-        by("z_matrix.eliminated"),
+        stage_factory("z_matrix.eliminated"),
     ),
-    Row(
+    AttemptRule(
         *(
             "newton",
             "while it settles fast",
@@ -514,7 +536,7 @@ FIRST = (
         lambda s: s.is_narrow and not (s.program or s.is_stiff),
         lambda s: stages.limited(newton_while_fast(s), MAX_BAND_STEPS),
     ),
-    Row(
+    AttemptRule(
         *(
             "newton",
             "from w = 0",
@@ -523,7 +545,7 @@ FIRST = (
         lambda s: s.is_narrow and s.problem.n <= direct.MAX_AS_DENSE and s.is_z_matrix,
         lambda s: stages.limited(all_basic(s), MAX_SMALL_BAND_STEPS),
     ),
-    Row(
+    AttemptRule(
         *(
             "newton",
             "from w = 0 where q <= 0",
@@ -532,7 +554,7 @@ FIRST = (
         lambda s: s.basic_zeros is not None,
         _from_basic_zeros,
     ),
-    Row(
+    AttemptRule(
         *(
             "sparse",
             "products with M, coarse versions of M, factors",
@@ -542,9 +564,11 @@ FIRST = (
             s.is_large_and_sparse
             and not (s.program or (s.is_narrow and s.is_stiff) or s.is_first_interior)
         ),
-        by("active_set.sparse_route", lambda s: (s.problem, s.x0, lambda: s.is_stiff)),
+        stage_factory(
+            "active_set.sparse_route", lambda s: (s.problem, s.x0, lambda: s.is_stiff)
+        ),
     ),
-    Row(
+    AttemptRule(
         *(
             "interior",
             "for definite M",
@@ -552,19 +576,19 @@ FIRST = (
             "the diagonal are not small",
         ),
         lambda s: s.is_stiff,
-        by("interior.of_stiff", lambda s: (s.given,)),
+        stage_factory("interior.of_stiff", lambda s: (s.original_problem,)),
     ),
-    Row(
+    AttemptRule(
         *("piqp", "of a game", "the game is one of constant sum: a linear program"),
         lambda s: s.is_constant_sum and _takes_piqp(s),
-        by("bimatrix.by_piqp", lambda s: (s.problem, s.game)),
+        stage_factory("bimatrix.by_piqp", lambda s: (s.problem, s.game)),
     ),
-    Row(
+    AttemptRule(
         *("linear", "of a game", "the game is one of constant sum: a linear program"),
         lambda s: s.is_constant_sum,
-        by("bimatrix.by_simplex", lambda s: (s.problem, s.game)),
+        stage_factory("bimatrix.by_simplex", lambda s: (s.problem, s.game)),
     ),
-    Row(
+    AttemptRule(
         *(
             "newton",
             "while it settles fast",
@@ -573,7 +597,7 @@ FIRST = (
         lambda s: s.is_no_p_matrix and s.problem.is_mixed and not s.program,
         newton_while_fast,
     ),
-    Row(
+    AttemptRule(
         *("newton", "", "it takes a few steps where M is a P-matrix, or nearly one"),
         lambda s: (
             not (
@@ -585,7 +609,7 @@ FIRST = (
         ),
         usual_newton,
     ),
-    Row(
+    AttemptRule(
         *(
             "newton",
             "at w = 0",
@@ -596,9 +620,9 @@ FIRST = (
             not (s.is_large_and_sparse or s.is_z_matrix)
             and (s.is_unsure or not s.is_no_p_matrix)
         ),
-        by("newton.without_w"),
+        stage_factory("newton.without_w"),
     ),
-    Row(
+    AttemptRule(
         *(
             "newton",
             "from w = 0",
@@ -607,7 +631,7 @@ FIRST = (
         _is_first_basic,
         all_basic,
     ),
-    Row(
+    AttemptRule(
         *(
             "newton",
             CHANDRASEKARAN,
@@ -617,24 +641,24 @@ FIRST = (
             s.has_no_positive_links
             and not (s.problem.is_mixed or _is_too_large_for_fractions(s))
         ),
-        by("z_matrix.z_matrix"),
+        stage_factory("z_matrix.z_matrix"),
     ),
-    Row(
+    AttemptRule(
         *("lemke", "", "there are few unknowns, with numbers of usual size"),
-        lambda s: s.is_pivoted and not (s.game and s.problem.n > MAX_PIVOTED_GAME),
-        by(
-            "lemke.pivoted",
+        lambda s: s.prefers_lemke and not (s.game and s.problem.n > MAX_PIVOTED_GAME),
+        stage_factory(
+            "lemke.lemke_stage",
             lambda s: (s.problem, s.follow, s.reduction, lambda: s.is_path_sure),
         ),
     ),
 )
 BRIEF = (
-    Row(
+    AttemptRule(
         *("lemke-howson", "from several labels", "M is that of a bimatrix game"),
         lambda s: s.game is not None,
-        by("bimatrix.lemke_howson", lambda s: (s.problem, s.game)),
+        stage_factory("bimatrix.lemke_howson", lambda s: (s.problem, s.game)),
     ),
-    Row(
+    AttemptRule(
         *(
             "linear",
             "few iterations",
@@ -646,18 +670,18 @@ BRIEF = (
         ),
         BRIEFLY_LINEAR,
     ),
-    Row(
+    AttemptRule(
         *(
             "milp",
             "a few nodes",
             f"there are at most {MAX_FOR_MILP} unknowns, and perhaps no solution",
         ),
         _has_few_nodes,
-        by("milp.few_nodes"),
+        stage_factory("milp.few_nodes"),
     ),
 )
 LATER = (
-    Row(
+    AttemptRule(
         *(
             "newton",
             "from w = 0 where q <= 0",
@@ -670,7 +694,7 @@ LATER = (
         ),
         _from_basic_zeros,
     ),
-    Row(
+    AttemptRule(
         *("newton", "from w = 0", "no known property of M excludes it"),
         lambda s: (
             not (
@@ -686,7 +710,7 @@ LATER = (
         # Newton, whose basis then only grows, follows.
         lambda s: MAX_SMALL_BAND_STEPS if s.is_z_matrix else math.inf,
     ),
-    Row(
+    AttemptRule(
         *(
             "newton",
             "",
@@ -695,7 +719,7 @@ LATER = (
         lambda s: s.is_large_and_sparse and not (s.is_no_p_matrix or s.is_stiff),
         usual_newton,
     ),
-    Row(
+    AttemptRule(
         *(
             "interior",
             "two attempts",
@@ -705,7 +729,7 @@ LATER = (
         lambda s: s.is_path_sure and not s.is_first_interior,
         INTERIOR_AT_FIRST,
     ),
-    Row(
+    AttemptRule(
         *(
             "newton",
             CHANDRASEKARAN,
@@ -716,31 +740,31 @@ LATER = (
             and _is_too_large_for_fractions(s)
             and not s.problem.is_mixed
         ),
-        by("z_matrix.z_matrix"),
+        stage_factory("z_matrix.z_matrix"),
     ),
     *BRIEF,
-    Row(
+    AttemptRule(
         *("linear", "few iterations", "the problem may be infeasible"),
         lambda s: s.is_semidefinite and s.problem.n <= MAX_EARLY_LINEAR,
         BRIEFLY_LINEAR,
     ),
-    Row(
+    AttemptRule(
         *("interior", "further attempts", "M + M' is positive semidefinite"),
         lambda s: s.is_semidefinite,
-        by("interior.further_attempts", lambda s: (s.thin,)),
+        stage_factory("interior.further_attempts", lambda s: (s.thin,)),
     ),
-    Row(
+    AttemptRule(
         *("newton", "", "there are zeros on the diagonal of M"),
         lambda s: s.is_no_p_matrix,
         usual_newton,
     ),
-    Row(
+    AttemptRule(
         *("linear", "", "the problem may be infeasible"),
         lambda s: s.problem.n > MAX_SURELY_LINEAR,
-        by("linear.linear", lambda s: (s.given,)),
+        stage_factory("linear.linear", lambda s: (s.original_problem,)),
         first_round=1,
     ),
-    Row(
+    AttemptRule(
         *(
             "milp",
             "first nodes",
@@ -748,23 +772,23 @@ LATER = (
             "applies to any M",
         ),
         lambda s: s.problem.n <= factors.MAX_NUMPY_ROWS,
-        by("milp.first_nodes"),
+        stage_factory("milp.first_nodes"),
         first_round=2,
     ),
-    Row(
+    AttemptRule(
         *("lemke", "", "there are many unknowns, or numbers of unusual size"),
-        lambda s: not (s.is_pivoted or s.is_unsure),
+        lambda s: not (s.prefers_lemke or s.is_unsure),
         lemke,
         lambda s: s.problem.n,
     ),
-    Row(
+    AttemptRule(
         *("lemke", "", "its path may be long, or end anywhere"),
-        lambda s: s.is_pivoted or s.is_unsure,
+        lambda s: s.prefers_lemke or s.is_unsure,
         lemke,
         lambda s: s.problem.n,
         first_round=2,
     ),
-    Row(
+    AttemptRule(
         *(
             "interior",
             "",
@@ -774,7 +798,7 @@ LATER = (
         lambda s: s.problem.is_mixed and not s.is_semidefinite,
         lambda s: stages.begin("interior", s.problem, s.x0),
     ),
-    Row(
+    AttemptRule(
         *(
             "reflections",
             "",
@@ -786,13 +810,13 @@ LATER = (
     ),
 )
 STEP = (
-    Row(
+    AttemptRule(
         *("lemke", "", "a step of a nonlinear method is asked for, but no proof"),
         lambda _: True,
-        by("lemke.end_of_path", lambda s: (s.problem, s.follow)),
+        stage_factory("lemke.end_of_path", lambda s: (s.problem, s.follow)),
     ),
 )
-PRESOLVE = Row(
+PRESOLVE = AttemptRule(
     *(
         "presolve",
         "",
@@ -801,7 +825,7 @@ PRESOLVE = Row(
     lambda s: s.problem.is_mixed and s.may_gain_by_presolve,
     None,
 )
-EXACT = Row(
+EXACT = AttemptRule(
     *(
         "exact",
         "",
@@ -810,19 +834,22 @@ EXACT = Row(
     lambda s: s.problem.n <= FEW_UNKNOWNS,
     None,
 )
-MILP = Row("milp", "", "it needs no property of M", lambda _: True, None)
+MILP = AttemptRule("milp", "", "it needs no property of M", lambda _: True, None)
 
 
-def phases(structure: Structure) -> tuple[tuple[Row, ...], ...]:
-    """Return the rows for a problem in the order of a run: each phase takes its turns
-    in rounds, or is begun by `policy`.
+def phases(structure: Structure) -> tuple[tuple[AttemptRule, ...], ...]:
+    """Return the attempts for a problem in the order of a run: those of a phase
+    alternate in rounds, or are begun by `policy`.
 
-    Presolve takes no longer than the first attempts only if M is large and sparse. Few
-    unknowns are decided by exact arithmetic before what may take long.
+    Presolve takes no longer than the first attempts only if M is large and sparse.
+    Problems with few unknowns are decided by exact arithmetic before attempts that may
+    take long.
     """
     if structure.is_linearization:
         return (STEP,)
-    presolve, exact, milp = (PRESOLVE,), (EXACT,), (MILP,)
+    presolve = (PRESOLVE,)
+    exact = (EXACT,)
+    milp = (MILP,)
     if EXACT.applies(structure):
         return FIRST, BRIEF, exact, presolve, LATER, milp
     if structure.is_large_and_sparse:
@@ -830,9 +857,11 @@ def phases(structure: Structure) -> tuple[tuple[Row, ...], ...]:
     return FIRST, presolve, LATER, milp
 
 
-def in_rounds(structure: Structure, phase: Sequence[Row]) -> Iterator[Part]:
-    """Yield the attempts of a phase that apply when they have their turns; each begins
-    when its first one comes."""
+def attempts_in_rounds(
+    structure: Structure, phase: Sequence[AttemptRule]
+) -> Iterator[Part]:
+    """Yield the attempts of a phase that apply, round by round; each begins in its
+    first round, and continues in later ones until it is over."""
     suspended = dict[int, Part]()
     for number in range(
         ROUNDS_BEFORE_MILP if structure.problem.n <= MAX_FOR_MILP else ROUNDS
@@ -841,11 +870,13 @@ def in_rounds(structure: Structure, phase: Sequence[Row]) -> Iterator[Part]:
             part = suspended.pop(i, None)
             if row.first_round == number and row.applies(structure):
                 assert row.begin is not None
-                made = structure.tried.get(row.method)
-                part = Part(row.method, made.pop(0) if made else row.begin(structure))
+                recorded = structure.recorded_stages.get(row.method)
+                part = Part(
+                    row.method, recorded.pop(0) if recorded else row.begin(structure)
+                )
             if part is None:
                 continue
-            part.most = row.share(structure) * 2.0**number
+            part.max_iterates = row.first_round_iterations(structure) * 2.0**number
             yield part
             if not part.is_over and structure.problem.n <= MAX_HELD:
                 suspended[i] = part

@@ -29,7 +29,7 @@ from lcpcli.auto.attempts import (
     MILP,
     PRESOLVE,
     Structure,
-    in_rounds,
+    attempts_in_rounds,
     phases,
 )
 from lcpcli.clock import imports
@@ -43,12 +43,12 @@ from lcpcli.methods.stages import (
     Ending,
     Finished,
     Iterate,
+    MethodSequence,
     NoSolution,
     Part,
     Search,
     Stage,
     Stalled,
-    Turns,
     advance,
     changed,
 )
@@ -81,8 +81,10 @@ MAX_REFINEMENTS = 3
 # How long a solution is sought after a proof up to rounding, or after a point that
 # violates rows only by what may be rounding: a part of the evaluations so far, and at
 # least so many; for a sparse M four for each unknown, up to so many.
-PATIENCE, MIN_PATIENCE, MAX_SPARSE_PATIENCE = 2, 200, 2000
-AS_ROUNDING = "what is left of violations may be rounding of larger numbers"
+PATIENCE = 2
+MIN_PATIENCE = 200
+MAX_SPARSE_PATIENCE = 2000
+AS_ROUNDING = "the remaining violations are at the level of rounding errors"
 EXCLUDED = "each complementary set is excluded in exact arithmetic"
 OUT_OF_RANGE = (
     "there is a solution, but doubles cannot represent it: its numbers are too "
@@ -92,19 +94,21 @@ LOST_BY_ROUNDING = (
     "there is a solution, but its nearest doubles do not solve the problem"
 )
 UNDECIDED_IN_TIME = "exact arithmetic did not decide the problem in time"
-# What is asked of a point that a search may end at: whether a solution near it is
-# proved; the run asks whether anything speaks against it. And of one whose rows may
-# hide terms: whether exact arithmetic confirms it.
+# How a point at which a search may end is accepted: if a solution close to it is
+# proved (the run itself tests whether anything speaks against the point). And a point
+# whose rows may hide terms: if exact arithmetic verifies it.
 IF_PROVED, IF_EXACT = Extent(PROVED), Extent(AS_IT_IS, is_exact=True)
 NOTHING = list[Fraction]()  # after all nodes of a tree without a solution
-MAX_PIVOTED_EXACTLY = 100  # unknowns, from states that are nearly right
+MAX_PIVOTED_EXACTLY = 100  # unknowns, from a basis that is almost right
 # Of a problem with far sides: each leaves fewer of them out; at first only those less
 # that are met first.
 MAX_RELAXATIONS, SINGLE_RELAXATIONS = 16, 4
-# Of the tree, in counted work: what it does at first, in which it decides nearly all
-# problems; after turns of other methods it goes on, each time with twice that or the
-# largest share, up to the most in all.
-FIRST_EFFORT, LARGEST_EFFORT, MAX_EFFORT = 0.25, 2.0, 16.0
+# Work limits of the tree search, in nominal seconds: the first one, within which it
+# decides almost all problems; it continues between other methods, each time with twice
+# the limit of the time before, at most the largest one, up to the maximum in all.
+FIRST_SEARCH_WORK = 0.25
+LARGEST_SEARCH_WORK = 2.0
+MAX_SEARCH_WORK = 16.0
 
 
 def auto(
@@ -113,8 +117,8 @@ def auto(
     *,
     presolve: bool = True,
     states: bool = False,
-    near: bool = False,
-    tried: stages.Tried | None = None,
+    is_warm_start: bool = False,
+    recorded_stages: stages.RecordedStages | None = None,
 ) -> Stage:
     """Solve any LCP, or prove that it has no solution, by the first method in the table
     that succeeds, and milp last, which finds a solution or a proof that there is none,
@@ -126,12 +130,12 @@ def auto(
 
     x0 : start, shape (n,), in the units of z; pivoting methods use only its signs.
     presolve : whether a mixed problem is first solved by what presolve leaves of it.
-    states : whether x0 stands for states that a solution may have: these are tried
-        first, and unless they are nearly right, x0 is not used any further.
-    near : whether x0 is of a z near a solution, whose states are tried first where M
-        has zeros on the diagonal.
-    tried : first attempts in the table that have been made, by method; none has solved
-        the problem.
+    states : whether x0 represents the basis of a likely solution: pivoting starts from
+        this basis, and unless it is almost right, x0 is not used any further.
+    is_warm_start : whether x0 is close to a solution, whose basis is then attempted
+        first where M has zeros on the diagonal.
+    recorded_stages : first attempts in the table that have been made already, by
+        method; none has solved the problem.
     """
     if (
         problem.x0 is not None
@@ -146,41 +150,52 @@ def auto(
         change = substituted(problem)
         if not change.is_identity:
             return changed(
-                change, x0, partial(auto, presolve=presolve, states=states, near=near)
+                change,
+                x0,
+                partial(
+                    auto, presolve=presolve, states=states, is_warm_start=is_warm_start
+                ),
             )
-    search = partial(_searched, presolve=presolve, near=near)
+    search = partial(_searched, presolve=presolve, is_warm_start=is_warm_start)
     if problem.has_far_sides:
         return _relaxed_first(problem, x0, search, states)
     # Iterates would be in other variables; but piqp has ended.
-    if tried and problem.reference_z is not None:
-        tried = {name: made for name, made in tried.items() if name == "piqp"}
-    return small(problem, x0, search, states, tried)
+    if recorded_stages and problem.reference_z is not None:
+        recorded_stages = {
+            name: made for name, made in recorded_stages.items() if name == "piqp"
+        }
+    return small(problem, x0, search, states, recorded_stages)
 
 
 # Without it: bounds of 1e19 leave a problem in 22 unknowns unsolved.
 def _relaxed_first(problem: Problem, x0: Vector, search: Search, states: bool) -> Stage:
     """Solve the problem without its far sides by all methods but milp. Those that the
-    answer is beyond, or that keep a proof from holding with them, count the next time:
-    a relaxation without a solution proves nothing. They are first moved nearer, as
-    their size leaves no digits for anything beside them; the states are most often the
-    same. In the end the problem is solved as given.
+    answer violates, or with which a proof would not hold, are included in the next
+    relaxation: a relaxation without a solution proves nothing. They are first moved
+    closer, as their size leaves no digits for other numbers; the basis is most often
+    the same. At last the original problem is solved.
 
     A solution within the far sides is one of the problem, which ends the run."""
     with imports:
         from lcpcli.model.changes import Relaxed, relaxed
-    turns, first = Turns(x0), partial(small, search=partial(search, milp=False))
+    sequence, first = (
+        MethodSequence(x0),
+        partial(small, search=partial(search, milp=False)),
+    )
     change, has_all = relaxed(problem), True
     for k in range(MAX_RELAXATIONS):
         if not isinstance(change, Relaxed):
             break
-        inner = Turns(change.start(x0))
-        stage = inner.take("", first(change.problem, inner.last.x, states=states))
-        ending = yield from turns.take("", stages.moved_back(change, stage))
+        inner = MethodSequence(change.start(x0))
+        stage = inner.run_stage("", first(change.problem, inner.last.x, states=states))
+        ending = yield from sequence.run_stage("", stages.moved_back(change, stage))
         if isinstance(ending, Finished) and change.moved_sides.number:
-            yield _with_states_of(turns, relaxed(problem, change.sides, is_moved=False))
+            yield _with_states_of(
+                sequence, relaxed(problem, change.sides, is_moved=False)
+            )
         if not change.sides.number:
             break
-        met = change.met(turns.last.x)
+        met = change.met(sequence.last.x)
         if isinstance(ending, NoSolution):
             y = ending.certificate.vector
             if y is not None:
@@ -201,23 +216,23 @@ def _relaxed_first(problem: Problem, x0: Vector, search: Search, states: bool) -
             change = relaxed(problem, change.sides, is_moved=False)
         else:
             change = relaxed(problem, change.sides.without(change.sides))
-    return (yield from turns.take("", small(problem, x0, search, states)))
+    return (yield from sequence.run_stage("", small(problem, x0, search, states)))
 
 
-def _with_states_of(turns: Turns, change: Change) -> Iterate:
-    """Return the last iterate with the basic solution of its states in the problem of a
-    change."""
+def _with_states_of(sequence: MethodSequence, change: Change) -> Iterate:
+    """Return the last iterate with the basic solution of its basis in the problem of a
+    change of variables."""
     problem, box = change.problem, change.problem.box
-    basis = turns.last.basis
+    basis = sequence.last.basis
     if basis is None:
-        basis = change.original.box.basis_of(turns.last.x)
+        basis = change.original.box.basis_of(sequence.last.x)
     with np.errstate(over="ignore", invalid="ignore", divide="ignore"):
-        near = box.z_of(change.start(turns.last.x))
-        z = accurate_basic_solution(problem, near, basis)
-        if z is near:
+        z_of_change = box.z_of(change.start(sequence.last.x))
+        z = accurate_basic_solution(problem, z_of_change, basis)
+        if z is z_of_change:
             # The system is singular, as at a face of minimizers. Where sides have
             # moved, most often only values of rows change with them.
-            z = _with_values_of_rows(problem, near, basis)
+            z = _with_values_of_rows(problem, z_of_change, basis)
         if (
             problem.n <= MAX_PIVOTED_EXACTLY
             and not Point(
@@ -229,8 +244,8 @@ def _with_states_of(turns: Turns, change: Change) -> Iterate:
             if exact is not None:
                 z = rounded(exact)
         x = change.back(box.x_within(z, problem.w(z), basis))
-    turns.last = turns.last._replace(x=x, F=None, step=REFINED, signs_final=True)
-    return turns.last
+    sequence.last = sequence.last._replace(x=x, F=None, step=REFINED, signs_final=True)
+    return sequence.last
 
 
 def _with_values_of_rows(problem: Problem, z: Vector, basis: States) -> Vector:
@@ -251,139 +266,156 @@ def _with_values_of_rows(problem: Problem, z: Vector, basis: States) -> Vector:
     return z
 
 
-def _searched(problem: Problem, x0: Vector, milp: bool = True, **how: Any) -> Stage:
+def _searched(
+    problem: Problem, x0: Vector, milp: bool = True, **search_options: Any
+) -> Stage:
     """Take the methods in turn, as `_search` does, in the variables in which the
     reference point is 0, or else in those of the problem, where rounding to these
     spoils the solution, and then milp, if it is among them, on the problem as given."""
-    turns = Turns(x0)
-    search: Search = partial(_search, milp=milp, **how)
+    sequence = MethodSequence(x0)
+    search: Search = partial(_search, milp=milp, **search_options)
     if problem.reference_z is None:
-        ending = yield from search(problem, turns)
+        ending = yield from search(problem, sequence)
     else:
-        ending = yield from turns.take("", stages.from_reference(problem, x0, search))
+        ending = yield from sequence.run_stage(
+            "", stages.from_reference(problem, x0, search)
+        )
     if isinstance(ending, Finished) and problem.reference_z is not None:
-        z = problem.box.z_of(turns.last.x)
-        found = accepted(problem, [z], Criterion(problem).tol, IF_PROVED)
-        if found is None or not found.solved:
-            ending = yield from turns.take("", search(problem, Turns(x0), tried=None))
+        z = problem.box.z_of(sequence.last.x)
+        accepted_point = accepted(problem, [z], Criterion(problem).tol, IF_PROVED)
+        if accepted_point is None or not accepted_point.solved:
+            ending = yield from sequence.run_stage(
+                "", search(problem, MethodSequence(x0), recorded_stages=None)
+            )
     if milp and isinstance(ending, stages.Undecided):
         return (
-            yield from turns.take("milp", stages.begin("milp", problem, turns.last.x))
+            yield from sequence.run_stage(
+                "milp", stages.begin("milp", problem, sequence.last.x)
+            )
         )
     return ending
 
 
 def _search(
     problem: Problem,
-    turns: Turns,
+    sequence: MethodSequence,
     presolve: bool,
     states: bool = False,
-    near: bool = False,
+    is_warm_start: bool = False,
     milp: bool = True,
-    tried: stages.Tried | None = None,
+    recorded_stages: stages.RecordedStages | None = None,
     is_decided: Callable[[], bool] = lambda: False,
 ) -> Stage:
-    """Take the methods before milp in turn, from the start in `turns`; presolve,
-    states, near, tried : as in `auto`; milp : whether nodes of its tree are examined;
-    is_decided : called after each turn, for other work between the turns; if it returns
-    True, the search ends."""
-    x0, criterion = turns.last.x, Criterion(problem)
+    """Take the methods before milp in turn, from the start in `sequence`; presolve,
+    states, is_warm_start, recorded_stages : as in `auto`; milp : whether nodes of its
+    tree are examined; is_decided : called after each attempt, for other work in
+    between; if it returns True, the search ends."""
+    x0, criterion = sequence.last.x, Criterion(problem)
     first = list[Part]()
     if states:
         first = [Part("newton", from_start(problem, problem.box.basis_of(x0)))]
         x0 = np.zeros(problem.n)
-    elif near and not problem.M.diagonal().all():
+    elif is_warm_start and not problem.M.diagonal().all():
         with imports:
             from lcpcli.methods.interior import at_point
-        tried = tried or {}
-        first = [Part("interior", at_point(problem, x0, tried))]
-    last: NoSolution | Stalled | None = None
-    left = math.inf  # evaluations, once it is known with what the search is to end
-    for part in chain(first, all_parts(problem, x0, presolve, tried)):
+        recorded_stages = recorded_stages or {}
+        first = [Part("interior", at_point(problem, x0, recorded_stages))]
+    undecided_ending: NoSolution | Stalled | None = None
+    # Finite once the ending is known unless a better one is reached.
+    evaluations_left = math.inf
+    attempts = attempts_before_milp(problem, x0, presolve, recorded_stages)
+    for part in chain(first, attempts):
         # Which may have a proof.
         is_refused = part.method == "milp" and not milp
-        if is_refused or (left <= 0 and part.method != "linear"):
+        if is_refused or (evaluations_left <= 0 and part.method != "linear"):
             continue
-        before = turns.last
-        ending = yield from turns.go_on(part, max(left, 1))
+        before = sequence.last
+        ending = yield from sequence.run_part(part, max(evaluations_left, 1))
         if isinstance(ending, stages.GivenUp):
             return ending
-        left -= turns.last.evaluations - before.evaluations
+        evaluations_left -= sequence.last.evaluations - before.evaluations
         if not isinstance(ending, Finished) and is_decided():
             return Stalled("exact arithmetic has decided the problem")
         if isinstance(ending, NoSolution) and _is_proof(ending):
             if not ending.certificate.is_rounded:
                 return ending
-            if not isinstance(last, NoSolution):
-                last, left = ending, _patience(problem, turns)
-        if turns.last is before and not isinstance(ending, Finished):
-            continue  # at a point that has been judged
-        point = Point(criterion, problem.box.z_of(turns.last.x))
+            if not isinstance(undecided_ending, NoSolution):
+                undecided_ending = ending
+                evaluations_left = _patience(problem, sequence)
+        if sequence.last is before and not isinstance(ending, Finished):
+            continue  # at a point that has been tested
+        point = Point(criterion, problem.box.z_of(sequence.last.x))
         if isinstance(ending, Finished) and point.solves():
             # Although rounding to the given variables may leave a larger residual.
             return ending
         if point.nearly_solves():
             # It may be all that doubles can do.
-            yield turns.last._replace(F=None, signs_final=True)
-            if (yield from _improved(problem, turns, criterion.tol)):
+            yield sequence.last._replace(F=None, signs_final=True)
+            if (yield from _improved(problem, sequence, criterion.tol)):
                 return Finished()
             is_large = problem.n > measure.FEW_UNKNOWNS
-            if last is None and is_large and point.size <= SMALL_DISTANCE:
-                last, left = Stalled(AS_ROUNDING), _patience(problem, turns)
-        if left <= 0 and isinstance(last, NoSolution):
+            if undecided_ending is None and is_large and point.size <= SMALL_DISTANCE:
+                undecided_ending = Stalled(AS_ROUNDING)
+                evaluations_left = _patience(problem, sequence)
+        if evaluations_left <= 0 and isinstance(undecided_ending, NoSolution):
             break
-    return stages.Undecided("no other method is tried") if last is None else last
+    return undecided_ending or stages.Undecided("no other method is tried")
 
 
-def _patience(problem: Problem, turns: Turns) -> float:
-    """Return for how many evaluations a search goes on that knows with what it is to
-    end."""
-    least = MIN_PATIENCE
+def _patience(problem: Problem, sequence: MethodSequence) -> float:
+    """Return for how many evaluations a search continues once its ending is known
+    unless a better one is reached."""
+    min_evaluations = MIN_PATIENCE
     if is_sparse(problem.M):
-        least = max(least, min(4 * problem.n, MAX_SPARSE_PATIENCE))
-    return max(least, PATIENCE * turns.last.evaluations)
+        min_evaluations = max(min_evaluations, min(4 * problem.n, MAX_SPARSE_PATIENCE))
+    return max(min_evaluations, PATIENCE * sequence.last.evaluations)
 
 
 def _improved(
-    problem: Problem, turns: Turns, tol: float
+    problem: Problem, sequence: MethodSequence, tol: float
 ) -> Generator[Iterate, None, bool]:
     """Yield the last iterate refined to its last digits or, for few unknowns, made
-    exact; return whether it is a solution up to rounding, or one is shown to exist by
-    one system with its states."""
+    exact; return whether it is a solution up to rounding, or a solution with its basis
+    is proved to exist by one linear system."""
     if problem.n <= measure.FEW_UNKNOWNS:
-        return isinstance((yield from exactly(problem, turns)), Finished)
+        return isinstance((yield from exactly(problem, sequence)), Finished)
     box = problem.box
-    z = box.z_of(turns.last.x)
-    found = accepted(problem, [z], tol, IF_PROVED)
-    if found is not None and found.solved:
-        if found.point.z is not z:
+    z = box.z_of(sequence.last.x)
+    accepted_point = accepted(problem, [z], tol, IF_PROVED)
+    if accepted_point is not None and accepted_point.solved:
+        if accepted_point.point.z is not z:
             # Which refinement in doubles might move.
-            z = found.point.z
+            z = accepted_point.point.z
             x = box.x_within(z, problem.w(z), box.basis_at(z))
-            turns.last = turns.last._replace(
+            sequence.last = sequence.last._replace(
                 x=x, F=None, step=REFINED, signs_final=True
             )
-            yield turns.last
+            yield sequence.last
         return True
     for _ in range(MAX_REFINEMENTS):
-        before, basis = turns.last.x, box.basis_of(turns.last.x)
+        before, basis = sequence.last.x, box.basis_of(sequence.last.x)
         with np.errstate(over="ignore", invalid="ignore"):
             z = accurate_basic_solution(problem, box.z_of(before), basis)
             x = box.x_within(z, problem.w(z), basis)
-        turns.last = turns.last._replace(x=x, F=None, step=REFINED, signs_final=True)
-        yield turns.last
+        sequence.last = sequence.last._replace(
+            x=x, F=None, step=REFINED, signs_final=True
+        )
+        yield sequence.last
         if np.array_equal(x, before):
             break
-    found = accepted(problem, [box.z_of(turns.last.x)], tol, IF_PROVED)
-    return found is not None and found.solved
+    accepted_point = accepted(problem, [box.z_of(sequence.last.x)], tol, IF_PROVED)
+    return accepted_point is not None and accepted_point.solved
 
 
-def all_parts(
-    problem: Problem, x0: Vector, presolve: bool, tried: stages.Tried | None = None
+def attempts_before_milp(
+    problem: Problem,
+    x0: Vector,
+    presolve: bool,
+    recorded_stages: stages.RecordedStages | None = None,
 ) -> Iterator[Part]:
     """Yield the parts of a run before milp in order, for few unknowns those after exact
     arithmetic. presolve : whether it takes part. tried : as in `Structure`."""
-    structure = Structure(problem, x0, tried)
+    structure = Structure(problem, x0, recorded_stages)
     after = phases(structure)
     if (EXACT,) in after:
         after = after[after.index((EXACT,)) + 1 :]
@@ -392,11 +424,11 @@ def all_parts(
             if presolve and PRESOLVE.applies(structure):
                 yield from _of_presolved(problem, x0)
         elif phase != (MILP,):
-            yield from in_rounds(structure, phase)
+            yield from attempts_in_rounds(structure, phase)
 
 
 def _of_presolved(problem: Problem, x0: Vector) -> Iterator[Part]:
-    """Yield the parts of a run on what presolve leaves of a mixed problem, if that is
+    """Yield the parts of a run on a mixed problem after presolve, if that is
     worthwhile."""
     with imports:
         from lcpcli.presolve.presolve import presolved
@@ -405,34 +437,42 @@ def _of_presolved(problem: Problem, x0: Vector) -> Iterator[Part]:
         problem.n <= factors.MAX_NUMPY_ROWS or change.is_worthwhile
     ):
         return
-    left = Structure(change.problem, change.start(x0))
+    reduced_structure = Structure(change.problem, change.start(x0))
     for phase in FIRST, LATER:
-        for part in in_rounds(left, phase):
-            stage = stages.in_given_variables(change, Turns().go_on(part))
+        for part in attempts_in_rounds(reduced_structure, phase):
+            stage = stages.in_given_variables(change, MethodSequence().run_part(part))
             yield Part(part.method, _clearly(problem, stage))
 
 
 def _clearly(problem: Problem, stage: Stage) -> Stage:
-    """Pass on the stage; a proof that would not hold for slightly different data counts
-    as none."""
+    """Pass on the stage, but for a proof that would not hold for slightly different
+    data: the stage is then stalled."""
     ending = yield from stage
     if not isinstance(ending, NoSolution) or ending.certificate.kind != "farkas":
         return ending
     is_clear = ending.certificate.is_clear(problem)
-    return ending if is_clear else Stalled("its proof hangs on rounding in the data")
+    return (
+        ending
+        if is_clear
+        else Stalled(
+            "the infeasibility proof is not robust to rounding errors in the data"
+        )
+    )
 
 
 class Tree:
-    """The tree over the states of a problem with few unknowns in exact arithmetic,
-    which is suspended and goes on; most problems never need it, so that it is set up
-    when it is first asked.
+    """The search of the tree of complementary bases of a problem with few unknowns in
+    exact arithmetic, which is suspended and continued. Most problems never need it, so
+    that it is set up when it is first used.
 
-    data : the problem in exact numbers. is_decided : whether the tree has ended.
-    solution : the exact solution that it has found; None if there is none.
+    data : the problem in exact numbers. is_decided : whether the search has ended.
+    solution : the exact solution of the search; None if there is none.
     """
 
     def __init__(self, problem: Problem) -> None:
-        self._problem, self._effort, self._share = problem, Effort(), FIRST_EFFORT
+        self._problem = problem
+        self._budget = Effort()
+        self._next_work = FIRST_SEARCH_WORK
         self.is_decided = False
         self.solution: list[Fraction] | None = None
 
@@ -442,18 +482,19 @@ class Tree:
 
     @cached_property
     def _search(self) -> Iterator[list[Fraction] | None]:
-        return solution_search(self.data, self._effort.steps(self.data))
+        return solution_search(self.data, self._budget.steps(self.data))
 
-    def goes_on(self) -> bool:
-        """Do the next share of the work; return whether the problem is decided."""
-        until = min(self._effort.spent + self._share, MAX_EFFORT)
-        while not self.is_decided and self._effort.spent < until:
-            found = next(self._search, NOTHING)
+    def continues_search(self) -> bool:
+        """Continue the search up to its next work limit; return whether the problem is
+        decided."""
+        until = min(self._budget.spent + self._next_work, MAX_SEARCH_WORK)
+        while not self.is_decided and self._budget.spent < until:
+            tree_result = next(self._search, NOTHING)
             self.is_decided, self.solution = (
-                found is not None,
-                None if found is NOTHING else found,
+                tree_result is not None,
+                None if tree_result is NOTHING else tree_result,
             )
-        self._share = min(2 * self._share, LARGEST_EFFORT)
+        self._next_work = min(2 * self._next_work, LARGEST_SEARCH_WORK)
         return self.is_decided
 
 
@@ -462,41 +503,43 @@ def small(
     x0: Vector,
     search: Search,
     states: bool = False,
-    tried: stages.Tried | None = None,
+    recorded_stages: stages.RecordedStages | None = None,
 ) -> Stage:
     """Solve a problem of at most FEW_UNKNOWNS: where pivoting finds no solution, exact
-    arithmetic decides, between the turns of the other methods, which `search` runs, if
-    it has not decided in its first one. A larger problem is left to `search`. states :
-    whether x0 stands for states that a solution may have."""
+    arithmetic decides at once, or alternates with the other methods, which `search`
+    runs. A larger problem is left to `search`.
+
+    states : whether x0 represents the basis of a likely solution.
+    """
     if problem.n > measure.FEW_UNKNOWNS:
-        return search(problem, x0, states=states, tried=tried)
-    return _few(problem, x0, search, states, tried)
+        return search(problem, x0, states=states, recorded_stages=recorded_stages)
+    return _solve_few_unknowns(problem, x0, search, states, recorded_stages)
 
 
-def _few(
+def _solve_few_unknowns(
     problem: Problem,
     x0: Vector,
     search: Search,
     states: bool,
-    tried: stages.Tried | None,
+    recorded_stages: stages.RecordedStages | None,
 ) -> Stage:
-    tree, turns = Tree(problem), Turns(x0)
-    pivoting = partial(_pivoting, tried=tried, states=states)
-    ending = yield from _without_doubt(
-        problem, turns, stages.from_reference(problem, x0, pivoting), tree
+    tree, sequence = Tree(problem), MethodSequence(x0)
+    pivoting = partial(_pivoting, recorded_stages=recorded_stages, states=states)
+    ending = yield from _with_doubtful_points_exact(
+        problem, sequence, stages.from_reference(problem, x0, pivoting), tree
     )
     if _is_proof(ending):
         return ending
-    ending = yield from exactly(problem, turns, tree)
+    ending = yield from exactly(problem, sequence, tree)
     if not isinstance(ending, Stalled):
         return ending
-    start = np.zeros(problem.n) if states else turns.last.x
-    others = search(problem, start, is_decided=tree.goes_on)
-    last = yield from _without_doubt(problem, turns, others)
+    start = np.zeros(problem.n) if states else sequence.last.x
+    others = search(problem, start, is_decided=tree.continues_search)
+    last = yield from _with_doubtful_points_exact(problem, sequence, others)
     if _is_proof(last):
         return last
     if tree.is_decided:
-        return (yield from exactly(problem, turns, tree))
+        return (yield from exactly(problem, sequence, tree))
     return ending if isinstance(last, Stalled) else last
 
 
@@ -504,57 +547,66 @@ def _is_proof(ending: Ending) -> bool:
     return isinstance(ending, NoSolution) and ending.certificate.kind != "ray"
 
 
-def _without_doubt(
-    problem: Problem, turns: Turns, stage: Stage, tree: Tree | None = None
+def _with_doubtful_points_exact(
+    problem: Problem, sequence: MethodSequence, stage: Stage, tree: Tree | None = None
 ) -> Stage:
-    """Pass on a stage up to a solution where rounding hides terms: it is replaced by an
-    exact one, if one is found."""
-    done = turns.last.evaluations
+    """Pass on a stage up to a doubtful solution, where rounding may hide terms of a
+    row: it is replaced by an exact solution, if there is one close to it."""
+    done = sequence.last.evaluations
     while isinstance(step := advance(stage), Iterate):
-        turns.last = step = step._replace(evaluations=done + step.evaluations)
+        sequence.last = step = step._replace(evaluations=done + step.evaluations)
         z = problem.box.z_of(step.x)
-        found = None
+        accepted_point = None
         if step.signs_final and is_doubtful(problem, z):
             point = Point(Criterion(problem), z)
-            found = accepted(
+            accepted_point = accepted(
                 problem, [point], point.criterion.tol, IF_EXACT, step.basis
             )
-        if found is not None and not found.solved:
-            ending = yield from exactly(problem, Turns(step.x, step.evaluations), tree)
+        if accepted_point is not None and not accepted_point.solved:
+            ending = yield from exactly(
+                problem, MethodSequence(step.x, step.evaluations), tree
+            )
             if not isinstance(ending, Stalled):
                 return ending
-        elif found is not None and found.point is not point:
-            z = found.point.z
+        elif accepted_point is not None and accepted_point.point is not point:
+            z = accepted_point.point.z
             x = problem.box.x_of(z, problem.w(z))
             yield Iterate(
-                x, None, "exact", step.evaluations, "exact", basis=found.basis
+                x, None, "exact", step.evaluations, "exact", basis=accepted_point.basis
             )
         yield step
     return step
 
 
 def _pivoting(
-    problem: Problem, turns: Turns, tried: stages.Tried | None, states: bool
+    problem: Problem,
+    sequence: MethodSequence,
+    recorded_stages: stages.RecordedStages | None,
+    states: bool,
 ) -> Stage:
     ending: Ending = Finished()
     first = (
-        [Part("newton", from_start(problem, problem.box.basis_of(turns.last.x)))]
+        [Part("newton", from_start(problem, problem.box.basis_of(sequence.last.x)))]
         if states
         else []
     )
     structure = Structure(
-        problem, np.zeros(problem.n) if states else turns.last.x, tried
+        problem, np.zeros(problem.n) if states else sequence.last.x, recorded_stages
     )
     before = takewhile(lambda phase: phase != (EXACT,), phases(structure))
-    rounds = chain.from_iterable(in_rounds(structure, phase) for phase in before)
+    rounds = chain.from_iterable(
+        attempts_in_rounds(structure, phase) for phase in before
+    )
     for part in chain(first, rounds):
-        ending = yield from turns.go_on(part)
+        ending = yield from sequence.run_part(part)
         if isinstance(ending, Finished) or _is_proof(ending):
             break
     return ending
 
 
-def exactly(problem: Problem, turns: Turns, tree: Tree | None = None) -> Stage:
+def exactly(
+    problem: Problem, sequence: MethodSequence, tree: Tree | None = None
+) -> Stage:
     """Yield (z - w) / 2 of an exact solution, rounded, for a problem of at most
     `measure.FEW_UNKNOWNS`: of one near the last iterate, or else of one that the tree
     finds, if it is given, in its next share of work. For at most MAX_DECIDED unknowns
@@ -566,8 +618,8 @@ def exactly(problem: Problem, turns: Turns, tree: Tree | None = None) -> Stage:
     when rounded to doubles; or none was found in time.
     """
     return (
-        yield from turns.take(
-            "exact", _exact(problem, problem.box.z_of(turns.last.x), tree)
+        yield from sequence.run_stage(
+            "exact", _exact(problem, problem.box.z_of(sequence.last.x), tree)
         )
     )
 
@@ -579,15 +631,15 @@ def _exact(problem: Problem, z: Vector, tree: Tree | None) -> Stage:
     )
 
     def solutions() -> Iterator[list[Fraction] | None]:
-        if tree is not None and problem.n <= MAX_DECIDED and tree.goes_on():
+        if tree is not None and problem.n <= MAX_DECIDED and tree.continues_search():
             yield tree.solution
         if tree is None or not tree.is_decided or tree.solution is not None:
             with suppress(TimeIsUp):
                 yield from_point(
                     data, np.where(np.isfinite(z), z, 0.0), Effort(EXHAUSTION_EFFORT)
                 )
-            raise_if_timed_out()
-        if tree is not None and tree.goes_on():
+            check()
+        if tree is not None and tree.continues_search():
             yield tree.solution
 
     for solution in (each for each in solutions() if each is not None):
@@ -597,9 +649,11 @@ def _exact(problem: Problem, z: Vector, tree: Tree | None) -> Stage:
             continue
         x = problem.box.x_of(exact_z, exact_w)
         yield Iterate(x, None, "exact", 1)
-        near = problem.box.z_of(x)
-        found = accepted(problem, [near], Criterion(problem).tol, IF_PROVED)
-        if found is not None and found.solved:
+        rounded_z = problem.box.z_of(x)
+        accepted_point = accepted(
+            problem, [rounded_z], Criterion(problem).tol, IF_PROVED
+        )
+        if accepted_point is not None and accepted_point.solved:
             return Finished()
         reason = LOST_BY_ROUNDING
     if tree is None or not tree.is_decided or tree.solution is not None:

@@ -66,10 +66,10 @@ class DualSimplex:
         values *= self._size
         return values[:n], values[n:]
 
-    def vanish(self, form: int) -> Vector | None:
+    def vanish(self, variable: int) -> Vector | None:
         """Restrict a form to 0, as `feasible` does for those before."""
-        if form in self._basic:
-            i = int(np.argmax(self._basic == form))
+        if variable in self._basic:
+            i = int(np.argmax(self._basic == variable))
             sign = -1.0 if self._rows[i, 0] > 0 else 1.0
             k = self._entering(sign * self._rows[i, 1:])
             if k is None:
@@ -79,7 +79,7 @@ class DualSimplex:
                     else np.zeros(self._basic.size)
                 )
             self._pivot(i, k)
-        self._varies[self._cobasic == form] = False
+        self._varies[self._cobasic == variable] = False
         return self.feasible()
 
     def feasible(self) -> Vector | None:

@@ -1,11 +1,12 @@
-"""Basic solutions, the signs that they violate beyond rounding, and block principal
-pivoting, which exchanges these.
+"""Basic solutions, their infeasibilities beyond rounding, and block principal pivoting,
+which pivots on these.
 
 For a set B of basic variables, for which w_B = 0, and z_N at their bounds, M_BB z_B =
 -(q + M z_N)_B and w_N = (M z + q)_N. This basic solution solves the problem if each
-basic variable lies within its bounds and w has the sign that each bound asks for. A
-violation counts if it exceeds the rounding error of its row, ROW_ROUNDING (|M| |z| +
-|q|)_i; for a z_i the same holds after multiplication by the largest |M_ij|.
+basic variable lies within its bounds and w has the signs required by complementarity. A
+violation is an infeasibility beyond rounding if it exceeds the rounding error of its
+row, ROW_ROUNDING (|M| |z| + |q|)_i; for a z_i the same holds after multiplication by
+the largest |M_ij|.
 
 M. M. Kostreva, Block pivot methods for solving the complementarity problem, Linear
 Algebra and its Applications 21 (1978) 207-215.
@@ -41,8 +42,8 @@ class BasicSolution(NamedTuple):
     """The basic solution of one basis, or of m bases, one in each row.
 
     z, w : shape (n,) or (m, n); w is 0 where basic.
-    wrong : where a sign is violated, by however little; of the same shape.
-    is_solution : whether no sign is violated beyond rounding.
+    wrong : where there is an infeasibility, however small; of the same shape.
+    is_solution : whether there is no infeasibility beyond rounding.
     """
 
     basis: States
@@ -56,25 +57,27 @@ class BasicSolution(NamedTuple):
         return 0.5 * (self.z - self.w)
 
 
-def exchanging(
+def block_principal_pivoting(
     problem: Any, basis: States
 ) -> Generator[BasicSolution, Indices | None, None]:
-    """Yield the basic solution of a basis, then the one with its `wrong` signs
-    exchanged, and so on: block principal pivoting. The caller may choose what is
-    exchanged by changing `wrong` in between, as a safeguard does.
+    """Yield the basic solution of a basis, then the one after a block pivot on its
+    infeasibilities, and so on. The caller may choose the indices of the next pivot by
+    changing `wrong` in between, as a safeguard does.
 
     problem : has a `box` and basic solutions, `at(basis)`, of one problem or of m;
         `part(rows)` are the problems whose rows are sent.
     """
     while True:
-        found = problem.at(basis)
-        rows = yield found
-        basis = problem.box.exchanged(found.basis, found.wrong, found.z)
+        basic_solution = problem.at(basis)
+        rows = yield basic_solution
+        basis = problem.box.exchanged(
+            basic_solution.basis, basic_solution.wrong, basic_solution.z
+        )
         if rows is not None:
             problem, basis = problem.part(rows), basis[rows]
 
 
-class System(ABC):
+class BasisSolver(ABC):
     """The basic solutions of w = M z + q, one after another, for M of any kind: a
     subclass has its products and solvers.
 
@@ -101,7 +104,9 @@ class System(ABC):
         """Return a solver of systems with M_PP, of half of all digits at least; raise
         SingularMatrix here or there."""
 
-    exchanging = exchanging  # raises SingularMatrix as `at` does
+    block_principal_pivoting = (
+        block_principal_pivoting  # raises SingularMatrix as `at` does
+    )
 
     def at(self, basis: States) -> BasicSolution:
         """Return the basic solution of a basis, refined once by its residual w_B if it
@@ -110,21 +115,21 @@ class System(ABC):
         indices, z = np.logical_not(basis).nonzero()[0], self.box.nonbasic(basis)
         start = self.product(z) + self.q if np.count_nonzero(z) else self.q
         if not indices.size:
-            return self._judged(basis, z, start.copy())
+            return self._with_infeasibilities(basis, z, start.copy())
         try:
-            return self._refined(basis, z, indices, start[indices])
+            return self._accurate_basic_solution(basis, z, indices, start[indices])
         except SingularMatrix:
             raise SingularMatrix(
                 f"the principal submatrix of order {indices.size} is singular"
             ) from None
 
-    def _refined(
-        self, basis: States, z: Vector, indices: Indices, own: Vector
+    def _accurate_basic_solution(
+        self, basis: States, z: Vector, indices: Indices, w_basic: Vector
     ) -> BasicSolution:
-        """Return the basic solution with these basic indices, for z at bounds
-        elsewhere, where w = own."""
+        """Return the basic solution with these basic indices, for z at its bounds
+        elsewhere, and w_basic, the w of these indices at z_basic = 0."""
         solve = self.solver(indices)
-        z[indices] = solve(-own)
+        z[indices] = solve(-w_basic)
         for refines in (True, False):
             if not is_finite(z):
                 raise SingularMatrix
@@ -134,8 +139,8 @@ class System(ABC):
                 raise SingularMatrix
             residual = w[indices]
             w[indices] = 0.0
-            found = self._judged(basis, z, w)
-            if not (refines and found.is_solution):
+            basic_solution = self._with_infeasibilities(basis, z, w)
+            if not (refines and basic_solution.is_solution):
                 break
             size = np.abs(residual)
             if (
@@ -152,16 +157,18 @@ class System(ABC):
             ):
                 break
             z[indices] -= solve(residual)
-        return found
+        return basic_solution
 
-    def _judged(self, basis: States, z: Vector, w: Vector) -> BasicSolution:
-        """Return the basic solution of these z and w, with its wrong signs."""
+    def _with_infeasibilities(
+        self, basis: States, z: Vector, w: Vector
+    ) -> BasicSolution:
+        """Return the basic solution of these z and w, with its infeasibilities."""
         violations = self.box.violations(z, w, basis)
         wrong = violations > 0.0
         count = np.count_nonzero(wrong)
-        found = BasicSolution(basis, z, w, wrong, not count)
+        basic_solution = BasicSolution(basis, z, w, wrong, not count)
         if not count:
-            return found
+            return basic_solution
         worst = int(violations.argmax())
         violation = float(violations[worst]) * (
             self.row_maxima[worst] if basis[worst] == BASIC else 1.0
@@ -171,35 +178,42 @@ class System(ABC):
         ):
             # As this bound on the rounding error of its row needs no more of M than the
             # sizes of its rows.
-            return found
-        return found._replace(is_solution=not self.violated(found).any())
+            return basic_solution
+        return basic_solution._replace(
+            is_solution=not self.violated(basic_solution).any()
+        )
 
-    def count_violations(self, found: BasicSolution) -> int:
-        """Return how many signs are violated beyond rounding; only these stay
+    def count_violations(self, basic_solution: BasicSolution) -> int:
+        """Return how many infeasibilities exceed rounding; only these stay in
         `wrong`."""
-        found.wrong[:] = self.violated(found)
-        return int(np.count_nonzero(found.wrong))
+        basic_solution.wrong[:] = self.violated(basic_solution)
+        return int(np.count_nonzero(basic_solution.wrong))
 
-    def violated(self, found: BasicSolution) -> Mask:
-        violated: Mask = found.wrong.copy()
+    def violated(self, basic_solution: BasicSolution) -> Mask:
+        violated: Mask = basic_solution.wrong.copy()
         rows = violated.nonzero()[0]
-        violations = self.box.violations(found.z, found.w, found.basis)[rows]
-        terms, basic = (
-            ROW_ROUNDING * self.terms(found.z, rows),
-            found.basis[rows] == BASIC,
+        violations = self.box.violations(
+            basic_solution.z, basic_solution.w, basic_solution.basis
+        )[rows]
+        row_errors, basic = (
+            ROW_ROUNDING * self.terms(basic_solution.z, rows),
+            basic_solution.basis[rows] == BASIC,
         )
         violated[rows] = violations > in_units_of_state(
-            terms, self.row_maxima[rows], basic
+            row_errors, self.row_maxima[rows], basic
         )
         return violated
 
 
-class BasicSolutions(System):
+class BasicSolutions(BasisSolver):
     """The basic solutions of a problem, by a solver of systems with this M, perhaps
     that of another problem."""
 
     def __init__(self, problem: Problem, solver: PrincipalSolver | None = None) -> None:
-        self._problem, self.box, self.q, M = problem, problem.box, problem.q, problem.M
+        self._problem = problem
+        self.box = problem.box
+        self.q = problem.q
+        M = problem.M
         self._solver = solver or PrincipalSolver(M, problem.latest)
         self.has_terms = is_sparse(M) or M.size <= MAX_COPIED_ENTRIES
 
@@ -248,35 +262,46 @@ class CorrectedSolutions(BasicSolutions):
     raised.
     """
 
-    def __init__(self, problem: Problem, M: Vector, near: Vector | None = None) -> None:
+    def __init__(
+        self, problem: Problem, M: Vector, initial_guess: Vector | None = None
+    ) -> None:
         super().__init__(problem, PrincipalSolver(M))
-        self._M, self.near = M, near
+        self._M, self.near = M, initial_guess
 
     @np.errstate(all="ignore")
     def at(self, basis: States) -> BasicSolution:
-        z, B, near = self.box.nonbasic(basis), (basis == BASIC).nonzero()[0], self.near
+        z = self.box.nonbasic(basis)
+        B = (basis == BASIC).nonzero()[0]
+        initial_guess = self.near
         reference = (
             np.zeros(z.size)
             if self._problem.reference_z is None
             else self._problem.reference_z
         )
-        q, start = self._problem.q_ref, z if near is None else near
+        q, start = self._problem.q_ref, z if initial_guess is None else initial_guess
         if (
             B.size
             and not solve_basic(self._M, q, reference, z, B, start)
-            and near is None
+            and initial_guess is None
         ):
             raise SingularMatrix
-        z = z if near is None else np.where(np.isfinite(z), z, near)
-        return self._judged(basis, z, np.where(basis == BASIC, 0.0, self._problem.w(z)))
+        z = z if initial_guess is None else np.where(np.isfinite(z), z, initial_guess)
+        return self._with_infeasibilities(
+            basis, z, np.where(basis == BASIC, 0.0, self._problem.w(z))
+        )
 
 
 def solve_basic(
-    M: Vector, q: Vector, reference: Vector, z: Vector, B: Indices, near: Vector
+    M: Vector,
+    q: Vector,
+    reference: Vector,
+    z: Vector,
+    B: Indices,
+    initial_guess: Vector,
 ) -> bool:
     """Set z_B so that w_B = M (z - reference) + q is 0, as exactly as rounding of each
     row allows, for a dense M, and return whether M_BB is regular; if not, the values
-    `near` z_B are corrected as little as possible. It is compiled as well."""
+    `initial_guess` z_B are corrected as little as possible. It is compiled as well."""
     ones, A = np.ones(B.size), M[B][:, B]
     rows = reciprocals(row_and_column_maxima(A, ones, ones)[0])
     A *= rows.reshape(-1, 1)
@@ -290,7 +315,7 @@ def solve_basic(
         pass
     if not is_regular:
         z[B], inverse = (
-            near[B],
+            initial_guess[B],
             np.ascontiguousarray(np.linalg.pinv(finite(A), DEPENDENT)),
         )
     for _ in range(CORRECTIONS):
@@ -302,5 +327,5 @@ def solve_basic(
 def reciprocals(sizes: Vector) -> Vector:
     """Return 1 / sizes, 1 for 0; of subnormal sizes the largest double, so that 0 times
     it stays 0."""
-    found: Vector = np.minimum(1.0 / (sizes + (sizes == 0.0)), LARGEST_DOUBLE)
-    return found
+    basic_solution: Vector = np.minimum(1.0 / (sizes + (sizes == 0.0)), LARGEST_DOUBLE)
+    return basic_solution

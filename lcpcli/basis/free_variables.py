@@ -333,8 +333,8 @@ class Reduction:
         are bounded on other sides."""
         lower, upper = box.vectors(self.n)
         before, now = (
-            [*map(np.isfinite, own.vectors(self.n)), own.fixed]
-            for own in (self.box, box)
+            [*map(np.isfinite, reduced_box.vectors(self.n)), reduced_box.fixed]
+            for reduced_box in (self.box, box)
         )
         if not all(map(np.array_equal, before, now)):
             return None
@@ -349,8 +349,8 @@ class Reduction:
         k, self.offset = constants(self._own, self._found, w)
         return k
 
-    def given(self, y: Vector, basic: Mask, at_upper: Mask) -> tuple[Vector, States]:
-        """Return z and its states for y and its states."""
+    def recover(self, y: Vector, basic: Mask, at_upper: Mask) -> tuple[Vector, States]:
+        """Return z of the original problem and its basis for y and its basis."""
         states = of_masks(basic, at_upper & ~basic)
         return self.corner + self.direction(y, self.offset), given_states(
             self._own, self.n, states
@@ -366,11 +366,12 @@ class Reduction:
         z[self.kept] = direction(self._own, self._found, y, offset)
         return z
 
-    def given_w(self, w: Vector) -> Vector:
-        """Return w of the given bounded variables; 0 for the others."""
-        own, B = np.zeros(self.n), self.bounded
-        own[self.kept[B]] = self.turn[B] * w[: B.size] / self.rows[B]
-        return own
+    def recover_w(self, w: Vector) -> Vector:
+        """Return w of the bounded variables of the original problem; 0 for the
+        others."""
+        original_w, B = np.zeros(self.n), self.bounded
+        original_w[self.kept[B]] = self.turn[B] * w[: B.size] / self.rows[B]
+        return original_w
 
     def multipliers(self, u: Vector) -> Vector:
         """Return the y of all rows, with M_F' y = 0 for free variables F as nearly as
@@ -425,15 +426,15 @@ class WithoutFree:
             K, k, lower=lower[self.bounded], upper=upper[self.bounded]
         )
 
-    def given(self, z: Vector, basis: States) -> tuple[Vector, States]:
-        """Return z of the given problem, and its states, for those of the bounded
+    def recover(self, z: Vector, basis: States) -> tuple[Vector, States]:
+        """Return z of the original problem, and its basis, for those of the bounded
         variables."""
-        whole, states = (
+        original_z, states = (
             np.empty(self._problem.n),
             np.full(self._problem.n, BASIC, np.int8),
         )
-        whole[self.bounded], states[self.bounded] = z, basis
-        whole[self._free] = -self._lu.solve(
+        original_z[self.bounded], states[self.bounded] = z, basis
+        original_z[self._free] = -self._lu.solve(
             product(self._columns, z) + self._problem.q[self._free]
         )
-        return whole, states
+        return original_z, states

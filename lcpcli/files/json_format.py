@@ -354,7 +354,7 @@ def sparse_matrix(
 ) -> Matrix:
     """Return the sparse matrix, after checking that its indices fit its shape, which is
     n x n unless n is None."""
-    from lcpcli.linalg.patterns import outside
+    from lcpcli.linalg.patterns import invalid_indices
 
     refuse_unknown(field, coordinates, OF_COORDINATES)
     for key in OF_COORDINATES:
@@ -386,7 +386,7 @@ def sparse_matrix(
         MAKE_AGREE,
     )
     refuse(
-        shape.size != 2 or outside(shape, 2**31 - 1).size,
+        shape.size != 2 or invalid_indices(shape, 2**31 - 1).size,
         where,
         f"is {declared}",
         "give two whole numbers from 0",
@@ -404,7 +404,7 @@ def of_coordinates(
     rows, cols : the places of the values, counted from `first`."""
     from scipy.sparse import coo_array
 
-    from lcpcli.linalg.patterns import outside
+    from lcpcli.linalg.patterns import invalid_indices
 
     def refuse_entry(key: str, at: int, reason: str, hint: str) -> None:
         # Which Matrix Market has not.
@@ -419,7 +419,7 @@ def of_coordinates(
             if size
             else "leave it empty"
         )
-        for at in outside(indices - first, size)[:1]:
+        for at in invalid_indices(places - first, size)[:1]:
             refuse_entry(key, at, f"and is {shape[0]} x {shape[1]}", hint)
     order = np.lexsort((cols, rows))
     again = np.flatnonzero((np.diff(rows[order]) == 0) & (np.diff(cols[order]) == 0))

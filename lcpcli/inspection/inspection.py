@@ -80,7 +80,7 @@ def plan(problem: Problem) -> list[Attempt]:
     )
     # An attempt of several phases begins in the first of them.
     rows = dict.fromkeys(row for row in in_order if row.applies(structure))
-    shares = [(row, row.share(structure)) for row in rows]
+    shares = [(row, row.first_round_iterations(structure)) for row in rows]
     return [
         Attempt(row.method, row.part, None if n == math.inf else int(n), row.reason)
         for row, n in shares

@@ -303,7 +303,7 @@ def eigenvalues(M: Matrix, definite: bool) -> Spectrum | None:
     if M.shape[0] <= MAX_WITH_SPECTRUM:
         values = np.linalg.eigvalsh(matrices.dense(M))
         return Spectrum(float(values[0]), float(values[-1]), estimated=False)
-    extremes = krylov.ends(M) if definite and affordable(M) else None
+    extremes = krylov.extreme_eigenvalues(M) if definite and affordable(M) else None
     return (
         None
         if extremes is None or not np.isfinite(extremes).all()

@@ -17,7 +17,7 @@ from numba import njit, types
 
 from lcpcli.linalg.doubles import ROUNDING, ROW_ROUNDING, SMALL_DISTANCE
 from lcpcli.linalg.matrices import TINY_TERMS
-from lcpcli.linalg.units import FEW_CG_STEPS, SETTLED_ERROR
+from lcpcli.linalg.units import CONVERGED_ERROR, FEW_CG_STEPS
 from lcpcli.model.box import CANCELLATION, NO_BOUND
 from lcpcli.verify.measure import DROWNED, FINEST
 
@@ -197,14 +197,14 @@ def units_of(begin: Any, columns: Any, values: Any) -> Any:
         np.zeros(2 * n),
         np.empty(2 * n),
     )
-    before, settled, is_settled = 0.0, SETTLED_ERROR, False
+    before, settled, is_settled = 0.0, CONVERGED_ERROR, False
     for k in range(FEW_CG_STEPS):
         largest = size = total = 0.0
         for v in range(2 * n):
             step[v] = residual[v] / max(counts[v], 1.0)
             largest = max(largest, abs(step[v]))
             size += residual[v] * step[v]
-        settled = settled if k else SETTLED_ERROR * max(largest, 1.0)
+        settled = settled if k else CONVERGED_ERROR * max(largest, 1.0)
         is_settled = not largest > settled
         if is_settled:
             break

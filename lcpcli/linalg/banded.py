@@ -68,15 +68,19 @@ class Banded:
     def _band(self) -> Vector:
         """The rows k = 0, ..., width have M[j + k, j] in place j; before these, for a
         nonsymmetric M, those of k = -width, ..., -1."""
-        M, n, above = self._M, self.n, 0 if self.is_symmetric else self.width
+        M = self._M
+        n = self.n
+        above = 0 if self.is_symmetric else self.width
         band = np.zeros((above + self.width + 1, n), order="F")
         rows, columns = np.repeat(np.arange(n), np.diff(M.indptr)), M.indices
         if self.order is not None:
-            places = np.empty(n, dtype=np.intp)
-            places[self.order] = np.arange(n)
-            rows, columns = places[rows], places[columns]
-        own = rows - columns >= -above
-        band[(rows - columns + above)[own], columns[own]] = M.data[own]
+            positions = np.empty(n, dtype=np.intp)
+            positions[self.order] = np.arange(n)
+            rows, columns = positions[rows], positions[columns]
+        is_stored = rows - columns >= -above
+        band[(rows - columns + above)[is_stored], columns[is_stored]] = M.data[
+            is_stored
+        ]
         return band
 
     @cached_property
@@ -117,15 +121,17 @@ class Banded:
     def factorize(self, d: Vector | None, basic: Mask | None = None) -> None:
         """Factorize M + diag(d), or M_BB for basic variables B; raise SingularMatrix if
         doubles do not suffice."""
-        band, w, (factorize, solve) = self._changed(d, basic), self.width, self._lapack
+        band = self._changed(d, basic)
+        w = self.width
+        factorize, solve = self._lapack
         call: Callable[[], Any]
         if self.is_symmetric:
             call = partial(factorize, band, lower=True, overwrite_ab=True)
         else:
             # With room for the fill of row exchanges
-            whole = np.zeros((3 * w + 1, self.n), order="F")
-            whole[w:] = band
-            call = partial(factorize, whole, w, w, overwrite_ab=True)
+            padded_band = np.zeros((3 * w + 1, self.n), order="F")
+            padded_band[w:] = band
+            call = partial(factorize, padded_band, w, w, overwrite_ab=True)
         factor, *pivots, info = call()
         if info:
             raise SingularMatrix

@@ -20,11 +20,15 @@ Arrays: TypeAlias = tuple[Indices, Indices, Vector]
 
 
 def of_arrays(
-    shape: Shape, indptr: Indices, indices: Indices, data: Vector, form: Any = csr_array
+    shape: Shape,
+    indptr: Indices,
+    indices: Indices,
+    data: Vector,
+    array_class: Any = csr_array,
 ) -> Matrix:
     """Return the matrix with these arrays, which it shares, as a csr_array or a
     csc_matrix."""
-    return form((data, indices, indptr), shape=shape)
+    return array_class((data, indices, indptr), shape=shape)
 
 
 def transposed(shape: Shape, indptr: Indices, indices: Indices, data: Vector) -> Arrays:
@@ -45,41 +49,39 @@ def of_columns(M: Matrix) -> Matrix:
 def block(M: Matrix, rows: Indices, columns: Indices) -> Arrays:
     """Return the arrays of the block of M with these rows and columns, both ascending,
     faster than scipy does."""
-    places, indptr, indices, data = (
-        np.full(M.shape[1], -1, dtype=M.indices.dtype),
-        M.indptr,
-        M.indices,
-        M.data,
-    )
-    places[columns] = np.arange(columns.size, dtype=indices.dtype)
+    position = np.full(M.shape[1], -1, dtype=M.indices.dtype)
+    indptr = M.indptr
+    indices = M.indices
+    data = M.data
+    position[columns] = np.arange(columns.size, dtype=indices.dtype)
     is_row: Any = True
     if rows.size > 0 and rows[-1] - rows[0] == rows.size - 1:
-        begins = indptr[rows[0] : rows[-1] + 2]
-        part = slice(begins[0], begins[-1])
-        begins, indices, data = begins - begins[0], indices[part], data[part]
+        row_starts = indptr[rows[0] : rows[-1] + 2]
+        entries = slice(row_starts[0], row_starts[-1])
+        row_starts = row_starts - row_starts[0]
+        indices = indices[entries]
+        data = data[entries]
     elif 2 * rows.size < M.shape[0]:
-        first, counts, begins = (
-            indptr[rows],
-            np.diff(indptr)[rows],
-            np.zeros(rows.size + 1, dtype=indptr.dtype),
+        first = indptr[rows]
+        counts = np.diff(indptr)[rows]
+        row_starts = np.zeros(rows.size + 1, dtype=indptr.dtype)
+        np.cumsum(counts, out=row_starts[1:])
+        entry_indices = np.arange(row_starts[-1], dtype=indptr.dtype) + np.repeat(
+            first - row_starts[:-1], counts
         )
-        np.cumsum(counts, out=begins[1:])
-        chosen = np.arange(begins[-1], dtype=indptr.dtype) + np.repeat(
-            first - begins[:-1], counts
-        )
-        indices, data = indices[chosen], data[chosen]
+        indices, data = indices[entry_indices], data[entry_indices]
     else:
         is_row = np.zeros(M.shape[0], dtype=bool)
         is_row[rows] = True
-        is_row, begins = (
+        is_row, row_starts = (
             np.repeat(is_row, np.diff(indptr)),
             np.append(0, indptr[rows + 1]),
         )
-    kept = places[indices]
-    inside = (kept >= 0) & is_row
-    ends = np.zeros(data.size + 1, dtype=indptr.dtype)
-    np.cumsum(inside, out=ends[1:])
-    return ends[begins], kept[inside], data[inside]
+    column_positions = position[indices]
+    is_in_block = (column_positions >= 0) & is_row
+    counts_before = np.zeros(data.size + 1, dtype=indptr.dtype)
+    np.cumsum(is_in_block, out=counts_before[1:])
+    return counts_before[row_starts], column_positions[is_in_block], data[is_in_block]
 
 
 def of_entries(
@@ -88,7 +90,7 @@ def of_entries(
     columns: Sequence[Indices],
     values: Sequence[Vector],
 ) -> Matrix:
-    """Return the matrix with the entries in these arrays, one after another; those at
-    the same place are summed."""
-    places = np.concatenate(rows), np.concatenate(columns)
-    return csr_array((np.concatenate(values), places), shape=shape)
+    """Return the matrix with the entries in these arrays, one after another; entries
+    with the same row and column are summed."""
+    rows_and_columns = np.concatenate(rows), np.concatenate(columns)
+    return csr_array((np.concatenate(values), rows_and_columns), shape=shape)

@@ -19,7 +19,7 @@ from lcpcli.linalg.banded import Banded
 from lcpcli.linalg.double_double import AccurateProduct, DoubleDouble
 from lcpcli.linalg.doubles import EPS, ROUNDING
 from lcpcli.linalg.factors import SingularMatrix, Solve, positive_pivots, sparse_lu
-from lcpcli.linalg.krylov import conjugate_gradients, ends, gmres
+from lcpcli.linalg.krylov import conjugate_gradients, extreme_eigenvalues, gmres
 from lcpcli.linalg.matrices import (
     absolute_product,
     is_symmetric,
@@ -66,8 +66,8 @@ def condition(M: Matrix) -> float:
     """Return an estimate of the condition number of M + M', of a sparse M with a
     positive diagonal, in units of the diagonal, to within a factor of two or so; it is
     infinite where M + M' is not positive definite in doubles."""
-    found = ends(_symmetric_part(M))
-    return math.inf if found is None else found[1] / found[0]
+    eigenvalues = extreme_eigenvalues(_symmetric_part(M))
+    return math.inf if eigenvalues is None else eigenvalues[1] / eigenvalues[0]
 
 
 def _symmetric_part(M: Matrix) -> Matrix:
@@ -99,8 +99,10 @@ class DefiniteSystems:
         self._symmetric = bool(is_symmetric(M) if S is None else (S > 0).all())
         band = Banded(M, self._symmetric)
         self._band = band if band.is_affordable else None
-        self._own: Banded | _Sparse = self._band or _Sparse(M)
-        self.extended, self.is_definite, self._shift = 0, True, 0.0
+        self._factors_in_doubles: Banded | _Sparse = self._band or _Sparse(M)
+        self.extended = 0
+        self.is_definite = True
+        self._shift = 0.0
         self._exact: Accurate | None = None
 
     def factorize(self, D: Vector) -> None:
@@ -109,9 +111,9 @@ class DefiniteSystems:
         self._D, self._exact = D + self._shift if self._shift else D, None
         self._weights = 1.0 / (1.0 + D)
         try:
-            self._own.factorize(self._D)
+            self._factors_in_doubles.factorize(self._D)
         except SingularMatrix:
-            self._own.factorize(D + SHIFT)
+            self._factors_in_doubles.factorize(D + SHIFT)
 
     def solve(self, b: Vector, target: float = 0.0) -> tuple[DoubleDouble, Vector]:
         """Return x and b - (M + D) x, of a weighted norm up to the target or
@@ -120,39 +122,41 @@ class DefiniteSystems:
             return self._exact(b), np.zeros(b.size)
         size = self._norm(b)
         goal = max(MIN_ACCURACY * size, target)
-        x = DoubleDouble.of(self._own.solve(b))
+        x = DoubleDouble.of(self._factors_in_doubles.solve(b))
         # The backward error of Cholesky's method is a small multiple of this.
         if ROUNDING * self._row_sum * float(np.abs(x.high).max()) <= goal:
             return x, np.zeros(b.size)
-        for improve in (self._own.solve, self._accelerated):
-            x, r, left = self._refined(x, b, goal, improve)
-            if left <= goal:
+        for improve in (self._factors_in_doubles.solve, self._accelerated):
+            x, r, residual_size = self._iterative_refinement(x, b, goal, improve)
+            if residual_size <= goal:
                 return x, r
         try:
             self._exact = self._in_fixed_point(self._D, None)
         except SingularMatrix:
-            # Of what is left, only directions of negative or no curvature are large.
+            # Only directions of negative or no curvature are large in the residual.
             self.is_definite, self._shift = False, SHIFT
             return x, r
         return self._exact(b), np.zeros(b.size)
 
-    def _refined(
+    def _iterative_refinement(
         self, x: DoubleDouble, b: Vector, goal: float, improve: Solve
     ) -> tuple[DoubleDouble, Vector, float]:
         """Return x, its residual and the norm of that after refinement, while that is
         fast."""
         r = self._residual(x, b)
-        left, last = self._norm(r), np.inf
+        residual_size, last = self._norm(r), np.inf
         for _ in range(MAX_REFINEMENTS):
-            if left <= goal or not left <= SLOW_REFINEMENT * last:
+            if residual_size <= goal or not residual_size <= SLOW_REFINEMENT * last:
                 break
             better = x + improve(r)
             r_of_better = self._residual(better, b)
-            last, size = left, self._norm(r_of_better)
-            if not size < left:
+            last, size = residual_size, self._norm(r_of_better)
+            if not size < residual_size:
                 break
-            x, r, left = better, r_of_better, size
-        return x, r, left
+            x = better
+            r = r_of_better
+            residual_size = size
+        return x, r, residual_size
 
     def _accelerated(self, b: Vector) -> Vector:
         """Return an approximate solution by a Krylov method whose preconditioner are
@@ -166,41 +170,47 @@ class DefiniteSystems:
             return image
 
         if not self._symmetric:
-            return gmres(product, b, KRYLOV_STEPS, self._own.solve)
+            return gmres(product, b, KRYLOV_STEPS, self._factors_in_doubles.solve)
         target = KRYLOV_REDUCTION * self._norm(b)
         return conjugate_gradients(
-            product, b, nothing, target, KRYLOV_STEPS, self._own.solve, self._norm
+            product,
+            b,
+            nothing,
+            target,
+            KRYLOV_STEPS,
+            self._factors_in_doubles.solve,
+            self._norm,
         )[0]
 
     def basic(self, q: Vector, z: Vector, basic: Mask) -> tuple[DoubleDouble, Vector]:
-        """Return z with z_B such that w_B = (M z + q)_B = 0, for z elsewhere as it is
-        given, and its w; raise SingularMatrix if M_BB is not definite, or refinement
-        does not converge."""
+        """Return z with z_B such that w_B = (M z + q)_B = 0, with the other components
+        as they are, and its w; raise SingularMatrix if M_BB is not definite, or
+        refinement does not converge."""
         start = DoubleDouble.of(np.where(basic, 0.0, z))
         w = self.product(start, q)
         if not basic.any():
             return start, w
         try:
-            refined = self._refined_basis(start, w, q, basic)
-            if refined is not None:
-                return refined
+            refined_solution = self._refined_basis(start, w, q, basic)
+            if refined_solution is not None:
+                return refined_solution
         except SingularMatrix:
             pass
         exact = self._in_fixed_point(None, basic)
         change = exact(np.where(basic, -w, 0.0))
-        found = start + change
-        # Which removes what the rounding of w has left
-        w = self.product(found, q)
-        found = found + exact(np.where(basic, -w, 0.0))
-        return found, np.where(basic, 0.0, self.product(found, q))
+        solution = start + change
+        # The second correction removes the error by rounding of w.
+        w = self.product(solution, q)
+        solution = solution + exact(np.where(basic, -w, 0.0))
+        return solution, np.where(basic, 0.0, self.product(solution, q))
 
     def _refined_basis(
         self, z: DoubleDouble, w: Vector, q: Vector, basic: Mask
     ) -> tuple[DoubleDouble, Vector] | None:
         """Return what `basic` does, by factors in doubles; None if refinement does not
         converge."""
-        self._own.factorize(None, basic)
-        solve, last = self._own.solve, np.inf
+        self._factors_in_doubles.factorize(None, basic)
+        solve, last = self._factors_in_doubles.solve, np.inf
         for _ in range(MAX_REFINEMENTS):
             change = solve(np.where(basic, -w, 0.0))
             size = float(np.abs(change).max())
@@ -240,32 +250,32 @@ class _Sparse:
     def __init__(self, M: Matrix) -> None:
         self._M = M
         self._dense = dense_places(M)
-        self._whole = _factors(M, self._dense)
-        self.solve: Solve = self._whole.solve
+        self._factors_of_M = _factors(M, self._dense)
+        self.solve: Solve = self._factors_of_M.solve
 
     def factorize(self, d: Vector | None, basic: Mask | None = None) -> None:
         n = self._M.shape[0]
         if basic is None:
-            self._whole.factorize(np.zeros(n) if d is None else d)
-            self.solve = self._whole.solve
-        elif isinstance(self._whole, SuperLU):
-            # In the same order, for which no other is searched
+            self._factors_of_M.factorize(np.zeros(n) if d is None else d)
+            self.solve = self._factors_of_M.solve
+        elif isinstance(self._factors_of_M, SuperLU):
+            # In the same order, so that no new one is computed.
             both = np.repeat(basic, np.diff(self._M.indptr)) & basic[self._M.indices]
             masked = with_data(self._M, np.where(both, self._M.data, 0.0))
-            own = SuperLU(masked, self._whole.order)
-            own.factorize(np.where(basic, 0.0, 1.0))
-            self.solve = own.solve
+            basis_factors = SuperLU(masked, self._factors_of_M.order)
+            basis_factors.factorize(np.where(basic, 0.0, 1.0))
+            self.solve = basis_factors.solve
         else:
             self._factorize_basis(basic.nonzero()[0])
 
     def _factorize_basis(self, B: Indices) -> None:
         block = principal(self._M, B)
-        own = _factors(block, dense_places(block))
-        own.factorize(np.zeros(B.size))
+        basis_factors = _factors(block, dense_places(block))
+        basis_factors.factorize(np.zeros(B.size))
 
         def solve(b: Vector) -> Vector:
             x = np.zeros(b.size)
-            x[B] = own.solve(b[B])
+            x[B] = basis_factors.solve(b[B])
             return x
 
         self.solve = solve

@@ -80,8 +80,8 @@ class DoubleDouble:
 
     __rmul__ = __mul__
 
-    def __getitem__(self, places: Any) -> DoubleDouble:
-        return DoubleDouble(self.high[places], self.low[places])
+    def __getitem__(self, indices: Any) -> DoubleDouble:
+        return DoubleDouble(self.high[indices], self.low[indices])
 
     def copy(self) -> DoubleDouble:
         return DoubleDouble(self.high.copy(), self.low.copy())
@@ -109,16 +109,18 @@ class AccurateProduct:
             terms = self._by_entries(lengths)
         else:
             return
-        self._terms = [(*places, v, *split(v)) for *places, v in terms]
+        self._terms = [
+            (*rows_and_columns, v, *split(v)) for *rows_and_columns, v in terms
+        ]
 
     def _by_diagonals(
         self, owners: Indices, shifts: Indices, present: Indices
     ) -> Iterator[tuple[Any, Any, Vector]]:
         n = self._M.shape[0]
         for shift in present.tolist():
-            own = shifts == shift
+            is_on_diagonal = shifts == shift
             values = np.zeros(n)
-            values[owners[own]] = self._M.data[own]
+            values[owners[is_on_diagonal]] = self._M.data[is_on_diagonal]
             rows = slice(max(0, -shift), n - max(0, shift))
             yield rows, slice(rows.start + shift, rows.stop + shift), values[rows]
 
@@ -126,9 +128,9 @@ class AccurateProduct:
         M = self._M
         for k in range(int(lengths.max(initial=0))):
             rows = (lengths > k).nonzero()[0]
-            places = M.indptr[rows] + k
-            own = slice(None) if rows.size == lengths.size else rows
-            yield own, M.indices[places], M.data[places]
+            positions = M.indptr[rows] + k
+            row_selection = slice(None) if rows.size == lengths.size else rows
+            yield row_selection, M.indices[positions], M.data[positions]
 
     def __call__(self, z: DoubleDouble, q: Vector) -> Vector:
         """Return M z + q, shape (n,), with an error of about eps of itself and eps^2

@@ -87,24 +87,24 @@ def least(v: Vector) -> float:
 def are_moderate(values: Vector) -> bool:
     """Return whether every nonzero |value| lies between 1 / FAR_FROM_ONE and
     FAR_FROM_ONE."""
-    least, largest = sizes(values)
-    return largest <= FAR_FROM_ONE and least >= 1 / FAR_FROM_ONE
+    smallest, largest = sizes(values)
+    return largest <= FAR_FROM_ONE and smallest >= 1 / FAR_FROM_ONE
 
 
 def sizes(values: Vector) -> tuple[float, float]:
     """Return the least nonzero |value|, infinite if there is none, and the largest, NaN
     or infinity if an entry is."""
     if values.size <= 2 * MAX_LOOPED_ENTRIES:  # in place of two reductions
-        found = list(map(abs, filter(None, values.ravel().tolist())))
-        if not found:
+        nonzero_sizes = list(map(abs, filter(None, values.ravel().tolist())))
+        if not nonzero_sizes:
             return math.inf, 0.0
-        if math.isfinite(sum(found)):
-            return min(found), max(found)
+        if math.isfinite(sum(nonzero_sizes)):
+            return min(nonzero_sizes), max(nonzero_sizes)
     positive = np.abs(values)
-    least = float(positive.min())
-    if not least > 0:
-        least = float(positive.min(where=positive > 0, initial=math.inf))
-    return least, float(positive.max())
+    smallest = float(positive.min())
+    if not smallest > 0:
+        smallest = float(positive.min(where=positive > 0, initial=math.inf))
+    return smallest, float(positive.max())
 
 
 def row_sizes(values: Vector) -> tuple[Vector, Vector]:
@@ -122,14 +122,16 @@ def each_step(**faults: Any) -> Callable[[Steps[Item, End]], Steps[Item, End]]:
 
     def decorated(function: Steps[Item, End]) -> Steps[Item, End]:
         @wraps(function)
-        def stepping(*given: Any, **named: Any) -> abc.Generator[Item, None, End]:
-            steps = function(*given, **named)
+        def stepping(
+            *arguments: Any, **keywords: Any
+        ) -> abc.Generator[Item, None, End]:
+            steps = function(*arguments, **keywords)
             while True:
                 with np.errstate(**faults):
                     try:
                         item = next(steps)
-                    except StopIteration as end:
-                        return cast(End, end.value)
+                    except StopIteration as stop:
+                        return cast(End, stop.value)
                 yield item
 
         return stepping
@@ -156,19 +158,19 @@ def distinct(indices: Indices) -> Indices:
     """Return the different indices in increasing order; np.unique would load the masked
     arrays of numpy."""
     ordered = np.sort(indices)
-    found: Indices = ordered[
+    different: Indices = ordered[
         np.append(True, ordered[1:] != ordered[:-1])[: ordered.size]
     ]
-    return found
+    return different
 
 
 def in_range(y: Vector, R: Vector | float = 1.0) -> Vector:
     """Return R y times the power of two that puts its largest entry between 1 and 2, or
     its entries in the middle of the range of doubles, if the least would be lost."""
     mantissas, powers = np.frexp(y)
-    factors, own = np.frexp(R)
+    factors, R_powers = np.frexp(R)
     mantissas, carried = np.frexp(mantissas * factors)
-    powers = powers + own + carried
+    powers = powers + R_powers + carried
     used = powers[mantissas != 0]
     if not used.size:
         return y

@@ -4,8 +4,9 @@ exploiting positive definiteness.
 Each factorization gives a solver, or reports that the matrix is singular. scipy is
 imported only when needed: for sparse or large matrices.
 
-A principal submatrix of a tridiagonal matrix is tridiagonal too: entries beside the
-diagonal remain where neighbours do. LAPACK's gttrf factorizes it with row exchanges.
+A principal submatrix of a tridiagonal matrix is tridiagonal too: an entry next to the
+diagonal remains if both of its neighbours remain. LAPACK's gttrf factorizes it with row
+exchanges.
 
 Many systems with principal submatrices of one dense M, of which each distinct one is
 factorized once, or of many.
@@ -52,7 +53,7 @@ MAX_UPDATED = 1 / 12
 MODEST_CONDITION = 1e8
 Solve = Callable[[Vector], Vector]
 TwoWay = Callable[..., Vector]  # solve(b, transposed=False)
-# The matrix is singular, or so nearly that solutions have no correct digit.
+# The matrix is singular, or so close to it that solutions have no correct digit.
 SingularMatrix = np.linalg.LinAlgError
 
 
@@ -66,8 +67,8 @@ class Tridiagonal:
     def at(self, indices: Indices) -> Callable[[Vector], Vector]:
         """Return a solver of systems with M_PP; raise LinAlgError if M_PP is
         singular."""
-        first, beside = indices[:-1], np.diff(indices) == 1
-        below, above = (side[first] * beside for side in (self._below, self._above))
+        first, adjacent = indices[:-1], np.diff(indices) == 1
+        below, above = (side[first] * adjacent for side in (self._below, self._above))
         if indices.size < MIN_ROWS:
             return partial(
                 np.linalg.solve,
@@ -100,9 +101,15 @@ def checked_solver(M: Matrix, shift: float = 0.0) -> Solve:
     insensitive to the units of rows and columns."""
     solve = solver(plus_diagonal(M, shift, order="F"))
     with np.errstate(over="ignore", invalid="ignore", divide="ignore"):
-        known = 1 / np.maximum(column_maxima(M), shift)
+        known_solution = 1 / np.maximum(column_maxima(M), shift)
         if (
-            not np.max(np.abs(solve(product(M, known) + shift * known) / known - 1))
+            not np.max(
+                np.abs(
+                    solve(product(M, known_solution) + shift * known_solution)
+                    / known_solution
+                    - 1
+                )
+            )
             < 0.5
         ):
             raise SingularMatrix
@@ -123,7 +130,7 @@ def sparse_lu(symmetric: bool) -> Callable[[Matrix], Any]:
         from scipy.sparse.linalg import splu
 
         from lcpcli.linalg.patterns import is_structurally_singular, order_of
-    chosen: dict[str, Any] = (
+    options: dict[str, Any] = (
         {"diag_pivot_thresh": 0.0, "options": {"SymmetricMode": True}}
         if symmetric
         else {}
@@ -135,7 +142,7 @@ def sparse_lu(symmetric: bool) -> Callable[[Matrix], Any]:
         # a symmetric csr_array is a csc_array with the same three arrays
         columns = A.T if symmetric else A.tocsc()
         factors = partial(
-            splu, columns, permc_spec=order_of(A) if symmetric else "COLAMD", **chosen
+            splu, columns, permc_spec=order_of(A) if symmetric else "COLAMD", **options
         )
         return factorized(factors, A.nnz)
 
@@ -145,20 +152,20 @@ def sparse_lu(symmetric: bool) -> Callable[[Matrix], Any]:
 class _Factors:
     """Factors of SuperLU that their thread deletes."""
 
-    def __init__(self, own: Owned) -> None:
-        self._own = own
+    def __init__(self, owned_factors: Owned) -> None:
+        self._owned_factors = owned_factors
 
     def solve(self, b: Vector, trans: str = "N") -> Vector:
-        return np.asarray(self._own.value.solve(b, trans))
+        return np.asarray(self._owned_factors.value.solve(b, trans))
 
     def __getattr__(self, name: str) -> Any:
-        return getattr(self._own.value, name)
+        return getattr(self._owned_factors.value, name)
 
 
 def factorized(factorize: Callable[[], Any], entries: int, owns: bool = True) -> Any:
-    """Return the factors of a sparse matrix with so many entries; raise SingularMatrix
-    for any error of a library. owns : whether only the thread that makes them may
-    delete them."""
+    """Return the factors of a sparse matrix with this number of entries; raise
+    SingularMatrix for any error of a library. owns : whether only the thread that makes
+    them may delete them."""
     try:
         if entries <= MAX_QUICK_ENTRIES:
             return factorize()
@@ -226,9 +233,9 @@ def invert(A: Matrix) -> TwoWay:
     inverse = np.linalg.inv(A)
 
     def solve(b: Vector, transposed: bool = False) -> Vector:
-        left, own = (inverse.T, A.T) if transposed else (inverse, A)
-        x = left @ b
-        return np.asarray(x + left @ (b - own @ x))
+        inverse_used, matrix_used = (inverse.T, A.T) if transposed else (inverse, A)
+        x = inverse_used @ b
+        return np.asarray(x + inverse_used @ (b - matrix_used @ x))
 
     return solve
 
@@ -321,10 +328,10 @@ class PrincipalSolver:
         with np.errstate(over="ignore", invalid="ignore"):
             z = np.zeros(self._M.shape[0])
             z[indices] = x = solve(b)
-            refined: Vector = x + solve(b - product(self._M, z)[indices])
-        if not np.isfinite(refined).all():
+            refined_x: Vector = x + solve(b - product(self._M, z)[indices])
+        if not np.isfinite(refined_x).all():
             raise SingularMatrix
-        return refined
+        return refined_x
 
     def at(self, indices: Indices) -> Solve:
         """Return a solver of systems with M_PP, without refinement; this or the solver
@@ -379,7 +386,9 @@ class PrincipalSolver:
         return self.factorized(block, overwrite=block is not self._M)
 
     # Without it: a dense LCP in 300 unknowns takes 1.2 times as long.
-    def _updated(self, indices: Indices, kept: Indices, solve: Solve) -> Solve | None:
+    def _updated(
+        self, indices: Indices, factorized_indices: Indices, solve: Solve
+    ) -> Solve | None:
         """Return a solver for P from that for the factorized set K, by a Schur
         complement; None if they differ much.
 
@@ -388,28 +397,28 @@ class PrincipalSolver:
         known factors.
         """
         before, now = np.zeros((2, self._M.shape[0]), dtype=bool)
-        before[kept], now[indices] = True, True
-        stays, old = now[kept], before[indices]
+        before[factorized_indices], now[indices] = True, True
+        stays, old = now[factorized_indices], before[indices]
         added, dropped = indices[~old], (~stays).nonzero()[0]
         changes = added.size + dropped.size
-        if changes > MAX_UPDATED * kept.size:
+        if changes > MAX_UPDATED * factorized_indices.size:
             return None
         if not changes:
             return solve
         rows = self._M[added]
-        columns = np.zeros((kept.size, changes), order="F")
-        columns[:, : added.size] = self._M[:, added][kept]
+        columns = np.zeros((factorized_indices.size, changes), order="F")
+        columns[:, : added.size] = self._M[:, added][factorized_indices]
         columns[dropped, np.arange(added.size, changes)] = 1
         inner = solve(columns)
         small = np.zeros((changes, changes))
         small[: added.size, : added.size] = rows[:, added]
-        rows = rows[:, kept]
+        rows = rows[:, factorized_indices]
         small[: added.size] -= product(rows, inner)
         small[added.size :] -= inner[dropped]
         solve_small = dense_factors().lu(small)
 
         def updated(b: Vector) -> Vector:
-            right = np.zeros(kept.size)
+            right = np.zeros(factorized_indices.size)
             right[stays] = b[old]
             first = solve(right)
             outer = solve_small(
@@ -452,16 +461,18 @@ def solve_principal(
             X = np.empty(B.shape)
             X[~large] = solve_principal(M, sets[~large], B[~large])
             all_of_it = np.where(sets[large], B[large], 0.0) @ inverse.T
-            outside = solve_principal(inverse, ~sets[large], all_of_it)
-            X[large] = np.where(sets[large], all_of_it - outside @ inverse.T, 0.0)
+            x_outside = solve_principal(inverse, ~sets[large], all_of_it)
+            X[large] = np.where(sets[large], all_of_it - x_outside @ inverse.T, 0.0)
             return X
     X = np.zeros(B.shape)
     for indices, rows in _batches(sets):
         # First, which takes half the time of all at once.
         columns = M.T.take(indices, axis=0).transpose(0, 2, 1)
         blocks = columns[np.arange(indices.shape[0])[:, np.newaxis], indices]
-        places = rows[:, :, np.newaxis], indices[:, np.newaxis, :]
-        X[places] = _solved(blocks, B[places].transpose(0, 2, 1)).transpose(0, 2, 1)
+        positions = rows[:, :, np.newaxis], indices[:, np.newaxis, :]
+        X[positions] = _solved(blocks, B[positions].transpose(0, 2, 1)).transpose(
+            0, 2, 1
+        )
     return X
 
 
@@ -469,17 +480,19 @@ def principal_inverses(M: Vector, sets: Mask) -> Vector:
     """Return G with G_PP = M_PP^-1 and zeros elsewhere for each of m matrices M; NaN in
     G_PP where M_PP is singular or numbers overflow. M, sets : shapes (m, n, n), (m, n);
     row i of sets is the mask of the index set P for M[i]."""
-    G, sizes, n = np.zeros(M.size), np.count_nonzero(sets, axis=1), M.shape[-1]
+    G = np.zeros(M.size)
+    sizes = np.count_nonzero(sets, axis=1)
+    n = M.shape[-1]
     entries = M.reshape(-1)
     for size in range(1, n + 1):
         rows = (sizes == size).nonzero()[0]
         if rows.size:
             P = sets[rows].nonzero()[1].reshape(rows.size, size)
-            places = (
+            positions = (
                 n * (n * rows[:, np.newaxis] + P)[:, :, np.newaxis]
                 + P[:, np.newaxis, :]
             )
-            G[places] = _solved(entries[places])
+            G[positions] = _solved(entries[positions])
     return G.reshape(M.shape)
 
 
@@ -497,29 +510,31 @@ def _batches(sets: Mask) -> Iterator[tuple[Indices, Indices]]:
     m, n = sets.shape
     packed = np.zeros((m, -(-n // WORD) * 8), dtype=np.uint8)  # as one key for each set
     packed[:, : -(-n // 8)] = np.packbits(sets, axis=1)
-    words = packed.view(np.uint64)
+    machine_words = packed.view(np.uint64)
     keys = (
-        words[:, 0] if words.shape[1] == 1 else packed.view(f"V{packed.shape[1]}")[:, 0]
+        machine_words[:, 0]
+        if machine_words.shape[1] == 1
+        else packed.view(f"V{packed.shape[1]}")[:, 0]
     )
     _, first, numbers = np.unique(keys, return_index=True, return_inverse=True)
     inverse = numbers.reshape(-1)
     counts = np.bincount(inverse)
-    order, begin = np.argsort(inverse, kind="stable"), np.cumsum(counts) - counts
+    order, group_starts = np.argsort(inverse, kind="stable"), np.cumsum(counts) - counts
     sizes = np.count_nonzero(sets[first], axis=1)
     kinds = sizes * WORD + np.frexp(counts - 0.5)[1]
     by_kind = np.argsort(kinds, kind="stable")
     for group in np.split(by_kind, np.flatnonzero(np.diff(kinds[by_kind])) + 1):
-        size, most = int(sizes[group[0]]), int(counts[group].max())
+        size, max_rows = int(sizes[group[0]]), int(counts[group].max())
         if not size:
             continue
-        together = max(1, BATCH // (size * (size + most)))
-        for part in np.split(group, range(together, group.size, together)):
-            indices = sets[first[part]].nonzero()[1].reshape(part.size, size)
+        together = max(1, BATCH // (size * (size + max_rows)))
+        for batch in np.split(group, range(together, group.size, together)):
+            indices = sets[first[batch]].nonzero()[1].reshape(batch.size, size)
             yield (
                 indices,
                 order[
-                    begin[part, np.newaxis]
-                    + np.minimum(np.arange(most), counts[part, np.newaxis] - 1)
+                    group_starts[batch, np.newaxis]
+                    + np.minimum(np.arange(max_rows), counts[batch, np.newaxis] - 1)
                 ],
             )
 
@@ -535,7 +550,10 @@ def _solved(A: Vector, B: Vector | None = None) -> Vector:
         if A.shape[0] == 1:
             return np.full((A if B is None else B).shape, np.nan)
         half = A.shape[0] // 2
-        parts = (slice(half), slice(half, None))
+        halves = (slice(half), slice(half, None))
         return np.concatenate(
-            [_solved(A[part], None if B is None else B[part]) for part in parts]
+            [
+                _solved(A[half_of_systems], None if B is None else B[half_of_systems])
+                for half_of_systems in halves
+            ]
         )

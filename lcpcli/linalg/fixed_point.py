@@ -83,7 +83,9 @@ class FixedPointFactors:
         self._eliminate()
 
     def _eliminate(self) -> None:
-        rows, columns, n = self._rows, self._columns, self._n
+        rows = self._rows
+        columns = self._columns
+        n = self._n
         for j, row in enumerate(rows):
             if not j % CHECKED_EVERY:
                 raise_if_timed_out()
@@ -145,5 +147,5 @@ def _by_rows(diagonals: Vector) -> list[list[int]]:
     numbers."""
     width, n = diagonals.shape
     numbers = fixed(np.ascontiguousarray(diagonals.T).ravel())
-    ends = range(0, (n + 1) * width, width) if width else [0] * (n + 1)
-    return [numbers[first:last] for first, last in pairwise(ends)]
+    row_ends = range(0, (n + 1) * width, width) if width else [0] * (n + 1)
+    return [numbers[first:last] for first, last in pairwise(row_ends)]

@@ -74,14 +74,17 @@ def gmres(
     Applications 1 (1994) 571-581.
     precondition : an approximate inverse of A; it returns new arrays.
     """
-    x, r, last, spanned = np.zeros(b.size), b.copy(), b, list[tuple[Vector, Vector]]()
+    x = np.zeros(b.size)
+    r = b.copy()
+    last = b
+    spanned = list[tuple[Vector, Vector]]()
     for _ in range(steps):
         direction = precondition(last)
         image = A(direction)
         for other, other_image in 2 * spanned:  # once more against rounding
-            share = dot(image, other_image)
-            direction -= share * other
-            image -= share * other_image
+            component = dot(image, other_image)
+            direction -= component * other
+            image -= component * other_image
         size = norm(image)
         if not 0.0 < size < np.inf:
             break
@@ -101,14 +104,14 @@ def conjugate_gradients(
     A: Operator,
     b: Vector,
     x: Vector,
-    most: float,
+    max_residual: float,
     max_iterations: int,
     precondition: Operator,
     measure: Measure = norm,
 ) -> tuple[Vector, float]:
     """Solve A x = b for symmetric positive definite A from x, shape (n,), until the
-    residual b - A x is at most `most` by this measure; return the last x, and the size
-    of its residual by the recursion.
+    residual b - A x is at most `max_residual` by this measure; return the last x, and
+    the size of its residual by the recursion.
 
     A, precondition : products with A and with a symmetric positive definite approximate
         inverse; they return new arrays; precondition may return its argument.
@@ -117,23 +120,23 @@ def conjugate_gradients(
     r = b - A(x) if np.count_nonzero(x) else b.copy()
     size = measure(r)
     direction, rho = np.zeros(b.size), 1.0
-    views = [(part, r[part], x[part], direction[part]) for part in row_parts(b.size)]
+    views = [(rows, r[rows], x[rows], direction[rows]) for rows in row_parts(b.size)]
     for _ in range(max_iterations):
-        if not size > most:
+        if not size > max_residual:
             break
         y = precondition(r)
         rho, previous = dot(r, y), rho
-        for part, _, _, own in views:
-            own *= rho / previous
-            own += y[part]
+        for rows, _, _, direction_part in views:
+            direction_part *= rho / previous
+            direction_part += y[rows]
         image = A(direction)
         curvature = dot(direction, image)
         if not (curvature > 0 and rho > 0):
             break
         step = rho / curvature
-        for part, own_r, own_x, own in views:
-            own_r -= step * image[part]
-            own_x += step * own
+        for rows, r_part, x_part, direction_part in views:
+            r_part -= step * image[rows]
+            x_part += step * direction_part
         size = measure(r)
     return x, size
 
@@ -141,9 +144,11 @@ def conjugate_gradients(
 def relative_to(target: Vector) -> Measure:
     """Return the measure of a residual by its largest component relative to this
     target."""
-    parts = [*row_parts(target.size)]
+    row_slices = [*row_parts(target.size)]
     return lambda r: float(
-        np.max([(np.abs(r[part]) / target[part]).max() for part in parts], initial=0.0)
+        np.max(
+            [(np.abs(r[rows]) / target[rows]).max() for rows in row_slices], initial=0.0
+        )
     )
 
 
@@ -151,7 +156,7 @@ def bicgstab(
     A: Operator,
     b: Vector,
     x: Vector,
-    most: float,
+    max_residual: float,
     max_iterations: int,
     precondition: Operator,
     measure: Measure = norm,
@@ -164,7 +169,7 @@ def bicgstab(
     direction, image = np.zeros(b.size), np.zeros(b.size)
     rho = alpha = omega = 1.0
     for _ in range(max_iterations):
-        if not size > most:
+        if not size > max_residual:
             break
         rho, previous = dot(shadow, r), rho
         direction -= omega * image
@@ -194,7 +199,7 @@ def identity(v: Any) -> Any:
     return v
 
 
-def ends(M: Matrix) -> tuple[float, float] | None:
+def extreme_eigenvalues(M: Matrix) -> tuple[float, float] | None:
     """Return rough estimates of the extreme eigenvalues of a symmetric positive
     definite M; None for any other M."""
     solve = definite_solver(M)

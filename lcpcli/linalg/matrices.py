@@ -83,7 +83,9 @@ def row_and_column_maxima(
 
     symmetric : whether R |M| C is; it then saves time to know that of a sparse M.
     """
-    rows, columns, scale = np.zeros(R.size), np.zeros(R.size), _scaler(R, C)
+    rows = np.zeros(R.size)
+    columns = np.zeros(R.size)
+    scale = _scaler(R, C)
     if is_sparse(M):
         entries = scale(np.abs(M.data), np.repeat(R, np.diff(M.indptr)), C[M.indices])
         sizes = _by_rows(np.maximum, M, entries)
@@ -199,8 +201,10 @@ def scaled(M: Matrix, R: Vector, C: Vector) -> Matrix:
     if not is_sparse(M):
         return _scaler(R, C)(M, R[:, np.newaxis], C)
     scale, data = _scaler(R, C), np.empty_like(M.data)
-    for rows, own, owners in entries(M):
-        data[own] = scale(M.data[own], R[rows][owners], C[M.indices[own]])
+    for rows, row_entries, owners in entries(M):
+        data[row_entries] = scale(
+            M.data[row_entries], R[rows][owners], C[M.indices[row_entries]]
+        )
     return with_data(M, data)
 
 
@@ -231,30 +235,33 @@ def plus_diagonal(
     return (M + diags_array(np.broadcast_to(d, M.shape[:1]), format="csr")).tocsr()
 
 
-def thinned(M: Matrix, most: float) -> Matrix:
-    """Return a dense M in compressed rows if it has at most `most` entries other than
-    0; else M itself.
+def thinned(M: Matrix, max_entries: float) -> Matrix:
+    """Return a dense M in compressed rows if it has at most `max_entries` entries other
+    than 0; else M itself.
 
     scipy's own conversion takes several times as long as a product with M.
     """
     rows, columns = M.shape
     sample = M[:: max(1, rows // SAMPLED_ROWS)]
-    if is_sparse(M) or np.count_nonzero(sample) * rows > 2 * most * sample.shape[0]:
+    if (
+        is_sparse(M)
+        or np.count_nonzero(sample) * rows > 2 * max_entries * sample.shape[0]
+    ):
         return M
-    places = np.flatnonzero(M != 0.0)
-    if places.size > most:
+    positions = np.flatnonzero(M != 0.0)
+    if positions.size > max_entries:
         return M
     with imports:
         from scipy.sparse import csr_array
-    indptr = np.searchsorted(places, np.arange(0, M.size + 1, columns))
-    parts = (
-        M.reshape(-1)[places],
-        (places % columns).astype(np.int32),
+    indptr = np.searchsorted(positions, np.arange(0, M.size + 1, columns))
+    arrays = (
+        M.reshape(-1)[positions],
+        (positions % columns).astype(np.int32),
         indptr.astype(np.int32),
     )
-    for part in parts:
-        part.setflags(write=False)
-    return csr_array(parts, shape=M.shape)
+    for array in arrays:
+        array.setflags(write=False)
+    return csr_array(arrays, shape=M.shape)
 
 
 def _scaler(R: Vector, C: Vector) -> Callable[[Vector, Vector, Vector], Vector]:
@@ -263,11 +270,11 @@ def _scaler(R: Vector, C: Vector) -> Callable[[Vector, Vector, Vector], Vector]:
 
     Where the product itself overflows, the result is the largest finite number.
     """
-    least, largest = (
+    smallest, largest = (
         min(R.min(initial=1.0), C.min(initial=1.0)),
         max(R.max(initial=1.0), C.max(initial=1.0)),
     )
-    if least >= 1 / MODERATE_FACTOR and largest <= MODERATE_FACTOR:
+    if smallest >= 1 / MODERATE_FACTOR and largest <= MODERATE_FACTOR:
         return lambda entries, left, right: left * entries * right
 
     def multiply(entries: Vector, left: Vector, right: Vector) -> Vector:
@@ -283,8 +290,8 @@ def _scaler(R: Vector, C: Vector) -> Callable[[Vector, Vector, Vector], Vector]:
 
 def row_blocks(M: Matrix) -> Iterator[tuple[slice, Vector]]:
     """Yield |M| a few rows at a time, so that no second matrix is formed."""
-    for part in row_parts(*M.shape):
-        yield part, np.abs(M[part])
+    for rows in row_parts(*M.shape):
+        yield rows, np.abs(M[rows])
 
 
 def row_parts(n: int, width: int = 8) -> Iterator[slice]:
@@ -320,9 +327,11 @@ def column_reader(M: Matrix) -> Callable[[int], Vector]:
     by_columns = M.tocsc()
 
     def column(j: int) -> Vector:
-        part = slice(*by_columns.indptr[j : j + 2])
+        column_entries = slice(*by_columns.indptr[j : j + 2])
         return np.bincount(
-            by_columns.indices[part], by_columns.data[part], M.shape[0]
+            by_columns.indices[column_entries],
+            by_columns.data[column_entries],
+            M.shape[0],
         ).astype(np.float64, copy=False)
 
     return column
@@ -331,9 +340,9 @@ def column_reader(M: Matrix) -> Callable[[int], Vector]:
 def is_symmetric(M: Matrix) -> bool:
     """Return whether M equals its transpose exactly."""
     if not is_sparse(M):
-        parts = row_parts(*M.shape)
+        row_slices = row_parts(*M.shape)
         return np.array_equal(M[:1], M[:, :1].T) and all(
-            np.array_equal(M[part], M[:, part].T) for part in parts
+            np.array_equal(M[rows], M[:, rows].T) for rows in row_slices
         )
     pair = mirrored(M)
     return pair is not None and np.array_equal(pair[0].data, pair[1])
@@ -380,11 +389,11 @@ def mirrored(M: Matrix) -> tuple[Matrix, Vector] | None:
     )
 
 
-def is_narrow(M: Matrix, most: float = MAX_NARROW_ENTRIES) -> bool:
+def is_narrow(M: Matrix, max_entries: float = MAX_NARROW_ENTRIES) -> bool:
     """Return whether the entries of a sparse M are so near its diagonal, as for
     problems in one dimension, that its factors cannot have many more entries: at most
     so many times those of M."""
-    return bool(M.shape[0] * (2 * width(M) + 1) <= most * M.nnz)
+    return bool(M.shape[0] * (2 * width(M) + 1) <= max_entries * M.nnz)
 
 
 def width(M: Matrix) -> int:
@@ -408,16 +417,16 @@ def stack(blocks: list[list[Matrix]]) -> Matrix:
 
 def unit_columns(n: int, selected: Indices, sparse: bool) -> Matrix:
     """Return columns of the identity of order n, as a sparse or a dense matrix."""
-    shape, places = (
+    shape, rows_and_columns = (
         (n, selected.size),
         (selected.astype(np.int32), np.arange(selected.size, dtype=np.int32)),
     )
     if sparse:
         with imports:
             from scipy.sparse import csr_array
-        return csr_array((np.ones(selected.size), places), shape=shape)
+        return csr_array((np.ones(selected.size), rows_and_columns), shape=shape)
     E = np.zeros(shape)
-    E[places] = 1.0
+    E[rows_and_columns] = 1.0
     return E
 
 
@@ -528,17 +537,17 @@ def row_multiplier(
 TINY_TERMS = 2.0**-900
 
 
-def row_errors(M: Matrix, z: Vector, terms: Vector) -> Vector:
+def row_errors(M: Matrix, z: Vector, row_magnitudes: Vector) -> Vector:
     """Return bounds on the rounding errors in w = M z + q for z of shape (n,), or for m
     of them in rows.
 
-    terms : |q| + |M| |z| as computed, of the shape of w.
+    row_magnitudes : |q| + |M| |z| as computed, of the shape of w.
 
     A product that underflows is off by up to SMALLEST_NORMAL, and is missing in the
     terms as in w.
     """
-    errors: Vector = ROW_ROUNDING * terms
-    tiny = terms <= TINY_TERMS
+    errors: Vector = ROW_ROUNDING * row_magnitudes
+    tiny = row_magnitudes <= TINY_TERMS
     if np.count_nonzero(tiny) and may_underflow(M, z):
         errors += np.where(tiny, SMALLEST_NORMAL * products(M, z), 0.0)
     return errors
@@ -546,9 +555,9 @@ def row_errors(M: Matrix, z: Vector, terms: Vector) -> Vector:
 
 def may_underflow(M: Matrix, z: Vector) -> bool:
     """Return whether a product of an entry of M and one of z may underflow."""
-    least, factor = sizes(M.data if is_sparse(M) else M)[0], sizes(z)[0]
+    smallest, factor = sizes(M.data if is_sparse(M) else M)[0], sizes(z)[0]
     with np.errstate(over="ignore", under="ignore"):
-        return bool(least * factor < SMALLEST_NORMAL)
+        return bool(smallest * factor < SMALLEST_NORMAL)
 
 
 def products(M: Matrix, z: Vector) -> Vector:
@@ -572,20 +581,24 @@ def accurate_residual(A: Matrix, x: Vector, b: Vector) -> Vector:
     w = np.empty(b.size)
     if not is_sparse(A):
         used = x.nonzero()[0]
-        for part in row_parts(b.size, max(used.size, 1)):
-            raise_if_timed_out()
-            rows = split_products(A[part].take(used, 1), x[used])
-            sums = zip(b[part].tolist(), *(each.tolist() for each in rows), strict=True)
-            w[part] = [math.fsum(chain((value,), *row)) for value, *row in sums]
+        for row_slice in row_parts(b.size, max(used.size, 1)):
+            check()
+            rows = split_products(A[row_slice].take(used, 1), x[used])
+            sums = zip(
+                b[row_slice].tolist(),
+                *(products.tolist() for products in rows),
+                strict=True,
+            )
+            w[row_slice] = [math.fsum(chain((value,), *row)) for value, *row in sums]
         return w
-    for part in row_parts(b.size):
-        rows = A if w.size <= part.stop - part.start else A[part]
+    for row_slice in row_parts(b.size):
+        rows = A if w.size <= row_slice.stop - row_slice.start else A[row_slice]
         longest = int(np.diff(rows.indptr).max())
         together = (
             rows.shape[0] >= MIN_ROWS
             and longest * rows.shape[0] <= MAX_PADDED * rows.nnz
         )
-        w[part] = (_distilled if together else _summed)(rows, x, b[part])
+        w[row_slice] = (_distilled if together else _summed)(rows, x, b[row_slice])
     return w
 
 
@@ -602,15 +615,17 @@ def _distilled(A: Matrix, x: Vector, b: Vector) -> Vector:
     once."""
     lengths = np.diff(A.indptr)
     entries = np.arange(lengths.max())[:, np.newaxis]
-    places = np.minimum(A.indptr[:-1] + entries, A.nnz - 1)
-    used = np.where(entries < lengths, A.data[places], 0.0)
-    terms = np.concatenate((b[np.newaxis], *split_products(used, x[A.indices[places]])))
+    positions = np.minimum(A.indptr[:-1] + entries, A.nnz - 1)
+    used = np.where(entries < lengths, A.data[positions], 0.0)
+    terms = np.concatenate(
+        (b[np.newaxis], *split_products(used, x[A.indices[positions]]))
+    )
     sizes = np.abs(terms).sum(axis=0)
     for _ in range(2):
         for low, high in pairwise(terms):  # to their rounded sum, and its error
             total = low + high
-            part = total - low
-            np.add(low - (total - part), high - part, out=low)
+            high_part = total - low
+            np.add(low - (total - high_part), high - high_part, out=low)
             high[:] = total
     rest = terms[:-1].sum(axis=0)
     w: Vector = terms[-1] + rest

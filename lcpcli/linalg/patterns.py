@@ -96,22 +96,24 @@ def cuthill_mckee(M: Matrix) -> Indices:
 
 def _width_of(M: Matrix, order: Indices) -> int:
     """Return the largest distance of an entry from the diagonal in an order."""
-    places = np.empty(order.size, dtype=np.intp)
-    places[order] = np.arange(order.size)
-    owners = np.repeat(places, np.diff(M.indptr))
-    return int(np.abs(owners - places[M.indices]).max(initial=0))
+    positions = np.empty(order.size, dtype=np.intp)
+    positions[order] = np.arange(order.size)
+    owners = np.repeat(positions, np.diff(M.indptr))
+    return int(np.abs(owners - positions[M.indices]).max(initial=0))
 
 
 def narrow_order(M: Matrix) -> tuple[Indices | None, int]:
-    """Return an order in which the entries of a sparse M are near the diagonal, None if
-    it is the given one, and their largest distance from it."""
-    given = width(M)
+    """Return an order in which the entries of a sparse M are close to the diagonal,
+    None if it is the order of M, and their largest distance from the diagonal."""
+    width_of_M = width(M)
     # No order is narrower than half of the longest row.
-    if 2 * given <= int(np.diff(M.indptr).max(initial=0)):
-        return None, given
+    if 2 * width_of_M <= int(np.diff(M.indptr).max(initial=0)):
+        return None, width_of_M
     order = cuthill_mckee(M)
-    found = _width_of(M, order)
-    return (order, found) if found < given else (None, given)
+    width_in_order = _width_of(M, order)
+    return (
+        (order, width_in_order) if width_in_order < width_of_M else (None, width_of_M)
+    )
 
 
 class Band:
@@ -143,8 +145,10 @@ def order_of(M: Matrix) -> str:
     """
     if M.nnz <= MAX_ORDERED_ENTRIES:
         return "MMD_AT_PLUS_A"
-    most, lengths = MUCH_FILL * M.nnz, np.diff(M.indptr).astype(np.float64)
-    slow = lengths @ lengths > MAX_STEPS or (_spreads(M) and fill(M, most) > most)
+    max_entries, lengths = MUCH_FILL * M.nnz, np.diff(M.indptr).astype(np.float64)
+    slow = lengths @ lengths > MAX_STEPS or (
+        _spreads(M) and fill(M, max_entries) > max_entries
+    )
     return "COLAMD" if slow else "MMD_AT_PLUS_A"
 
 
@@ -160,13 +164,13 @@ def _spreads(M: Matrix) -> bool:
     return bool(reached.sum() > reached.size / 2)
 
 
-def fill(M: Matrix, most: int) -> int:
+def fill(M: Matrix, max_entries: int) -> int:
     """Count the entries below the diagonal of L, for diagonal pivots of M + M' in order
     of the entries of their rows.
 
     For the conditions of programs this order is not much worse than minimum degree, and
-    it takes no time. M is sparse, of shape (n, n). Counting stops above `most`, or when
-    TimeIsUp is raised.
+    it takes no time. M is sparse, of shape (n, n). Counting stops above `max_entries`,
+    or when TimeIsUp is raised.
     """
     with imports:
         from scipy.sparse import tril
@@ -176,17 +180,21 @@ def fill(M: Matrix, most: int) -> int:
     lower.sort_indices()
     columns = np.split(lower.indices, lower.indptr[1:-1])
     # From the children of each column.
-    waiting: list[list[Indices]] = [[] for _ in columns]
+    from_children: list[list[Indices]] = [[] for _ in columns]
     total = 0
-    for j, own in enumerate(columns):
-        raise_if_timed_out()
-        merged = distinct(np.concatenate((own, *waiting[j]))) if waiting[j] else own
-        waiting[j] = []
+    for j, column_entries in enumerate(columns):
+        check()
+        merged = (
+            distinct(np.concatenate((column_entries, *from_children[j])))
+            if from_children[j]
+            else column_entries
+        )
+        from_children[j] = []
         total += merged.size
-        if total > most:
+        if total > max_entries:
             break
         if merged.size:
-            waiting[merged[0]].append(merged[1:])
+            from_children[merged[0]].append(merged[1:])
     return total
 
 
@@ -236,17 +244,20 @@ def has_friction(M: Matrix) -> bool:
         number = np.diff(positive.indptr)
     else:
         number = np.count_nonzero(positive, axis=1)
-    few = ((number > 0) & (number <= 2)).nonzero()[0]
-    if not few.size:
+    short_rows = ((number > 0) & (number <= 2)).nonzero()[0]
+    if not short_rows.size:
         return False
-    rows, columns = M[few], M[:, few].T
-    own = unit_columns(n, few, is_sparse(M)).T * M.diagonal()[few][:, np.newaxis]
-    rows, columns = rows - own, columns - own
+    rows, columns = M[short_rows], M[:, short_rows].T
+    diagonal_entries = (
+        unit_columns(n, short_rows, is_sparse(M)).T
+        * M.diagonal()[short_rows][:, np.newaxis]
+    )
+    rows, columns = rows - diagonal_entries, columns - diagonal_entries
     # A column of B has what is negative in that row of C, with the other sign, alone.
     lower, upper = (rows - abs(rows)) / 2, (rows + abs(rows)) / 2
     is_friction = _has_entries(lower) & _has_entries(upper)
     is_friction &= ~_has_entries(columns + lower)
-    cones = few[is_friction]
+    cones = short_rows[is_friction]
     if not cones.size or _has_entries(rows[is_friction][:, cones]).any():
         return False
     others = np.ones(n, dtype=np.bool_)
@@ -275,49 +286,66 @@ def is_structurally_singular(A: Matrix) -> bool:
     ):
         return True
     row, column = A.nonzero()
-    own, source, sink = np.arange(n), np.full(n, 2 * n), np.full(n, 2 * n + 1)
-    places = (
-        np.concatenate([source, row, n + own]),
-        np.concatenate([own, n + column, sink]),
+    numbers = np.arange(n)
+    source = np.full(n, 2 * n)
+    sink = np.full(n, 2 * n + 1)
+    sources_and_targets = (
+        np.concatenate([source, row, n + numbers]),
+        np.concatenate([numbers, n + column, sink]),
     )
     with imports:
         from scipy.sparse import csr_array
         from scipy.sparse.csgraph import maximum_flow
     graph = csr_array(
-        (np.ones(places[0].size, dtype=np.int32), places), shape=(2 * n + 2, 2 * n + 2)
+        (np.ones(sources_and_targets[0].size, dtype=np.int32), sources_and_targets),
+        shape=(2 * n + 2, 2 * n + 2),
     )
     return bool(maximum_flow(graph, 2 * n, 2 * n + 1, method="dinic").flow_value < n)
 
 
-def outside(indices: Any, size: int) -> Indices:
-    """Return the places of the indices that are not whole numbers from 0 to size -
-    1."""
+def invalid_indices(indices: Any, size: int) -> Indices:
+    """Return the positions of the indices that are not integers from 0 to size - 1."""
     return np.flatnonzero(~((indices >= 0) & (indices < size) & (indices % 1 == 0)))
 
 
-def are_compressed(ends: Any, indices: Any, lines: int, across: int) -> bool:
-    """Return whether indices below `across` belong to this number of compressed rows or
-    columns with these ends."""
+def are_compressed(
+    line_ends: Any, indices: Any, lines: int, size_of_lines: int
+) -> bool:
+    """Return whether these arrays are those of a number of compressed rows or columns,
+    with indices below `size_of_lines`."""
     are_ends = (
-        ends.size == lines + 1
-        and ends[0] == 0
-        and ends[-1] <= indices.size
-        and (ends[1:] >= ends[:-1]).all()
+        line_ends.size == lines + 1
+        and line_ends[0] == 0
+        and line_ends[-1] <= indices.size
+        and (line_ends[1:] >= line_ends[:-1]).all()
     )
-    return bool(are_ends) and not outside(indices[: ends[-1]], across).size
+    return (
+        bool(are_ends)
+        and not invalid_indices(indices[: line_ends[-1]], size_of_lines).size
+    )
 
 
 def fit(
-    form: str, places: Sequence[Any], data: Sequence[int], shape: Sequence[int]
+    sparse_format: str,
+    index_arrays: Sequence[Any],
+    data: Sequence[int],
+    shape: Sequence[int],
 ) -> bool:
-    """Return whether the arrays of places in one of scipy's sparse forms fit the matrix
+    """Return whether the index arrays of one of scipy's sparse formats fit the matrix
     that they belong to.
 
     data, shape : the shapes of the array of values and of the matrix.
     """
-    first, last = places[0], places[-1]
-    are_integers = all(part.ndim == 1 and part.dtype.kind in "iu" for part in places)
-    blocks = data[1:] if form == "bsr" else [2] if form == "dia" else []
+    first, last = index_arrays[0], index_arrays[-1]
+    are_integers = all(
+        index_array.ndim == 1 and index_array.dtype.kind in "iu"
+        for index_array in index_arrays
+    )
+    blocks: Sequence[int] = []
+    if sparse_format == "bsr":
+        blocks = data[1:]
+    elif sparse_format == "dia":
+        blocks = [2]
     if (
         not are_integers
         or len(shape) != 2
@@ -326,18 +354,18 @@ def fit(
         or data[0] != first.size
     ):
         return False
-    if form == "coo":
+    if sparse_format == "coo":
         return (
             last.size == first.size
-            and not outside(first, shape[0]).size
-            and not outside(last, shape[1]).size
+            and not invalid_indices(first, shape[0]).size
+            and not invalid_indices(last, shape[1]).size
         )
-    if form == "dia":
+    if sparse_format == "dia":
         return len(set(first.tolist())) == first.size and bool(
             (first > -shape[0]).all() and (first < shape[1]).all()
         )
     rows, columns = shape
-    if form == "bsr":
+    if sparse_format == "bsr":
         if (
             len(blocks) != 2
             or min(blocks) < 1
@@ -347,23 +375,23 @@ def fit(
             return False
         rows, columns = rows // blocks[0], columns // blocks[1]
     return are_compressed(
-        last, first, *((columns, rows) if form == "csc" else (rows, columns))
+        last, first, *((columns, rows) if sparse_format == "csc" else (rows, columns))
     )
 
 
 def connected(n: int, edges: Iterable[tuple[int, int]]) -> list[list[int]]:
-    """Return the connected parts of the graph with the nodes 0, ..., n - 1, each in
-    order, by their least nodes."""
-    part = list(range(n))
+    """Return the connected components of the graph with the nodes 0, ..., n - 1, each
+    in order, by their smallest nodes."""
+    parents = list(range(n))
 
     def root(i: int) -> int:
-        while part[i] != i:
-            part[i] = i = part[part[i]]
+        while parents[i] != i:
+            parents[i] = i = parents[parents[i]]
         return i
 
     for i, j in edges:
-        part[root(j)] = root(i)
-    found: dict[int, list[int]] = {}
+        parents[root(j)] = root(i)
+    components: dict[int, list[int]] = {}
     for i in range(n):
-        found.setdefault(root(i), []).append(i)
-    return list(found.values())
+        components.setdefault(root(i), []).append(i)
+    return list(components.values())

@@ -23,15 +23,17 @@ from lcpcli.linalg.matrices import is_sparse, stack
 from lcpcli.typing import Matrix, Vector
 
 LIMIT_REACHED = 1  # the status that scipy's result then has
-# Rows, as at least FEW_ROWS, times entries: so many take milliseconds, for which Ctrl-C
-# may wait as for a thread.
-MAX_BRIEF, FEW_ROWS = 3e6, 100
-# Of the time that remains, for the solver: if it ends by itself, no thread is left
-# behind.
+# Rows, counted as MIN_COUNTED_ROWS if they are fewer, times entries: up to this, a
+# solver takes milliseconds, for which Ctrl-C may wait as for a thread.
+MAX_UNINTERRUPTED_WORK, MIN_COUNTED_ROWS = 3e6, 100
+# The part of the remaining time that the solver gets: if it ends by itself, no thread
+# goes on running after the run.
 EARLIER = 0.9
 # What an iteration of the simplex method usually takes, in seconds, besides for each
 # entry and each row and column.
-OF_ITERATION, OF_ENTRY, OF_LINE = 1e-5, 5e-9, 4e-8
+OF_ITERATION = 1e-5
+OF_ENTRY = 5e-9
+OF_LINE = 4e-8
 Pair = tuple[Vector, Vector]
 TOLERANCES = {
     "primal_feasibility_tolerance": 1e-10,
@@ -39,15 +41,16 @@ TOLERANCES = {
 }
 
 
-def _limits(A: Matrix, effort: float, name: str) -> dict[str, float]:
+def _limits(A: Matrix, max_seconds: float, name: str) -> dict[str, float]:
     """Return the options for the limits: the iterations, under this name, and the time
     that remains."""
     limits, seconds = dict[str, float](), max(EARLIER * remaining(), 0.0)
     if seconds < math.inf:
         limits["time_limit"] = seconds
-    if effort < math.inf:
+    if max_seconds < math.inf:
         limits[name] = 1 + int(
-            effort / (OF_ITERATION + OF_ENTRY * _entries(A) + OF_LINE * sum(A.shape))
+            max_seconds
+            / (OF_ITERATION + OF_ENTRY * _entries(A) + OF_LINE * sum(A.shape))
         )
     return limits
 
@@ -66,60 +69,64 @@ class Optimum(NamedTuple):
 
 
 def minimized(
-    objective: Vector, A: Matrix, ends: Pair, bounds: Pair, effort: float = math.inf
+    objective: Vector,
+    A: Matrix,
+    row_bounds: Pair,
+    bounds: Pair,
+    max_seconds: float = math.inf,
 ) -> Optimum | None:
     """Return the minimum of objective'x with row_lower <= A x <= row_upper and lower <=
-    x <= upper, if one is found. The solver takes no longer than remains for the run.
+    x <= upper; None if there is none, or the solver reaches a limit. It takes no longer
+    than remains for the run.
 
-    ends, bounds : the pairs row_lower, row_upper and lower, upper; infinite where there
-    is no bound. effort : so many iterations are done as usually take so many seconds;
-    their number depends on the size of A alone.
+    row_bounds, bounds : the pairs row_lower, row_upper and lower, upper; infinite where
+        there is no bound.
+    max_seconds : a limit on the iterations, to as many as usually take so many seconds;
+        their number depends on the size of A alone.
     """
     with imports:
         highspy = import_module("highspy") if find_spec("highspy") else None
     run = (
         interruptibly
-        if max(A.shape[0], FEW_ROWS) * _entries(A) > MAX_BRIEF
+        if max(A.shape[0], MIN_COUNTED_ROWS) * _entries(A) > MAX_UNINTERRUPTED_WORK
         else lambda call: call()
     )
     if highspy is None:
-        found, is_late = _by_scipy(
-            run, objective, A, ends, bounds, _limits(A, effort, "maxiter")
+        optimum_or_none, is_late = _by_scipy(
+            run, objective, A, row_bounds, bounds, _limits(A, max_seconds, "maxiter")
         )
     else:
-        limits = _limits(A, effort, "simplex_iteration_limit")
+        limits = _limits(A, max_seconds, "simplex_iteration_limit")
         if (
-            highs := highs_with(
-                highspy, objective, A, ends, bounds, TOLERANCES | limits
+            highs := highs_of_program(
+                highspy, objective, A, row_bounds, bounds, TOLERANCES | limits
             )
         ) is None:
             return None
         run(highs.run)
-        status, known, solution = (
-            highs.getModelStatus(),
-            highspy.HighsModelStatus,
-            highs.getSolution(),
-        )
+        status = highs.getModelStatus()
+        model_status = highspy.HighsModelStatus
+        solution = highs.getSolution()
         optimum = Optimum(
             np.array(solution.col_value),
             np.array(solution.row_dual),
             highs.getObjectiveValue(),
         )
-        found, is_late = (
-            optimum if status == known.kOptimal else None,
-            status == known.kTimeLimit,
+        optimum_or_none, is_late = (
+            optimum if status == model_status.kOptimal else None,
+            status == model_status.kTimeLimit,
         )
     # Where calls are direct, the solver's limit is the only one.
     if is_late and remaining() <= 0:
         raise TimeIsUp
-    return found
+    return optimum_or_none
 
 
 def _by_scipy(
     run: Callable[[Callable[[], Any]], Any],
     objective: Vector,
     A: Matrix,
-    ends: Pair,
+    row_bounds: Pair,
     bounds: Pair,
     limits: Any,
 ) -> tuple[Optimum | None, bool]:
@@ -127,31 +134,35 @@ def _by_scipy(
     limits has ended it."""
     with imports:
         from scipy.optimize import linprog
-    low, high = ends
+    low, high = row_bounds
     equal = np.flatnonzero(low == high)
-    below, above = (np.flatnonzero(np.isfinite(end) & (low != high)) for end in ends)
+    below, above = (
+        np.flatnonzero(np.isfinite(bound) & (low != high)) for bound in row_bounds
+    )
     rows = stack([[-A[below]], [A[above]]]), np.concatenate((-low[below], high[above]))
-    how = {
+    options = {
         "bounds": np.column_stack(bounds),
         "method": "highs-ds",
         "options": TOLERANCES | limits,
     }
     with np.errstate(all="ignore"):
-        found = run(partial(linprog, objective, *rows, A[equal], low[equal], **how))
-    if found.status != 0:
-        return None, found.status == LIMIT_REACHED
+        scipy_result = run(
+            partial(linprog, objective, *rows, A[equal], low[equal], **options)
+        )
+    if scipy_result.status != 0:
+        return None, scipy_result.status == LIMIT_REACHED
     y = np.zeros(low.size)
-    y[equal] = found.eqlin.marginals
-    y[below] -= found.ineqlin.marginals[: below.size]
-    y[above] += found.ineqlin.marginals[below.size :]
-    return Optimum(found.x, y, float(found.fun)), False
+    y[equal] = scipy_result.eqlin.marginals
+    y[below] -= scipy_result.ineqlin.marginals[: below.size]
+    y[above] += scipy_result.ineqlin.marginals[below.size :]
+    return Optimum(scipy_result.x, y, float(scipy_result.fun)), False
 
 
-def highs_with(
+def highs_of_program(
     highspy: Any,
     c: Vector,
     A: Matrix,
-    ends: Pair,
+    row_bounds: Pair,
     bounds: Pair,
     options: Mapping[str, Any],
     lower_triangle: Any = None,
@@ -164,13 +175,13 @@ def highs_with(
         solver(highspy, {"output_flag": False} | dict(options)),
         highspy.HighsModel(),
     )
-    lp, hessian, columns = model.lp_, model.hessian_, csc_array(A)
+    lp = model.lp_
+    hessian = model.hessian_
+    columns = csc_array(A)
     lp.num_row_, lp.num_col_ = columns.shape
-    lp.col_cost_, (lp.col_lower_, lp.col_upper_), (lp.row_lower_, lp.row_upper_) = (
-        c,
-        bounds,
-        ends,
-    )
+    lp.col_cost_ = c
+    lp.col_lower_, lp.col_upper_ = bounds
+    lp.row_lower_, lp.row_upper_ = row_bounds
     lp.a_matrix_.format_ = highspy.MatrixFormat.kColwise
     lp.a_matrix_.start_, lp.a_matrix_.index_, lp.a_matrix_.value_ = (
         columns.indptr,
@@ -180,11 +191,9 @@ def highs_with(
     if lower_triangle is not None:
         triangle = csc_array(lower_triangle)
         hessian.dim_, hessian.format_ = c.size, highspy.HessianFormat.kTriangular
-        hessian.start_, hessian.index_, hessian.value_ = (
-            triangle.indptr,
-            triangle.indices,
-            triangle.data,
-        )
+        hessian.start_ = triangle.indptr
+        hessian.index_ = triangle.indices
+        hessian.value_ = triangle.data
     return None if highs.passModel(model) == highspy.HighsStatus.kError else highs
 
 
@@ -203,9 +212,9 @@ def solver(highspy: Any, options: Mapping[str, Any]) -> Any:
     return highs
 
 
-class Ended(NamedTuple):
-    """How PIQP ended: x, the multipliers of the equations, of the other rows and of the
-    bounds, which are the derivatives of the minimum with respect to these, and its
+class PiqpResult(NamedTuple):
+    """The result of PIQP: x, the multipliers of the equations, of the other rows and of
+    the bounds, which are the derivatives of the minimum with respect to these, and its
     status, `PIQP_SOLVED` if the tolerance is reached."""
 
     x: Vector
@@ -217,7 +226,7 @@ class Ended(NamedTuple):
 
 @cache
 def has_piqp() -> bool:
-    """Return whether PIQP is installed, and QDLDL, which tells how much work it has,
+    """Return whether PIQP is installed, and QDLDL, by which its work is estimated,
     without loading them."""
     with imports:
         return all(map(find_spec, ("piqp", "qdldl")))
@@ -230,32 +239,34 @@ def convex_minimum(
     rows: tuple[Any, Vector, Vector],
     bounds: tuple[Vector, Vector],
     tol: float,
-    most_steps: int = 250,
-    most_gap: float | None = None,
-) -> Ended:
+    max_steps: int = 250,
+    max_gap: float | None = None,
+) -> PiqpResult:
     """Minimize x'Qx / 2 + c'x with A x = b, low <= G x <= high and lower <= x <= upper.
 
     Q, equations, rows, bounds : Q; A, b; G, low, high; lower, upper. The matrices are
         all dense, or all csc_matrices.
     tol : for PIQP's residuals and the duality gap: relative, and absolute in units of
         the largest |c_i| and |b_i|.
-    most_steps : by default PIQP's own limit; it has no limit of time, and cannot be
+    max_steps : by default PIQP's own limit; it has no limit of time, and cannot be
         interrupted.
-    most_gap : the tolerance of the duality gap, by default `tol`.
+    max_gap : the tolerance of the duality gap, by default `tol`.
     """
     with imports:
         piqp = import_module("piqp")
-    (A, b), (G, low, high), (lower, upper) = equations, rows, bounds
+    A, b = equations
+    G, low, high = rows
+    lower, upper = bounds
     solver = piqp.DenseSolver() if isinstance(Q, np.ndarray) else piqp.SparseSolver()
     settings = solver.settings
-    ends = [v[np.isfinite(v)] for v in (c, b, low, high)]
+    row_bounds = [v[np.isfinite(v)] for v in (c, b, low, high)]
     largest, gap = (
-        max(float(np.abs(v).max(initial=0.0)) for v in ends) or 1.0,
-        tol if most_gap is None else most_gap,
+        max(float(np.abs(v).max(initial=0.0)) for v in row_bounds) or 1.0,
+        tol if max_gap is None else max_gap,
     )
     settings.eps_rel, settings.eps_abs = tol, tol * largest
     settings.eps_duality_gap_rel, settings.eps_duality_gap_abs = gap, gap * largest
-    settings.max_iter = most_steps
+    settings.max_iter = max_steps
     constraints: dict[str, Any] = {"x_l": lower} | (
         {"x_u": upper} if np.isfinite(upper).any() else {}
     )
@@ -263,7 +274,7 @@ def convex_minimum(
     constraints |= {"G": G, "h_l": low, "h_u": high} if low.size else {}
     solver.setup(Q, c, **constraints)
     status, result = solver.solve(), solver.result
-    return Ended(
+    return PiqpResult(
         np.array(result.x),
         -np.array(result.y),
         np.array(result.z_l) - np.array(result.z_u),

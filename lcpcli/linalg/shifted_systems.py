@@ -107,7 +107,9 @@ class SuperLU:
     def factorize(self, d: Vector) -> None:
         with imports:
             from scipy.sparse.linalg import splu
-        self._columns.data[self._places] = (self._diagonal + d)[self._inverse]
+        self._columns.data[self._diagonal_positions] = (self._diagonal + d)[
+            self._inverse
+        ]
         how: dict[str, Any] = {
             "diag_pivot_thresh": 0.0,
             "options": {"SymmetricMode": True, "Equil": False},
@@ -130,13 +132,11 @@ class SuperLU:
         search : for an order from there."""
         with imports:
             from scipy.sparse import csc_array
-        coo, n, self._order, self._search, self._inverse = (
-            self._M.tocoo(),
-            order.size,
-            order,
-            search,
-            np.argsort(order),
-        )
+        coo = self._M.tocoo()
+        n = order.size
+        self._order = order
+        self._search = search
+        self._inverse = np.argsort(order)
         off = coo.row != coo.col
         rows, columns = (
             order[np.concatenate((places[off], np.arange(n)))]
@@ -145,7 +145,7 @@ class SuperLU:
         values = np.concatenate((coo.data[off], np.zeros(n)))
         self._columns = csc_array((values, (rows, columns)), shape=(n, n))
         self._columns.sort_indices()
-        self._places = np.flatnonzero(
+        self._diagonal_positions = np.flatnonzero(
             self._columns.indices
             == np.repeat(np.arange(n), np.diff(self._columns.indptr))
         )
@@ -165,18 +165,21 @@ class LDL:
         owners = np.repeat(np.arange(S.size), np.diff(M.indptr))
         # In the rows of S M, which are the columns above its diagonal.
         below = M.indices < owners
-        ends = np.cumsum(np.bincount(owners[below], minlength=S.size) + 1)
-        self._places = ends - 1
-        data, indices, is_off = (
-            np.empty(ends[-1]),
-            np.empty(ends[-1], M.indices.dtype),
-            np.ones(ends[-1], dtype=bool),
+        column_ends = np.cumsum(np.bincount(owners[below], minlength=S.size) + 1)
+        self._diagonal_positions = column_ends - 1
+        data = np.empty(column_ends[-1])
+        indices = np.empty(column_ends[-1], M.indices.dtype)
+        is_off = np.ones(column_ends[-1], dtype=bool)
+        is_off[self._diagonal_positions], indices[self._diagonal_positions] = (
+            False,
+            np.arange(S.size),
         )
-        is_off[self._places], indices[self._places] = False, np.arange(S.size)
         indices[is_off], data[is_off] = M.indices[below], (S[owners] * M.data)[below]
-        indptr = np.concatenate(([0], ends)).astype(indices.dtype)
+        indptr = np.concatenate(([0], column_ends)).astype(indices.dtype)
         self._upper = of_arrays(M.shape, indptr, indices, data, csc_matrix)
-        self.S, self._M, self._diagonal = S, M, M.diagonal()
+        self.S = S
+        self._M = M
+        self._diagonal = M.diagonal()
         self._solver: Any = None
         self._in_blocks: SuperLU | None = None
         self._are_first = True
@@ -193,12 +196,12 @@ class LDL:
         if self._in_blocks is not None:
             self._in_blocks.factorize(d)
             return
-        self._upper.data[self._places] = self.S * (self._diagonal + d)
+        self._upper.data[self._diagonal_positions] = self.S * (self._diagonal + d)
         again = qdldl.Solver if self._solver is None else self._solver.update
-        made = factors.factorized(
+        new_solver = factors.factorized(
             partial(again, self._upper, upper=True), self._upper.nnz, owns=False
         )
-        self._solver = self._solver or made
+        self._solver = self._solver or new_solver
 
     def solve(self, b: Vector) -> Vector:
         return (
@@ -219,8 +222,8 @@ def dense_places(M: Matrix) -> Indices:
     """Return the indices of dense rows and columns; none if there are too many."""
     n = M.shape[0]
     counts = np.maximum(np.diff(M.indptr), np.bincount(M.indices, minlength=n))
-    places = np.flatnonzero(counts > DENSE_FACTOR * np.sqrt(n))
-    return places if places.size <= MAX_SPLIT_OFF else places[:0]
+    dense_indices = np.flatnonzero(counts > DENSE_FACTOR * np.sqrt(n))
+    return dense_indices if dense_indices.size <= MAX_SPLIT_OFF else dense_indices[:0]
 
 
 class _Diagonal:
@@ -240,33 +243,44 @@ class Bordered:
     """Systems with some rows and columns split off as a border. is_diagonal : whether
     the rest is a diagonal matrix."""
 
-    def __init__(self, M: Matrix, places: Indices, is_diagonal: bool = False) -> None:
+    def __init__(self, M: Matrix, border: Indices, is_diagonal: bool = False) -> None:
         with imports:
             from lcpcli.linalg.compressed_rows import block, of_arrays
-        rest = np.delete(np.arange(M.shape[0]), places)
-        self._places, self._rest = places, rest
+        rest = np.delete(np.arange(M.shape[0]), border)
+        self._diagonal_positions, self._rest = border, rest
 
-        def part(rows: Indices, columns: Indices) -> Matrix:
+        def submatrix(rows: Indices, columns: Indices) -> Matrix:
             return of_arrays((rows.size, columns.size), *block(M, rows, columns))
 
         self._inner = (
-            _Diagonal(M.diagonal()[rest]) if is_diagonal else SuperLU(part(rest, rest))
+            _Diagonal(M.diagonal()[rest])
+            if is_diagonal
+            else SuperLU(submatrix(rest, rest))
         )
-        self._C = part(places, rest).toarray() if is_diagonal else part(places, rest)
-        self._B, self._E = part(rest, places).toarray(), part(places, places).toarray()
+        self._C = (
+            submatrix(border, rest).toarray()
+            if is_diagonal
+            else submatrix(border, rest)
+        )
+        self._B, self._E = (
+            submatrix(rest, border).toarray(),
+            submatrix(border, border).toarray(),
+        )
 
     def factorize(self, d: Vector) -> None:
         self._inner.factorize(d[self._rest])
         # SuperLU solves for one at a time.
         columns = [self._B] if isinstance(self._inner, _Diagonal) else self._B.T
-        self._W = np.column_stack([self._inner.solve(each) for each in columns])
+        self._W = np.column_stack([self._inner.solve(column) for column in columns])
         self._inverse = np.linalg.inv(
-            self._E + np.diag(d[self._places]) - self._C @ self._W
+            self._E + np.diag(d[self._diagonal_positions]) - self._C @ self._W
         )
 
     def solve(self, b: Vector) -> Vector:
         y = self._inner.solve(b[self._rest])
         x = np.empty_like(b)
-        x[self._places] = self._inverse @ (b[self._places] - self._C @ y)
-        x[self._rest] = y - self._W @ x[self._places]
+        x[self._diagonal_positions] = self._inverse @ (
+            b[self._diagonal_positions] - self._C @ y
+        )
+        x[self._rest] = y - self._W @ x[self._diagonal_positions]
         return x

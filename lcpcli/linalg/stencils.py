@@ -51,44 +51,44 @@ class Operator:
 
     def block(self, k: int, v: Any) -> Any:
         """Return block k of M v, as a new array."""
-        part = self.parts[k]
+        rows = self.parts[k]
         if self._stencil is None:
-            return self._rows(part, v)
+            return self._rows(rows, v)
         others = slice(*self._stencil.starts[k : k + 2])
-        block = self._stencil.block(part, v)
+        block = self._stencil.block(rows, v)
         if others.start < others.stop:
-            block[self._stencil.others[others] - part.start] = self._rows(others, v)
+            block[self._stencil.others[others] - rows.start] = self._rows(others, v)
         return block
 
     def __call__(self, v: Any, factors: Any = None, out: Any = None) -> Any:
-        """Return M v, times factors of shape (n,) if they are given, in `out` if that
-        is given."""
+        """Return M v, times factors of shape (n,) unless they are None, in `out` unless
+        that is None."""
         image = np.empty_like(v) if out is None else out
-        for k, part in enumerate(self.parts):
+        for k, rows in enumerate(self.parts):
             if factors is None:
-                image[part] = self.block(k, v)
+                image[rows] = self.block(k, v)
             else:
-                np.multiply(self.block(k, v), factors[part], out=image[part])
+                np.multiply(self.block(k, v), factors[rows], out=image[rows])
         return image
 
     def residual(self, x: Any, b: Any, factors: Any, out: Any) -> Any:
         """Return factors * (b - M x), in `out`."""
-        for k, part in enumerate(self.parts):
-            np.subtract(b[part], self.block(k, x), out=out[part])
-            out[part] *= factors[part]
+        for k, rows in enumerate(self.parts):
+            np.subtract(b[rows], self.block(k, x), out=out[rows])
+            out[rows] *= factors[rows]
         return out
 
     def relaxed(
         self, x: Any, b: Any, weights: Any, factor: float = 1.0, out: Any = None
     ) -> Any:
-        """Return x + factor * weights * (b - M x), in `out` if that is given."""
+        """Return x + factor * weights * (b - M x), in `out` unless that is None."""
         better = np.empty_like(x) if out is None else out
-        for k, part in enumerate(self.parts):
+        for k, rows in enumerate(self.parts):
             step = self.block(k, x)
-            np.subtract(b[part], step, out=step)
-            step *= weights[part]
+            np.subtract(b[rows], step, out=step)
+            step *= weights[rows]
             step *= factor
-            np.add(x[part], step, out=better[part])
+            np.add(x[rows], step, out=better[rows])
         return better
 
 
@@ -109,24 +109,24 @@ class _Stencil(NamedTuple):
     others: Indices
     starts: list[int]
 
-    def block(self, part: slice, v: Any) -> Any:
+    def block(self, rows: slice, v: Any) -> Any:
         """Return a block of M v, with arbitrary numbers in the other rows."""
-        top, end = max(part.start, self.first), min(part.stop, self.last)
-        if top >= end:
-            return np.zeros(part.stop - part.start, dtype=v.dtype)
+        top, bottom = max(rows.start, self.first), min(rows.stop, self.last)
+        if top >= bottom:
+            return np.zeros(rows.stop - rows.start, dtype=v.dtype)
         total = None
         for value, shifts in self.terms:
-            first, *more = (v[top + shift : end + shift] for shift in shifts)
+            first, *more = (v[top + shift : bottom + shift] for shift in shifts)
             term = first * value if not more else first + more[0]
             for other in more[1:]:
                 term += other
             if more:
                 term *= value
             total = term if total is None else np.add(total, term, out=total)
-        if end - top == part.stop - part.start:
+        if bottom - top == rows.stop - rows.start:
             return total
-        block = np.zeros(part.stop - part.start, dtype=v.dtype)
-        block[top - part.start : end - part.start] = total
+        block = np.zeros(rows.stop - rows.start, dtype=v.dtype)
+        block[top - rows.start : bottom - rows.start] = total
         return block
 
 
@@ -135,18 +135,18 @@ def _stencil(M: Matrix) -> _Stencil | None:
     have exactly its entries."""
     n, degrees = M.shape[0], np.diff(M.indptr)
     typical = int((degrees == int(np.median(degrees))).argmax())
-    own = slice(*M.indptr[typical : typical + 2])
-    shifts, values = M.indices[own] - typical, M.data[own]
+    typical_entries = slice(*M.indptr[typical : typical + 2])
+    shifts, values = M.indices[typical_entries] - typical, M.data[typical_entries]
     if not values.size:
         return None
     others, starts = [], [0]
-    for part in row_parts(n):
-        differs = np.ones(part.stop - part.start, dtype=bool)
-        full = (degrees[part] == values.size).nonzero()[0]
-        places = M.indptr[part][full, np.newaxis] + np.arange(values.size)
-        same = M.indices[places] - full[:, np.newaxis] == shifts + part.start
-        differs[full] = ~(same & (M.data[places] == values)).all(axis=1)
-        others.append(differs.nonzero()[0] + part.start)
+    for rows in row_parts(n):
+        differs = np.ones(rows.stop - rows.start, dtype=bool)
+        full = (degrees[rows] == values.size).nonzero()[0]
+        positions = M.indptr[rows][full, np.newaxis] + np.arange(values.size)
+        same = M.indices[positions] - full[:, np.newaxis] == shifts + rows.start
+        differs[full] = ~(same & (M.data[positions] == values)).all(axis=1)
+        others.append(differs.nonzero()[0] + rows.start)
         starts.append(starts[-1] + others[-1].size)
         if starts[-1] > MAX_OTHERS * n:
             return None

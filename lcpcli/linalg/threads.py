@@ -65,15 +65,17 @@ def with_limited_threads(function: Function) -> Function:
     """
 
     @wraps(function)
-    def limited_function(problem: Any, *given: Any, **named: Any) -> Any:
+    def limited_function(problem: Any, *arguments: Any, **keywords: Any) -> Any:
         is_small = (
-            2 * problem.n < MIN_THREADED_ROWS and options.THREADS.name not in named
+            2 * problem.n < MIN_THREADED_ROWS and options.THREADS.name not in keywords
         )
-        number = None if is_small else _number(problem, named.get(options.THREADS.name))
+        number = (
+            None if is_small else _number(problem, keywords.get(options.THREADS.name))
+        )
         if number is None:
-            return function(problem, *given, **named)
+            return function(problem, *arguments, **keywords)
         with limited(number):
-            return function(problem, *given, **named)
+            return function(problem, *arguments, **keywords)
 
     return cast(Function, limited_function)
 
@@ -117,16 +119,18 @@ def limited(number: int) -> Iterator[None]:
         return
     try:
         _thread.is_limited = True
-        _share(libraries, call, number)
+        _set_thread_number(libraries, call, number)
         yield
     finally:
-        _share(libraries, call)
+        _set_thread_number(libraries, call)
         _thread.is_limited = False
 
 
-def _share(libraries: Sequence[Any], call: object, number: int | None = None) -> None:
-    """Take the number for which a call asks, or forget it at its end. The first call
-    changes the number of the process, and the last one puts it back."""
+def _set_thread_number(
+    libraries: Sequence[Any], call: object, number: int | None = None
+) -> None:
+    """Set the number of threads that a call requests, or drop the request at its end.
+    The first call changes the number of the process, and the last one restores it."""
     with _lock:
         if not _asked:
             _usual[:] = [library.get_num_threads() for library in libraries]
@@ -134,11 +138,13 @@ def _share(libraries: Sequence[Any], call: object, number: int | None = None) ->
             _asked.pop(call, None)  # which is not there if Ctrl-C came first
         else:
             _asked[call] = number
-        least = min(_asked.values(), default=None)
+        smallest_number = min(_asked.values(), default=None)
         for library, usual in zip(libraries, _usual, strict=True):
             has_one_of_each_thread = getattr(library, "threading_layer", "") == "openmp"
-            is_usual = least is None or (number is None and has_one_of_each_thread)
-            library.set_num_threads(usual if is_usual else least)
+            is_usual = smallest_number is None or (
+                number is None and has_one_of_each_thread
+            )
+            library.set_num_threads(usual if is_usual else smallest_number)
             # Else threadpoolctl >= 3.8 would refuse other threads.
             if hasattr(library, "clear_controlling_thread"):
                 library.clear_controlling_thread()
@@ -156,7 +162,7 @@ def _libraries() -> list[Any] | None:
         import scipy.linalg  # noqa: F401 (so that its BLAS is among them)
 
         return [
-            each
-            for each in ThreadpoolController().lib_controllers
-            if each.user_api == "blas"
+            controller
+            for controller in ThreadpoolController().lib_controllers
+            if controller.user_api == "blas"
         ]

@@ -49,8 +49,7 @@ from lcpcli.typing import Indices, Mask, Matrix, Vector
 if TYPE_CHECKING:
     from lcpcli.linalg.compressed_rows import Arrays
 
-# Each of which halves the exponents that are left, so that all settle unless M ties
-# them together.
+# Each sweep halves the remaining exponents, so that all converge unless M couples them.
 MAX_SWEEPS = 30
 # Exponent of the ratio of units above which logarithms are balanced first, then the
 # largest entries.
@@ -64,7 +63,7 @@ EXPONENT_MARGIN = 4.0
 LARGEST_POWER = 1000.0
 # Of the first step of conjugate gradients, or of 1: the last step; for programs, which
 # take few milliseconds.
-SETTLED_ERROR, SETTLED_PROGRAM = 1e-8, 1e-3
+CONVERGED_ERROR, CONVERGED_ERROR_OF_PROGRAM = 1e-8, 1e-3
 FEW_CG_STEPS = 100  # after which elimination is tried
 # For so many rows that elimination may take too long, and for few rows that are also
 # the columns.
@@ -80,7 +79,7 @@ FEW_SYMMETRIC, LARGEST_ELIMINATED = 10_000, 100_000  # rows
 BAND = 5
 # Rows up to which dense normal equations take no longer than conjugate gradients.
 MAX_DENSE = 48
-# Of a dense M, for which products with it are tried without a look at its zeros.
+# Rows of a dense M up to which products with it are attempted, whatever its zeros.
 FEW_ROWS = 256
 # The share of entries from which products with them are dense, and the steps tried.
 DENSE, DENSE_CG_STEPS = 0.2, 30
@@ -102,17 +101,17 @@ class Units(NamedTuple):
         exact."""
         return np.exp2(np.rint(self.rows)), np.exp2(np.rint(self.columns))
 
-    def largest(self, values: Vector, part: Indices) -> Vector:
+    def largest(self, values: Vector, component_of: Indices) -> Vector:
         """Return the largest value in each component, for values of rows or columns
         with these components, of shape (..., n); minus infinity in an empty
         component."""
         if self.parts == 1:
             return np.asarray(values.max(axis=-1, keepdims=True, initial=-np.inf))
-        found = np.full((*values.shape[:-1], self.parts), -np.inf)
+        largest_values = np.full((*values.shape[:-1], self.parts), -np.inf)
         # The first takes a fraction of the time.
-        place: Any = part if values.ndim == 1 else (..., part)
-        np.maximum.at(found, place, values)
-        return found
+        position: Any = component_of if values.ndim == 1 else (..., component_of)
+        np.maximum.at(largest_values, position, values)
+        return largest_values
 
 
 def units(M: Matrix, S: Vector | None = None) -> Units:
@@ -144,9 +143,9 @@ def _sums(M: Vector) -> Vector:
     """Return the sums of log2 |M_ij| in rows and in columns of a matrix without zeros,
     shape (2, n)."""
     sums = np.zeros((2, M.shape[0]))
-    for part in row_parts(*M.shape):
-        logarithms = np.log2(np.abs(M[part]))
-        sums[0, part] = logarithms.sum(axis=1)
+    for rows in row_parts(*M.shape):
+        logarithms = np.log2(np.abs(M[rows]))
+        sums[0, rows] = logarithms.sum(axis=1)
         sums[1] += logarithms.sum(axis=0)
     return sums
 
@@ -163,29 +162,32 @@ def _dense(M: Vector) -> Units | None:
         np.log2(np.abs(M), where=used, out=np.zeros(M.shape)),
     )
     sums, counts = (
-        np.array([each.sum(axis=1), each.sum(axis=0)]) for each in (logarithms, entries)
+        np.array([terms_of_sum.sum(axis=1), terms_of_sum.sum(axis=0)])
+        for terms_of_sum in (logarithms, entries)
     )
     if n > MAX_DENSE:
         scaled = entries / np.multiply.outer(*map(_roots, counts))
         times = [scaled.__matmul__, scaled.T.__matmul__]
-        *found, is_settled = _by_gradients([*sums], [*counts], times, DENSE_CG_STEPS)
-        if not is_settled:
+        *fitted, has_converged = _by_gradients(
+            [*sums], [*counts], times, DENSE_CG_STEPS
+        )
+        if not has_converged:
             return None
-    row_part, column_part, parts = _components(used, entries)
-    part = np.concatenate((row_part, column_part))
+    row_part, column_part, n_components = _components(used, entries)
+    component_of = np.concatenate((row_part, column_part))
     if n <= MAX_DENSE:
         signs = np.repeat((1.0, -1.0), n)
-        N = (part[:, np.newaxis] == part) * np.outer(signs, signs) + np.diag(
-            counts.ravel()
-        )
+        N = (component_of[:, np.newaxis] == component_of) * np.outer(
+            signs, signs
+        ) + np.diag(counts.ravel())
         N[:n, n:] += entries
         N[n:, :n] += entries.T
-        found = [np.linalg.solve(N, -sums.ravel())]
+        fitted = [np.linalg.solve(N, -sums.ravel())]
     return Units(
-        *_centred(np.concatenate(found), counts, part, parts),
+        *_centred(np.concatenate(fitted), counts, component_of, n_components),
         row_part,
         column_part,
-        parts,
+        n_components,
     )
 
 
@@ -205,54 +207,64 @@ def _sparse(M: Matrix, S: Vector | None = None) -> Units:
     columns = rows if S is not None else transposed(M.shape, *rows)
     is_symmetric = S is not None or all(map(np.array_equal, rows, columns))
     if M.diagonal().all():  # it couples row i and column i: half of the graph will do
-        parts, half = connected_components(
+        n_components, half = connected_components(
             of_arrays(M.shape, indptr, indices, ones), directed=False
         )
-        part = np.concatenate((half, half))
+        component_of = np.concatenate((half, half))
     else:
-        whole = np.concatenate((indptr, np.full(n, M.nnz, dtype=index)))
-        parts, part = connected_components(
-            of_arrays((2 * n, 2 * n), whole, indices + n, ones), directed=False
+        indptr_of_rows_and_columns = np.concatenate(
+            (indptr, np.full(n, M.nnz, dtype=index))
+        )
+        n_components, component_of = connected_components(
+            of_arrays((2 * n, 2 * n), indptr_of_rows_and_columns, indices + n, ones),
+            directed=False,
         )
     counts = np.array([np.diff(indptr), np.diff(columns[0])], dtype=np.float64)
     ones = np.ones(n)
     sums = [
-        compressed_multiplier(M.shape, *places)(ones)
-        for places in ((rows,) if is_symmetric else (rows, columns))
+        compressed_multiplier(M.shape, *row_arrays)(ones)
+        for row_arrays in ((rows,) if is_symmetric else (rows, columns))
     ]
     sums = [sums[0], sums[-1]]
     if counts.max(initial=0.0) <= 2 * BAND + 1 and (farthest := width(M)) <= BAND:
         times = [_product((*each[:2], np.ones(M.nnz)), n) for each in (rows, columns)]
         x = _banded(
-            M, farthest, np.array(sums), counts, times, _first_of_parts(part, parts)
+            M,
+            farthest,
+            np.array(sums),
+            counts,
+            times,
+            _first_of_components(component_of, n_components),
         )
     else:
-        is_brief, is_settled = (
+        is_brief, has_converged = (
             n > LARGEST_ELIMINATED or (is_symmetric and n <= FEW_SYMMETRIC),
             False,
         )
-        most = MAX_CG_STEPS if is_brief else FEW_CG_STEPS
+        max_steps = MAX_CG_STEPS if is_brief else FEW_CG_STEPS
         if not is_symmetric:
             times = [
                 _product(_scaled(*each), n)
                 for each in ((rows, *counts), (columns, *counts[::-1]))
             ]
-            *both, is_settled = _by_gradients(sums, [*counts], times, most)
+            *both, has_converged = _by_gradients(sums, [*counts], times, max_steps)
             x = np.concatenate(both)
         elif n > FEW_SYMMETRIC or M.nnz > THIN * n:
-            chosen = np.zeros(n, dtype=bool) if S is None else S < 0
-            error = SETTLED_PROGRAM if chosen.any() else SETTLED_ERROR
-            found, is_settled = _symmetric(
-                M.shape, rows, sums[0], counts[0], chosen, most, error
+            is_eliminated = np.zeros(n, dtype=bool) if S is None else S < 0
+            error = (
+                CONVERGED_ERROR_OF_PROGRAM if is_eliminated.any() else CONVERGED_ERROR
             )
-            x = np.concatenate((found, found))
-        if not is_settled and n <= LARGEST_ELIMINATED:
+            symmetric_fit, has_converged = _symmetric(
+                M.shape, rows, sums[0], counts[0], is_eliminated, max_steps, error
+            )
+            x = np.concatenate((symmetric_fit, symmetric_fit))
+        if not has_converged and n <= LARGEST_ELIMINATED:
             E = of_arrays(M.shape, indptr, indices, np.ones(M.nnz))
-            x = _eliminated(E, sums, counts, part, parts, is_symmetric)
-    rho, gamma = _centred(x, counts, part, parts)
+            x = _eliminated(E, sums, counts, component_of, n_components, is_symmetric)
+    rho, gamma = _centred(x, counts, component_of, n_components)
     if is_symmetric:
         rho = gamma = (rho + gamma) / 2
-    return Units(rho, gamma, part[:n], part[n:], parts)
+    return Units(rho, gamma, component_of[:n], component_of[n:], n_components)
 
 
 # Without it: an obstacle with 40,000 unknowns takes 1.85 times as long.
@@ -261,8 +273,8 @@ def _symmetric(
     rows: Arrays,
     sums: Vector,
     counts: Vector,
-    chosen: Mask,
-    most: int,
+    is_eliminated: Mask,
+    max_steps: int,
     error: float,
 ) -> tuple[Vector, bool]:
     """Return rho = gamma for a symmetric matrix, and whether conjugate gradients have
@@ -270,16 +282,16 @@ def _symmetric(
     them."""
     with imports:
         from lcpcli.linalg.compressed_rows import block, of_arrays, transposed
-    first, other, M = (
-        chosen.nonzero()[0],
-        (~chosen).nonzero()[0],
-        of_arrays(shape, *rows),
-    )
-    places = block(M, first, other)
-    if places[1].size < counts[first].sum():
-        return _symmetric(shape, rows, sums, counts, np.zeros_like(chosen), most, error)
+    first = is_eliminated.nonzero()[0]
+    other = (~is_eliminated).nonzero()[0]
+    M = of_arrays(shape, *rows)
+    off_diagonal_block = block(M, first, other)
+    if off_diagonal_block[1].size < counts[first].sum():
+        return _symmetric(
+            shape, rows, sums, counts, np.zeros_like(is_eliminated), max_steps, error
+        )
     of_logarithms, of_entries = ([v[first], v[other]] for v in (sums, counts))
-    scaled = _scaled(places, *of_entries)
+    scaled = _scaled(off_diagonal_block, *of_entries)
     times = [
         _product(scaled, other.size),
         _product(transposed((first.size, other.size), *scaled), first.size),
@@ -288,16 +300,16 @@ def _symmetric(
     if inner[1].size:
         times.append(_product(_scaled(inner, of_entries[1], of_entries[1]), other.size))
     x = np.empty(counts.size)
-    x[first], x[other], is_settled = _by_gradients(
-        of_logarithms, of_entries, times, most, error
+    x[first], x[other], has_converged = _by_gradients(
+        of_logarithms, of_entries, times, max_steps, error
     )
-    return x, is_settled
+    return x, has_converged
 
 
-def _scaled(places: Arrays, of_rows: Vector, of_columns: Vector) -> Arrays:
+def _scaled(arrays: Arrays, of_rows: Vector, of_columns: Vector) -> Arrays:
     """Return the entries of a matrix as 1 / root(r c), where r and c are the counts of
     their rows and columns."""
-    indptr, indices, _ = places
+    indptr, indices, _ = arrays
     return (
         indptr,
         indices,
@@ -310,25 +322,25 @@ def _product(matrix: Arrays, columns: int) -> Operator:
 
 
 def _centred(
-    x: Vector, counts: Vector, part: Indices, parts: int
+    x: Vector, counts: Vector, component_of: Indices, n_components: int
 ) -> tuple[Vector, Vector]:
     """Return rho and gamma with equal means in each component, over as many entries as
     rows and columns have."""
     (rows, columns), n = counts, counts.shape[1]
-    entries = np.maximum(np.bincount(part[:n], rows, parts), 1.0)
-    totals = np.bincount(part[:n], rows * x[:n], parts) - np.bincount(
-        part[n:], columns * x[n:], parts
+    entries = np.maximum(np.bincount(component_of[:n], rows, n_components), 1.0)
+    totals = np.bincount(component_of[:n], rows * x[:n], n_components) - np.bincount(
+        component_of[n:], columns * x[n:], n_components
     )
     change = totals / (2 * entries)
-    return x[:n] - change[part[:n]], x[n:] + change[part[n:]]
+    return x[:n] - change[component_of[:n]], x[n:] + change[component_of[n:]]
 
 
 def _by_gradients(
     sums: Sequence[Vector],
     counts: Sequence[Vector],
     times: Sequence[Operator],
-    most: int,
-    error: float = SETTLED_ERROR,
+    max_steps: int,
+    error: float = CONVERGED_ERROR,
 ) -> tuple[Vector, Vector, bool]:
     """Return rho and gamma by conjugate gradients on the normal equations, with 1 on
     their diagonal, after rho is eliminated, which halves the steps; and whether at most
@@ -349,25 +361,29 @@ def _by_gradients(
             image += other(v)
         return image
 
-    settled, root = error * max(largest(b / of_columns), 1.0), max(b.size, 1) ** 0.5
+    max_error, root = error * max(largest(b / of_columns), 1.0), max(b.size, 1) ** 0.5
 
     def measure(r: Vector) -> float:
         mean = norm(r) / root
-        return mean if mean > settled else largest(r / of_columns)
+        return mean if mean > max_error else largest(r / of_columns)
 
-    gamma, left = conjugate_gradients(
-        product, b, np.zeros(b.size), settled, most, identity, measure
+    gamma, residual_size = conjugate_gradients(
+        product, b, np.zeros(b.size), max_error, max_steps, identity, measure
     )
-    return -(means + forth(gamma)) / of_rows, gamma / of_columns, left <= settled
+    return (
+        -(means + forth(gamma)) / of_rows,
+        gamma / of_columns,
+        residual_size <= max_error,
+    )
 
 
 def _roots(counts: Vector) -> Vector:
     return np.sqrt(np.maximum(counts, 1.0))
 
 
-def _first_of_parts(part: Indices, parts: int) -> Indices:
-    first = np.empty(parts, dtype=np.intp)
-    first[part[::-1]] = np.arange(part.size - 1, -1, -1)
+def _first_of_components(component_of: Indices, n_components: int) -> Indices:
+    first = np.empty(n_components, dtype=np.intp)
+    first[component_of[::-1]] = np.arange(component_of.size - 1, -1, -1)
     return first
 
 
@@ -375,8 +391,8 @@ def _eliminated(
     E: Matrix,
     sums: Sequence[Vector],
     counts: Vector,
-    part: Indices,
-    parts: int,
+    component_of: Indices,
+    n_components: int,
     is_symmetric: bool,
 ) -> Vector:
     """Return rho and gamma, one after another, by elimination and one step of
@@ -389,15 +405,21 @@ def _eliminated(
         from lcpcli.linalg.shifted_systems import systems
     n = E.shape[0]
     if is_symmetric:
-        roots = np.unique(np.minimum(part[:n], part[n:]), return_index=True)[1]
-        roots = roots[part[roots] != part[n + roots]]
-        b, d, factors = -sums[0], counts[0].copy(), systems(E, np.ones(n))
+        roots = np.unique(
+            np.minimum(component_of[:n], component_of[n:]), return_index=True
+        )[1]
+        roots = roots[component_of[roots] != component_of[n + roots]]
+        b = -sums[0]
+        d = counts[0].copy()
+        factors = systems(E, np.ones(n))
     else:
         E, roots = (
             block_array([[None, E], [E.T, None]], format="csr"),
-            _first_of_parts(part, parts),
+            _first_of_components(component_of, n_components),
         )
-        b, d, factors = -np.concatenate(sums), counts.flatten(), systems(E, None)
+        b = -np.concatenate(sums)
+        d = counts.flatten()
+        factors = systems(E, None)
     d[roots] += 1.0
     factors.factorize(d)
     x = factors.solve(b)
@@ -511,9 +533,9 @@ def equilibrate(
     if empty.any():
         sizes = row_power[~empty] + 2 * half_power(np.abs(q[~empty]))
         size = sizes[q[~empty] != 0].max(initial=-LARGEST_POWER)
-        own = 2 * half_power(np.abs(q[empty]))
+        powers_of_q = 2 * half_power(np.abs(q[empty]))
         row_power[empty] = np.clip(
-            (size if size > -LARGEST_POWER else 0.0) - own,
+            (size if size > -LARGEST_POWER else 0.0) - powers_of_q,
             -LARGEST_POWER,
             LARGEST_POWER,
         )
@@ -599,9 +621,9 @@ def largest_growth(A: Matrix, solve: Callable[[Vector], Vector]) -> float:
     """Return the largest relative change of a solution, in the units of the columns of
     A, if each row changes by its natural size; a lower bound on the condition that does
     not depend on units. Nan if A has a column of zeros. solve : solves A x = b."""
-    known = 1 / column_maxima(A)
-    changes = absolute_product(A, known) * generic(known.size)
-    return float(np.abs(solve(changes) / known).max())
+    known_solution = 1 / column_maxima(A)
+    changes = absolute_product(A, known_solution) * generic(known_solution.size)
+    return float(np.abs(solve(changes) / known_solution).max())
 
 
 class PseudoInverse:
@@ -626,13 +648,13 @@ class PseudoInverse:
     least : a pivot counts as 0 if it is below this, relative to the largest.
     """
 
-    def __init__(self, A: Vector, least: float = MIN_SINGULAR_VALUE) -> None:
+    def __init__(self, A: Vector, min_pivot: float = MIN_SINGULAR_VALUE) -> None:
         with imports:
             from scipy.linalg import qr, solve_triangular
         R, C = units(A).diagonals()
         Q, T, order = qr(finite(R[:, np.newaxis] * A * C), pivoting=True)
         pivots = np.abs(T.diagonal())
-        rank = int(np.count_nonzero(pivots > least * pivots[:1]))
+        rank = int(np.count_nonzero(pivots > min_pivot * pivots[:1]))
         self._C, self._R = C, R
         inverse, self._null = np.zeros(A.shape), np.zeros((len(A), len(A) - rank))
         inverse[order[:rank]] = solve_triangular(T[:rank, :rank], Q[:, :rank].T)
@@ -656,10 +678,10 @@ class PseudoInverse:
         of A x = b, up to rounding."""
         return self._vanish(J * self._C, self._null)
 
-    def is_consistent(self, b: Vector, terms: Vector) -> bool:
+    def is_consistent(self, b: Vector, magnitudes: Vector) -> bool:
         """Return whether A x = b has a solution, up to rounding of the terms that b is
         the sum of."""
-        sizes = self._R * terms
+        sizes = self._R * magnitudes
         return bool(self._vanish(self._R * b, self._left_null, sizes).all())
 
     def contradictions(self, b: Vector) -> Vector:
@@ -668,8 +690,8 @@ class PseudoInverse:
         0 where they are rounding."""
         scaled = self._R[:, np.newaxis] * b
         sizes = np.abs(scaled).sum(axis=0)
-        found = self._left_null.T @ scaled / np.where(sizes > 0, sizes, 1.0)
-        return np.asarray(np.where(np.abs(found) <= self._rounding, 0.0, found))
+        products = self._left_null.T @ scaled / np.where(sizes > 0, sizes, 1.0)
+        return np.asarray(np.where(np.abs(products) <= self._rounding, 0.0, products))
 
     def free(self, rows: Vector) -> Mask:
         """Return which components differ among the solutions of A x = b that have the
@@ -684,7 +706,7 @@ class PseudoInverse:
     def _vanish(self, a: Vector, vectors: Vector, sizes: Vector | None = None) -> Mask:
         """Return for which a, of shape (k,) or (m, k), a'v is 0 up to rounding for each
         of the vectors v, the columns. sizes : of the terms of a, by default |a|."""
-        terms = np.abs(a if sizes is None else sizes).sum(axis=-1)
+        magnitudes = np.abs(a if sizes is None else sizes).sum(axis=-1)
         largest = np.abs(vectors).max(axis=0, initial=0.0)
-        limit = self._rounding * np.multiply.outer(terms, largest)
+        limit = self._rounding * np.multiply.outer(magnitudes, largest)
         return np.asarray((np.abs(a @ vectors) <= limit).all(axis=-1))

@@ -21,8 +21,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from lcpcli.basis.exchanges import BasicSolution, exchanging
-from lcpcli.interrupts import raise_if_timed_out
+from lcpcli.basis.exchanges import BasicSolution, block_principal_pivoting
+from lcpcli.interrupts import check
 from lcpcli.linalg.doubles import EPS, ROUNDING, SMALLEST_NORMAL
 from lcpcli.linalg.factors import PrincipalSolver, SingularMatrix, Solve
 from lcpcli.linalg.krylov import (
@@ -39,7 +39,14 @@ from lcpcli.linalg.units import equilibrate
 from lcpcli.methods import stages
 from lcpcli.methods.multilevel import FullApproximation, Hierarchy, VCycles
 from lcpcli.methods.newton import finish
-from lcpcli.methods.stages import Breakdown, Finished, Iterate, Stage, Stalled, Turns
+from lcpcli.methods.stages import (
+    Breakdown,
+    Finished,
+    Iterate,
+    MethodSequence,
+    Stage,
+    Stalled,
+)
 from lcpcli.model.box import BASIC, Box
 from lcpcli.model.changes import in_units
 from lcpcli.model.problem import Problem
@@ -80,25 +87,27 @@ def krylov(problem: Problem, x0: Vector, symmetric: bool) -> Stage:
     this method, or no P-matrix.
     """
     box = problem.box
-    own = Inexact(problem.M, problem.q, box, box.z_of(x0), symmetric)
-    least, stagnant, pivoting = own.size, 0, exchanging(own, own.basis)
+    inexact = Inexact(problem.M, problem.q, box, box.z_of(x0), symmetric)
+    smallest_residual = inexact.size
+    stagnant = 0
+    pivoting = block_principal_pivoting(inexact, inexact.basis)
     while stagnant < MAX_STAGNANT_STEPS:
-        if own.size:
+        if inexact.size:
             next(pivoting)
-        x = box.x_within(own.z, own.w, own.basis)
+        x = box.x_within(inexact.z, inexact.w, inexact.basis)
         F = (
-            own.w - (box.reflected(x) - x)
-            if (own.z == box.project(own.z)).all()
+            inexact.w - (box.reflected(x) - x)
+            if (inexact.z == box.project(inexact.z)).all()
             else None
         )
-        yield Iterate(x, F, "", own.products, signs_final=F is not None)
-        if not own.size:
+        yield Iterate(x, F, "", inexact.products, signs_final=F is not None)
+        if not inexact.size:
             return Finished()
-        stagnant = 0 if own.size < least else stagnant + 1
-        least = min(own.size, least)
+        stagnant = 0 if inexact.size < smallest_residual else stagnant + 1
+        smallest_residual = min(inexact.size, smallest_residual)
     return (
         Stalled(ROUNDING_REACHED)
-        if least <= STAGNATION * norm(own.terms())
+        if smallest_residual <= STAGNATION * norm(inexact.terms())
         else Breakdown(NO_PROGRESS)
     )
 
@@ -121,7 +130,11 @@ class Inexact:
         precondition: Preconditioners | None = None,
         operator: Operator | None = None,
     ) -> None:
-        self.M, self.q, self.box, self.z, self.diagonal = M, q, box, z, M.diagonal()
+        self.M = M
+        self.q = q
+        self.box = box
+        self.z = z
+        self.diagonal = M.diagonal()
         self._operator = operator or Operator(M)
         self.is_symmetric = symmetric
         self._method, self._cost = (
@@ -152,16 +165,16 @@ class Inexact:
         too long."""
         unchanged = self.products > 1 and np.array_equal(basis, self.basis)
         reduction = FINAL_REDUCTION if unchanged else REDUCTION
-        most = int(PATIENCE_PRODUCTS * -np.log10(reduction)) // self._cost
+        max_steps = int(PATIENCE_PRODUCTS * -np.log10(reduction)) // self._cost
         size = self.size
-        if not self.approach(basis, reduction * size, most) <= REDUCTION * size:
+        if not self.approach(basis, reduction * size, max_steps) <= REDUCTION * size:
             raise SingularMatrix(
                 f"{PATIENCE_PRODUCTS} products with M did not gain a digit"
             )
-        return self.found(basis)
+        return self.basic_solution_of(basis)
 
     def approach(
-        self, basis: States, target: float, most: int, measure: Measure = norm
+        self, basis: States, target: float, max_steps: int, measure: Measure = norm
     ) -> float:
         """Move z towards the basic solution of a basis in at most so many steps; return
         the measure of its residual."""
@@ -179,20 +192,20 @@ class Inexact:
             return np.asarray(self._operator(v, mask, self._image))
 
         with np.errstate(all="ignore"):
-            y, left = self._method(
-                product, b, self.z * mask, target, most, self._solve, measure
+            y, residual_size = self._method(
+                product, b, self.z * mask, target, max_steps, self._solve, measure
             )
         z += y
         self.z, self.basis = z, basis
         self._measure()
-        return left
+        return residual_size
 
-    def found(self, basis: States) -> BasicSolution:
+    def basic_solution_of(self, basis: States) -> BasicSolution:
         """Judge the signs of the last z and w after a step of Jacobi's method; z at its
         lower bound counts as below."""
         basic = basis == BASIC
-        left = np.where(basic, self.w, 0.0)
-        z, w = self.z - left / self.diagonal, self.w - left
+        residual = np.where(basic, self.w, 0.0)
+        z, w = self.z - residual / self.diagonal, self.w - residual
         wrong = self.box.wrong(z, w, basis) | (basic & (z == self.box.lower))
         return BasicSolution(basis, z, w, wrong, self.size == 0)
 
@@ -241,78 +254,98 @@ def _coarse_start(problem: Problem) -> ActiveSetStart:
 
 
 def active_set(
-    problem: Problem, begin: Callable[[], ActiveSetStart], symmetric: bool
+    problem: Problem, start_factory: Callable[[], ActiveSetStart], symmetric: bool
 ) -> Stage:
     """Pivot on all violated signs, with a few preconditioned products a step; in
     between, pivot near these signs only, which moves the edge of the active set by
     several rings at a small cost.
 
-    begin : returns the start, or raises SingularMatrix. symmetric : whether M is, up to
-        rounding.
+    start_factory : returns the start, or raises SingularMatrix.
+    symmetric : whether M is symmetric, up to rounding.
 
     Yields x = (z - w) / 2 for each step; evaluations are products with M. Stalled :
     after the last one, whose residual is at rounding level. Raises SingularMatrix where
     a system is.
     """
-    z, precondition, operator = begin()
-    own = Inexact(
+    z, precondition, operator = start_factory()
+    inexact = Inexact(
         problem.M, problem.q, problem.box, z, symmetric, precondition, operator
     )
-    basis, fewest, waiting = own.basis, problem.n + 1, ROUNDS_PATIENCE
-    while waiting:
-        own.approach(basis, 0.0, ROUGH_STEPS)
-        found = own.found(basis)
-        if not np.count_nonzero(found.wrong):
-            terms = own.terms()
-            most = (
+    basis = inexact.basis
+    min_infeasible = problem.n + 1
+    nonmonotone_steps_left = ROUNDS_PATIENCE
+    while nonmonotone_steps_left:
+        inexact.approach(basis, 0.0, ROUGH_STEPS)
+        basic_solution = inexact.basic_solution_of(basis)
+        if not np.count_nonzero(basic_solution.wrong):
+            terms = inexact.terms()
+            error_bounds = (
                 np.maximum(
-                    ROUNDING * terms, ACCURACY * np.minimum(terms, np.abs(own.q).max())
+                    ROUNDING * terms,
+                    ACCURACY * np.minimum(terms, np.abs(inexact.q).max()),
                 )
                 + SMALLEST_NORMAL
             )
-            if not own.approach(basis, 1.0, FINAL_STEPS, relative_to(most)) <= 1:
+            if (
+                not inexact.approach(basis, 1.0, FINAL_STEPS, relative_to(error_bounds))
+                <= 1
+            ):
                 return Breakdown(
                     f"{FINAL_STEPS} steps with a preconditioner did not solve a system"
                 )
-            found = own.found(basis)
-        count = int(np.count_nonzero(found.wrong))
-        x = problem.box.x_within(own.z, own.w, own.basis)
-        yield Iterate(x, None, "", own.products, signs_final=not count)
+            basic_solution = inexact.basic_solution_of(basis)
+        count = int(np.count_nonzero(basic_solution.wrong))
+        x = problem.box.x_within(inexact.z, inexact.w, inexact.basis)
+        yield Iterate(x, None, "", inexact.products, signs_final=not count)
         if not count:
             return Stalled(ROUNDING_REACHED)
-        waiting = ROUNDS_PATIENCE if count < fewest else waiting - 1
-        fewest = min(count, fewest)
-        basis = _pivoted_near(own, found)
+        nonmonotone_steps_left = (
+            ROUNDS_PATIENCE if count < min_infeasible else nonmonotone_steps_left - 1
+        )
+        min_infeasible = min(count, min_infeasible)
+        basis = _pivot_locally(inexact, basic_solution)
     return Breakdown(NO_PROGRESS)
 
 
 # Without it: an obstacle with 250,000 unknowns takes 12 steps for 5, in 1.15 times the
 # time.
-def _pivoted_near(own: Inexact, found: BasicSolution) -> States:
+def _pivot_locally(inexact: Inexact, basic_solution: BasicSolution) -> States:
     """Exchange the wrong signs, and pivot with the variables near them alone, until
     these hardly change."""
-    box, basis = own.box, own.box.exchanged(found.basis, found.wrong, found.z)
-    own.z = np.where(basis == BASIC, box.project(own.z), box.nonbasic(basis))
-    near = found.wrong.copy()
+    box, basis = (
+        inexact.box,
+        inexact.box.exchanged(
+            basic_solution.basis, basic_solution.wrong, basic_solution.z
+        ),
+    )
+    inexact.z = np.where(basis == BASIC, box.project(inexact.z), box.nonbasic(basis))
+    is_local = basic_solution.wrong.copy()
     for _ in range(HOPS):
-        near[own.M[near.nonzero()[0]].indices] = True
-    places = near.nonzero()[0]
-    rows, z = own.M[places], own.z[places]
-    own.z[places] = 0.0
-    q = own.q[places] + rows @ own.z
-    part = Inexact(rows[:, places], q, box.part(places), z, own.is_symmetric)
-    start = part.size
+        is_local[inexact.M[is_local.nonzero()[0]].indices] = True
+    local_indices = is_local.nonzero()[0]
+    rows, z = inexact.M[local_indices], inexact.z[local_indices]
+    inexact.z[local_indices] = 0.0
+    q = inexact.q[local_indices] + rows @ inexact.z
+    local_problem = Inexact(
+        rows[:, local_indices], q, box.part(local_indices), z, inexact.is_symmetric
+    )
+    start = local_problem.size
     try:
-        for now in islice(exchanging(part, part.basis), MAX_LOCAL_STEPS):
-            basis[places] = part.box.exchanged(now.basis, now.wrong, now.z)
+        for local_solution in islice(
+            block_principal_pivoting(local_problem, local_problem.basis),
+            MAX_LOCAL_STEPS,
+        ):
+            basis[local_indices] = local_problem.box.exchanged(
+                local_solution.basis, local_solution.wrong, local_solution.z
+            )
             if (
-                np.count_nonzero(now.wrong) <= SETTLED_CHANGES * q.size
-                and part.size <= SETTLED_SIZE * start
+                np.count_nonzero(local_solution.wrong) <= SETTLED_CHANGES * q.size
+                and local_problem.size <= SETTLED_SIZE * start
             ):
                 break
     except SingularMatrix:
-        basis[places] = part.basis
-    own.z[places] = part.z
+        basis[local_indices] = local_problem.basis
+    inexact.z[local_indices] = local_problem.z
     return basis
 
 
@@ -331,15 +364,13 @@ class Factors:
             basic
         ):
             self._basic, self._factors = basic, self._solver.at(basic.nonzero()[0])
-        own, factors, both = (
-            self._basic.nonzero()[0],
-            self._factors,
-            basic & self._basic,
-        )
+        factored_indices = self._basic.nonzero()[0]
+        factors = self._factors
+        both = basic & self._basic
 
         def solve(b: Vector) -> Vector:
             inner = np.zeros(b.size)
-            inner[own] = factors((b * both)[own])
+            inner[factored_indices] = factors((b * both)[factored_indices])
             return np.where(both, inner, b)
 
         return solve
@@ -379,22 +410,22 @@ def sparse_route(
     symmetric = is_symmetric(problem.M)
     C = 1 / np.sqrt(diagonal) if symmetric else equilibrate(problem.M, problem.q)[1]
     units = in_units(problem, C if symmetric else 1 / (diagonal * C), C)
-    problem, turns = units.problem, Turns(units.start(x0), change=units)
-    x, M = turns.last.x, problem.M
+    problem, sequence = units.problem, MethodSequence(units.start(x0), change=units)
+    x, M = sequence.last.x, problem.M
     # No positive entry off the diagonal, which is 1.
     is_z_matrix = np.count_nonzero(M.data > 0) == M.shape[0]
     if not (is_z_matrix and np.median(M @ np.ones(M.shape[0])) < WEAK_DOMINANCE):
-        ending = yield from turns.take("krylov", krylov(problem, x, symmetric))
+        ending = yield from sequence.run_stage("krylov", krylov(problem, x, symmetric))
         if isinstance(ending, Stalled | Finished):
             return ending
         if is_stiff():
             return Breakdown(STIFF)
-    ending = yield from turns.take("multilevel", multilevel(problem, symmetric))
+    ending = yield from sequence.run_stage("multilevel", multilevel(problem, symmetric))
     if isinstance(ending, Breakdown):
-        z = problem.box.z_of(turns.last.x)
+        z = problem.box.z_of(sequence.last.x)
         stage = active_set(problem, lambda: ActiveSetStart(z, Factors(M)), symmetric)
-        ending = yield from turns.take("multilevel", stage)
+        ending = yield from sequence.run_stage("multilevel", stage)
     if isinstance(ending, Stalled):
-        stage = finish(problem, turns.last.x, stages.ended(ending))
-        return (yield from turns.take("multilevel", stage))
+        stage = finish(problem, sequence.last.x, stages.ended(ending))
+        return (yield from sequence.run_stage("multilevel", stage))
     return ending

@@ -43,7 +43,9 @@ NO_PIVOT = 1e-11
 # Of PIQP: of its residuals and of the duality gap, which large games do not reach, but
 # whose supports are right by then; steps; and products in a step, for which it cannot
 # be interrupted.
-TOLERANCE, MAX_GAP, MAX_PROGRAM_STEPS = 1e-13, 1e-11, 40
+TOLERANCE = 1e-13
+MAX_GAP = 1e-11
+MAX_PROGRAM_STEPS = 40
 MAX_DENSE_OPERATIONS = 2e9
 
 SolveProgram: TypeAlias = Callable[[Vector], tuple[Vector, Vector] | None]
@@ -110,10 +112,10 @@ def _of_program(problem: Problem, game: Costs, solve: SolveProgram) -> Stage:
     Finished : it is an equilibrium up to rounding. Stalled : the support is not that of
     one. Breakdown : the program is not solved.
     """
-    found = solve(game.R)
-    if found is None or not (found[0].any() and found[1].any()):
+    strategies = solve(game.R)
+    if strategies is None or not (strategies[0].any() and strategies[1].any()):
         return Breakdown("the linear program is not solved")
-    y, x = (np.maximum(each, 0.0) for each in found)
+    y, x = (np.maximum(each, 0.0) for each in strategies)
     z = np.concatenate((x / (x @ game.C).min(), y / (game.R @ y).min()))
     # What is left of 0 in z is small beside w, in units of the strategies.
     units = z.max() / np.abs(problem.q)
@@ -145,11 +147,11 @@ def _interior(R: Vector) -> tuple[Vector, Vector] | None:
 
 def _vertex(R: Vector) -> tuple[Vector, Vector] | None:
     """Return y and x of `_of_program`, both vertices, by the simplex method."""
-    ends, bounds = (
+    lower_upper, bounds = (
         (np.full(size, least), np.full(size, np.inf))
         for size, least in zip(R.shape, (1.0, 0.0), strict=True)
     )
-    found = minimized(np.ones(R.shape[1]), R, ends, bounds)
+    found = minimized(np.ones(R.shape[1]), R, lower_upper, bounds)
     return None if found is None else (found.x, found.y)
 
 
@@ -169,8 +171,8 @@ def pure(problem: Problem, game: Costs | None) -> Vector | None:
         return None
     R, C = game
     both = (R.min(axis=0) == R) & (C.min(axis=1, keepdims=True) == C)
-    place = int(both.argmax())
-    i, j = divmod(place, R.shape[1])
+    position = int(both.argmax())
+    i, j = divmod(position, R.shape[1])
     if not both[i, j]:
         return None
     z, m = np.zeros(problem.n), R.shape[0]
@@ -197,11 +199,11 @@ def lemke_howson(problem: Problem, game: Costs) -> Stage:
     Finished : the last iterate is an equilibrium, up to rounding. Stalled : no path has
         ended at one.
     """
-    paths, evaluations = dict[int, _Path](), 0
+    paths, evaluations = dict[int, _LemkeHowsonPath](), 0
     labels = generator(0).permutation(problem.n)[:LABELS].tolist()
     for number in range(ROUNDS):
         for label in labels[: max(LABELS >> number, MIN_LABELS)]:
-            path = paths[label] = paths.get(label) or _Path(game, label)
+            path = paths[label] = paths.get(label) or _LemkeHowsonPath(game, label)
             if path.is_over:
                 continue
             before = path.pivots
@@ -217,24 +219,30 @@ def lemke_howson(problem: Problem, game: Costs) -> Stage:
     return Stalled("no path of Lemke and Howson ends at an equilibrium")
 
 
-class _Path:
+class _LemkeHowsonPath:
     """The path of one label. is_over : whether it has come to an end; is_complete : at
     an equilibrium."""
 
-    def __init__(self, given: Costs, label: int) -> None:
-        m, k = given.R.shape
+    def __init__(self, costs_of_players: Costs, label: int) -> None:
+        m, k = costs_of_players.R.shape
         self.label = self.entering = label
-        self.pivots, self.is_over, self.is_complete = 0, False, False
+        self.pivots = 0
+        self.is_over = False
+        self.is_complete = False
         # Row i gives its label to x_i and to the slack of its payoff, column j gives m
         # + j to y_j and to its slack.
         rows, columns = np.arange(m), m + np.arange(k)
         weights = generator(label).uniform(0.5, 1.0, m + k)
-        self.of_y = _Dictionary(_payoffs(given.R), rows, columns, weights[:m])
-        self.of_x = _Dictionary(_payoffs(given.C).T, columns, rows, weights[m:])
+        self.of_y = _Dictionary(
+            _payoffs(costs_of_players.R), rows, columns, weights[:m]
+        )
+        self.of_x = _Dictionary(
+            _payoffs(costs_of_players.C).T, columns, rows, weights[m:]
+        )
         self.is_x = label < m  # whether a strategy of the row player enters next
 
-    def follow(self, most: int) -> None:
-        for _ in range(most):
+    def follow(self, max_pivots: int) -> None:
+        for _ in range(max_pivots):
             leaving = (self.of_x if self.is_x else self.of_y).pivot(self.entering)
             self.pivots += 1
             if leaving is None or leaving == self.label:
@@ -249,11 +257,11 @@ class _Path:
         return np.concatenate((self.of_x.values(), self.of_y.values()))
 
 
-def _payoffs(given: Vector) -> Vector:
+def _payoffs(costs_of_player: Vector) -> Vector:
     """Return positive payoffs, between 1 and 2, that have the same best replies as the
     costs."""
-    largest, least = given.max(), given.min()
-    return np.array(1.0 + (largest - given) / ((largest - least) or 1.0))
+    largest, smallest = costs_of_player.max(), costs_of_player.min()
+    return np.array(1.0 + (largest - costs_of_player) / ((largest - smallest) or 1.0))
 
 
 class _Dictionary:
@@ -272,11 +280,9 @@ class _Dictionary:
         rows, columns = A.shape
         self._subtract = dger
         self.T = np.empty((rows, columns + 2))
-        self.T[:, :columns], self.T[:, columns], self.T[:, columns + 1] = (
-            A,
-            1.0,
-            weights,
-        )
+        self.T[:, :columns] = A
+        self.T[:, columns] = 1.0
+        self.T[:, columns + 1] = weights
         self.basic, self.others = slacks.copy(), variables.copy()
         self._first = variables[0]
 
@@ -290,8 +296,12 @@ class _Dictionary:
         if not rows.size:
             return None
         ratios = T[rows, width] / column[rows]
-        near = rows[ratios <= ratios.min() + TIE]
-        r = int(near[(T[near, width + 1] / column[near]).argmin()])
+        blocking_rows = rows[ratios <= ratios.min() + TIE]
+        r = int(
+            blocking_rows[
+                (T[blocking_rows, width + 1] / column[blocking_rows]).argmin()
+            ]
+        )
         pivot, column[r] = column[r], 0.0
         row = T[r] / pivot
         # T.T is stored in columns, as the routine needs it to work in place
@@ -307,7 +317,7 @@ class _Dictionary:
     def values(self) -> Vector:
         """Return v, with a small positive value for basic variables that are 0."""
         v, width = np.zeros(self.T.shape[1] - 2), self.others.size
-        places = self.basic - self._first
-        is_own = (places >= 0) & (places < width)
-        v[places[is_own]] = np.maximum(self.T[is_own, width], TIE)
+        positions = self.basic - self._first
+        is_own = (positions >= 0) & (positions < width)
+        v[positions[is_own]] = np.maximum(self.T[is_own, width], TIE)
         return v

@@ -20,7 +20,11 @@ from typing import Any
 
 import numpy as np
 
-from lcpcli.basis.exchanges import BasicSolution, exchanging, in_units_of_state
+from lcpcli.basis.exchanges import (
+    BasicSolution,
+    block_principal_pivoting,
+    in_units_of_state,
+)
 from lcpcli.linalg.doubles import ROW_ROUNDING
 from lcpcli.linalg.factors import solve_principal
 from lcpcli.methods.direct import Safeguard
@@ -75,40 +79,46 @@ class Frame:
         wrong = violations > 0.0
         solved: Any = np.logical_not(wrong.any(axis=1))
         largest = np.where(basis == BASIC, like.row_maxima, 1.0) * violations
-        most = ROW_ROUNDING * (
+        rounding_bounds = ROW_ROUNDING * (
             np.abs(self.q).max(axis=1, initial=0.0)
             + like.largest * np.abs(z).sum(axis=1)
         )
-        near = (~solved & (largest.max(axis=1, initial=0.0) <= most)).nonzero()[0]
-        if near.size:
-            terms = ROW_ROUNDING * (self.block.sizes(z[near]) + np.abs(self.q[near]))
-            by_rounding = in_units_of_state(
-                terms, like.row_maxima, basis[near] == BASIC
+        doubtful = (
+            ~solved & (largest.max(axis=1, initial=0.0) <= rounding_bounds)
+        ).nonzero()[0]
+        if doubtful.size:
+            row_magnitudes = ROW_ROUNDING * (
+                self.block.sizes(z[doubtful]) + np.abs(self.q[doubtful])
             )
-            solved[near] = (violations[near] <= by_rounding).all(axis=1)
+            by_rounding = in_units_of_state(
+                row_magnitudes, like.row_maxima, basis[doubtful] == BASIC
+            )
+            solved[doubtful] = (violations[doubtful] <= by_rounding).all(axis=1)
         return BasicSolution(basis, z, w, wrong, solved)
 
 
 def frame_of(block: Block) -> Frame:
     """Return the frame of all problems of a block."""
-    z, q, box = block.references.z, block.references.q, block.box
+    z = block.references.z
+    q = block.references.q
+    box = block.box
     return Frame(block, q, box if z is None else box.shifted_by(z))
 
 
 def in_given_variables(frame: Frame, z: Vector) -> Vector:
     """Return the admissible z of the block for z of its frame; a z at a bound stays at
     that bound."""
-    given, reference_z = frame.block.box, frame.block.references.z
+    original_box, reference_z = frame.block.box, frame.block.references.z
     z = frame.box.project(z)
     return (
         z
         if reference_z is None
-        else given.project(given.add_within(z, frame.box, reference_z))
+        else original_box.project(original_box.add_within(z, frame.box, reference_z))
     )
 
 
 @dataclass(frozen=True, eq=False)
-class Pivoted:
+class ManyPivotingResult:
     """The points and states at which pivoting ended.
 
     z, basis : basic solutions that have the signs of their states, but for rounding,
@@ -125,15 +135,15 @@ class Pivoted:
     by_gradient: Mask
 
 
-def pivoted(
+def solve_many_by_pivoting(
     frame: Frame,
     wanted: Mask,
     R: Vector,
     C: Vector,
-    most_steps: int,
+    max_steps: int,
     is_late: Callable[[], bool],
-) -> Pivoted:
-    """Pivot the wanted problems, shape (m,), by blocks in at most `most_steps`,
+) -> ManyPivotingResult:
+    """Pivot the wanted problems, shape (m,), by blocks in at most `max_steps`,
     stopping early once `is_late()`.
 
     R, C : units in which sizes are compared, shape (n,).
@@ -144,18 +154,21 @@ def pivoted(
         `found`."""
         guard, pivoting = (
             Safeguard(shape[1], MIN_INDEX_STEPS),
-            exchanging(frame.part(rows), basis),
+            block_principal_pivoting(frame.part(rows), basis),
         )
         going: Indices | None = None
-        for step in range(1, most_steps + 1 if rows.size else 0):
+        for step in range(1, max_steps + 1 if rows.size else 0):
             if is_late():
                 return
             now = next(pivoting) if going is None else pivoting.send(going)
             regular = np.isfinite(now.z.sum(axis=1)) & np.isfinite(now.w.sum(axis=1))
             done = regular & now.is_solution
-            found.steps[rows], found.ended[rows] = step, done
+            pivoting_result.steps[rows], pivoting_result.ended[rows] = step, done
             ended = rows[done]
-            found.z[ended], found.basis[ended] = now.z[done], now.basis[done]
+            pivoting_result.z[ended], pivoting_result.basis[ended] = (
+                now.z[done],
+                now.basis[done],
+            )
             guard.choose(now.wrong, np.count_nonzero(now.wrong, axis=1))
             going = (regular & ~done & (guard.left >= 0)).nonzero()[0]
             rows = rows[going]
@@ -165,27 +178,32 @@ def pivoted(
 
     rows, shape = wanted.nonzero()[0], frame.q.shape
     masks = np.zeros((2, wanted.size), dtype=bool)
-    found = Pivoted(
+    pivoting_result = ManyPivotingResult(
         np.zeros(shape),
         np.full(shape, LOWER, np.int8),
         np.zeros(wanted.size, dtype=np.intp),
         *masks,
     )
-    leaders, near = _neighbours(frame.q[rows] * R)
-    cold, warm, leaders = rows[~near], rows[near], rows[leaders[near]]
-    start, found.by_gradient[cold] = _start(frame.part(cold), R, C)
+    leaders, is_warm = _neighbours(frame.q[rows] * R)
+    cold = rows[~is_warm]
+    warm = rows[is_warm]
+    leaders = rows[leaders[is_warm]]
+    start, pivoting_result.by_gradient[cold] = _start(frame.part(cold), R, C)
     pivot(cold, start)
-    ended = found.ended[leaders]
+    ended = pivoting_result.ended[leaders]
     warm, leaders = warm[ended], leaders[ended]
-    pivot(warm, found.basis[leaders])
-    return found
+    pivot(warm, pivoting_result.basis[leaders])
+    return pivoting_result
 
 
-def refined(frame: Frame, found: Pivoted, rows: Indices, w: Vector) -> Vector:
+def refine_once(
+    frame: Frame, pivoting_result: ManyPivotingResult, rows: Indices, w: Vector
+) -> Vector:
     """Return the z of some rows after a step of iterative refinement, for their w."""
-    basic = found.basis[rows] == BASIC
+    basic = pivoting_result.basis[rows] == BASIC
     return np.asarray(
-        found.z[rows] - solve_principal(frame.block.M, basic, np.where(basic, w, 0.0))
+        pivoting_result.z[rows]
+        - solve_principal(frame.block.M, basic, np.where(basic, w, 0.0))
     )
 
 
@@ -193,12 +211,12 @@ def _neighbours(q: Vector) -> tuple[Indices, Mask]:
     """Return for each row the first row of its stride, and which rows are near that
     row, none unless most are."""
     rows = np.arange(q.shape[0])
-    leaders, near = rows // STRIDE * STRIDE, np.zeros(rows.size, dtype=bool)
+    leaders, is_warm = rows // STRIDE * STRIDE, np.zeros(rows.size, dtype=bool)
     last = rows[STRIDE - 1 :: STRIDE]
     if 2 * np.count_nonzero(_are_near(q, last, leaders[last])) > last.size:
-        near[:] = _are_near(q, rows, leaders)
-        near[::STRIDE] = False
-    return leaders, near
+        is_warm[:] = _are_near(q, rows, leaders)
+        is_warm[::STRIDE] = False
+    return leaders, is_warm
 
 
 def _are_near(q: Vector, rows: Indices, others: Indices) -> Mask:
@@ -224,13 +242,15 @@ def _start(frame: Frame, R: Vector, C: Vector) -> tuple[States, Mask]:
         w += q
         return w
 
-    most = np.inf
-    for look in gradient_steps(frame.box.in_units(C), w_of, np.zeros(q.shape), q):
+    max_changes = np.inf
+    for gradient_check in gradient_steps(
+        frame.box.in_units(C), w_of, np.zeros(q.shape), q
+    ):
         if (
-            look.changes <= SETTLED_CHANGES * q.shape[0]
-            or look.changes > SETTLING_FACTOR * most
+            gradient_check.changes <= SETTLED_CHANGES * q.shape[0]
+            or gradient_check.changes > SETTLING_FACTOR * max_changes
         ):
             break
-        most = look.changes
-    start[look.bounded] = look.basis[look.bounded]
-    return start, look.bounded
+        max_changes = gradient_check.changes
+    start[gradient_check.bounded] = gradient_check.basis[gradient_check.bounded]
+    return start, gradient_check.bounded

@@ -52,9 +52,9 @@ MAX_CONDITION = 5e12
 MAX_OPERATIONS = 6e7
 
 
-def convex_program(problem: Problem, most_steps: int | None = None) -> Stage:
+def convex_program(problem: Problem, max_steps: int | None = None) -> Stage:
     """Yield PIQP's point, if only rounding keeps it from solving the problem, then the
-    basic solutions of its states, and those after exchanges of wrong signs. most_steps
+    basic solutions of its states, and those after exchanges of wrong signs. max_steps
     : of PIQP, by default MAX_STEPS, or MAX_LINEAR_STEPS.
 
     Finished : one of them violates no sign beyond rounding. Breakdown : the problem is
@@ -69,15 +69,15 @@ def convex_program(problem: Problem, most_steps: int | None = None) -> Stage:
         return Breakdown("the problem is not that of a convex program")
     try:
         run = Run(problem, by_units=True)
-        most = _most_operations(problem.M, S < 0)
+        max_operations = _most_operations(problem.M, S < 0)
         if (
-            most > MAX_OPERATIONS
+            max_operations > MAX_OPERATIONS
             and operations(systems(run.within.problem.M, run.within.S)) > MAX_OPERATIONS
         ):
             return Breakdown("a factorization takes long")
     except (ProblemError, SingularMatrix):
         return Breakdown("no factorization succeeded")
-    found = _minimizer(problem, S, most_steps)
+    found = _minimizer(problem, S, max_steps)
     if found is None:
         return Breakdown("PIQP found no minimum")
     z, is_accurate = found
@@ -121,9 +121,9 @@ def _bounded(problem: Problem) -> Stage:
         if ended.status != "PIQP_SOLVED":
             return Breakdown("PIQP found no minimum")
         x = (ended.x - ended.of_bounds) / 2
-        for found in exchanges.from_states(inner.box.basis_of(x)):
-            if found.signs_final:
-                yield found
+        for basic_solution in exchanges.from_states(inner.box.basis_of(x)):
+            if basic_solution.signs_final:
+                yield basic_solution
                 return Finished()
     except (ProblemError, SingularMatrix):
         return Breakdown("no factorization succeeded")
@@ -136,29 +136,31 @@ def _most_operations(M: Matrix, is_row: Mask) -> float:
     diagonal, and fills all that is left; if that takes more than MAX_OPERATIONS, one
     that fills what these variables leave in the envelope of the reverse Cuthill-McKee
     order."""
-    counts, n, rows = np.diff(M.indptr), M.shape[0], int(np.count_nonzero(is_row))
-    own = float(np.square(counts, dtype=np.float64).sum())
-    most: float = own + (n - rows) ** 3 / 3
-    if most <= MAX_OPERATIONS:
-        return most
+    counts = np.diff(M.indptr)
+    n = M.shape[0]
+    rows = int(np.count_nonzero(is_row))
+    operations_of_rows = float(np.square(counts, dtype=np.float64).sum())
+    operations: float = operations_of_rows + (n - rows) ** 3 / 3
+    if operations <= MAX_OPERATIONS:
+        return operations
     of_Q = counts - np.bincount(M.indices[np.repeat(is_row, counts)], minlength=n)
     first = ~is_row & (of_Q <= (M.diagonal() != 0))
-    most = own + (n - int(np.count_nonzero(first))) ** 3 / 3
-    if most <= MAX_OPERATIONS:
-        return most
+    operations = operations_of_rows + (n - int(np.count_nonzero(first))) ** 3 / 3
+    if operations <= MAX_OPERATIONS:
+        return operations
     with imports:
         from scipy.sparse.csgraph import reverse_cuthill_mckee
     order = reverse_cuthill_mckee(M, symmetric_mode=True)
     order = order[~first[order]]
-    places = np.full(n, n)
-    places[order] = np.arange(order.size)
+    positions = np.full(n, n)
+    positions[order] = np.arange(order.size)
 
     def least_of_rows(values: Indices) -> Indices:
         least = np.minimum.reduceat(np.append(values[M.indices], n), M.indptr[:-1])
         return np.asarray(np.where(counts > 0, least, n))
 
-    nearest = least_of_rows(np.where(first, least_of_rows(places), places))
-    widths = np.maximum(places - nearest, 0)[order] + 1
+    nearest = least_of_rows(np.where(first, least_of_rows(positions), positions))
+    widths = np.maximum(positions - nearest, 0)[order] + 1
     return float(
         np.square(np.concatenate((widths, counts[first])), dtype=np.float64).sum()
     )
@@ -175,7 +177,7 @@ def _has_others(problem: Problem, is_row: Mask) -> bool:
 
 
 def _minimizer(
-    problem: Problem, S: Vector, most_steps: int | None
+    problem: Problem, S: Vector, max_steps: int | None
 ) -> tuple[Vector, bool] | None:
     """Return the minimizer and the multipliers, both approximate, and whether PIQP
     reached its tolerance; None if there are none, or M has more entries than that of a
@@ -193,24 +195,24 @@ def _minimizer(
     has_ends = is_row & ~is_equation & (np.isfinite(low) | np.isfinite(high))
     is_x = ~is_row & (lower < upper)
     x, equations, rows = (each.nonzero()[0] for each in (is_x, is_equation, has_ends))
-    ends = (v[np.isfinite(v)] for v in (lower[x], upper[x]))
-    largest = max(float(np.abs(v).max(initial=0.0)) for v in (q, *ends))
+    finite_bounds = (v[np.isfinite(v)] for v in (lower[x], upper[x]))
+    largest = max(float(np.abs(v).max(initial=0.0)) for v in (q, *finite_bounds))
     if not largest < INFINITE or not x.size or _has_others(problem, is_row):
         return None
-    parts = [block(M, x, each) for each in (x, equations, rows)]
+    blocks = [block(M, x, each) for each in (x, equations, rows)]
     Q, A, G = (
-        of_arrays((each.size, x.size), ends, indices, sign * data, csc_matrix)
-        for sign, each, (ends, indices, data) in zip(
-            (1, -1, -1), (x, equations, rows), parts, strict=True
+        of_arrays((each.size, x.size), finite_bounds, indices, sign * data, csc_matrix)
+        for sign, each, (finite_bounds, indices, data) in zip(
+            (1, -1, -1), (x, equations, rows), blocks, strict=True
         )
     )
     if (x.size + rows.size + equations.size) * x.size <= MAX_PER_ENTRY * (
         Q.nnz + A.nnz + G.nnz
     ):
         Q, A, G = (each.toarray() for each in (Q, A, G))
-    of_rows, is_linear = (G, low[rows], high[rows]), not parts[0][1].size
+    of_rows, is_linear = (G, low[rows], high[rows]), not blocks[0][1].size
     usual = MAX_LINEAR_STEPS if is_linear else MAX_STEPS
-    limits = TOLERANCE, usual if most_steps is None else most_steps, MAX_GAP
+    limits = TOLERANCE, usual if max_steps is None else max_steps, MAX_GAP
     ended = convex_minimum(
         Q, q[x], (A, -q[equations]), of_rows, (lower[x], upper[x]), *limits
     )

@@ -40,9 +40,9 @@ from lcpcli.linalg.factors import SingularMatrix
 from lcpcli.linalg.matrices import may_be_stiff
 from lcpcli.linalg.patterns import affordable
 from lcpcli.methods.interior_steps import (
+    PredictorCorrector,
     PrimalDualPoint,
     SlackForm,
-    Steps,
     slack_form,
 )
 from lcpcli.methods.stages import (
@@ -64,7 +64,9 @@ FINISH = "finish"
 MAX_STEPS = 120  # where 15 to 40 are usual
 # Between the two indicators of a variable that tell its state; so many of them may be
 # closer, or such a part.
-CLEAR, FEW_UNCLEAR, UNCLEAR_SHARE = 0.3, 2, 0.01
+CLEAR = 0.3
+FEW_UNCLEAR = 2
+UNCLEAR_SHARE = 0.01
 # At one look: exchanges that do not leave fewer wrong signs, and the part of the states
 # that may be wrong.
 MAX_STAGNANT, MAX_WRONG = 3, 0.2
@@ -123,11 +125,11 @@ def definite(problem: Problem, start_slack: float = 1.0) -> Stage:
         return Breakdown(ROUNDING_DECIDES)
 
 
-class _AccurateSteps(Steps):
-    """Steps with z in double-double."""
+class _AccurateSteps(PredictorCorrector):
+    """PredictorCorrector with z in double-double."""
 
     # So that a full step does not make an s or w vanish
-    most_length, most_share = 2.0, 0.995
+    max_length, max_boundary_fraction = 2.0, 0.995
     tiny = 1e-150
 
     def __init__(self, within: SlackForm, systems: DefiniteSystems) -> None:
@@ -161,9 +163,9 @@ class _AccurateSteps(Steps):
 
     def _solution(self, D: Vector) -> Vector:
         p = self.problem
-        near = p.box.project(np.zeros(p.n))
+        admissible_z = p.box.project(np.zeros(p.n))
         self._systems.factorize(D)
-        z: DoubleDouble = self._systems.solve(D * near - p.q)[0]
+        z: DoubleDouble = self._systems.solve(D * admissible_z - p.q)[0]
         return z.high
 
     def residuals(self, at: PrimalDualPoint) -> tuple[Vector, Vector, float]:
@@ -252,7 +254,9 @@ class Exchanges:
 
     def from_states(self, states: States) -> Iterator[Iterate]:
         """Yield the basic solutions from these states on, while few signs are wrong."""
-        box, fewest, stagnant = self.problem.box, self.problem.n + 1, 0
+        box = self.problem.box
+        min_infeasible = self.problem.n + 1
+        stagnant = 0
         while stagnant <= MAX_STAGNANT:
             basic = states == BASIC
             z, w = self.systems.basic(self.problem.q, box.nonbasic(states), basic)
@@ -264,10 +268,10 @@ class Exchanges:
             yield self._finished(z.high, states)
             if not count or count > MAX_WRONG * self.problem.n:
                 return
-            stagnant += count >= fewest
-            if count > fewest:
+            stagnant += count >= min_infeasible
+            if count > min_infeasible:
                 wrong = np.arange(wrong.size) == violations.argmax()
-            fewest = min(count, fewest)
+            min_infeasible = min(count, min_infeasible)
             states = box.exchanged(states, wrong, z.high)
 
     def _violations(self, z: DoubleDouble, w: Vector, states: States) -> Vector:
@@ -292,11 +296,16 @@ class Exchanges:
     def _finished(self, z: Vector, states: States) -> Iterate:
         """Return a basic solution as an iterate: z as it is, whatever rounding leaves
         of w."""
-        within, given = self.within, self.within.original
-        whole, basis = given.box.vectors(given.n)[0].copy(), np.full(given.n, LOWER)
-        whole[within.kept] = self.problem.box.project(z) * within.units
+        within, original_problem = self.within, self.within.original
+        original_z, basis = (
+            original_problem.box.vectors(original_problem.n)[0].copy(),
+            np.full(original_problem.n, LOWER),
+        )
+        original_z[within.kept] = self.problem.box.project(z) * within.units
         basis[within.kept] = states
-        x = given.box.x_within(whole, given.w(whole), basis)
+        x = original_problem.box.x_within(
+            original_z, original_problem.w(original_z), basis
+        )
         final = basis if self.is_solved else None
         return Iterate(
             x, None, FINISH, self.count, signs_final=self.is_solved, basis=final

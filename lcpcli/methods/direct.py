@@ -66,33 +66,36 @@ FAR_FROM_DIAGONAL = 8
 # Unknowns of a program from which on PIQP takes less time than pivoting.
 MIN_FOR_PIQP = 50
 MAX_COMPILED = 400  # the same for the compiled path of a mixed problem
-# What kernels find: no answer, one to be judged, or a solution beyond doubt.
-NOTHING, CANDIDATE, CERTAIN = 0, 1, 2
-# Of all signs at a start: if more are wrong, it is not near a solution's basis.
+# Answers of kernels: none, one to be tested, or a solution up to a proved rounding
+# bound.
+NOTHING = 0
+CANDIDATE = 1
+CERTAIN = 2
+# The infeasible fraction at a start: above it, the basis is not close to a solution's.
 MAX_WRONG = 0.25
-# Of many problems at once, before those that are left are solved one by one.
+# Steps on many problems at once, before the remaining ones are solved one by one.
 MAX_STEPS = 12
-# Block exchanges without a new minimum of wrong signs, before single ones.
+# Block pivots without a new minimum of infeasibilities, before single pivots.
 BLOCK_PATIENCE = 10
-# Of all signs, and exchanges without a new minimum: while that is larger than a part,
-# as of random states, more than a few do not lead to a solution.
+# The infeasible fraction, and block pivots without a new minimum: above that fraction,
+# as at random bases, more than a few pivots do not lead to a solution.
 MANY_WRONG, HASTY_PATIENCE = 0.25, 3
-# Single exchanges where Lemke's path or interior follows: they may take 2^n.
+# Single pivots where Lemke's path or interior follows: they may take 2^n.
 FEW_INDEX_STEPS = 5
 
 Made: TypeAlias = tuple[Vector, Vector, bool]
-"""The z and w of a basic solution, each of shape (n,), and whether a single exchange
-led to it."""
+"""The z and w of a basic solution, each of shape (n,), and whether a single pivot led
+to it."""
 
 
 class DirectAnswer(NamedTuple):
-    """A basic solution without wrong signs, which may solve the problem.
+    """A basic solution without infeasibilities, which may solve the problem.
 
     z : shape (n,). is_certain : whether z solves the problem, whatever the rounding
-    errors in w are; if not, this remains to be seen. steps : how many basic solutions
+    errors in w are; if not, it has to be tested. steps : how many basic solutions
     were computed. method : by which. evaluations : as a method counts them. end : the
     basis, where z does not show it. point : z with its measures, if they are known.
-    is_single : whether a single exchange led to it.
+    is_single : whether a single pivot led to it.
     """
 
     z: Vector
@@ -131,12 +134,13 @@ def is_hopeless(fewest: int, waiting: int, n: int) -> bool:
 
 
 class Safeguard:
-    """The choice of the signs to exchange: all wrong signs while their number reaches
-    new minima, and only the first one after BLOCK_PATIENCE steps without a new minimum.
+    """The choice of the next pivot: on all infeasibilities while their number reaches
+    new minima, and only on the first one after BLOCK_PATIENCE steps without a new
+    minimum.
 
-    left : how many more single exchanges may be made, negative once there were too
-    many. single : whether the next exchange is a single one. For m problems both are of
-    shape (m,) after the first step.
+    left : how many more single pivots may be made, negative once there were too many.
+    single : whether the next pivot is a single one. For m problems both are of shape
+    (m,) after the first step.
     """
 
     def __init__(self, n: int, patience: float) -> None:
@@ -146,17 +150,17 @@ class Safeguard:
         self.single: Any = False
 
     def choose(self, wrong: Mask, count: Any) -> bool:
-        """Leave only the signs to exchange next in `wrong`; `count` is the number of
-        relevant wrong signs, shape (m,) for m problems. Return whether it is a new
+        """Leave only the indices of the next pivot in `wrong`; `count` is the number of
+        relevant infeasibilities, shape (m,) for m problems. Return whether it is a new
         minimum of one problem."""
         # As `safeguarded` does, in a tenth of the time.
         if wrong.ndim == 1 and count < self._fewest:
-            self._fewest, self._waiting, self.single = count, BLOCK_PATIENCE, False
+            self._fewest = count
+            self._waiting = BLOCK_PATIENCE
+            self.single = False
             return True
-        before = self._fewest, self._waiting, self.left, self.single
-        self._fewest, self._waiting, self.left, self.single = safeguarded(
-            *before, count
-        )
+        state = self._fewest, self._waiting, self.left, self.single
+        self._fewest, self._waiting, self.left, self.single = safeguarded(*state, count)
         if wrong.ndim == 2:
             rows = self.single.nonzero()[0]
             first = wrong[rows].argmax(axis=1)
@@ -168,8 +172,8 @@ class Safeguard:
         return False
 
     def is_hopeless(self, n: int) -> bool:
-        """Return whether exchanges rarely lead to a solution of one problem with n
-        unknowns from here."""
+        """Return whether further pivots rarely lead to a solution of one problem with n
+        unknowns."""
         return is_hopeless(self._fewest, self._waiting, n)
 
     def keep(self, rows: Indices) -> None:
@@ -194,9 +198,10 @@ def as_sparse(problem: Problem, M: Matrix) -> Problem:
     """Return the problem with its M in another form."""
     if M is problem.M:
         return problem
-    kept = FIELDS_OF_LCP if problem.box.is_orthant else FIELDS
+    field_names = FIELDS_OF_LCP if problem.box.is_orthant else FIELDS
     return Problem.of_fields(
-        {name: value for name, value in vars(problem).items() if name in kept}, M=M
+        {name: value for name, value in vars(problem).items() if name in field_names},
+        M=M,
     )
 
 
@@ -207,9 +212,9 @@ def may_be_program(problem: Problem) -> bool:
     M = problem.M
     if problem.n < MIN_FOR_PIQP:
         return False
-    form = problem.block_form
-    is_bounded_only = form is not None and problem.n == form.variables
-    if not is_sparse(M) and (is_bounded_only or form is None):
+    block_form = problem.block_form
+    is_bounded_only = block_form is not None and problem.n == block_form.variables
+    if not is_sparse(M) and (is_bounded_only or block_form is None):
         return False
     with imports:
         from lcpcli.linalg.programs import has_piqp
@@ -277,28 +282,36 @@ def basic_zeros(problem: Problem) -> Mask | None:
     return None if has_others else basic
 
 
-def beyond_doubt(problem: Problem, answer: DirectAnswer) -> DirectAnswer | None:
-    """Return an answer of `exchanges` that may hide a term, unless rounding of its
-    terms leaves doubt: then the solution that its states confirm, or None if it may
-    have to be replaced by an exact one, as `small` does for few unknowns."""
-    found = verified_or_exact(problem, answer.z)
-    if found is None or found.z is answer.z:
-        return None if found is None else answer
-    return answer._replace(z=found.z, is_certain=False, end=found.basis)
+def without_doubtful_terms(
+    problem: Problem, answer: DirectAnswer
+) -> DirectAnswer | None:
+    """Return an answer of `exchanges` whose rows may hide a term if it is a solution in
+    spite of rounding; else the solution with its basis that is verified, or None if it
+    may have to be replaced by an exact one, as `small` does for few unknowns."""
+    verified_point = verified_or_exact(problem, answer.z)
+    if verified_point is None or verified_point.z is answer.z:
+        return None if verified_point is None else answer
+    return answer._replace(
+        z=verified_point.z, is_certain=False, end=verified_point.basis
+    )
 
 
 def exchanges(
     problem: Problem, tol: float, basic: Mask | None = None
 ) -> Generator[Made, None, DirectAnswer | None]:
-    """Yield the basic solutions of block pivoting from a basis, or, if none is given or
-    it is not near a solution's, from q < 0, as by `newton` in `auto`, but for the last
-    one, if it is returned as an answer; return None if exchanges meet a singular M_PP
-    or take too many steps. Infinite numbers are expected on the way: the caller
-    ignores numpy's errors."""
-    M, q, n, minus_q = problem.M, problem.q, problem.n, -problem.q
+    """Yield the basic solutions of block principal pivoting, but for the last one, if
+    it is returned as an answer; return None if pivoting meets a singular M_PP or takes
+    too many steps. It starts from `basic` or, if that is None or not close to the basis
+    of a solution, from q < 0, as `newton` does in `auto`. Infinite numbers may occur:
+    the caller ignores numpy's errors."""
+    M = problem.M
+    q = problem.q
+    n = problem.n
+    minus_q = -problem.q
     is_start, basic = basic is not None, q < 0.0 if basic is None else basic.copy()
     guard: Safeguard | None = None
-    fewest, steps, is_single, last = n + 1, 0, False, None
+    min_infeasible, last = n + 1, None
+    steps, is_single = 0, False
     while True:
         P = basic.nonzero()[0]
         z = np.zeros(n)
@@ -319,33 +332,33 @@ def exchanges(
                 continue
             w = M.dot(z)
             w += q
-            own = w[P]
+            residual = w[P]
             w[P] = 0.0
             wrong = np.minimum(z, w) < 0.0
         steps += 1
-        made = z, w, is_single
+        solution = z, w, is_single
         count = number_of(wrong)
         if is_start and count > MAX_WRONG * n:
-            yield made
+            yield solution
             is_start, basic = False, q < 0.0
             continue
         is_start = False
         if not count:
-            answer = _judged(problem, z, P, block, own, w, tol, steps)
+            answer = _refine_and_test(problem, z, P, block, residual, w, tol, steps)
             return answer._replace(is_single=True) if is_single else answer
-        if guard is None and count < fewest:
-            fewest = count
-        elif not (guard := guard or Safeguard(fewest - 1, FEW_INDEX_STEPS)).choose(
-            wrong, count
-        ):
+        if guard is None and count < min_infeasible:
+            min_infeasible = count
+        elif not (
+            guard := guard or Safeguard(min_infeasible - 1, FEW_INDEX_STEPS)
+        ).choose(wrong, count):
             is_same = last is not None and np.array_equal(wrong, last)
             if is_same and is_rounding(problem, z, w):
                 answer = DirectAnswer(np.maximum(z, 0.0), False, steps)
                 return answer._replace(is_single=is_single)
             if _gives_up(guard, problem):
-                yield made
+                yield solution
                 return None
-        yield made
+        yield solution
         is_single, last = guard is not None and guard.single, wrong
         basic ^= wrong
 
@@ -353,13 +366,19 @@ def exchanges(
 def exchanges_within_bounds(
     problem: Problem, tol: float
 ) -> Generator[Made, None, DirectAnswer | None]:
-    """Yield the basic solutions of block pivoting on a mixed problem, from the states
-    of the reference point, as `exchanges` does on an LCP. Its answer may remain to be
-    judged; what `newton` may take for rounding is left to it."""
-    M, q, n, box = problem.M, problem.q, problem.n, problem.box
+    """Yield the basic solutions of block principal pivoting on a mixed problem, from
+    the basis of the reference point, as `exchanges` does on an LCP. Its answer may
+    remain to be tested; where violations may be rounding, it returns None, so that
+    `newton` decides."""
+    M = problem.M
+    q = problem.q
+    n = problem.n
+    box = problem.box
     reference = 0.0 if problem.reference_z is None else problem.reference_z
     basis = box.basis_of((reference - problem.q_ref) / 2)
-    guard, steps, is_single = Safeguard(n, FEW_INDEX_STEPS), 0, False
+    guard = Safeguard(n, FEW_INDEX_STEPS)
+    steps = 0
+    is_single = False
     while True:
         P, z = np.logical_not(basis).nonzero()[0], box.nonbasic(basis)
         block, start = M.take(P, 0).take(P, 1), q[P]
@@ -371,29 +390,31 @@ def exchanges_within_bounds(
             return None
         w = M.dot(z)
         w += q
-        own = w[P]
+        residual = w[P]
         w[P] = 0.0
         violations = box.violations(z, w, basis)
         wrong = violations > 0.0
         steps, count = steps + 1, number_of(wrong)
         if not count:
             size = np.abs(q)
-            terms = np.abs(M).dot(np.abs(z))
-            terms += size
-            errors, left, is_sure = ROW_ROUNDING * terms, np.abs(own), False
-            if number_of(left > errors[P]):
-                z[P] -= np.linalg.solve(block, own)
+            row_magnitudes = np.abs(M).dot(np.abs(z))
+            row_magnitudes += size
+            errors = ROW_ROUNDING * row_magnitudes
+            residual_sizes = np.abs(residual)
+            is_sure = False
+            if number_of(residual_sizes > errors[P]):
+                z[P] -= np.linalg.solve(block, residual)
             else:
                 if problem.reference_z is not None:
-                    size = np.minimum(np.abs(problem.q_ref), FINEST * terms)
-                is_sure = _is_sure(size, errors, left, tol)
+                    size = np.minimum(np.abs(problem.q_ref), FINEST * row_magnitudes)
+                is_sure = _is_sure(size, errors, residual_sizes, tol)
             z = box.project(z)
             return DirectAnswer(z, is_sure, steps, is_single=is_single)
         yield z, w, is_single
         guard.choose(wrong, count)
-        # A bound on all terms, without a look at M.
-        most = problem.largest * np.abs(z).sum() + problem.sizes_of_q[1]
-        may_be_rounding = violations.max() <= ROW_ROUNDING * most
+        # A bound on the magnitude of all rows, without reading M.
+        max_magnitude = problem.largest * np.abs(z).sum() + problem.sizes_of_q[1]
+        may_be_rounding = violations.max() <= ROW_ROUNDING * max_magnitude
         if may_be_rounding or _gives_up(guard, problem):
             return None
         basis, is_single = box.exchanged(basis, wrong, z), guard.single
@@ -412,59 +433,66 @@ def number_of(mask: Mask) -> int:
     return mask.tobytes().count(1)
 
 
-def _judged(
+def _refine_and_test(
     problem: Problem,
     z: Vector,
     P: Indices,
     block: Vector,
-    own: Vector,
+    residual: Vector,
     w: Vector,
     tol: float,
     steps: int,
 ) -> DirectAnswer:
-    """Return the answer z, refined once if its residual `own`, w_P, is more than
-    rounding; w has zeros in its place."""
+    """Return the answer z, refined once if its residual w_P is more than rounding; w
+    has zeros in its place."""
     M, q = problem.M, problem.q
     size, absolute = np.abs(q), np.abs(M)
-    terms = absolute.dot(z)
-    terms += size
-    errors, violations = ROW_ROUNDING * terms, np.abs(own)
+    row_magnitudes = absolute.dot(z)
+    row_magnitudes += size
+    errors, violations = ROW_ROUNDING * row_magnitudes, np.abs(residual)
     if number_of(violations > errors[P]):
-        z[P] -= np.linalg.solve(block, own)
+        z[P] -= np.linalg.solve(block, residual)
         np.maximum(z, 0.0, out=z)
         w = M.dot(z)
         w += q
-        own = w[P]
-        terms = absolute.dot(z)
-        terms += size
+        residual = w[P]
+        row_magnitudes = absolute.dot(z)
+        row_magnitudes += size
     elif _is_sure(size, errors, violations, tol):
         return DirectAnswer(z, True, steps)
     np.negative(w, out=w)
-    w[P] = np.abs(own)
-    w += row_errors(M, z, terms)
-    left = np.logical_not(w <= tol * size).nonzero()[0]
-    return DirectAnswer(z, _are_small(problem, z, w, terms, left, tol), steps)
+    w[P] = np.abs(residual)
+    w += row_errors(M, z, row_magnitudes)
+    undecided_rows = np.logical_not(w <= tol * size).nonzero()[0]
+    return DirectAnswer(
+        z, _are_small(problem, z, w, row_magnitudes, undecided_rows, tol), steps
+    )
 
 
 def _is_sure(size: Vector, errors: Vector, violations: Vector, tol: float) -> bool:
     """Return whether violations, of basic rows, and rounding errors in w are together
-    at most tol times the least of these sizes of rows, which the smallest of their
-    terms and of their caps exceed."""
-    least = min(size.tolist())
-    most = max(errors.tolist()) + max(violations.tolist(), default=0.0)
-    return bool(least > TINY_TERMS and most <= tol * least)
+    at most tol times the smallest of these sizes of rows, which the magnitudes of the
+    rows and their caps exceed."""
+    min_size = min(size.tolist())
+    max_error = max(errors.tolist()) + max(violations.tolist(), default=0.0)
+    return bool(min_size > TINY_TERMS and max_error <= tol * min_size)
 
 
 def _are_small(
-    problem: Problem, z: Vector, worst: Vector, terms: Vector, rows: Indices, tol: float
+    problem: Problem,
+    z: Vector,
+    worst: Vector,
+    row_magnitudes: Vector,
+    rows: Indices,
+    tol: float,
 ) -> bool:
-    """Return whether the violations of these rows are small beside their terms and
-    their caps, as where q_i is 0, if that is known without the units of M or these have
-    been computed."""
+    """Return whether the violations of these rows are small relative to their
+    magnitudes and their caps, as where q_i is 0, if that is known without the scaling
+    of M or this has been computed."""
     if not rows.size:
         return True
-    worst, terms = worst[rows], terms[rows]
-    if number_of(worst <= tol * terms) < rows.size:
+    worst, row_magnitudes = worst[rows], row_magnitudes[rows]
+    if number_of(worst <= tol * row_magnitudes) < rows.size:
         return False
     caps = least_caps(problem, -problem.q, rows)
     if caps is None and "units" in vars(problem.facts):
@@ -475,9 +503,9 @@ def _are_small(
 def is_rounding(problem: Problem, z: Vector, w: Vector) -> bool:
     """Return whether the negative entries of z and w may be rounding of 0, and no row
     of few unknowns hides a term."""
-    terms = np.abs(problem.M) @ np.abs(z) + np.abs(problem.q)
+    row_magnitudes = np.abs(problem.M) @ np.abs(z) + np.abs(problem.q)
     if (
-        np.maximum(-w, 0.0) > ROW_ROUNDING * terms
+        np.maximum(-w, 0.0) > ROW_ROUNDING * row_magnitudes
     ).any() or -z.min() > ROUNDED_ZERO * z.max():
         return False
     return problem.n > FEW_UNKNOWNS or not hides_term_of_row(
@@ -497,7 +525,7 @@ def direct_many(
         |M_ij|.
     box : the bounds, of shape (m, n) unless they are z >= 0.
     """
-    Z, found = np.zeros(q.shape), np.zeros((len(q), 2), dtype=np.intp)
+    Z, answers = np.zeros(q.shape), np.zeros((len(q), 2), dtype=np.intp)
     rows, start = np.arange(len(q)), np.broadcast_to(box.corner, q.shape)
     basis = box.basis_of((start - q - each_product(M, start)) / 2)
     for steps in range(1, MAX_STEPS + 1):
@@ -509,40 +537,53 @@ def direct_many(
         regular = np.isfinite(z.sum(axis=1) + w.sum(axis=1))
         done = regular & ~wrong.any(axis=1)
         if done.any():
-            own = M[done], q[done], box.part(done)
-            refined = z[done] - each_product(
-                inverse[done], each_product(own[0], z[done]) + own[1]
+            finished_problems = M[done], q[done], box.part(done)
+            refined_z = z[done] - each_product(
+                inverse[done],
+                each_product(finished_problems[0], z[done]) + finished_problems[1],
             )
-            found[rows[done], 0], Z[rows[done]] = _judged_rows(
-                *own, refined, largest[rows[done]], tol
+            answers[rows[done], 0], Z[rows[done]] = _test_rows(
+                *finished_problems, refined_z, largest[rows[done]], tol
             )
-            found[rows[done], 1] = steps - ~basic[done].any(axis=1)
+            answers[rows[done], 1] = steps - ~basic[done].any(axis=1)
         going = (regular & ~done).nonzero()[0]
         if not going.size:
             break
         basis = box.exchanged(basis, wrong, z)[going]
-        rows, M, q, box = rows[going], M[going], q[going], box.part(going)
-    return Z, found
+        rows = rows[going]
+        M = M[going]
+        q = q[going]
+        box = box.part(going)
+    return Z, answers
 
 
-def _judged_rows(
+def _test_rows(
     M: Vector, q: Vector, box: Box, z: Vector, largest: Vector, tol: float
 ) -> tuple[Indices, Vector]:
-    """Return what each z, a basic solution, is once it is within its bounds, shape
-    (m,), and this z."""
-    z, absolute, sizes = box.project(z), np.abs(M), np.abs(q)
-    w, terms = each_product(M, z) + q, each_product(absolute, np.abs(z)) + sizes
-    least = terms
+    """Project each z, a basic solution, on its bounds; return whether it is NOTHING, a
+    CANDIDATE or CERTAIN, shape (m,), and this z."""
+    z = box.project(z)
+    absolute = np.abs(M)
+    sizes = np.abs(q)
+    w, row_magnitudes = (
+        each_product(M, z) + q,
+        each_product(absolute, np.abs(z)) + sizes,
+    )
+    min_magnitudes = row_magnitudes
     for reference in (
         (0.0,) if box.is_orthant else (box.project(np.zeros(q.shape)), box.corner)
     ):  # whichever it is
         at = np.broadcast_to(reference, q.shape)
         rounding = ROW_ROUNDING * (each_product(absolute, np.abs(at)) + sizes)
-        least = np.minimum(least, np.abs(each_product(M, at) + q) - rounding)
-    surely = box.excess(z, w) + ROW_ROUNDING * terms <= tol * least
+        min_magnitudes = np.minimum(
+            min_magnitudes, np.abs(each_product(M, at) + q) - rounding
+        )
+    surely = box.excess(z, w) + ROW_ROUNDING * row_magnitudes <= tol * min_magnitudes
     is_zero = ~z.any(axis=1) & box.is_orthant
     kinds = np.where(
-        is_zero | (surely & (terms > TINY_TERMS)).all(axis=1), CERTAIN, CANDIDATE
+        is_zero | (surely & (row_magnitudes > TINY_TERMS)).all(axis=1),
+        CERTAIN,
+        CANDIDATE,
     )
     if q.shape[1] <= FEW_UNKNOWNS:  # as in `final_states.is_doubtful`
         (least_z, largest_z), (least_q, largest_q) = row_sizes(z), row_sizes(q)

@@ -17,7 +17,7 @@ from functools import cached_property, partial
 import numpy as np
 
 from lcpcli.linalg import factors, matrices
-from lcpcli.linalg.krylov import ends, norm, safe_norm
+from lcpcli.linalg.krylov import extreme_eigenvalues, norm, safe_norm
 from lcpcli.methods.registry import ANDERSON, OMEGA
 from lcpcli.methods.stages import Breakdown, Iterate, Stage, Stalled, ended
 from lcpcli.model.problem import Problem
@@ -79,7 +79,10 @@ def _iterates(
     accelerator: Anderson | None,
     solve: factors.Solve,
 ) -> Stage:
-    M, q, box, evaluations = problem.M, problem.q, problem.box, 1
+    M = problem.M
+    q = problem.q
+    box = problem.box
+    evaluations = 1
     image = _image(M, omega, box.reflected(x))
     before: Vector | Start = Start(problem, x, omega, image)
     while True:
@@ -106,7 +109,10 @@ class Start:
     def __init__(
         self, problem: Problem, x: Vector, omega: float, image: Vector
     ) -> None:
-        self._problem, self._x, self.omega, self._image = problem, x, omega, image
+        self._problem = problem
+        self._x = x
+        self.omega = omega
+        self._image = image
 
     @cached_property
     def F(self) -> float:
@@ -119,7 +125,9 @@ class Residual:
     or the start."""
 
     def __init__(self, F: Vector, before: Vector | Start, omega: float) -> None:
-        self._F, self._before, self.omega = F, before, omega
+        self._F = F
+        self._before = before
+        self.omega = omega
 
     @property
     def of_start(self) -> Start | None:
@@ -155,7 +163,7 @@ def best_omega(M: Matrix) -> float:
     smallest scalar omega for which Bai (2010) proves convergence for H-matrices with
     positive diagonal; if no diagonal entry is positive, the largest row sum of |M|.
     """
-    eigenvalues = ends(M)
+    eigenvalues = extreme_eigenvalues(M)
     if eigenvalues is not None:
         omega = float(np.sqrt(eigenvalues[0]) * np.sqrt(eigenvalues[1]))
         if 0 < omega < np.inf:

@@ -21,7 +21,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from lcpcli.basis.exchanges import BasicSolution, exchanging
+from lcpcli.basis.exchanges import BasicSolution, block_principal_pivoting
 from lcpcli.errors import ProblemError
 from lcpcli.linalg.doubles import EPS, ROUNDING, largest
 from lcpcli.linalg.factors import SingularMatrix
@@ -30,10 +30,10 @@ from lcpcli.linalg.shifted_systems import systems
 from lcpcli.methods.definite import definite
 from lcpcli.methods.direct import MAX_AS_DENSE
 from lcpcli.methods.interior_steps import (
-    AccurateSystems,
+    PredictorCorrector,
     PrimalDualPoint,
+    RefinedShiftedSolver,
     SlackForm,
-    Steps,
     proof_of,
     slack_form,
 )
@@ -43,11 +43,11 @@ from lcpcli.methods.stages import (
     Finished,
     GivenUp,
     Iterate,
+    MethodSequence,
     NoSolution,
+    RecordedStages,
     Stage,
     Stalled,
-    Tried,
-    Turns,
 )
 from lcpcli.model.box import BASIC, of_masks
 from lcpcli.model.problem import Problem
@@ -150,23 +150,23 @@ def interior(
     a Farkas vector y, from a diverging z; Breakdown or Stalled if no attempt reaches
     the solution.
     """
-    turns = Turns(np.zeros(problem.n))
+    sequence = MethodSequence(np.zeros(problem.n))
     if is_sparse(problem.M) and problem.M.diagonal().min(initial=1.0) > 0:
-        ending = yield from turns.take("", definite(problem, start_slack))
+        ending = yield from sequence.run_stage("", definite(problem, start_slack))
         if isinstance(ending, Finished):
             return ending
     stage = attempts(problem, ATTEMPTS, start_slack, regularization)
-    return (yield from turns.take("", stage))
+    return (yield from sequence.run_stage("", stage))
 
 
 def of_stiff(problem: Problem) -> Stage:
     """Do what `interior` does for an M that is positive definite up to rounding; if
     that fails, no other method does better on a large problem, and all take long."""
-    turns = Turns(np.zeros(problem.n))
-    first = yield from turns.take("", definite(problem))
+    sequence = MethodSequence(np.zeros(problem.n))
+    first = yield from sequence.run_stage("", definite(problem))
     if isinstance(first, Finished):
         return first
-    ending = yield from turns.take("", attempts(problem, ATTEMPTS))
+    ending = yield from sequence.run_stage("", attempts(problem, ATTEMPTS))
     is_large = problem.n > MAX_AS_DENSE
     if is_large and isinstance(ending, Stalled | Breakdown):
         return GivenUp(getattr(first, "reason", ""))
@@ -191,13 +191,15 @@ first_attempts = partial(attempts, settings=FIRST_ATTEMPTS)
 further_attempts = partial(attempts, settings=FURTHER_ATTEMPTS)
 
 
-def at_point(problem: Problem, x: Vector, tried: Tried | None = None) -> Stage:
+def at_point(
+    problem: Problem, x: Vector, recorded_stages: RecordedStages | None = None
+) -> Stage:
     """Yield the basic solutions of the active set that x = (z - w) / 2 suggests, as
     those of the last iterates are.
 
     Finished : one of them violates no sign beyond rounding. Stalled : none does; for a
     large sparse M, the first attempts, which share their scaling with this one, are put
-    in `tried`, if it is given.
+    in `recorded_stages`, if it is given.
     """
     try:
         run = Run(problem)
@@ -205,12 +207,12 @@ def at_point(problem: Problem, x: Vector, tried: Tried | None = None) -> Stage:
         return Breakdown("numbers overflow in scaled units")
     ending = yield from run.at_point(x)
     if (
-        tried is not None
+        recorded_stages is not None
         and not isinstance(ending, Finished)
         and is_sparse(problem.M)
         and problem.n > MAX_AS_DENSE
     ):
-        tried["interior"] = [run.attempts(FIRST_ATTEMPTS)]
+        recorded_stages["interior"] = [run.attempts(FIRST_ATTEMPTS)]
     return ending
 
 
@@ -219,11 +221,9 @@ class Run:
     if these overflow."""
 
     def __init__(self, problem: Problem, by_units: bool = False) -> None:
-        self._given, self.within, self._count = (
-            problem,
-            slack_form(problem, "units" if by_units else "ruiz"),
-            0,
-        )
+        self._given = problem
+        self.within = slack_form(problem, "units" if by_units else "ruiz")
+        self._count = 0
         self._is_solved = False  # by the last basic solution
 
     def attempts(
@@ -252,27 +252,30 @@ class Run:
             within = replace(within, problem=inner)
         M = within.problem.M
         try:
-            steps = Steps(within, own := AccurateSystems(M, systems(M, within.S), *rho))
+            steps = PredictorCorrector(
+                within, solver := RefinedShiftedSolver(M, systems(M, within.S), *rho)
+            )
             best = along = at = steps.start(slack)
         except SingularMatrix:
             return Breakdown("a factorization failed")
-        least, idle_steps, tried, lengths = np.inf, 0, np.inf, list[float]()
+        smallest_merit = merit_at_pivoting = np.inf
+        idle_steps, lengths = 0, list[float]()
         for k in range(MAX_INTERIOR_STEPS + 1):
             mu = steps.mu(at)
             merit = max(steps.pairs * mu / steps.gap_size(at), steps.residuals(at)[2])
-            idle_steps = 0 if merit < 0.9 * least else idle_steps + 1
-            if merit < least:
-                best, least = at, merit
-            if merit < CLOSE_MERIT and merit < MERIT_DROP * tried:
-                tried = merit
+            idle_steps = 0 if merit < 0.9 * smallest_merit else idle_steps + 1
+            if merit < smallest_merit:
+                best, smallest_merit = at, merit
+            if merit < CLOSE_MERIT and merit < MERIT_DROP * merit_at_pivoting:
+                merit_at_pivoting = merit
                 # Before the point itself, which is less accurate.
                 yield from self._exchanged(at.z, _active(self.within, at))
             if lengths:
-                step = f"mu {mu:.0e}, {lengths[-1]:.2f}, rho {own.rho:.0e}"
+                step = f"mu {mu:.0e}, {lengths[-1]:.2f}, rho {solver.rho:.0e}"
                 # Else the next ones are better.
                 yield self._shown(at.z, step)._replace(
                     signs_final=mu < SMALL_MU,
-                    quantities=partial(PathStep, mu, lengths[-1], own.rho),
+                    quantities=partial(PathStep, mu, lengths[-1], solver.rho),
                 )
             due = k % PROOF_EVERY == PROOF_EVERY - 1 and merit > CLOSE_MERIT
             if due and (proof := proof_of(self._given, self.within, (at.z, along.z))):
@@ -282,12 +285,9 @@ class Run:
                 and k >= WARM_UP_STEPS
                 and np.mean(lengths[-RECENT_STEPS:]) < SLOW_LENGTH
             )
-            if (
-                mu < VANISHED_MU
-                or too_short
-                or idle_steps
-                > (PATIENT_STEPS if least > NEAR_MERIT else IMPATIENT_STEPS)
-            ):
+            is_close = not smallest_merit > NEAR_MERIT
+            patience = IMPATIENT_STEPS if is_close else PATIENT_STEPS
+            if mu < VANISHED_MU or too_short or idle_steps > patience:
                 break
             try:
                 at, length, along = steps.next(at)
@@ -310,27 +310,29 @@ class Run:
         self,
         x: Vector,
         rounds: int = START_ROUNDS,
-        far: float = 0.0,
-        near: Vector | None = None,
+        max_residual: float = 0.0,
+        initial_guess: Vector | None = None,
         shift: float = PROXIMAL_SHIFT,
     ) -> Stage:
-        """Yield the basic solutions of the states of an x in the given units. The first
-        iterate of the run is the point where they start, put on the bounds of these
-        states, if no more than rounding keeps it from solving the problem.
+        """Yield the basic solutions of block principal pivoting from the basis of an x
+        in the units of the problem. The first iterate of the run is the initial guess,
+        put on the bounds of this basis, if no more than rounding keeps it from solving
+        the problem.
 
-        rounds : of exchanges, at most. far : the residual, in scaled units, up to which
-            they go on if it has grown.
-        near : where they start, by default at the z of x. shift : eps of the proximal
-            iteration.
+        rounds : the largest number of block pivots.
+        max_residual : the scaled residual up to which pivoting continues if the
+            residual has grown.
+        initial_guess : the z from which the basic solutions are computed, by default
+            the z of x.
+        shift : eps of the proximal iteration.
         """
-        within, inner, times = (
-            self.within,
-            self.within.problem,
-            multiplier(self.within.problem.M),
-        )
+        within = self.within
+        inner = self.within.problem
+        times = multiplier(self.within.problem.M)
         z = self._given.box.z_of(x)
         start, z = (
-            v[within.kept] / within.units for v in (z if near is None else near, z)
+            v[within.kept] / within.units
+            for v in (z if initial_guess is None else initial_guess, z)
         )
         states = inner.box.basis_of((z - times(z) - inner.q) / 2)
         z = np.where(
@@ -343,39 +345,47 @@ class Run:
             self._count += 1
             yield self._shown(z, FINISH)._replace(signs_final=False)
         for point in islice(
-            self._exchanged(start, states, far=far, shift=shift), rounds
+            self._exchanged(start, states, max_residual=max_residual, shift=shift),
+            rounds,
         ):
             yield point._replace(signs_final=point.signs_final or self._is_solved)
             if self._is_solved:
                 return Finished()
-        return Stalled("the given point has not the states of a solution")
+        return Stalled("the active set at the starting point is not that of a solution")
 
     def _exchanged(
         self,
         z: Vector,
         states: States,
         last: bool = False,
-        far: float = FAR_RESIDUAL,
+        max_residual: float = FAR_RESIDUAL,
         shift: float = PROXIMAL_SHIFT,
     ) -> Iterator[Iterate]:
-        """Yield the basic solutions of these states, before and after exchanges, near
-        z, while their residual is at most `far` or not much larger than the least one.
-        Their signs are final for the last point, or if they solve the problem up to
-        rounding."""
+        """Yield the basic solutions of block principal pivoting from this basis,
+        computed from z, while their residual is at most `max_residual` or not much
+        larger than the smallest one. Their signs are final for the last point, or if
+        they solve the problem up to rounding."""
         inner = self.within.problem
-        own = _ProximalSolutions(inner, self.within.S, z, shift)
-        least = largest(inner.box.gaps(own.z, multiplier(inner.M)(own.z) + inner.q))
+        proximal = _ProximalSolutions(inner, self.within.S, z, shift)
+        smallest_residual = largest(
+            inner.box.gaps(proximal.z, multiplier(inner.M)(proximal.z) + inner.q)
+        )
         with suppress(SingularMatrix):
-            for found in islice(exchanging(own, states), EXCHANGE_ROUNDS):
-                size = largest(inner.box.gaps(found.z, found.w))
-                if not size <= max(WORSE_FACTOR * least, far):
+            for basic_solution in islice(
+                block_principal_pivoting(proximal, states), EXCHANGE_ROUNDS
+            ):
+                size = largest(inner.box.gaps(basic_solution.z, basic_solution.w))
+                if not size <= max(WORSE_FACTOR * smallest_residual, max_residual):
                     return  # of a wrong basis, nearly singular
-                least = min(size, least)
-                self._count, self._is_solved = self._count + 1, found.is_solution
-                yield self._shown(own.z, FINISH)._replace(
+                smallest_residual = min(size, smallest_residual)
+                self._count, self._is_solved = (
+                    self._count + 1,
+                    basic_solution.is_solution,
+                )
+                yield self._shown(proximal.z, FINISH)._replace(
                     signs_final=size <= EXACT_RESIDUAL or last
                 )
-                if found.is_solution:
+                if basic_solution.is_solution:
                     return
 
     def _shown(self, z: Vector, step: str) -> Iterate:
@@ -390,48 +400,44 @@ class _ProximalSolutions:
     def __init__(
         self, problem: Problem, S: Vector | None, z: Vector, shift: float
     ) -> None:
-        self._problem, self._S, self.box, self.z, self._shift = (
-            problem,
-            S,
-            problem.box,
-            problem.box.project(z),
-            shift,
-        )
+        self._problem = problem
+        self._S = S
+        self.box = problem.box
+        self.z = problem.box.project(z)
+        self._shift = shift
 
     @np.errstate(all="ignore")
     def at(self, basis: States) -> BasicSolution:
         """Return the basic solution of a basis; raise SingularMatrix if z is not
         finite."""
-        basic, times, q = (
-            (basis == BASIC).nonzero()[0],
-            multiplier(self._problem.M),
-            self._problem.q,
-        )
+        basic = (basis == BASIC).nonzero()[0]
+        times = multiplier(self._problem.M)
+        q = self._problem.q
         z = np.where(basis == BASIC, self.z, self.box.nonbasic(basis))
         w = times(z) + q
-        last = least = float(np.abs(w[basic]).max(initial=0.0))
+        last = smallest_residual = float(np.abs(w[basic]).max(initial=0.0))
         best = z, w
         if basic.size:
-            own = systems(
+            shifted_solver = systems(
                 principal(self._problem.M, basic),
                 None if self._S is None else self._S[basic],
                 once=True,
             )
             try:
-                own.factorize(np.full(basic.size, self._shift))
+                shifted_solver.factorize(np.full(basic.size, self._shift))
             except SingularMatrix:  # rounding has made a pivot 0
                 if not self._shift < LARGER_SHIFT:
                     raise
-                own.factorize(np.full(basic.size, LARGER_SHIFT))
+                shifted_solver.factorize(np.full(basic.size, LARGER_SHIFT))
         for step in range(PROXIMAL_STEPS if basic.size else 0):
             z = z.copy()
-            z[basic] -= own.solve(w[basic])
+            z[basic] -= shifted_solver.solve(w[basic])
             if not np.isfinite(z).all():
                 raise SingularMatrix
             w = times(z) + q
             size = float(np.abs(w[basic]).max())
-            if size < least or size <= ROUNDING:
-                best, least = (z, w), min(size, least)
+            if size < smallest_residual or size <= ROUNDING:
+                best, smallest_residual = (z, w), min(size, smallest_residual)
             if size > SLOW_PROXIMAL * last and step >= MIN_STEPS:
                 break
             last = size

@@ -76,9 +76,9 @@ class SlackForm(Change):
         return self.original.box.x_of(z, self.original.w(z))
 
     def multipliers(self, y: Vector) -> Vector:
-        whole = np.zeros(self.original.n)
-        whole[self.kept] = y * self.units
-        return whole
+        original_y = np.zeros(self.original.n)
+        original_y[self.kept] = y * self.units
+        return original_y
 
 
 @np.errstate(over="ignore", under="ignore", invalid="ignore")
@@ -93,32 +93,43 @@ def slack_form(
         its own; for S M symmetric, where they are the same for rows and columns.
         "diagonal" for a D M D whose diagonal, which is positive, is about 1.
     """
-    given = conditions_of(problem)
-    kept = np.flatnonzero(given.lower < given.upper)
-    M, q, lower, upper = given.M, given.q, given.lower, given.upper
-    if kept.size < problem.n:
+    conditions = conditions_of(problem)
+    kept_columns = np.flatnonzero(conditions.lower < conditions.upper)
+    M = conditions.M
+    q = conditions.q
+    lower = conditions.lower
+    upper = conditions.upper
+    if kept_columns.size < problem.n:
         fixed = np.where(lower == upper, lower, 0.0)
-        q, M = (problem.q + M @ fixed)[kept], matrices.principal(M, kept)
-        lower, upper = lower[kept], upper[kept]
+        q, M = (
+            (problem.q + M @ fixed)[kept_columns],
+            matrices.principal(M, kept_columns),
+        )
+        lower, upper = lower[kept_columns], upper[kept_columns]
     if scaling == "diagonal":
         with imports:
             from lcpcli.linalg.definite_systems import diagonal_units
         d = diagonal_units(M)
     elif scaling == "units" and problem.signs is not None:
-        d = problem.units.diagonals()[0][kept]
+        d = problem.units.diagonals()[0][kept_columns]
     else:
         d = _ruiz(M, problem.signs is not None)
     M = matrices.scaled(M, d, d)
-    q, lower, upper = q * d, lower / d, upper / d
+    q = q * d
+    lower = lower / d
+    upper = upper / d
     finite = [v[np.isfinite(v)] for v in (lower, upper)]
     largest = max(float(np.abs(v).max(initial=0.0)) for v in (q, *finite)) or 1.0
     largest = float(np.exp2(np.rint(np.log2(largest))))
-    S = None if problem.signs is None else problem.signs[kept]
-    ends = np.flatnonzero(np.isfinite(lower)), np.flatnonzero(np.isfinite(upper))
+    S = None if problem.signs is None else problem.signs[kept_columns]
+    bounded_sides = (
+        np.flatnonzero(np.isfinite(lower)),
+        np.flatnonzero(np.isfinite(upper)),
+    )
     # So that it is not copied again.
     (M.data if is_sparse(M) else M).setflags(write=False)
     inner = Problem(M, q / largest, lower=lower / largest, upper=upper / largest)
-    return SlackForm(inner, problem, kept, d * largest, S, *ends)
+    return SlackForm(inner, problem, kept_columns, d * largest, S, *bounded_sides)
 
 
 def _ruiz(M: Matrix, symmetric: bool) -> Vector:
@@ -131,8 +142,8 @@ def _ruiz(M: Matrix, symmetric: bool) -> Vector:
     start, numbers = np.ones(M.shape[0]), M.data if is_sparse(M) else M
     sizes = np.log2(np.abs(numbers[numbers != 0]))
     if sizes.size and np.ptp(sizes) > ENTRIES_FAR_APART:
-        found = units(M)
-        start = np.exp2(np.rint((found.rows + found.columns) / 2))
+        scaling = units(M)
+        start = np.exp2(np.rint((scaling.rows + scaling.columns) / 2))
     d = start
     for _ in range(RUIZ_ROUNDS):
         sizes = np.maximum(*matrices.row_and_column_maxima(M, d, d, symmetric))
@@ -151,11 +162,13 @@ def proof_of(
     the signs S; or None."""
     S = within.S
     for direction in (
-        each for each in directions if np.abs(each).max() > DIVERGED_SIZE
+        candidate for candidate in directions if np.abs(candidate).max() > DIVERGED_SIZE
     ):
-        parts = [] if S is None else [np.where(s == S, direction, 0.0) for s in (1, -1)]
-        for part in (*parts, direction):
-            y = problem.box.as_multipliers(within.multipliers(part))
+        signed_parts = (
+            [] if S is None else [np.where(s == S, direction, 0.0) for s in (1, -1)]
+        )
+        for candidate_part in (*signed_parts, direction):
+            y = problem.box.as_multipliers(within.multipliers(candidate_part))
             if not _is_clear(within, y, ROUGHLY_ZERO):
                 continue
             # Integers and fractions near y, and y, first without small entries.
@@ -165,11 +178,13 @@ def proof_of(
                     list(simplest(np.where(np.abs(y) < small, 0.0, y)))
                 )
             clear = (
-                each for each in candidates if _is_clear(within, each, NEARLY_ZERO)
+                candidate
+                for candidate in candidates
+                if _is_clear(within, candidate, NEARLY_ZERO)
             )
-            found = first_proof(problem, clear, rounded_from=MANY)
-            if found is not None:
-                return found
+            proof = first_proof(problem, clear, rounded_from=MANY)
+            if proof is not None:
+                return proof
     return None
 
 
@@ -194,21 +209,21 @@ POOR_FACTORS, USELESS_FACTORS = 1e-7, 1e-2
 GMRES_STEPS = 8  # at most
 
 
-class AccurateSystems:
+class RefinedShiftedSolver:
     """Systems with one M and its regularization rho, within a range; `solve` also
     returns the residual that is left."""
 
     def __init__(
-        self, M: Matrix, systems: Systems, rho: float, least: float, most: float
+        self, M: Matrix, systems: Systems, rho: float, min_rho: float, max_rho: float
     ) -> None:
-        self._times, self._systems, self.rho, self._least, self._most = (
-            multiplier(M),
-            systems,
-            rho,
-            least,
-            most,
-        )
-        self._of_factors, self._left, self._used_gmres = 0.0, 0.0, False
+        self._times = multiplier(M)
+        self._systems = systems
+        self.rho = rho
+        self._least = min_rho
+        self._most = max_rho
+        self._of_factors = 0.0
+        self._left = 0.0
+        self._used_gmres = False
 
     def factorize(self, D: Vector) -> None:
         """Adapt rho to the last systems, and factorize M + D + rho."""
@@ -216,7 +231,9 @@ class AccurateSystems:
             self.rho = min(self.rho * 10, self._most)
         elif self._used_gmres or self._left > DOUBTFUL_RESIDUAL:
             self.rho = max(self.rho / 10, self._least)
-        self._of_factors, self._left, self._used_gmres = 0.0, 0.0, False
+        self._of_factors = 0.0
+        self._left = 0.0
+        self._used_gmres = False
         self._D, self._weights = D, 1.0 / (1.0 + D)
         self._systems.factorize(D + self.rho)
 
@@ -234,8 +251,10 @@ class AccurateSystems:
         if not np.isfinite(of_factors):
             raise SingularMatrix
         self._of_factors = max(self._of_factors, of_factors / size)
-        x, r, left = self._refined(x, r, b, goal, self._systems.solve)
-        if left > max(10 * goal, DOUBTFUL_RESIDUAL * size):
+        x, r, residual_size = self._iterative_refinement(
+            x, r, b, goal, self._systems.solve
+        )
+        if residual_size > max(10 * goal, DOUBTFUL_RESIDUAL * size):
             self._used_gmres = True
             weights, by_factors = self._weights, self._systems.solve
 
@@ -246,9 +265,9 @@ class AccurateSystems:
                 )
                 return gmres(A, weights * r, GMRES_STEPS, inverse, 0.1 * goal)
 
-            x, r, left = self._refined(x, r, b, goal, by_gmres, 1)
-        if left > 10 * goal:
-            self._left = max(self._left, left / size)
+            x, r, residual_size = self._iterative_refinement(x, r, b, goal, by_gmres, 1)
+        if residual_size > 10 * goal:
+            self._left = max(self._left, residual_size / size)
         return x, r
 
     def _first(self, b: Vector) -> tuple[Vector, Vector, float]:
@@ -258,30 +277,33 @@ class AccurateSystems:
         r = b - self._product(x)
         return x, r, self._norm(r - self.rho * x)
 
-    def _refined(
+    def _iterative_refinement(
         self,
         x: Vector,
         r: Vector,
         b: Vector,
         goal: float,
         solve: Solve,
-        most: int = SYSTEM_REFINEMENTS,
+        max_refinements: int = SYSTEM_REFINEMENTS,
     ) -> tuple[Vector, Vector, float]:
         """Return x, its residual and the norm of the residual after at most so many
         refinements, while fast."""
-        left = self._norm(r)
-        for _ in range(most):
-            if left <= goal:
+        residual_size = self._norm(r)
+        for _ in range(max_refinements):
+            if residual_size <= goal:
                 break
             better = x + solve(r)
             residual = b - self._product(better)
             size = self._norm(residual)
-            if not size < left:
+            if not size < residual_size:
                 break
-            rate, x, r, left = size / left, better, residual, size
+            rate = size / residual_size
+            x = better
+            r = residual
+            residual_size = size
             if rate > SLOW_REFINEMENT:
                 break
-        return x, r, left
+        return x, r, residual_size
 
     def _product(self, x: Vector) -> Vector:
         product = self._times(x)
@@ -323,19 +345,17 @@ class PrimalDualPoint:
     w: Vector
 
 
-class Steps:
+class PredictorCorrector:
     """The steps on one scaled problem. pairs : the number of its finite bounds."""
 
     # Up to which steps are computed; one that long is cut to 1.
-    most_length = most_share = 1.0
+    max_length = max_boundary_fraction = 1.0
     tiny = TINY
 
     def __init__(self, within: SlackForm, systems: Any) -> None:
-        self.problem, self._systems, self._times = (
-            within.problem,
-            systems,
-            multiplier(within.problem.M),
-        )
+        self.problem = within.problem
+        self._systems = systems
+        self._times = multiplier(within.problem.M)
         self._index = np.concatenate((within.low, within.high))
         self.pairs = self._index.size
         self._sign = np.where(np.arange(self.pairs) < within.low.size, 1.0, -1.0)
@@ -357,11 +377,11 @@ class Steps:
         slacks from z and multipliers from w, shifted to be positive.
         """
         p = self.problem
-        near = p.box.project(np.zeros(p.n))
+        admissible_z = p.box.project(np.zeros(p.n))
         D = np.zeros(p.q.size)
         D[self._index] = 1.0
         self._systems.factorize(D)
-        z, _ = self._systems.solve(D * near - p.q)
+        z, _ = self._systems.solve(D * admissible_z - p.q)
         s = self._sign * (z[self._index] - self._bound)
         w = np.maximum(self._sign * (p.M @ z + p.q)[self._index], 0.0)
         if not self.pairs:
@@ -390,15 +410,17 @@ class Steps:
         """Return the size of the terms of the gap, including the terms of q'z that
         cancel."""
         terms = self.problem.q * at.z
-        parts = float(terms[terms > 0].sum()), -float(terms[terms < 0].sum())
-        return max(1e-10, *parts, abs(float((self._sign * self._bound) @ at.w)))
+        sums = float(terms[terms > 0].sum()), -float(terms[terms < 0].sum())
+        return max(1e-10, *sums, abs(float((self._sign * self._bound) @ at.w)))
 
     @np.errstate(all="ignore")
     def next(
         self, at: PrimalDualPoint
     ) -> tuple[PrimalDualPoint, float, PrimalDualPoint]:
         """Return the next point, the step length and the direction."""
-        ratio, pairs, mu = at.w / at.s, self.pairs, self.mu(at)
+        ratio = at.w / at.s
+        pairs = self.pairs
+        mu = self.mu(at)
         self._systems.factorize(self._spread(ratio))
         absorbing, (dual, primal, largest) = self._absorbing(ratio), self.residuals(at)
 
@@ -408,10 +430,10 @@ class Steps:
             multipliers absorb in part, hardly counts beside the mu that is aimed at."""
             change = products / at.s
             b = self._spread(self._sign * (change - ratio * primal)) - dual
-            z, left = self._systems.solve(b, self._accuracy(largest, mu, aim))
+            z, residual_size = self._systems.solve(b, self._accuracy(largest, mu, aim))
             ds = self._sign * self._at_bounds(z) + primal
             change -= ratio * ds
-            change += absorbing * left[self._index]
+            change += absorbing * residual_size[self._index]
             return PrimalDualPoint(z, ds, change)
 
         affine = direction(mu, -at.s * at.w)
@@ -423,33 +445,33 @@ class Steps:
         target = sigma * mu
         # By Mehrotra's direction, and then Gondzio's corrections.
         wanted = target - at.s * at.w - affine.s * affine.w
-        found = direction(target, wanted)
-        step = self._longest(at, found)
+        step_direction = direction(target, wanted)
+        step = self._longest(at, step_direction)
         for _ in range(CORRECTORS):
             if step > GOOD_LENGTH:
                 break
             goal = min(1.0, step + ASPIRED_GAIN)
-            products = (at.s + goal * found.s) * (at.w + goal * found.w)
-            correction = (
-                np.clip(products, target / PRODUCT_SPREAD, target * PRODUCT_SPREAD)
-                - products
-            )
+            s, w = at.s + goal * step_direction.s, at.w + goal * step_direction.w
+            lowest, highest = target / PRODUCT_SPREAD, target * PRODUCT_SPREAD
+            correction = np.clip(s * w, lowest, highest) - s * w
             more = wanted + np.maximum(correction, -PRODUCT_SPREAD * target)
             other = direction(target, more)
             if self._longest(at, other) < step + WORTH_GAIN:
                 break
-            found, step, wanted = other, self._longest(at, other), more
+            step_direction = other
+            step = self._longest(at, other)
+            wanted = more
         if step < SHORT_LENGTH and step < 0.5 * length:
             target = max(sigma, SAFE_SIGMA) * mu
             central = direction(target, target - at.s * at.w)
             if self._longest(at, central) > step:
-                found, step = central, self._longest(at, central)
-        if step < self.most_length:
-            share = min(max(BOUNDARY_SHARE, 1.0 - mu), self.most_share)
-            step = min(1.0, share * step)
+                step_direction, step = central, self._longest(at, central)
+        if step < self.max_length:
+            fraction = min(max(BOUNDARY_SHARE, 1.0 - mu), self.max_boundary_fraction)
+            step = min(1.0, fraction * step)
         else:
             step = 1.0
-        return self._moved(at, found, step), step, found
+        return self._moved(at, step_direction, step), step, step_direction
 
     def _moved(
         self, at: PrimalDualPoint, along: PrimalDualPoint, step: float
@@ -473,10 +495,10 @@ class Steps:
         return np.asarray(z[self._index])
 
     def _longest(self, at: PrimalDualPoint, along: PrimalDualPoint) -> float:
-        """Return the longest step, at most `most_length`, that keeps s and w
+        """Return the longest step, at most `max_length`, that keeps s and w
         nonnegative."""
         fastest = min(
-            float((d / v).min(initial=-1.0 / self.most_length))
+            float((d / v).min(initial=-1.0 / self.max_length))
             for v, d in ((at.s, along.s), (at.w, along.w))
         )
         return -1.0 / fastest

@@ -47,9 +47,9 @@ SLACK = 100.0
 MAX_HALVINGS = 20  # of the way to another start, for it to be in the domain of F
 # Of the natural residual at the start: what may be all that rounding leaves.
 NEARLY_SOLVED = 1e-8
-# Of the terms of a row, and times the noise of F, by which its F may be off.
+# Of the magnitude of a row, and times the noise of F, by which its F may be off.
 FEW_ROUNDINGS, FEW_NOISES = 16, 8
-MAX_TRIED = 3  # times that the noise is asked for in a run
+MAX_NOISE_ESTIMATES = 3  # how often the noise of F is estimated in a run
 # Times the size of the start: z that run off, for which other steps of differences do
 # not help.
 FAR = 1e8
@@ -57,8 +57,8 @@ FAR = 1e8
 # all that is left.
 FRUITLESS = 4
 MAX_NOISY = 1e-2  # of that residual: what may be all that the noise of F leaves
-# Unknowns of a problem that by default is given up after about a second.
-MAX_BRIEF = 200
+# Unknowns of a problem that by default is stopped after the work of about a second.
+MAX_UNKNOWNS_WORK_LIMITED = 200
 MAX_LINEARIZATIONS = 1000  # of a small problem in that time
 # Unknowns from which on the cubic work of a linearization counts more than all else.
 CUBIC = 130
@@ -70,20 +70,26 @@ FINE = 1e-12  # a natural residual that no further step need reduce
 STATIONARY = "z is nearly a stationary point of the merit function, but no solution"
 SLOW = "the merit function decreases too slowly"
 NO_FURTHER = "no step decreases the residual further"
-LONG = "it is given up after the work of about a second; with restarts it goes on"
+LONG = (
+    "stopped at the default work limit (about one second); pass restarts= to continue"
+)
 
 Linear = Callable[
     [Matrix, Vector, Box, "States | None", bool], "tuple[Vector, States] | None"
 ]
-"""What solves a linearization: called with M, q, the bounds, the states to try first,
-and whether to try longer than before, it returns the solution and its states, or
+"""The solver of linearizations: called with M, q, the bounds, the basis to start from,
+and whether to continue longer than before, it returns the solution and its basis, or
 None."""
 
 
 class _Attempt(NamedTuple):
-    """How an attempt begins: with the `_Steps` of this name, if any; with the largest
-    perturbation, and steps that all decrease the merit; and at another start at random,
-    of the given seed."""
+    """How an attempt begins.
+
+    first : the name of the first steps, a method of `_JosephyNewton`, if there are any.
+    is_perturbed : whether it begins with the largest perturbation, and all its steps
+        decrease the merit.
+    seed : of another start at random; 0 for the start of the problem.
+    """
 
     first: str = ""
     is_perturbed: bool = False
@@ -110,8 +116,9 @@ def josephy_newton(
     for d with z + d in the bounds.
 
     start : an admissible z, where F is finite. linear : solves the linearizations.
-    is_brief : whether, with at most MAX_BRIEF unknowns, it is given up after about a
-    second, by the numbers of linearizations, of their pivots, and of evaluations of F.
+    is_brief : whether, with at most MAX_UNKNOWNS_WORK_LIMITED unknowns, it is stopped
+    after the work of about a second, which is measured by the numbers of
+    linearizations, of their pivots, and of evaluations of F.
 
     The steps, as the trace names them: "crash" solves the linearization for the
     variables that are not held at their bounds, from the start and for as long as the
@@ -132,7 +139,9 @@ def josephy_newton(
     Finished : the natural residual is 0, or all but that and no step decreases it.
     Stalled : all starts are stuck, which proves nothing.
     """
-    search = _Search(evaluations, linear, is_brief and start.size <= MAX_BRIEF)
+    search = _MultistartNewton(
+        evaluations, linear, is_brief and start.size <= MAX_UNKNOWNS_WORK_LIMITED
+    )
     ending: Ending = Stalled(STATIONARY)
     for number in range(restarts + 1):
         if search.is_long:
@@ -142,15 +151,15 @@ def josephy_newton(
             if number < len(ATTEMPTS)
             else _Attempt(ATTEMPTS[number % 2].first, seed=number)
         )
-        place = search.start(attempt, start)
-        if place is None:
+        trial = search.start(attempt, start)
+        if trial is None:
             continue
         if number:
-            yield search.iterate(place, "restart")
-        for reached in getattr(search, attempt.first)(place) if attempt.first else ():
-            place = reached
-            yield search.iterate(place, attempt.first)
-        last = yield from search.descent(place, 1 if attempt.is_perturbed else MEMORY)
+            yield search.iterate(trial, "restart")
+        for reached in getattr(search, attempt.first)(trial) if attempt.first else ():
+            trial = reached
+            yield search.iterate(trial, attempt.first)
+        last = yield from search.descent(trial, 1 if attempt.is_perturbed else MEMORY)
         if isinstance(last, Finished) and not last.reason:
             return last
         ending = ending if isinstance(ending, Finished) else last
@@ -167,10 +176,10 @@ PERTURBATIONS = 1e-4, 1e-2, 1.0
 MIN_PERTURBATION = 1e-12
 # By which a perturbation is divided after a step, and multiplied where there is none.
 FALL, RISE = 10.0, 100.0
-# A part of a perturbed step from which on no other perturbation is tried.
+# A part of a perturbed step from which on no other perturbation is attempted.
 LONG_PART = 1 / 4
-# Linearizations that are tried longer and lead nowhere, after which none is tried
-# longer.
+# Linearizations that were solved with more work and led nowhere, after which no more
+# work is spent on one.
 MAX_FRUITLESS = 4
 # Of the natural residual at the start, from which on the active set may be that of a
 # solution.
@@ -193,9 +202,9 @@ SMOOTHER = 0.2  # how fast mu falls in steps for smoothed merit functions
 MIN_MU, ALMOST = 1e-22, 1e-6
 
 
-class Place(NamedTuple):
-    """An admissible z with F, Phi, half the square of Phi, and the natural residual,
-    signed for each row."""
+class TrialPoint(NamedTuple):
+    """A z within the bounds with F, Phi, half the square of Phi, and the natural
+    residual, signed for each row."""
 
     z: Vector
     F: Vector
@@ -204,9 +213,9 @@ class Place(NamedTuple):
     gaps: Vector
 
 
-_Solved = tuple[float, float, Place, States]
-"""A share of the perturbation, a part t of the step to the solution of a linearization,
-where it leads, and states."""
+_Solved = tuple[float, float, TrialPoint, States]
+"""A perturbation, a part t of the step to the solution of the linearization, the trial
+point to which it leads, and the basis of the solution."""
 
 
 def is_slow(merits: Sequence[float]) -> bool:
@@ -216,28 +225,26 @@ def is_slow(merits: Sequence[float]) -> bool:
     return first > 0 and min(merits[first:]) > PROGRESS**2 * min(merits[:first])
 
 
-class _Steps:
+class _JosephyNewton:
     """The steps of a run.
 
-    reference : the natural residual at its start. basis : the states of the last
+    reference : the natural residual at its start. basis : the basis of the last
     linearization. undefined : a row in which steps have left the domain of F.
-    linearizations : how many have been solved, or tried.
+    linearizations : how many have been solved, or attempted.
     """
 
     def __init__(self, evaluations: Evaluations, linear: Linear) -> None:
-        self.evaluations, self._linear, self.box = (
-            evaluations,
-            linear,
-            evaluations.problem.box,
-        )
-        self.reference = self._share = 0.0
+        self.evaluations = evaluations
+        self._linear = linear
+        self.box = evaluations.problem.box
+        self.reference = self._perturbation = 0.0
         self.basis: States | None = None
         self.undefined: int | None = None
         self.linearizations = self._fruitless = 0
 
     @np.errstate(all="ignore")
-    def at(self, z: Vector) -> Place | None:
-        """Return the place of z; None if F, or the merit function, is not finite
+    def at(self, z: Vector) -> TrialPoint | None:
+        """Return the trial point at z; None if F, or the merit function, is not finite
         there."""
         F = self.evaluations.values(z)
         if not is_finite(F):
@@ -246,143 +253,176 @@ class _Steps:
         values = phi(self.box, z, F)
         merit = 0.5 * float(values @ values)
         return (
-            Place(z, F, values, merit, self.box.gaps(z, F))
+            TrialPoint(z, F, values, merit, self.box.gaps(z, F))
             if np.isfinite(merit)
             else None
         )
 
     def along(
-        self, z: Vector, d: Vector, shortest: float, most: float, decrease: float
-    ) -> Iterator[tuple[float, Place]]:
-        """Yield the places z + t d, within the bounds, for t = 1, 1/2, 1/4, ..., where
-        F is finite and the merit at most (1 - decrease t) times `most`."""
-        t, end = 1.0, self.box.add_within(d, self.box.shifted_by(z), z)
+        self, z: Vector, d: Vector, shortest: float, max_merit: float, decrease: float
+    ) -> Iterator[tuple[float, TrialPoint]]:
+        """Yield t and the trial points z + t d, within the bounds, for t = 1, 1/2, 1/4,
+        ..., where F is finite and the merit at most (1 - decrease t) times
+        `max_merit`."""
+        t, full_step = 1.0, self.box.add_within(d, self.box.shifted_by(z), z)
         while t >= shortest:
-            place = self.at(self.box.project(z + t * d if t < 1.0 else end))
-            if place is not None and place.merit <= most * (1 - decrease * t):
-                yield t, place
+            trial = self.at(self.box.project(z + t * d if t < 1.0 else full_step))
+            if trial is not None and trial.merit <= max_merit * (1 - decrease * t):
+                yield t, trial
             t /= 2
 
-    def crash(self, place: Place) -> Iterator[Place]:
-        """Yield where projected Newton steps lead, in the variables that are not held
-        at a bound by the sign of F."""
-        left = MAX_DAMPED
+    def crash(self, trial: TrialPoint) -> Iterator[TrialPoint]:
+        """Yield the trial points to which projected Newton steps lead, in the variables
+        that are not held at a bound by the sign of F."""
+        damped_steps_left = MAX_DAMPED
         for _ in range(MAX_CRASHED):
-            t, place = self._crashed(place)
-            left -= t < 1.0
-            if not t or not left:
+            t, trial = self._crashed(trial)
+            damped_steps_left -= t < 1.0
+            if not t or not damped_steps_left:
                 return
-            yield place
+            yield trial
 
     @np.errstate(all="ignore")
-    def _crashed(self, place: Place) -> tuple[float, Place]:
-        """Return the length of such a step, 0 if there is none, and where it leads."""
-        J, box = self.evaluations.finite_jacobian(place.z), self.box
-        held = ((place.z <= box.lower) & (place.F >= 0)) | (
-            (place.z >= box.upper) & (place.F <= 0)
+    def _crashed(self, trial: TrialPoint) -> tuple[float, TrialPoint]:
+        """Return the length of such a step, 0 if there is none, and the trial point to
+        which it leads."""
+        J, box = self.evaluations.finite_jacobian(trial.z), self.box
+        held = ((trial.z <= box.lower) & (trial.F >= 0)) | (
+            (trial.z >= box.upper) & (trial.F <= 0)
         )
-        moving, d = (~(held | box.fixed)).nonzero()[0], np.zeros(place.z.size)
-        if J is None or not moving.size or not place.merit:
-            return 0.0, place
+        moving, d = (~(held | box.fixed)).nonzero()[0], np.zeros(trial.z.size)
+        if J is None or not moving.size or not trial.merit:
+            return 0.0, trial
         try:
-            d[moving] = PrincipalSolver(J).solve(moving, -place.F[moving])
+            d[moving] = PrincipalSolver(J).solve(moving, -trial.F[moving])
         except SingularMatrix:
-            return 0.0, place
+            return 0.0, trial
         t, reached = next(
-            self.along(place.z, d, SHORTEST_CRASH, place.merit, CRASH_DECREASE),
-            (0.0, place),
+            self.along(trial.z, d, SHORTEST_CRASH, trial.merit, CRASH_DECREASE),
+            (0.0, trial),
         )
-        return t, self._farther(place, d, reached) if t == 1 else reached
+        return t, self._farther(trial, d, reached) if t == 1 else reached
 
-    def smoothed(self, place: Place) -> Iterator[Place]:
-        """Yield where steps for the smoothed merit function lead, with mu that falls
-        whenever Phi is small beside it, to the neighborhood of a solution, or to where
-        no step decreases it."""
-        mu, merits = 0.5 * min(size(place.gaps), 1.0) ** 2, [place.merit]
-        while not is_slow(merits) and size(place.gaps) > ALMOST * self.reference:
-            J = self.evaluations.finite_jacobian(place.z)
-            found = None if J is None else self.downhill(place, J, mu)
-            if found is None:
+    def smoothed(self, trial: TrialPoint) -> Iterator[TrialPoint]:
+        """Yield the trial points to which steps for the smoothed merit function lead,
+        with mu that falls whenever Phi is small relative to it, until they are close to
+        a solution, or no step decreases the function."""
+        mu, merits = 0.5 * min(size(trial.gaps), 1.0) ** 2, [trial.merit]
+        while not is_slow(merits) and size(trial.gaps) > ALMOST * self.reference:
+            J = self.evaluations.finite_jacobian(trial.z)
+            next_step = None if J is None else self.downhill(trial, J, mu)
+            if next_step is None:
                 return
-            place = found[1]
-            merits.append(place.merit)
-            yield place
-            if size(phi(self.box, place.z, place.F, mu)) <= mu**0.5:
-                mu = max(min(SMOOTHER * mu, size(place.gaps) ** 2), MIN_MU)
+            trial = next_step[1]
+            merits.append(trial.merit)
+            yield trial
+            if size(phi(self.box, trial.z, trial.F, mu)) <= mu**0.5:
+                mu = max(min(SMOOTHER * mu, size(trial.gaps) ** 2), MIN_MU)
 
     @np.errstate(all="ignore")
     def step(
-        self, place: Place, J: Matrix, most: float, loosely: float
-    ) -> tuple[str, Place] | None:
-        """Return the step from a place and where it leads; None if there is none. most,
-        loosely : what the merit must get below by a step of a linearization, and by one
-        that is not perturbed."""
-        left = size(place.gaps) / self.reference if self.reference else 0.0
-        near, short = left <= NEAR, list[_Solved]()
-        for share, is_longer in self._kinds(left):
+        self,
+        trial: TrialPoint,
+        J: Matrix,
+        max_merit: float,
+        max_merit_unperturbed: float,
+    ) -> tuple[str, TrialPoint] | None:
+        """Return the name of the step from a trial point, and where it leads; None if
+        there is none.
+
+        max_merit, max_merit_unperturbed : the merit must get below these by a step of a
+            perturbed linearization, and by one that is not perturbed.
+        """
+        relative_residual = size(trial.gaps) / self.reference if self.reference else 0.0
+        is_near_solution, short = relative_residual <= NEAR, list[_Solved]()
+        for perturbation, is_longer in self._kinds(relative_residual):
             if is_longer and short:
                 break
-            found = self._solved(place, J, most if share else loosely, share, is_longer)
-            if found is not None and (found[1] >= LONG_PART or not share):
-                short = [found]
+            next_step = self._solved(
+                trial,
+                J,
+                max_merit if perturbation else max_merit_unperturbed,
+                perturbation,
+                is_longer,
+            )
+            if next_step is not None and (
+                next_step[1] >= LONG_PART or not perturbation
+            ):
+                short = [next_step]
                 break
-            short += [] if found is None else [found]
-            if near and (reached := self._active_step(place, J)):
+            short += [] if next_step is None else [next_step]
+            if is_near_solution and (reached := self._active_step(trial, J)):
                 return "active", reached
-            near = False
+            is_near_solution = False
         if not short:
             self.basis = None
-            return self.downhill(place, J)
-        share, t, reached, self.basis = min(short, key=lambda own: own[2].merit)
-        fallen = share / (FALL if t < 1 else FALL**2)
-        self._share = fallen if fallen >= PERTURBATIONS[0] / RISE**2 else 0.0
-        return "proximal" if share else "damped" if t < 1 else "full", reached
+            return self.downhill(trial, J)
+        perturbation, t, reached, self.basis = min(
+            short, key=lambda candidate: candidate[2].merit
+        )
+        fallen = perturbation / (FALL if t < 1 else FALL**2)
+        self._perturbation = fallen if fallen >= PERTURBATIONS[0] / RISE**2 else 0.0
+        if perturbation:
+            return "proximal", reached
+        return ("damped" if t < 1 else "full"), reached
 
-    def _kinds(self, left: float) -> Iterator[tuple[float, bool]]:
-        """Yield the linearizations to try in turn, each by its share of the
-        perturbation and whether it is tried longer. left : of the natural residual:
-        perturbations of this size do not keep the steps from being fast."""
-        own, rising = self._share, tuple[float, ...](PERTURBATIONS)
-        if own:
-            rising = RISE * own, RISE**2 * own
-        elif left < PERTURBATIONS[0]:
-            rising = max(left, MIN_PERTURBATION), *PERTURBATIONS
-        for share in (own, *rising):
-            if share <= PERTURBATIONS[-1]:
-                yield share, False
+    def _kinds(self, relative_residual: float) -> Iterator[tuple[float, bool]]:
+        """Yield the linearizations to solve one after another, each by its perturbation
+        and whether its solution may take longer.
+
+        relative_residual : the natural residual relative to that of the start:
+            perturbations of this size do not keep the steps from being fast.
+        """
+        last_perturbation, rising = self._perturbation, tuple[float, ...](PERTURBATIONS)
+        if last_perturbation:
+            rising = RISE * last_perturbation, RISE**2 * last_perturbation
+        elif relative_residual < PERTURBATIONS[0]:
+            rising = max(relative_residual, MIN_PERTURBATION), *PERTURBATIONS
+        for perturbation in (last_perturbation, *rising):
+            if perturbation <= PERTURBATIONS[-1]:
+                yield perturbation, False
         if self._fruitless < MAX_FRUITLESS:
-            yield own, True
+            yield last_perturbation, True
 
     def _solved(
-        self, place: Place, J: Matrix, most: float, share: float, is_longer: bool
+        self,
+        trial: TrialPoint,
+        J: Matrix,
+        max_merit: float,
+        perturbation: float,
+        is_longer: bool,
     ) -> _Solved | None:
-        """Return the step to the solution of the linearization with a share of the
-        perturbation, or a part of it."""
+        """Return the step to the solution of the linearization with this perturbation,
+        or a part of the step."""
         sizes = row_maxima(J)
-        M = plus_diagonal(J, share * np.where(sizes > 0, sizes, 1.0)) if share else J
+        M = (
+            plus_diagonal(J, perturbation * np.where(sizes > 0, sizes, 1.0))
+            if perturbation
+            else J
+        )
         self.linearizations += 1
         answer = self._linear(
-            M, place.F, self.box.shifted_by(place.z), self.basis, is_longer
+            M, trial.F, self.box.shifted_by(trial.z), self.basis, is_longer
         )
         if answer is not None:
             d, self.basis = answer
-            for t, reached in self.along(place.z, d, SHORTEST, most, DECREASE):
+            for t, reached in self.along(trial.z, d, SHORTEST, max_merit, DECREASE):
                 if self._is_differentiable(reached):
                     return (
-                        share,
+                        perturbation,
                         t,
-                        self._farther(place, d, reached) if t == 1 else reached,
+                        self._farther(trial, d, reached) if t == 1 else reached,
                         self.basis,
                     )
         self._fruitless += is_longer
         return None
 
-    def _farther(self, place: Place, d: Vector, reached: Place) -> Place:
+    def _farther(self, trial: TrialPoint, d: Vector, reached: TrialPoint) -> TrialPoint:
         """Return where twice the step leads if that is much better than where the step
         leads: near a solution with a singular J, Newton's method goes half of the way
         (D. W. Decker, H. B. Keller and C. T. Kelley 1983)."""
-        if HALF_WAY * place.merit <= reached.merit < place.merit:
-            twice = self.at(self.box.project(place.z + 2 * d))
+        if HALF_WAY * trial.merit <= reached.merit < trial.merit:
+            twice = self.at(self.box.project(trial.z + 2 * d))
             if (
                 twice is not None
                 and twice.merit <= FASTER * reached.merit
@@ -391,14 +431,14 @@ class _Steps:
                 return twice
         return reached
 
-    def _active_step(self, place: Place, J: Matrix) -> Place | None:
+    def _active_step(self, trial: TrialPoint, J: Matrix) -> TrialPoint | None:
         """Return where the shortest step leads that solves the equations of the active
-        set at a place near a solution, as well as they can be solved: J may be singular
-        there, if multipliers are not unique."""
-        if place.z.size > MAX_ACTIVE:
+        set at a trial point close to a solution, as well as they can be solved: J may
+        be singular there, if multipliers are not unique."""
+        if trial.z.size > MAX_ACTIVE:
             return None
-        lower, upper = self.box.shifted_by(place.z).vectors(place.z.size)
-        low, high = lower >= -place.F, upper <= -place.F
+        lower, upper = self.box.shifted_by(trial.z).vectors(trial.z.size)
+        low, high = lower >= -trial.F, upper <= -trial.F
         d, moving = (
             np.where(low, lower, np.where(high, upper, 0.0)),
             (~(low | high)).nonzero()[0],
@@ -406,26 +446,26 @@ class _Steps:
         with suppress(SingularMatrix):
             rows = dense(J[moving])
             d[moving] = np.linalg.lstsq(
-                rows[:, moving], -(place.F[moving] + rows @ d), rcond=DEPENDENT
+                rows[:, moving], -(trial.F[moving] + rows @ d), rcond=DEPENDENT
             )[0]
             return next(
-                self.along(place.z, d, SHORTEST_CRASH, place.merit, CRASH_DECREASE),
+                self.along(trial.z, d, SHORTEST_CRASH, trial.merit, CRASH_DECREASE),
                 (0.0, None),
             )[1]
         return None
 
-    def _is_differentiable(self, place: Place) -> bool:
-        return not place.merit or self.evaluations.finite_jacobian(place.z) is not None
+    def _is_differentiable(self, trial: TrialPoint) -> bool:
+        return not trial.merit or self.evaluations.finite_jacobian(trial.z) is not None
 
     @np.errstate(all="ignore")
     def downhill(
-        self, place: Place, J: Matrix, mu: float = 0.0
-    ) -> tuple[str, Place] | None:
+        self, trial: TrialPoint, J: Matrix, mu: float = 0.0
+    ) -> tuple[str, TrialPoint] | None:
         """Return a semismooth step, or one down the gradient of the merit function,
         projected on the bounds."""
-        values = phi(self.box, place.z, place.F, mu) if mu else place.phi
+        values = phi(self.box, trial.z, trial.F, mu) if mu else trial.phi
         G, merit = (
-            slopes(self.box, place.z, place.F, J, mu),
+            slopes(self.box, trial.z, trial.F, J, mu),
             0.5 * float(values @ values),
         )
         gradient = product(G.T, values)
@@ -439,12 +479,12 @@ class _Steps:
         ):
             t = 1.0
             while d is not None and t >= SHORTEST**2:
-                y = self.box.project(place.z + t * d)
+                y = self.box.project(trial.z + t * d)
                 if (reached := self.at(y)) is not None:
                     values = phi(self.box, y, reached.F, mu) if mu else reached.phi
                     now, below = (
                         0.5 * float(values @ values),
-                        DECREASE * min(float(gradient @ (y - place.z)), 0.0),
+                        DECREASE * min(float(gradient @ (y - trial.z)), 0.0),
                     )
                     if (
                         now <= merit + below
@@ -456,7 +496,7 @@ class _Steps:
         return None
 
 
-class _Search(_Steps):
+class _MultistartNewton(_JosephyNewton):
     """The attempts of a run. is_rounding : whether the last one has ended where the
     residual is rounding, or noise."""
 
@@ -464,48 +504,49 @@ class _Search(_Steps):
         self, evaluations: Evaluations, linear: Linear, is_brief: bool
     ) -> None:
         super().__init__(evaluations, linear)
-        self._is_brief, self._last_size, self.is_rounding, self._left = (
-            is_brief,
-            np.inf,
-            False,
-            MAX_TRIED,
-        )
-        self._tried: Place | None = None
+        self._is_brief = is_brief
+        self._last_size = np.inf
+        self.is_rounding = False
+        self._noise_estimates_left = MAX_NOISE_ESTIMATES
+        self._last_noise_trial: TrialPoint | None = None
 
     @property
     def is_long(self) -> bool:
-        n, own = self.evaluations.problem.n, self.evaluations
-        work = self.linearizations * (1 + (n / CUBIC) ** 3) + own.pivots / PIVOTS * (
-            1 + (n / QUADRATIC) ** 2
+        n, evaluations = self.evaluations.problem.n, self.evaluations
+        work = self.linearizations * (
+            1 + (n / CUBIC) ** 3
+        ) + evaluations.pivots / PIVOTS * (1 + (n / QUADRATIC) ** 2)
+        return (
+            self._is_brief
+            and work + evaluations.functions / FUNCTIONS > MAX_LINEARIZATIONS
         )
-        return self._is_brief and work + own.functions / FUNCTIONS > MAX_LINEARIZATIONS
 
-    def iterate(self, place: Place, step: str) -> Iterate:
+    def iterate(self, trial: TrialPoint, step: str) -> Iterate:
         """Return the iterate for the loop; it is final if its residual is tiny, or did
         not decrease much."""
-        now, before = size(place.gaps), self._last_size
+        now, before = size(trial.gaps), self._last_size
         self._last_size = now
         is_final = now <= FINE or now > 0.5 * before
         return Iterate(
-            place.z / 2,
-            place.gaps,
+            trial.z / 2,
+            trial.gaps,
             step,
             self.evaluations.functions,
             signs_final=is_final,
         )
 
-    def start(self, attempt: _Attempt, first: Vector) -> Place | None:
+    def start(self, attempt: _Attempt, first: Vector) -> TrialPoint | None:
         """Return the start of an attempt, further from the first one with each seed;
         None if it has no merit."""
         self._last_size = np.inf
         start, seed = first, attempt.seed
         if seed:
-            moves = 2.0 ** (seed - len(ATTEMPTS)) * generator(seed).uniform(
+            displacement = 2.0 ** (seed - len(ATTEMPTS)) * generator(seed).uniform(
                 -1.0, 1.0, first.size
             )
-            moves *= np.maximum(1.0, np.abs(first))
+            displacement *= np.maximum(1.0, np.abs(first))
             starts = (
-                self.box.project(first + 0.5**halvings * moves)
+                self.box.project(first + 0.5**halvings * displacement)
                 for halvings in range(MAX_HALVINGS)
             )
             start = next(
@@ -516,90 +557,112 @@ class _Search(_Steps):
                 ),
                 first,
             )
-        place = self.at(start)
-        if place is not None:
-            self.basis, self._share = (
+        trial = self.at(start)
+        if trial is not None:
+            self.basis, self._perturbation = (
                 None,
                 PERTURBATIONS[-1] if attempt.is_perturbed else 0.0,
             )
-            self.reference = self.reference or size(place.gaps)
-        return place
+            self.reference = self.reference or size(trial.gaps)
+        return trial
 
-    def descent(self, place: Place, memory: int) -> Stage:
-        """Take steps until the merit hardly falls; then, once more, begin at its least
-        value with steps that all do."""
-        best, waiting, noisy = place, 0, 0
+    def descent(self, trial: TrialPoint, memory: int) -> Stage:
+        """Take steps until the merit hardly falls; then begin once more at its smallest
+        value, with steps that all decrease it."""
+        best = trial
+        nonmonotone_steps = 0
+        noisy_steps = 0
         while True:
-            merits, first = [place.merit], SLACK * place.merit if memory > 1 else 0.0
-            while place.merit and not (is_slow(merits) or self.is_long):
-                most, J = (
+            merits, first = [trial.merit], SLACK * trial.merit if memory > 1 else 0.0
+            while trial.merit and not (is_slow(merits) or self.is_long):
+                max_merit, J = (
                     max(merits[-memory:]),
-                    self.evaluations.finite_jacobian(place.z),
+                    self.evaluations.finite_jacobian(trial.z),
                 )
-                loosely = max(most, first) if len(merits) <= memory else most
-                found = None if J is None else self.step(place, J, most, loosely)
-                if found is None:
+                max_merit_unperturbed = (
+                    max(max_merit, first) if len(merits) <= memory else max_merit
+                )
+                next_step = (
+                    None
+                    if J is None
+                    else self.step(trial, J, max_merit, max_merit_unperturbed)
+                )
+                if next_step is None:
                     break
-                step, place = found
-                waiting = 0 if place.merit < best.merit else waiting + 1
-                noisy += self._is_within_noise(place)
-                best = place if place.merit < best.merit else best
-                merits.append(place.merit)
-                yield self.iterate(place, step)
-                if FRUITLESS in (waiting, noisy):
+                step, trial = next_step
+                nonmonotone_steps = (
+                    0 if trial.merit < best.merit else nonmonotone_steps + 1
+                )
+                noisy_steps += self._is_within_noise(trial)
+                best = trial if trial.merit < best.merit else best
+                merits.append(trial.merit)
+                yield self.iterate(trial, step)
+                if FRUITLESS in (nonmonotone_steps, noisy_steps):
                     if self._is_noise(best):
                         break
-                    self.evaluations.adapt(place.z)
-            if not place.merit:
+                    self.evaluations.adapt(trial.z)
+            if not trial.merit:
                 return Finished()
             if self._is_noise(best):
                 return Finished(NO_FURTHER)
             if self.is_long:
                 return self._ending(best, merits)
-            if size(place.z) <= FAR * max(
+            if size(trial.z) <= FAR * max(
                 1.0, size(self.evaluations.problem.x0)
-            ) and self.evaluations.adapt(place.z):
+            ) and self.evaluations.adapt(trial.z):
                 continue
-            if place is best or memory == 1:
+            if trial is best or memory == 1:
                 return self._ending(best, merits)
-            place, memory = best, 1
+            trial, memory = best, 1
             self.basis = None
-            yield self.iterate(place, "watchdog")
+            yield self.iterate(trial, "watchdog")
 
-    def _ending(self, best: Place, merits: Sequence[float]) -> Ending:
-        """Return how a descent ends, at the place where the merit was least; if it is
-        stalled, with the row in which steps have left the domain of F."""
+    def _ending(self, best: TrialPoint, merits: Sequence[float]) -> Ending:
+        """Return how a descent ends, at the trial point with the smallest merit; if it
+        is stalled, with the row in which steps have left the domain of F."""
         if size(best.gaps) > NEARLY_SOLVED * self.reference:
-            reason = LONG if self.is_long else SLOW if is_slow(merits) else STATIONARY
+            if self.is_long:
+                reason = LONG
+            elif is_slow(merits):
+                reason = SLOW
+            else:
+                reason = STATIONARY
             if (i := self.undefined) is not None:
                 name = self.evaluations.problem.names[i] or str(i + 1)
                 reason += (
                     f"; steps to where F is undefined, in row {name}, were cut back"
                 )
             return Stalled(reason)
-        terms = product(
+        row_magnitudes = product(
             abs(self.evaluations.jacobian(best.z)), np.abs(best.z)
         ) + np.abs(best.F)
         self.is_rounding = bool(
-            (np.abs(best.gaps) <= FEW_ROUNDINGS * EPS * terms).all()
+            (np.abs(best.gaps) <= FEW_ROUNDINGS * EPS * row_magnitudes).all()
         )
         return Finished(NO_FURTHER)
 
-    def _is_noise(self, best: Place) -> bool:
+    def _is_noise(self, best: TrialPoint) -> bool:
         """Return whether the noise of F may be all that the residual is."""
         is_small = size(
             best.gaps
         ) <= MAX_NOISY * self.reference or self._is_within_noise(best)
-        if self._tried is not best and self._left and is_small:
-            self._tried, self._left = best, self._left - 1
+        if (
+            self._last_noise_trial is not best
+            and self._noise_estimates_left
+            and is_small
+        ):
+            self._last_noise_trial, self._noise_estimates_left = (
+                best,
+                self._noise_estimates_left - 1,
+            )
             self.evaluations.noise_at(best.z)
             self.is_rounding = self._is_within_noise(best)
         return self.is_rounding
 
-    def _is_within_noise(self, place: Place) -> bool:
+    def _is_within_noise(self, trial: TrialPoint) -> bool:
         """Return whether the residual is no more than a few times the noise of F, as
         far as this is known."""
-        return bool((np.abs(place.gaps) <= FEW_NOISES * self.evaluations.noise).all())
+        return bool((np.abs(trial.gaps) <= FEW_NOISES * self.evaluations.noise).all())
 
 
 DAMPING = 1e-6  # of Newton steps where their matrix is singular, relative to it
@@ -617,11 +680,13 @@ def slopes(box: Box, z: Vector, F: Vector, J: Matrix, mu: float = 0.0) -> Matrix
     """Return the Jacobian of Phi, where mu = 0 an element of the generalized one, dense
     or a csr array."""
     below, above = np.isfinite(box.lower), np.isfinite(box.upper)
-    gap = np.where(above, box.upper - z, 0.0)
-    upper = np.where(above, -_phi(gap, -F, mu), F)
+    distance_to_upper = np.where(above, box.upper - z, 0.0)
+    upper = np.where(above, -_phi(distance_to_upper, -F, mu), F)
     by_gap, by_F = (
         np.where(above, slope, other)
-        for slope, other in zip(_slopes(gap, -F, mu), (0.0, 1.0), strict=True)
+        for slope, other in zip(
+            _slopes(distance_to_upper, -F, mu), (0.0, 1.0), strict=True
+        )
     )
     by_z, by_upper = _slopes(np.where(below, z - box.lower, 0.0), upper, mu)
     by_z, by_upper = np.where(below, by_z, 0.0), np.where(below, by_upper, 1.0)

@@ -124,18 +124,18 @@ def reduced(problem: Problem) -> Reduction:
     return Reduction(matrices.dense(problem.M), problem.box)
 
 
-def pivoted(
+def lemke_stage(
     problem: Problem,
     follow: Follow,
     reduction: Reduction | None,
     is_sure: Callable[[], bool],
 ) -> Stage:
     """Follow the path to its end, at most FEW_PIVOTS per unknown; yield only the
-    solution at which it ends, or the point where z_0 is all but 0. A ray may prove that
+    solution at which it ends, or the point where z_0 is almost 0. A ray may prove that
     there is no solution, also for slightly different data.
 
     is_sure : whether the path ends at a solution if there is one; if not, long paths
-        rarely do, and are given up.
+        rarely do, and are not followed to their ends.
     """
     path = path_to_end(problem, follow, reduction or reduced(problem), is_sure)
     if path.end == SOLVED:
@@ -170,19 +170,20 @@ def path_to_end(
     """Return the path at its end, or where a basis is singular or it has taken too many
     pivots."""
     path = LemkePath(reduction, problem.q, 0, False, follow)
-    most = FEW_PIVOTS * path.k.size + MORE_PIVOTS
+    max_pivots = FEW_PIVOTS * path.k.size + MORE_PIVOTS
     with suppress(np.linalg.LinAlgError):
         path.advance(FEWER_PIVOTS * path.k.size + FEW_MORE_PIVOTS)
         if path.end == PAUSED and is_sure():
-            path.advance(most - path.pivots)
+            path.advance(max_pivots - path.pivots)
     return path
 
 
 def _end_of(problem: Problem, path: LemkePath) -> tuple[Vector, States]:
     """Return x and the basis of the solution at which the path ends."""
-    near, _, basis = path.point()
-    z, is_settled = solution_at(problem, path.reduction.M, near, basis)
-    z = z if is_settled else settled(problem, z, path.follow)
+    z_on_path, _, basis = path.point()
+    z, is_accurate = solution_of_basis(problem, path.reduction.M, z_on_path, basis)
+    if not is_accurate:
+        z = refine_small_components(problem, z, path.follow)
     return problem.box.x_within(z, problem.w(z), problem.box.basis_at(z)), basis
 
 
@@ -198,7 +199,11 @@ def _integer_path(problem: Problem) -> Stage:
     for pivots, pivot in enumerate(integers.path(), 1):
         cover = float(integers.value_of(integers.parameter))
         variables = _variables(
-            n, *(form - n if form >= n else form + n for form in pivot[:2])
+            n,
+            *(
+                variable - n if variable >= n else variable + n
+                for variable in pivot[:2]
+            ),
         )
         yield _iterate(integers.x(), np.full(n, -cover), variables, pivots, cover)
     if integers.ray is not None:
@@ -297,9 +302,9 @@ def _certificate(
         np.where(np.abs(y) <= CANCELLED * np.abs(y).max(), 0.0, y) for y in (z, of_row)
     )
     statement = OF_LEMKE if is_orthant else ""
-    found = first_proof(problem, ys, statement)
+    proof = first_proof(problem, ys, statement)
     direction = z if is_published and is_orthant else None
-    return found or Proof("ray", direction, PROVES_NOTHING)
+    return proof or Proof("ray", direction, PROVES_NOTHING)
 
 
 Follow: TypeAlias = Callable[..., tuple[int, int, int, float]]
@@ -321,7 +326,7 @@ class LemkePath:
     is negative.
 
     follow : `tableau.follow`, or its compiled form. end : SOLVED, RAY, or PAUSED as
-    long as it goes on. pivots : how many there were.
+    long as the path continues. pivots : how many there were.
     """
 
     def __init__(
@@ -332,7 +337,9 @@ class LemkePath:
         lexicographic: bool,
         follow: Follow = tableau.follow,
     ) -> None:
-        self.reduction, self.k, self.follow = reduction, reduction.constants(q), follow
+        self.reduction = reduction
+        self.k = reduction.constants(q)
+        self.follow = follow
         self.cover = (
             reduction.units
             if cover == ONES
@@ -340,30 +347,39 @@ class LemkePath:
         )
         self.lexicographic = lexicographic
         self.tableau = tableau_of(reduction.K, self.k, self.cover)
-        self.pivots, self.age, self.row, self.end = 0, 0, 0, SOLVED
+        self.pivots = 0
+        self.age = 0
+        self.row = 0
+        self.end = SOLVED
         if (self.k < 0).any():
             self.row, self.entering, self.way = begin(
                 self.tableau, reduction.d, self.cover, lexicographic
             )
-            self.pivots, self.age, self.end = 1, 1, PAUSED
+            self.pivots = 1
+            self.age = 1
+            self.end = PAUSED
 
-    def advance(self, most: int) -> None:
-        """Follow the path for at most so many pivots; compute the tableau again where
-        it is old, or there is a ray."""
-        last = self.pivots + most
+    def advance(self, max_pivots: int) -> None:
+        """Follow the path for at most `max_pivots` pivots; compute the tableau again
+        where it is old, or there is a ray."""
+        last = self.pivots + max_pivots
         while self.end == PAUSED and self.pivots < last:
             young = max(MIN_REFRESHED, self.k.size) - self.age
             if young <= 0:
                 self._refresh()
                 continue
-            place, most = (
+            entering_state, max_pivots = (
                 (self.entering, self.way, self.row),
                 min(young, last - self.pivots),
             )
-            found = self.follow(
-                self.tableau, self.reduction.d, *place, self.lexicographic, most
+            path_state = self.follow(
+                self.tableau,
+                self.reduction.d,
+                *entering_state,
+                self.lexicographic,
+                max_pivots,
             )
-            self.end, pivots, self.entering, self.way = found
+            self.end, pivots, self.entering, self.way = path_state
             self.pivots, self.age = self.pivots + pivots, self.age + pivots
             if self.end == RAY and self.age:
                 self.end = PAUSED
@@ -379,15 +395,15 @@ class LemkePath:
         self.age = 0
 
     def point(self) -> tuple[Vector, Vector, States]:
-        """Return z and w of the given problem at present, and the states of z."""
+        """Return the current z and w of the original problem, and the basis."""
         t, m = self.tableau, self.k.size
         is_y = (t.basic >= m) & (t.basic < 2 * m)
         y, basic = np.where(t.at_upper, self.reduction.d, 0.0), np.zeros(m, np.bool_)
         y[t.basic[is_y] - m], basic[t.basic[is_y] - m] = t.values[is_y], True
         w = np.zeros(m)
         w[t.basic[t.basic < m]] = t.values[t.basic < m]
-        z, basis = self.reduction.given(y, basic, t.at_upper)
-        return z, self.reduction.given_w(w), basis
+        z, basis = self.reduction.recover(y, basic, t.at_upper)
+        return z, self.reduction.recover_w(w), basis
 
     @property
     def cover_value(self) -> float:
@@ -411,55 +427,61 @@ class LemkePath:
 LITERAL_STEPS = 8  # exchanges of wrong signs at the end of a path
 
 
-def solution_at(
-    problem: Problem, M: Vector, near: Vector, basis: States
+def solution_of_basis(
+    problem: Problem, M: Vector, initial_guess: Vector, basis: States
 ) -> tuple[Vector, bool]:
-    """Return z of the basis at which a path has ended near a z, for M as a dense array,
-    and whether it violates no row beyond rounding.
+    """Return z of the basis at which a path has ended close to an initial guess, for M
+    as a dense array, and whether it violates no row beyond rounding.
 
-    Signs that are wrong beyond rounding belong to numbers so small beside others that
-    z_0 left before they decided: they are exchanged, as long as that leads to a
-    solution soon.
+    Infeasibilities beyond rounding belong to numbers so small relative to others that
+    z_0 left the basis before they decided: block principal pivoting follows, as long as
+    it leads to a solution soon.
     """
-    system, first = CorrectedSolutions(problem, M, near), near
-    for steps, found in enumerate(islice(system.exchanging(basis), LITERAL_STEPS + 1)):
-        z = system.near = problem.box.project(found.z)
+    system, first = CorrectedSolutions(problem, M, initial_guess), initial_guess
+    for steps, basic_solution in enumerate(
+        islice(system.block_principal_pivoting(basis), LITERAL_STEPS + 1)
+    ):
+        z = system.near = problem.box.project(basic_solution.z)
         if not steps:
             first = z
             if not violations(problem, z)[2].any():
                 return z, True
-        if not system.count_violations(found):
+        if not system.count_violations(basic_solution):
             return z, False
     return first, False
 
 
-def confirmed(problem: Problem, basis: States) -> Stage:
+def feasible_basic_solution(problem: Problem, basis: States) -> Stage:
     """Yield the basic solution of a basis, such as the last one of a path for another
-    q, if it violates no row."""
+    q, if it is feasible: if it violates no row beyond rounding."""
     try:
-        found = _of_basis(problem, basis)
+        iterate = _of_basis(problem, basis)
     except SingularMatrix:
-        return Breakdown("the principal submatrix of the given states is singular")
-    if violations(problem, problem.box.z_of(found.x))[2].any():
-        return Stalled("the given states are not those of a solution")
-    yield found
+        return Breakdown("the principal submatrix of the starting basis is singular")
+    if violations(problem, problem.box.z_of(iterate.x))[2].any():
+        return Stalled("the starting basis is not that of a solution")
+    yield iterate
     return Finished()
 
 
-def from_last(problem: Problem, basis: States) -> Stage:
-    """Pivot from the states of a similar problem; where they are those of one of
-    several solutions, as if an equation follows from others, yield that one."""
+def from_last_basis(problem: Problem, basis: States) -> Stage:
+    """Pivot from the solution basis of a similar problem; where this problem has
+    several solutions with this basis, as if an equation follows from others, yield one
+    of them."""
     ending = yield from from_states(problem, basis)
     if isinstance(ending, Breakdown) and problem.n > SHORT_PATH:
-        found = _of_basis(problem, basis, np.zeros(problem.n))
-        yield found._replace(basis=None)
+        iterate = _of_basis(problem, basis, np.zeros(problem.n))
+        yield iterate._replace(basis=None)
         return Finished()
     return ending
 
 
-def _of_basis(problem: Problem, basis: States, near: Vector | None = None) -> Iterate:
-    """Return the basic solution of a basis; of several, that near a z."""
-    solutions = CorrectedSolutions(problem, matrices.dense(problem.M), near)
+def _of_basis(
+    problem: Problem, basis: States, initial_guess: Vector | None = None
+) -> Iterate:
+    """Return the basic solution of a basis; of several, that close to the initial
+    guess."""
+    solutions = CorrectedSolutions(problem, matrices.dense(problem.M), initial_guess)
     return _at(problem, solutions.at(basis).z, 1, basis, "block")
 
 
@@ -482,26 +504,31 @@ NOISE = 1e-10  # in these units: components of z and of w that are rounding of 0
 
 
 def violations(problem: Problem, z: Vector) -> tuple[Vector, Vector, Mask]:
-    """Return how a z within its bounds violates the problem: w = M z + q with 0 in
-    place of what may be rounding of 0, the natural residuals of the rows, and in which
-    rows these are more than rounding."""
+    """Return how a z within its bounds violates the problem: w = M z + q, with 0 for
+    each w_i that may be rounding of 0, the natural residual of each row, and the rows
+    in which it exceeds the rounding error."""
     w = problem.w(z)
-    gaps = np.abs(problem.box.gaps(z, w))
+    natural_residual = np.abs(problem.box.gaps(z, w))
     rounding = SIGN_ROUNDING * (
         absolute_product(problem.M, np.abs(z)) + np.abs(problem.q)
     )
-    return np.where(np.abs(w) <= rounding, 0.0, w), gaps, gaps > rounding
+    return (
+        np.where(np.abs(w) <= rounding, 0.0, w),
+        natural_residual,
+        natural_residual > rounding,
+    )
 
 
 # Without it: `lemke` does not solve towers of 3 and 8 boxes at rest with velocities as
 # free variables; 157 other problems, of contact for most, do not need it.
 @np.errstate(all="ignore")
-def settled(problem: Problem, z: Vector, follow: Follow) -> Vector:
-    """Return z with small numbers settled, as far as paths of what is left, in units of
-    its size, end at solutions."""
+def refine_small_components(problem: Problem, z: Vector, follow: Follow) -> Vector:
+    """Return z with its small components refined: Lemke's method solves the problem in
+    the distance from z, divided by the size of the violations, as long as its paths end
+    at solutions."""
     for _ in range(MAX_LEVELS):
-        w, gaps, violated = violations(problem, z)
-        size = gaps.max(where=violated, initial=0.0)
+        w, natural_residual, violated = violations(problem, z)
+        size = natural_residual.max(where=violated, initial=0.0)
         if not 0.0 < size <= SMALL * np.abs(problem.q_ref).max():
             break
         lower, upper = ((bound - z) / size for bound in problem.box.vectors(problem.n))
@@ -512,22 +539,20 @@ def settled(problem: Problem, z: Vector, follow: Follow) -> Vector:
             np.where(lower < -FAR, -np.inf, lower),
             np.where(upper > FAR, np.inf, upper),
         )
-        is_settled = (
+        vanishes = (
             (np.isinf(lower) & np.isinf(upper) & ~violated)
             | stays
             | (np.abs(w) <= NOISE * size)
         )
-        q, lower, upper = (
-            np.where(is_settled, 0.0, w / size),
-            np.where(stays, 0.0, lower),
-            np.where(stays, 0.0, upper),
-        )
+        q = np.where(vanishes, 0.0, w / size)
+        lower = np.where(stays, 0.0, lower)
+        upper = np.where(stays, 0.0, upper)
         try:
-            left = Problem(problem.M, q, lower=lower, upper=upper)
-            path = path_to_end(left, follow, reduced(left))
-            near, _, basis = path.point()
+            remainder = Problem(problem.M, q, lower=lower, upper=upper)
+            path = path_to_end(remainder, follow, reduced(remainder))
+            z_on_path, _, basis = path.point()
             d = (
-                solution_at(left, path.reduction.M, near, basis)[0]
+                solution_of_basis(remainder, path.reduction.M, z_on_path, basis)[0]
                 if path.end == SOLVED
                 else None
             )

@@ -34,35 +34,37 @@ from lcpcli.verify.alternative import farkas_multipliers
 from lcpcli.verify.certificate import MANY, first_proof
 
 
-def linear(problem: Problem, effort: float = math.inf) -> Stage:
+def linear(problem: Problem, max_seconds: float = math.inf) -> Stage:
     """End with a Farkas proof, or for sparse M yield the solution if M is
     skew-symmetric."""
     units = changes.scale(problem)
     if is_skew(problem.M):
-        ending = yield from _finished(units, _saddle_point(units.problem, effort))
+        ending = yield from _finished(units, _saddle_point(units.problem, max_seconds))
         if isinstance(ending, Finished):
             return Stalled("the solution of the linear program is not accurate enough")
     # As it may take three LPs of half of that.
-    sought = farkas_multipliers(problem, 2 * effort / 3)
+    sought = farkas_multipliers(problem, 2 * max_seconds / 3)
     proof = first_proof(problem, sought, rounded_from=MANY)
     if proof is not None:
         return NoSolution(proof)
     if problem.is_mixed or not is_skew(problem.M):
         return Breakdown("no linear program is known to solve it")
     # The least q'z over the feasible z:
-    M, q, none = units.problem.M, units.problem.q, np.zeros(problem.n)
-    found = minimized(q, M, (-q, none + np.inf), (none, none + np.inf), effort)
-    return (yield from _finished(units, None if found is None else found.x))
+    M = units.problem.M
+    q = units.problem.q
+    none = np.zeros(problem.n)
+    minimizer = minimized(q, M, (-q, none + np.inf), (none, none + np.inf), max_seconds)
+    return (yield from _finished(units, None if minimizer is None else minimizer.x))
 
 
 def _finished(units: changes.Scaled, z: Vector | None) -> Stage:
     problem = units.problem
     if z is None:
         return Breakdown("no linear program solves this problem")
-    end = Iterate(problem.box.x_of(z, problem.w(z)), None, "", 1)
+    iterate = Iterate(problem.box.x_of(z, problem.w(z)), None, "", 1)
     return (
         yield from in_given_variables(
-            units, finish(problem, None, ended(Finished(), end))
+            units, finish(problem, None, ended(Finished(), iterate))
         )
     )
 
@@ -75,12 +77,12 @@ def is_skew(M: Matrix) -> bool:
     return pair is not None and np.array_equal(pair[0].data, -pair[1])
 
 
-def _saddle_point(problem: Problem, effort: float) -> Vector | None:
+def _saddle_point(problem: Problem, max_seconds: float) -> Vector | None:
     """Return the minimizer and the multipliers of the linear program, if M = [0 -A'; A
     0] with y >= 0, <= 0 or free."""
-    given = conditions_of(problem)
-    on_sides = np.isin(given.lower, (0.0, -np.inf)) & np.isin(
-        given.upper, (0.0, np.inf)
+    conditions = conditions_of(problem)
+    on_sides = np.isin(conditions.lower, (0.0, -np.inf)) & np.isin(
+        conditions.upper, (0.0, np.inf)
     )
     S = problem.signs
     dual = (
@@ -90,12 +92,16 @@ def _saddle_point(problem: Problem, effort: float) -> Vector | None:
     )
     if dual is None:
         return None
-    q, low, high = problem.q[dual], given.lower[dual], given.upper[dual]
-    ends = np.where(high > 0, -q, -np.inf), np.where(low < 0, -q, np.inf)
-    bounds = given.lower[~dual], given.upper[~dual]
-    found = minimized(problem.q[~dual], problem.M[dual][:, ~dual], ends, bounds, effort)
-    if found is None:
+    q = problem.q[dual]
+    low = conditions.lower[dual]
+    high = conditions.upper[dual]
+    row_bounds = np.where(high > 0, -q, -np.inf), np.where(low < 0, -q, np.inf)
+    bounds = conditions.lower[~dual], conditions.upper[~dual]
+    minimizer = minimized(
+        problem.q[~dual], problem.M[dual][:, ~dual], row_bounds, bounds, max_seconds
+    )
+    if minimizer is None:
         return None
     z = np.zeros(problem.n)
-    z[dual], z[~dual] = found.y, found.x
+    z[dual], z[~dual] = minimizer.y, minimizer.x
     return problem.box.project(z)

@@ -68,7 +68,9 @@ from lcpcli.verify.alternative import alternative
 from lcpcli.verify.certificate import MANY, Proof, first_proof
 
 # An index: undecided; in P, w_i = 0; not in P, z_i = 0.
-OPEN, ACTIVE, INACTIVE = 0, 1, 2
+OPEN = 0
+ACTIVE = 1
+INACTIVE = 2
 # In seconds, with a warm start each; 2^14 are enough for any problem of up to 12
 # unknowns.
 MAX_NODES = 1 << 17
@@ -77,7 +79,7 @@ MAX_NODES = 1 << 17
 DOUBTFUL = 8
 
 
-class _Node:
+class _MilpNode:
     """Decisions, the system of those before the last, None for sparse or large M, and
     the form that the last one restricts to 0; once the node is examined, a set that its
     point suggests, or None."""
@@ -86,9 +88,11 @@ class _Node:
     is_w_larger: Mask
 
     def __init__(
-        self, decided: Vector, simplex: DualSimplex | None, form: int | None = None
+        self, decided: Vector, simplex: DualSimplex | None, variable: int | None = None
     ) -> None:
-        self.decided, self.simplex, self.form = decided, simplex, form
+        self.decided = decided
+        self.simplex = simplex
+        self.form = variable
 
 
 class ComplementarySystem:
@@ -101,10 +105,10 @@ class ComplementarySystem:
         free variables are not.
     """
 
-    def __init__(self, form: StandardForm) -> None:
-        self.form, self.units = form, scale(form.problem, moderate=0)
+    def __init__(self, standard_form: StandardForm) -> None:
+        self.form, self.units = standard_form, scale(standard_form.problem, moderate=0)
         self.M, self.q = self.units.problem.M, self.units.problem.q
-        self.is_choice = ~form.are_parts_of_free
+        self.is_choice = ~standard_form.are_parts_of_free
 
     def multipliers(self, y: Vector) -> Vector:
         """Return the Farkas vector for the given problem that y is in these numbers."""
@@ -113,34 +117,42 @@ class ComplementarySystem:
     def refutes(self, decided: Vector, y: Vector) -> bool:
         """Return whether y, but for wrong signs, proves that no solution of the given
         problem fits the decisions."""
-        given, boxes = (
+        original_problem, boxes = (
             self.form.original,
             self.form.restricted(decided == ACTIVE, decided == INACTIVE),
         )
         if boxes is None:
             return True
         columns, rows = boxes
-        own = rows.as_multipliers(self.multipliers(y))
+        multipliers_of_rows = rows.as_multipliers(self.multipliers(y))
         used = np.flatnonzero((columns.lower != 0) | (columns.upper != 0))
-        return farkas.refutes(given.M[:, used], given.q, own, columns.part(used), rows)
+        return farkas.refutes(
+            original_problem.M[:, used],
+            original_problem.q,
+            multipliers_of_rows,
+            columns.part(used),
+            rows,
+        )
 
     def excluded(self, P: Mask) -> bool:
         """Return whether the given problem has no basic solution of this set, or only
         one that violates it."""
-        given, boxes = self.form.original, self.form.restricted(P, ~P)
+        original_problem, boxes = self.form.original, self.form.restricted(P, ~P)
         if boxes is None:
             return True
         basic, at_lower = (
             boxes[0].lower < boxes[0].upper,
-            boxes[0].lower == given.box.lower,
+            boxes[0].lower == original_problem.box.lower,
         )
         if np.count_nonzero(basic) > farkas.LARGEST_EXACT:
             return False
         with imports:
             from lcpcli.verify.exact_solution import exact_basis
         states = of_masks(basic, ~(basic | at_lower))
-        found = exact_basis(ExactProblem.of_basis(given, states), states)
-        return found is None or (found.unique and not found.solves)
+        proved_basis = exact_basis(
+            ExactProblem.of_basis(original_problem, states), states
+        )
+        return proved_basis is None or (proved_basis.unique and not proved_basis.solves)
 
 
 Sets: TypeAlias = Generator[tuple[str, Mask], None, Finished | Stalled | OutOfTime]
@@ -162,9 +174,14 @@ def candidates(
     solution: the caller tries each and stops at a success. Otherwise a limit is
     reached, or a set where the caller found no solution has no proof.
     """
-    M, q, tree, unresolved = system.M, system.q, _Nodes(system), False
-    whole = None if is_sparse(M) or q.size > MAX_DENSE else root or DualSimplex(M, q)
-    pending = [_Node(np.full(q.size, OPEN, np.int8), whole)]
+    M = system.M
+    q = system.q
+    tree = _BranchAndBound(system)
+    unresolved = False
+    dual_simplex = (
+        None if is_sparse(M) or q.size > MAX_DENSE else root or DualSimplex(M, q)
+    )
+    pending = [_MilpNode(np.full(q.size, OPEN, np.int8), dual_simplex)]
     for node, is_leaf in explored(tree, pending):
         if is_leaf and not system.excluded(
             P := (node.decided == ACTIVE) | ~system.is_choice
@@ -184,24 +201,22 @@ def candidates(
     )
 
 
-class _Nodes:
+class _BranchAndBound:
     """The nodes of the tree in doubles. examined : how many have been; cost : how many
     they count for."""
 
     def __init__(self, system: ComplementarySystem) -> None:
-        self.system, self.examined, self.cost, self.check = (
-            system,
-            0,
-            0,
-            raise_if_timed_out,
-        )
+        self.system = system
+        self.examined = 0
+        self.cost = 0
+        self.check = check
 
-    def violations(self, node: _Node) -> dict[int, float] | None:
+    def violations(self, node: _MilpNode) -> dict[int, float] | None:
         """Return min(z, w) at a point of a node, where there is no decision yet; None
         if a proof excludes it."""
-        if (found := self._point(node)) is None:
+        if (node_point := self._point(node)) is None:
             return None
-        (z, w), undecided = found, (node.decided == OPEN) & self.system.is_choice
+        (z, w), undecided = node_point, (node.decided == OPEN) & self.system.is_choice
         overlap, node.is_w_larger = np.minimum(z, w)[undecided], z < w
         if overlap.max(initial=-np.inf) <= farkas.ACTIVE_COLUMN * max(
             float(z.max()), 1.0
@@ -213,11 +228,14 @@ class _Nodes:
             zip(np.flatnonzero(undecided).tolist(), overlap.tolist(), strict=True)
         )
 
-    def _point(self, node: _Node) -> tuple[Vector, Vector] | None:
+    def _point(self, node: _MilpNode) -> tuple[Vector, Vector] | None:
         """Return z and w of a point that fits the decisions of a node; None if a proof
         excludes that there is one."""
         node.simplex = simplex = deepcopy(node.simplex)
-        M, q, decided, y = self.system.M, self.system.q, node.decided, None
+        M = self.system.M
+        q = self.system.q
+        decided = node.decided
+        y = None
         self.examined, self.cost = self.examined + 1, self.cost + 1
         if simplex is not None:
             raise_if_timed_out()
@@ -233,33 +251,35 @@ class _Nodes:
         )
 
         def holds(y: Vector) -> bool:
-            own = y[: q.size].copy()
-            own[rows] -= y[q.size :]
-            return self.system.refutes(decided, own)
+            multipliers_of_rows = y[: q.size].copy()
+            multipliers_of_rows[rows] -= y[q.size :]
+            return self.system.refutes(decided, multipliers_of_rows)
 
         # M z + q >= 0, for the columns with z_j not 0, and its negative where w_i = 0.
-        kept = M[:, columns]
-        found = alternative(
-            stack([[kept], [-kept[rows]]]), np.append(q, -q[rows]), holds
+        columns_of_M = M[:, columns]
+        farkas_alternative = alternative(
+            stack([[columns_of_M], [-columns_of_M[rows]]]),
+            np.append(q, -q[rows]),
+            holds,
         )
-        if found.proof is not None:
+        if farkas_alternative.proof is not None:
             return None
         z = np.zeros(q.size)
-        if found.point is not None:
-            z[columns] = found.point
+        if farkas_alternative.point is not None:
+            z[columns] = farkas_alternative.point
         return z, M @ z + q
 
-    def branching_index(self, node: _Node) -> None:
+    def branching_index(self, node: _MilpNode) -> None:
         """All indices have been decided."""
 
-    def children(self, node: _Node, branch: int) -> Iterator[_Node]:
+    def children(self, node: _MilpNode, branch: int) -> Iterator[_MilpNode]:
         """Yield a node with each decision on an index, the likelier one last."""
         for decision in (
             (ACTIVE, INACTIVE) if node.is_w_larger[branch] else (INACTIVE, ACTIVE)
         ):
             decided = node.decided.copy()
             decided[branch] = decision
-            yield _Node(
+            yield _MilpNode(
                 decided, node.simplex, branch + decided.size * (decision == ACTIVE)
             )
 
@@ -274,7 +294,9 @@ FIRST_EFFORT = 1.0
 # Of M in the nodes that auto examines before it searches, as most proofs take none of
 # them, or a few: milliseconds; in all that it examines; and in those of milp before its
 # program: these take seconds or less.
-FEW_ENTRIES, FIRST_ENTRIES, MAX_ENTRIES = 1 << 12, 1 << 21, 1 << 23
+FEW_ENTRIES = 1 << 12
+FIRST_ENTRIES = 1 << 21
+MAX_ENTRIES = 1 << 23
 
 
 def milp(problem: Problem, x0: Vector) -> Stage:  # noqa: ARG001 (every method has it)
@@ -316,56 +338,66 @@ few_nodes = partial(first_nodes, entries=FEW_ENTRIES)
 def _decided(
     problem: Problem,
     sets_of: Callable[[ComplementarySystem, DualSimplex | None], Sets],
-    effort: float = math.inf,
+    max_seconds: float = math.inf,
 ) -> Stage:
     problem = as_dense(problem) if problem.n <= MAX_AS_DENSE else problem
-    form = stages.standard_form_of(problem)
-    if form is None:
+    standard_form = stages.standard_form_of(problem)
+    if standard_form is None:
         return stages.Breakdown(stages.NO_STANDARD_FORM)
-    stage = _tried(form, sets_of, effort)
+    stage = _tried(standard_form, sets_of, max_seconds)
     return (
         yield from stage
-        if form.is_identity
-        else stages.moved_back(form, stage, BasicSolutions(problem))
+        if standard_form.is_identity
+        else stages.moved_back(standard_form, stage, BasicSolutions(problem))
     )
 
 
 def _tried(
-    form: StandardForm,
+    standard_form: StandardForm,
     sets_of: Callable[[ComplementarySystem, DualSimplex | None], Sets],
-    effort: float,
+    max_seconds: float,
 ) -> Stage:
     """Try complementary sets after a proof that the problem is infeasible; yield
     iterates of the standard form."""
-    problem = form.original
+    problem = standard_form.original
     with np.errstate(all="ignore"):
-        system = ComplementarySystem(form)
-        units, M, q = system.units, system.M, system.q
+        system = ComplementarySystem(standard_form)
+        units = system.units
+        M = system.M
+        q = system.q
         finite = bool(
             np.isfinite(M.sum()) and np.isfinite(units.w_outside(np.ones(q.size))).all()
         )
     if not finite:
         return Stalled("the problem overflows when it is equilibrated")
-    found = alternative(M, q, partial(system.refutes, np.full(q.size, OPEN)), effort)
-    near = found.near if found.proof is None else [found.proof]
-    proof = first_proof(problem, map(system.multipliers, near), rounded_from=MANY)
+    farkas_alternative = alternative(
+        M, q, partial(system.refutes, np.full(q.size, OPEN)), max_seconds
+    )
+    approximate_proofs = (
+        farkas_alternative.near
+        if farkas_alternative.proof is None
+        else [farkas_alternative.proof]
+    )
+    proof = first_proof(
+        problem, map(system.multipliers, approximate_proofs), rounded_from=MANY
+    )
     if proof is not None:
         return NoSolution(proof)
-    tried: set[bytes] = set()
+    visited_bases: set[bytes] = set()
     rough: list[Iterate] = []
-    sets = sets_of(system, found.system)
+    sets = sets_of(system, farkas_alternative.system)
     while isinstance(ending := advance(sets), tuple):
         step, P = ending
-        if P.tobytes() in tried:
+        if P.tobytes() in visited_bases:
             continue
-        tried.add(P.tobytes())
+        visited_bases.add(P.tobytes())
         inner, to_rounding = _basic_solution(units.problem, P)
         if inner is None:
             continue
         with np.errstate(all="ignore"):
             w = np.where(P, 0.0, np.maximum(M @ inner + q, 0.0))
             x = (units.z_outside(inner) - units.w_outside(w)) / 2
-        iterate = Iterate(x, None, step, len(tried))
+        iterate = Iterate(x, None, step, len(visited_bases))
         if to_rounding and is_finite(x):
             yield iterate
         elif is_finite(x):
@@ -420,23 +452,27 @@ def _program(M: Matrix, q: Vector) -> list[Mask]:
             )
 
     with silent():
-        found = interruptibly(solved)
-    if found.x is None or not found.x[-1] > 0:
+        milp_result = interruptibly(solved)
+    if milp_result.x is None or not milp_result.x[-1] > 0:
         return []
-    y, b = found.x[:n], found.x[n : 2 * n]
-    return [y > M @ y + found.x[-1] * q, b > 0.5]
+    y, b = milp_result.x[:n], milp_result.x[n : 2 * n]
+    return [y > M @ y + milp_result.x[-1] * q, b > 0.5]
 
 
 def _basic_solution(problem: Problem, P: Mask) -> tuple[Vector | None, bool]:
     """Return z with z_N = 0, M_PP z_P = -q_P, z >= 0, w >= 0, or None if there is none
     to the tolerance of the LP solver, and whether z is a solution up to rounding, row
     by row."""
-    M, q, best = problem.M, problem.q, None
+    M = problem.M
+    q = problem.q
+    best = None
     with np.errstate(all="ignore"):
-        for found in _solutions(problem, of_masks(P, np.zeros_like(P))):
-            z = np.maximum(found, 0.0)
+        for basic_solution in _solutions(problem, of_masks(P, np.zeros_like(P))):
+            z = np.maximum(basic_solution, 0.0)
             w = M @ z + q
-            if min(found.min(), w.min()) < -farkas.ACTIVE_COLUMN * max(z.max(), 1.0):
+            if min(basic_solution.min(), w.min()) < -farkas.ACTIVE_COLUMN * max(
+                z.max(), 1.0
+            ):
                 continue
             best = z
             violation = np.where(P, np.abs(w), -w)

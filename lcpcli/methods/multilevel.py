@@ -96,14 +96,16 @@ class Hierarchy:
     def __init__(self, A: Matrix) -> None:
         with imports:
             from scipy.sparse import csr_array
-        self.levels, self.n, most = list[Level](), A.shape[0], MAX_ENTRIES_RATIO * A.nnz
-        candidate, strength, self.is_stuck = np.ones(self.n), STRENGTH, False
+        self.levels = list[Level]()
+        self.n = A.shape[0]
+        max_entries = MAX_ENTRIES_RATIO * A.nnz
+        candidate = np.ones(self.n)
+        strength = STRENGTH
+        self.is_stuck = False
         while A.shape[0] > COARSEST:
-            diagonal, operator, nothing = (
-                A.diagonal(),
-                Operator(A),
-                np.zeros(A.shape[0]),
-            )
+            diagonal = A.diagonal()
+            operator = Operator(A)
+            nothing = np.zeros(A.shape[0])
             inverse = np.where(diagonal > 0, 1 / np.where(diagonal > 0, diagonal, 1), 0)
             radius = (
                 float((inverse * absolute_product(A, np.ones(A.shape[0]))).max()) or 1.0
@@ -116,18 +118,23 @@ class Hierarchy:
             strong = _strong(A, strength, candidate)
             aggregate = _aggregates(strong)
             sizes = np.sqrt(np.bincount(aggregate, weights=candidate**2))
-            places = (
+            positions = (
                 candidate / sizes[aggregate],
                 aggregate,
                 np.arange(aggregate.size + 1, dtype=np.int32),
             )
-            T, candidate = csr_array(places, shape=(aggregate.size, sizes.size)), sizes
+            T, candidate = (
+                csr_array(positions, shape=(aggregate.size, sizes.size)),
+                sizes,
+            )
             change = (strong @ T).tocsr()
             change.data *= np.repeat(weights, np.diff(change.indptr))
             P = T - change  # after one step of relaxation
             R = P.T.tocsr()
             A = R @ (A @ P)
-            self.is_stuck = A.nnz > most or P.shape[1] > MAX_UNKNOWNS_RATIO * P.shape[0]
+            self.is_stuck = (
+                A.nnz > max_entries or P.shape[1] > MAX_UNKNOWNS_RATIO * P.shape[0]
+            )
             if self.is_stuck:
                 return
             self.levels.append(Level(operator, weights, R, R.T, T, A))
@@ -139,40 +146,43 @@ def _aggregates(A: Matrix) -> Indices:
     """Return for each unknown the number of its aggregate, shape (n,): each root has
     its neighbours and theirs. Roots have distances greater than 2, and all but one node
     in FEW_LEFT are so close to one; those join a neighbour."""
-    n, near = A.shape[0], _largest_near(A)
+    n, max_over_neighbours = A.shape[0], _neighbourhood_maximum(A)
     rank = generator(0).permutation(n).astype(np.int32) + 1
     root = np.zeros(n, dtype=bool)
     while np.count_nonzero(rank) > n // FEW_LEFT:
-        new = (near(near(rank)) == rank) & (rank > 0)
+        new = (max_over_neighbours(max_over_neighbours(rank)) == rank) & (rank > 0)
         root |= new
-        rank = np.where(near(near(new)), 0, rank)
+        rank = np.where(max_over_neighbours(max_over_neighbours(new)), 0, rank)
     aggregate = np.zeros(n, dtype=np.int32)
     aggregate[root] = np.arange(1, np.count_nonzero(root) + 1)
     while not aggregate.all():
-        aggregate = np.where(aggregate, aggregate, near(aggregate))
+        aggregate = np.where(aggregate, aggregate, max_over_neighbours(aggregate))
     return np.asarray(aggregate - 1)
 
 
-def _largest_near(A: Matrix) -> Callable[[Any], Any]:
+def _neighbourhood_maximum(A: Matrix) -> Callable[[Any], Any]:
     """Return what returns the largest value among the neighbours of each node in the
     graph of A, itself among them."""
-    n, indptr, indices, degrees = A.shape[0], A.indptr, A.indices, np.diff(A.indptr)
+    n = A.shape[0]
+    indptr = A.indptr
+    indices = A.indices
+    degrees = np.diff(A.indptr)
     if degrees.max(initial=0) * n > MAX_PADDED * indices.size:
         return lambda values: np.maximum.reduceat(values[indices], indptr[:-1])
     # The k-th neighbours of all nodes are in row k; nodes with fewer are their own.
     table = np.tile(np.arange(n, dtype=indices.dtype), (degrees.max(), 1))
-    places = np.arange(indices.size, dtype=indptr.dtype) - np.repeat(
+    positions = np.arange(indices.size, dtype=indptr.dtype) - np.repeat(
         indptr[:-1], degrees
     )
-    table[places, np.repeat(table[0], degrees)] = indices
+    table[positions, np.repeat(table[0], degrees)] = indices
 
-    def largest_near(values: Any) -> Any:
-        found = np.empty_like(values)
-        for part in row_parts(values.size):
-            values[table[:, part]].max(axis=0, out=found[part])
-        return found
+    def max_over_neighbours(values: Any) -> Any:
+        largest_values = np.empty_like(values)
+        for rows in row_parts(values.size):
+            values[table[:, rows]].max(axis=0, out=largest_values[rows])
+        return largest_values
 
-    return largest_near
+    return max_over_neighbours
 
 
 def _strong(A: Matrix, strength: float, candidate: Vector) -> Matrix:
@@ -181,19 +191,25 @@ def _strong(A: Matrix, strength: float, candidate: Vector) -> Matrix:
     with imports:
         from scipy.sparse import csr_array
     root = np.sqrt(np.maximum(A.diagonal(), 0))
-    keep, change = np.empty(A.nnz, dtype=bool), np.zeros(A.shape[0])
-    for rows, own, owners in entries(A):
-        columns, first = A.indices[own], rows.start
-        strong = np.abs(A.data[own]) >= strength * root[rows][owners] * root[columns]
-        keep[own] = strong | (owners + first == columns)
-        weak = np.where(keep[own], 0.0, A.data[own] * candidate[columns])
+    is_strong, change = np.empty(A.nnz, dtype=bool), np.zeros(A.shape[0])
+    for rows, row_entries, owners in entries(A):
+        columns, first = A.indices[row_entries], rows.start
+        strong = (
+            np.abs(A.data[row_entries]) >= strength * root[rows][owners] * root[columns]
+        )
+        is_strong[row_entries] = strong | (owners + first == columns)
+        weak = np.where(
+            is_strong[row_entries], 0.0, A.data[row_entries] * candidate[columns]
+        )
         change[rows] = np.bincount(owners, weak, rows.stop - first) / candidate[rows]
-    if keep.all():
+    if is_strong.all():
         return A
-    kept = np.concatenate(
-        ([0], np.cumsum(keep, dtype=A.indptr.dtype)), dtype=A.indptr.dtype
+    kept_entries = np.concatenate(
+        ([0], np.cumsum(is_strong, dtype=A.indptr.dtype)), dtype=A.indptr.dtype
     )
-    strong = csr_array((A.data[keep], A.indices[keep], kept[A.indptr]), shape=A.shape)
+    strong = csr_array(
+        (A.data[is_strong], A.indices[is_strong], kept_entries[A.indptr]), shape=A.shape
+    )
     return plus_diagonal(strong, change)
 
 
@@ -213,11 +229,9 @@ class VCycles:
     def __init__(self, hierarchy: Hierarchy) -> None:
         self._levels, self._coarsest = list[tuple[Level, Any]](), hierarchy.coarsest
         for level in hierarchy.levels:
-            R, T, work = (
-                _single(level.R),
-                level.T,
-                np.empty((2, level.weights.size), dtype=np.float32),
-            )
+            R = _single(level.R)
+            T = level.T
+            work = np.empty((2, level.weights.size), dtype=np.float32)
             operator, weights = (
                 level.operator.in_single_precision(),
                 _single(level.weights),
@@ -302,7 +316,9 @@ def _v_cycle(
 ) -> Any:
     """Return what a cycle from this level on makes of b, in `work`, which has two
     vectors."""
-    A, (x, y), (first, second) = level.operator, work, SWEEPS
+    A = level.operator
+    x, y = work
+    first, second = SWEEPS
     np.multiply(weights, b, out=x)
     x *= first
     A.relaxed(x, b, weights, second, y)
@@ -325,7 +341,9 @@ class FullApproximation:
     level of a hierarchy."""
 
     def __init__(self, hierarchy: Hierarchy, q: Vector, box: Box) -> None:
-        self._levels, self._q, self._boxes = hierarchy.levels, [q], [box]
+        self._levels = hierarchy.levels
+        self._q = [q]
+        self._boxes = [box]
         self._coarsest_like = Problem(
             hierarchy.coarsest, np.zeros(len(hierarchy.coarsest))
         )
@@ -366,11 +384,11 @@ class FullApproximation:
         # Where w does not keep z at a bound.
         free = ((box.lower < z) & (z < box.upper)) | (box.project(z - w) != z)
         partly = np.bincount(T.indices, weights=free, minlength=T.shape[1]) > 0
-        coarse, given = T.T @ z, np.where(free | ~partly[T.indices], w, 0.0)
-        own = R @ given - A_coarse @ coarse
+        coarse, residual = T.T @ z, np.where(free | ~partly[T.indices], w, 0.0)
+        coarse_right_side = R @ residual - A_coarse @ coarse
         better = coarse
         for _ in range(CYCLES if level else 1):
-            better = self._cycle(level + 1, better, own)
+            better = self._cycle(level + 1, better, coarse_right_side)
         released = (~partly & (better != coarse))[T.indices]
         change = np.where(free | released, P @ (better - coarse), 0.0)
         curvature = dot(change, A(change))
@@ -393,10 +411,12 @@ class FullApproximation:
         that cycles."""
         box = self._boxes[-1]
         basis = box.basis_at(z, self._coarsest_like.M @ z + q)
-        for found in islice(
-            BasicSolutions(like_with(self._coarsest_like, q, box)).exchanging(basis),
+        for basic_solution in islice(
+            BasicSolutions(
+                like_with(self._coarsest_like, q, box)
+            ).block_principal_pivoting(basis),
             COARSEST_PIVOTS,
         ):
-            if found.is_solution:
+            if basic_solution.is_solution:
                 break
-        return box.project(found.z)
+        return box.project(basic_solution.z)

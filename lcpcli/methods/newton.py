@@ -26,7 +26,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
-from lcpcli.basis.exchanges import BasicSolutions, System
+from lcpcli.basis.exchanges import BasicSolutions, BasisSolver
 from lcpcli.linalg.doubles import largest
 from lcpcli.linalg.factors import MAX_NUMPY_ROWS, SingularMatrix
 from lcpcli.linalg.krylov import gmres
@@ -36,9 +36,9 @@ from lcpcli.methods.stages import (
     Breakdown,
     Finished,
     Iterate,
+    MethodSequence,
     Stage,
     Stalled,
-    Turns,
     advance,
 )
 from lcpcli.model.box import BASIC, Box
@@ -49,7 +49,7 @@ if TYPE_CHECKING:
     from lcpcli.methods.direct import Made
 
 MIN_INDEX, FINISH = "least index", "finish"
-SLOW = "the active set settles too slowly"
+SLOW = "the active set converges too slowly"
 # Before other methods are tried: block steps advance, these may take 2^n.
 MIN_INDEX_STEPS = 60
 FAST_STEP = 0.5  # of the violations: what a fast step from given states leaves at most
@@ -86,7 +86,7 @@ def _exchange_at(z: Vector, w: Vector) -> Exchange:
 
 
 def newton(
-    problem: Problem | System,
+    problem: Problem | BasisSolver,
     x0: Vector,
     patience: float = math.inf,
     hasty: bool = False,
@@ -105,27 +105,32 @@ def newton(
     growing : whether blocks are exchanged without the safeguard while no basic variable
     is wrong: the basic variables of a Z-matrix then stay basic, as in `z_matrix`.
     """
-    system = problem if isinstance(problem, System) else BasicSolutions(problem)
+    system = problem if isinstance(problem, BasisSolver) else BasicSolutions(problem)
     guard, step = Safeguard(x0.size, patience), "block"
     try:
-        for evaluations, found in enumerate(
-            system.exchanging(system.box.basis_of(x0)), 1
+        for evaluations, basic_solution in enumerate(
+            system.block_principal_pivoting(system.box.basis_of(x0)), 1
         ):
-            infeasible = int(np.count_nonzero(found.wrong))
+            infeasible = int(np.count_nonzero(basic_solution.wrong))
             yield Iterate(
-                found.x,
+                basic_solution.x,
                 None,
                 step,
                 evaluations,
-                signs_final=found.is_solution,
-                quantities=partial(Exchange, 0 if found.is_solution else infeasible),
+                signs_final=basic_solution.is_solution,
+                quantities=partial(
+                    Exchange, 0 if basic_solution.is_solution else infeasible
+                ),
             )
             if not infeasible:
                 break
-            if growing and not found.wrong[found.basis == BASIC].any():
+            if (
+                growing
+                and not basic_solution.wrong[basic_solution.basis == BASIC].any()
+            ):
                 step = "block"
                 continue
-            guard.choose(found.wrong, infeasible)
+            guard.choose(basic_solution.wrong, infeasible)
             if guard.left < 0:
                 return Stalled("the least-index steps were not enough")
             if hasty and guard.is_hopeless(x0.size):
@@ -145,16 +150,23 @@ def without_w(problem: Problem) -> Stage:
         problem. Stalled : it is not.
     """
     try:
-        found = BasicSolutions(problem).at(np.full(problem.n, BASIC, dtype=np.int8))
+        basic_solution = BasicSolutions(problem).at(
+            np.full(problem.n, BASIC, dtype=np.int8)
+        )
     except SingularMatrix as error:
         return Breakdown(str(error))
     if not (
-        found.is_solution
-        or largest(problem.box.project(found.z) - found.z)
-        <= NEAR_BOUND * largest(found.z)
+        basic_solution.is_solution
+        or largest(problem.box.project(basic_solution.z) - basic_solution.z)
+        <= NEAR_BOUND * largest(basic_solution.z)
     ):
         return Stalled("components of z are beyond their bounds where w = 0")
-    yield Iterate(problem.box.x_within(found.z, found.w, found.basis), None, "block", 1)
+    yield Iterate(
+        problem.box.x_within(basic_solution.z, basic_solution.w, basic_solution.basis),
+        None,
+        "block",
+        1,
+    )
     return Finished()
 
 
@@ -191,10 +203,12 @@ def dense_route(
     start = x0 if np.count_nonzero(x0) else (reference - problem.q_ref) / 2
     if problem.n <= MAX_NUMPY_ROWS:
         return (yield from newton(problem, start, patience, hasty))
-    turns = Turns(x0)
-    ending = yield from turns.take("gradient", projected_gradient(problem, x0))
-    start = start if isinstance(ending, Breakdown) else turns.last.x
-    return (yield from turns.take("newton", newton(problem, start, patience, hasty)))
+    sequence = MethodSequence(x0)
+    ending = yield from sequence.run_stage("gradient", projected_gradient(problem, x0))
+    start = start if isinstance(ending, Breakdown) else sequence.last.x
+    return (
+        yield from sequence.run_stage("newton", newton(problem, start, patience, hasty))
+    )
 
 
 def from_states(
@@ -215,11 +229,15 @@ def from_states(
         else SLOW_STEPS
     )
     try:
-        for evaluations, found in enumerate(solutions.exchanging(basis), 1):
-            violations = solutions.count_violations(found)
+        for evaluations, basic_solution in enumerate(
+            solutions.block_principal_pivoting(basis), 1
+        ):
+            violations = solutions.count_violations(basic_solution)
             if not violations:
                 yield Iterate(
-                    problem.box.x_within(found.z, found.w, found.basis),
+                    problem.box.x_within(
+                        basic_solution.z, basic_solution.w, basic_solution.basis
+                    ),
                     None,
                     "block",
                     evaluations,
@@ -227,7 +245,7 @@ def from_states(
                 )
                 return Finished()
             yield Iterate(
-                found.x,
+                basic_solution.x,
                 None,
                 "block",
                 evaluations,
@@ -239,7 +257,7 @@ def from_states(
                 break
     except SingularMatrix as error:
         return Breakdown(str(error))
-    return Stalled("the given states are not close to the states of a solution")
+    return Stalled("the starting basis is not close to a solution basis")
 
 
 def from_start(problem: Problem, basis: States) -> Stage:
@@ -261,8 +279,8 @@ def from_start(problem: Problem, basis: States) -> Stage:
             step = gmres(lambda v: factors * product(M, v), -factors * w, GLANCES)
             w += product(M, step)
             w[basis == BASIC] = 0.0
-            wrong = np.count_nonzero(problem.box.wrong(z + step, w, basis))
-        if wrong > MAX_WRONG_AT_A_GLANCE * problem.n:
+            n_infeasible = np.count_nonzero(problem.box.wrong(z + step, w, basis))
+        if n_infeasible > MAX_WRONG_AT_A_GLANCE * problem.n:
             return Stalled("the given states are far from those of a solution")
     return (yield from from_states(problem, basis))
 
@@ -278,33 +296,39 @@ def finish(problem: Problem, x0: Vector | None, stage: Stage) -> Stage:
 
     x0 : the start of the stage, whose active set counts too; None if it has none.
     """
-    box, solutions, basis = (
-        problem.box,
-        BasicSolutions(problem),
-        None if x0 is None else problem.box.basis_of(x0),
-    )
-    tried, spent, stable, evaluations = b"", 0.0, 0, 0
+    box = problem.box
+    solutions = BasicSolutions(problem)
+    basis = None if x0 is None else problem.box.basis_of(x0)
+    visited_basis = b""
+    spent = 0.0
+    stable = 0
+    evaluations = 0
     while True:
         step = advance(stage)
         is_due = basis is not None
         if isinstance(step, Iterate):
             yield step
-            before, basis, evaluations = basis, box.basis_of(step.x), step.evaluations
-            near = (
+            before = basis
+            basis = box.basis_of(step.x)
+            evaluations = step.evaluations
+            is_near_solution = (
                 before is not None
                 and np.count_nonzero(basis != before) <= MAX_CHANGE * problem.n
             )
-            stable = stable + 1 if near else 0
+            stable = stable + 1 if is_near_solution else 0
             is_due = (
                 stable >= STABLE_ITERATES
                 and spent + _products(problem, basis) <= evaluations
             )
-        if basis is not None and is_due and basis.tobytes() != tried:
-            tried, attempt = basis.tobytes(), from_states(problem, basis, solutions)
+        if basis is not None and is_due and basis.tobytes() != visited_basis:
+            visited_basis, attempt = (
+                basis.tobytes(),
+                from_states(problem, basis, solutions),
+            )
             with np.errstate(over="ignore", invalid="ignore"):
-                while isinstance(found := advance(attempt), Iterate):
-                    last, spent = found, spent + _products(problem, basis)
-            if isinstance(found, Finished):
+                while isinstance(outcome := advance(attempt), Iterate):
+                    last, spent = outcome, spent + _products(problem, basis)
+            if isinstance(outcome, Finished):
                 yield last._replace(
                     step=FINISH, evaluations=evaluations + last.evaluations
                 )
@@ -318,8 +342,8 @@ def _products(problem: Problem, basis: States) -> float:
     long as."""
     if is_sparse(problem.M):
         return SPARSE_PRODUCTS
-    share = float(np.count_nonzero(basis == BASIC)) / problem.n
-    return 1.0 + DENSE_PRODUCTS * share**3 * problem.n
+    basic_fraction = float(np.count_nonzero(basis == BASIC)) / problem.n
+    return 1.0 + DENSE_PRODUCTS * basic_fraction**3 * problem.n
 
 
 GRADIENT_BLOCK = 4  # steps between two looks at the active set
@@ -359,16 +383,18 @@ def projected_gradient(problem: Problem, x0: Vector) -> Stage:
         if np.count_nonzero(problem.from_reference(start))
         else problem.q_ref
     )
-    few, history = (
+    few_changes, history = (
         max(SETTLED_INDICES, x0.size // SETTLED_ONE_IN),
         [x0.size] * LOOKS_TO_ADVANCE,
     )
-    box, z, w, w_of = (
-        box.in_units(units),
-        start / units,
-        units * w_start,
-        lambda z: units * problem.w(units * z),
-    )
+    box = box.in_units(units)
+    z = start / units
+    w = units * w_start
+
+    def scaled_w(z: Vector) -> Vector:
+        return np.asarray(units * problem.w(units * z))
+
+    w_of: Callable[[Vector], Vector] = scaled_w
     sizes = (problem.largest, largest(z), largest(w), units.max(), 1 / units.min())
     if (
         not is_sparse(problem.M)
@@ -389,18 +415,22 @@ def projected_gradient(problem: Problem, x0: Vector) -> Stage:
 
     for last in gradient_steps(box, w_of, z, w):
         history.append(last.changes)
-        settled = max(history[-2:]) <= few
+        active_set_converged = max(history[-2:]) <= few_changes
         if (
-            settled
+            active_set_converged
             or not last.bounded
-            or history[-1] >= max(few, *history[-1 - LOOKS_TO_ADVANCE : -1])
+            or history[-1] >= max(few_changes, *history[-1 - LOOKS_TO_ADVANCE : -1])
         ):
             break
     if not last.bounded:
         return Breakdown("the projected gradient iteration diverges")
     products = 1 + GRADIENT_BLOCK * (len(history) - LOOKS_TO_ADVANCE)
     yield Iterate(0.5 * units * (last.z - last.w), None, "", products, "", False)
-    return Finished() if settled else Stalled("the active set does not settle")
+    return (
+        Finished()
+        if active_set_converged
+        else Stalled("the active set did not converge")
+    )
 
 
 class Glance(NamedTuple):
@@ -424,18 +454,22 @@ def gradient_steps(
     w_of : M z + q, as a new array. z, w : the start, shape (n,), or (m, n) for m
         problems.
     """
-    basis, start, t = box.basis_of(0.5 * (z - w)), _dots(w, w), z.dtype.type(0.5)
+    basis = box.basis_of(0.5 * (z - w))
+    start = _dots(w, w)
+    t = z.dtype.type(0.5)
     for step in range(
         1, max(MAX_GRADIENT_STEPS, round(MAX_PER_UNKNOWN * z.shape[-1])) + 1
     ):
         change = t * w
         former, z = z, box.project(np.subtract(z, change, out=change))
         before, w = w, w_of(z)
-        moved, bent = z - former, w - before
-        along = _dots(moved, bent)
+        z_change, w_change = z - former, w - before
+        along = _dots(z_change, w_change)
         with np.errstate(divide="ignore", invalid="ignore"):
             lengths = (
-                _dots(moved, moved) / along if step % 2 else along / _dots(bent, bent)
+                _dots(z_change, z_change) / along
+                if step % 2
+                else along / _dots(w_change, w_change)
             )
         t = np.where(along > 0, lengths, t)  # else M shows no positive curvature
         if step % GRADIENT_BLOCK == 0:

@@ -35,9 +35,9 @@ from lcpcli.methods.stages import (
     Breakdown,
     Finished,
     Iterate,
+    MethodSequence,
     Stage,
     Stalled,
-    Turns,
     advance,
 )
 from lcpcli.model.box import Box
@@ -80,19 +80,23 @@ def reflections(
 
 
 def _search(
-    problem: Problem, turns: Turns, beta: float, walkers: int, seed: int
+    problem: Problem, sequence: MethodSequence, beta: float, walkers: int, seed: int
 ) -> Stage:
     change = scale(problem)
     R, C = _balance(change.problem.M)
-    gaps = R * change.problem.box.gaps(np.zeros(problem.n), change.problem.q)
-    size = float(np.linalg.norm(gaps)) / math.sqrt(np.count_nonzero(gaps) or 1)
+    natural_residual = R * change.problem.box.gaps(
+        np.zeros(problem.n), change.problem.q
+    )
+    size = float(np.linalg.norm(natural_residual)) / math.sqrt(
+        np.count_nonzero(natural_residual) or 1
+    )
     if not math.isfinite(size):
         return Breakdown("the violations overflow")
     units = in_units(
         problem, R * change.R / (size or 1.0), C * change.C * (size or 1.0)
     )
     walk = partial(_walk, beta=beta, walkers=walkers, seed=seed)
-    return (yield from stages.changed(units, turns.last.x, walk))
+    return (yield from stages.changed(units, sequence.last.x, walk))
 
 
 def _balance(M: Matrix) -> tuple[Vector, Vector]:
@@ -116,8 +120,12 @@ def _walk(
     walkers: int,
     seed: int,
 ) -> Stage:
-    n, steps, random = problem.n, 0, generator(seed)
-    M, criterion, tried = dense(problem.M), Criterion(problem), set[bytes]()
+    n = problem.n
+    steps = 0
+    random = generator(seed)
+    M = dense(problem.M)
+    criterion = Criterion(problem)
+    visited_bases = set[bytes]()
     size = float(np.linalg.norm(M)) / math.sqrt(n)
     if not 0 < size < math.inf:
         return Breakdown("M is zero, or overflows")
@@ -140,8 +148,8 @@ def _walk(
                 if rank == 0:
                     yield Iterate(x, None, "", steps, signs_final=False)
                 states = problem.box.basis_of(x).tobytes()
-                if states not in tried:
-                    tried.add(states)
+                if states not in visited_bases:
+                    visited_bases.add(states)
                     pivoting = from_states(problem, problem.box.basis_of(x))
                     while isinstance(step := advance(pivoting), Iterate):
                         if (
@@ -183,23 +191,24 @@ class Iteration:
         """Return P_A(2 P_B X - X) - P_B X, in an array that the next step overwrites,
         as it does P_B X in `nearest`: z within the bounds and w with the signs that
         they ask for."""
-        nearest, reflected, change, n = (
-            self.nearest,
-            self._reflected,
-            self._change,
-            self._lower.size,
-        )
-        Z, W, z, w = X[:n], X[n:], nearest[:n], nearest[n:]
+        nearest = self.nearest
+        reflected = self._reflected
+        change = self._change
+        n = self._lower.size
+        Z = X[:n]
+        W = X[n:]
+        z = nearest[:n]
+        w = nearest[n:]
         np.maximum(Z, self._lower, out=z)
         if self._has_upper:
             np.minimum(z, self._upper, out=z)
             # The squares of distances to each part of the set.
-            inside = (Z - z) ** 2 + W**2
+            squared_distance = (Z - z) ** 2 + W**2
             below = (Z - self._lower) ** 2 + np.minimum(W, 0) ** 2
             above = (Z - self._upper) ** 2 + np.maximum(W, 0) ** 2
             at_lower, at_upper = (
-                below < np.minimum(inside, above),
-                above < np.minimum(inside, below),
+                below < np.minimum(squared_distance, above),
+                above < np.minimum(squared_distance, below),
             )
             np.copyto(z, self._upper, where=at_upper)
             signed = np.where(

@@ -124,7 +124,9 @@ WALKERS = Option(
     "Number of iterations that share the matrix products.",
 )
 SEED = Option("seed", int, 0, *options.NATURAL, "Seed of the random starts.")
-ONES, LARGEST, LEXICOGRAPHIC = "ones", "largest", "lexicographic"
+ONES = "ones"
+LARGEST = "largest"
+LEXICOGRAPHIC = "lexicographic"
 COVER = Option(
     *("cover", int, 0, "whole number >= 0, or ones", lambda seed: seed >= 0),
     "Covering vector: ones, or the seed of a random one that keeps rows from "
@@ -311,34 +313,34 @@ OTHER_NAMES = {
 }
 
 
-def suggestion(name: str, known: Iterable[str], otherwise: str = "") -> str:
+def suggestion(name: str, valid_names: Iterable[str], otherwise: str = "") -> str:
     """Return the hint for an unknown word: the method that it may stand for, one that
     resembles it, or `otherwise`."""
     other = OTHER_NAMES.get(name.casefold().replace("_", "-"))
     return (
         f"did you mean {other}?"
         if other
-        else meant(name, meanings()) or likely(name, known, otherwise)
+        else meant(name, meanings()) or likely(name, valid_names, otherwise)
     )
 
 
 def options_of(methods: Mapping[str, Method]) -> dict[str, Option]:
     """Return the options of some methods by name; raise ValueError if a name belongs to
     two of them."""
-    found: dict[str, Option] = {}
+    options: dict[str, Option] = {}
     for name, method in methods.items():
         for option in method.options:
-            if found.setdefault(option.name, option) is not option:
+            if options.setdefault(option.name, option) is not option:
                 owner = next(
                     other
                     for other in methods
-                    if found[option.name] in methods[other].options
+                    if options[option.name] in methods[other].options
                 )
                 raise ValueError(
                     f"{owner} and {name} have two options {option.name}: share "
                     "it, or rename one"
                 )
-    return found
+    return options
 
 
 OPTIONS = options_of({**METHODS, **NONLINEAR})
@@ -359,8 +361,8 @@ def declared(name: str) -> Method:
             from lcpcli.additions import addition, names, package
         if method := addition("methods", str(name)):
             if not isinstance(method, Method) or method.location is None:
-                fault = f"{name} of another package is no Method with a location"
-                raise ParameterError("method", fault, "see lcp help development")
+                reason = f"{name} of another package is no Method with a location"
+                raise ParameterError("method", reason, "see lcp help development")
             METHODS[name] = method._replace(package=package("methods", name))
             OPTIONS.update(
                 {
@@ -370,7 +372,10 @@ def declared(name: str) -> Method:
                 }
             )
             QUANTITIES.update(
-                {own.name: QUANTITIES.get(own.name, own) for own in method.quantities}
+                {
+                    quantity.name: QUANTITIES.get(quantity.name, quantity)
+                    for quantity in method.quantities
+                }
             )
             return METHODS[name]
         raise ParameterError(
@@ -395,7 +400,8 @@ def owners_of(quantity: str) -> list[str]:
     return [
         name
         for name, method in METHODS.items()
-        if quantity in (own.name for own in method.quantities)
+        if quantity
+        in (declared_quantity.name for declared_quantity in method.quantities)
     ]
 
 
@@ -403,9 +409,9 @@ def require_quantities(
     names: Iterable[str], methods: Sequence[str], where: str = "columns"
 ) -> None:
     """Raise ParameterError for the name of a quantity that none of the methods has."""
-    known, asked = quantities_of(methods), list(dict.fromkeys(methods))
+    valid_names, asked = quantities_of(methods), list(dict.fromkeys(methods))
     for name in names:
-        if name in QUANTITIES and name not in known:
+        if name in QUANTITIES and name not in valid_names:
             verb = "have" if len(asked) > 1 else "has"
             owners = listed(owners_of(name))
             raise ParameterError(
@@ -417,19 +423,19 @@ def load(name: str) -> Any:
     """Return the function of the method of that name, from (problem, x0, **options) to
     a `Stage`."""
     module, function = declared(name).location or 2 * (name.replace("-", "_"),)
-    place = module if "." in module else f"lcpcli.methods.{module}"
+    import_path = module if "." in module else f"lcpcli.methods.{module}"
     with imports:
         try:
-            return getattr(import_module(place), function)
+            return getattr(import_module(import_path), function)
         except Exception as error:
-            if place.startswith("lcpcli."):
+            if import_path.startswith("lcpcli."):
                 raise
-            fault = (
-                f"{name} of another package cannot be loaded from {place}: "
+            reason = (
+                f"{name} of another package cannot be loaded from {import_path}: "
                 f"{raised(error)}"
             )
             raise ParameterError(
-                "method", fault, "correct its location, or install that package again"
+                "method", reason, "correct its location, or install that package again"
             ) from None
 
 
@@ -458,21 +464,21 @@ def known_options(name: str) -> set[str]:
 def check(name: str, chosen: Mapping[str, Any]) -> None:
     """Raise OptionError for a chosen option that has no effect on the method, or is out
     of its range."""
-    known, method = parameters_of(name), declared(name)
-    for given, value in chosen.items():
-        if given not in {*OPTIONS, *SWITCHES, *known}:
+    valid_options, method = parameters_of(name), declared(name)
+    for option, value in chosen.items():
+        if option not in {*OPTIONS, *SWITCHES, *valid_options}:
             raise OptionError(
-                given,
+                option,
                 "is not an option of any method",
-                f"the options are {', '.join(known)}",
+                f"the options are {', '.join(valid_options)}",
             )
-        if given not in known:
+        if option not in valid_options:
             raise ParameterError(
-                given, f"has no effect with the method {name}", LEAVE_OUT
+                option, f"has no effect with the method {name}", LEAVE_OUT
             )
-        if given in method.switches and not isinstance(value, bool):
+        if option in method.switches and not isinstance(value, bool):
             raise ParameterError(
-                given, f"{value!r} is neither True nor False", "give one of them"
+                option, f"{value!r} is neither True nor False", "give one of them"
             )
     options.check(method.options, chosen)
 
@@ -546,12 +552,12 @@ def parse(text: str) -> Variant:
 def vary(variants: Sequence[Variant], axes: Sequence[str]) -> list[Variant]:
     """Return each variant that has the option once for every value, as `sweep` takes
     them, one option at a time."""
-    found = list[Variant]()
+    varied = list[Variant]()
     for axis in axes:
         name = axis.partition("=")[0].strip().replace("-", "_")
         made = sweep(variants, [axis], "vary")
-        found += [variant for variant in made if name in dict(variant.settings)]
-    return list(dict.fromkeys(found))
+        varied += [variant for variant in made if name in dict(variant.settings)]
+    return list(dict.fromkeys(varied))
 
 
 def sweep(
@@ -573,18 +579,18 @@ def sweep(
         if not all(values):
             hint = "write OPTION=VALUE,VALUE,..., as in p=1,10,100"
             raise ParameterError(where, f"{quoted(axis)} lacks a value", hint)
-        if not any(name in _known(variant.method) for variant in variants):
+        if not any(name in _declared_options(variant.method) for variant in variants):
             if owners := owning(name):
-                fault = (
+                reason = (
                     f"{_dashed(name)} has no effect with "
                     f"{' and '.join(dict.fromkeys(v.method for v in variants))}"
                 )
-                raise ParameterError(where, fault, f"add --method {owners[0]}")
-            fault, words = (
+                raise ParameterError(where, reason, f"add --method {owners[0]}")
+            reason, option_names = (
                 f"{quoted(_dashed(name))} is not an option of any method",
                 map(_dashed, (*OPTIONS, *FLAGS)),
             )
-            raise ParameterError(where, fault, likely(_dashed(name), [*words]))
+            raise ParameterError(where, reason, likely(_dashed(name), [*option_names]))
         swept = list[Variant]()
         for variant in variants:
             if name in dict(variant.settings):
@@ -595,7 +601,7 @@ def sweep(
                 )
             more = (
                 [((name, value),) for value in values]
-                if name in _known(variant.method)
+                if name in _declared_options(variant.method)
                 else [()]
             )
             swept += [
@@ -625,29 +631,29 @@ def _dashed(name: str) -> str:
     return name.replace("_", "-")
 
 
-def _setting(part: str) -> tuple[str, str]:
+def _setting(setting: str) -> tuple[str, str]:
     """Return the name of an option as in Python, and the text after it; an addition
     such as scale may stand alone."""
-    name, equals, value = (word.strip() for word in part.partition("="))
+    name, equals, value = (item.strip() for item in setting.partition("="))
     name = name.replace("-", "_")
     if not equals and name in FLAGS:
         return name, "true"
     if not value:
         raise ParameterError(
             "method",
-            f"{quoted(part)} has no value",
+            f"{quoted(setting)} has no value",
             "write METHOD:OPTION=VALUE, as in shi:p=10",
         )
     return name, value
 
 
-def _known(method: str) -> list[str]:
+def _declared_options(method: str) -> list[str]:
     """Return the options that a variant of the method may set."""
-    found = declared(method)
+    declaration = declared(method)
     return [
-        *(option.name for option in found.options),
-        *found.switches,
-        *(ADDITIONS if found.iterates else ()),
+        *(option.name for option in declaration.options),
+        *declaration.switches,
+        *(ADDITIONS if declaration.iterates else ()),
     ]
 
 
@@ -657,13 +663,13 @@ def _checked(variant: Variant, where: str) -> Variant:
 
     where : the option of the command that has set them.
     """
-    known = _known(variant.method)
+    valid_options = _declared_options(variant.method)
     for i, (name, _) in enumerate(variant.settings):
-        if name not in known:
-            words = [_dashed(one) for one in known]
+        if name not in valid_options:
+            option_names = [_dashed(one) for one in valid_options]
             hint = (
-                likely(_dashed(name), words, f"it has {', '.join(words)}")
-                if words
+                likely(_dashed(name), option_names, f"it has {', '.join(option_names)}")
+                if option_names
                 else "it has none"
             )
             if owners := owning(name):
@@ -700,13 +706,13 @@ def in_variant(name: str, value: str, chosen: str) -> str:
     """Return how METHOD:OPTION=VALUE says what an option of the name and value says, as
     "no-scale"; "" if no method has it. chosen : the variant to which it is added, if
     its method has the option."""
-    own = name.removeprefix("no-").replace("-", "_")
-    if not (owners := owning(own)):
+    option = name.removeprefix("no-").replace("-", "_")
+    if not (owners := owning(option)):
         return ""
     variant = chosen if chosen.partition(":")[0] in owners else owners[0]
-    setting = f"{_dashed(own)}={value or 'VALUE'}"
-    if own in FLAGS:
-        setting = _dashed(own)
+    setting = f"{_dashed(option)}={value or 'VALUE'}"
+    if option in FLAGS:
+        setting = _dashed(option)
         if name.startswith("no-"):
             setting += "=false"
     return f"{variant}{',' if ':' in variant else ':'}{setting}"
@@ -714,4 +720,6 @@ def in_variant(name: str, value: str, chosen: str) -> str:
 
 def owning(name: str) -> list[str]:
     """Return the names of the methods that have an option."""
-    return [method for method in (*METHODS, *NONLINEAR) if name in _known(method)]
+    return [
+        method for method in (*METHODS, *NONLINEAR) if name in _declared_options(method)
+    ]

@@ -88,22 +88,22 @@ def shi(
     p, k_star = default_p(problem) if p is None else p, int(k_star)
     smoothed = Smoothed(problem, p)
     before: SmoothedPoint | None = None
-    here = smoothed.at(x0)
+    point = smoothed.at(x0)
     evaluations = 1
     if x1 is None:
-        k, g = 0, smoothed.gradient(here)
+        k, g = 0, smoothed.gradient(point)
         way = Direction(SELECTED, -g)
     else:
-        k, before, here = 1, here, smoothed.at(x1)
+        k, before, point = 1, point, smoothed.at(x1)
         evaluations += 1
-        selected = partial(Selected, here, before)
-        yield Iterate(here.x, here.F, SELECTED, evaluations, quantities=selected)
-        g = smoothed.gradient(here)
-        way = _select(k, k_star, here.F, x1 - x0, here.F - before.F, g)
+        selected = partial(Selected, point, before)
+        yield Iterate(point.x, point.F, SELECTED, evaluations, quantities=selected)
+        g = smoothed.gradient(point)
+        way = _select(k, k_star, point.F, x1 - x0, point.F - before.F, g)
     failed_trials = 0
-    while here.f > 0:
+    while point.f > 0:
         slope = float(g @ way.s)
-        if not (math.isfinite(here.f) and math.isfinite(slope)):
+        if not (math.isfinite(point.f) and math.isfinite(slope)):
             return Breakdown("|F~|^2 overflows; divide q and the start by their size")
         if slope == 0:
             return Breakdown(
@@ -111,30 +111,30 @@ def shi(
                 "F~: J is singular there"
             )
         # Where a parabola with that slope has its minimum 0.
-        first_trial = -2 * here.f / slope
-        found = search(smoothed, here, way.s, slope, first_trial, rho, sigma)
-        if isinstance(found, int):
+        first_trial = -2 * point.f / slope
+        outcome = search(smoothed, point, way.s, slope, first_trial, rho, sigma)
+        if isinstance(outcome, int):
             if way.step in DESCENT:
                 reason = "no step decreases |F~| any further in double precision"
-                return _smoothed_solution(problem, p, here.F) or Stalled(reason)
-            evaluations += found
-            failed_trials += found
+                return _smoothed_solution(problem, p, point.F) or Stalled(reason)
+            evaluations += outcome
+            failed_trials += outcome
             # F rises along s, by a kink or rounding: only d is left.
             way = way._replace(step=STEEPEST, s=-g, alpha=None, multiple=None)
             continue
-        there, gamma, gradient, trials = found
+        accepted, gamma, gradient, trials = outcome
         evaluations += trials
         own = slope, gamma, trials + failed_trials
-        step = partial(Step, way, (before, here, there), g, *own)
-        before, here, g, failed_trials = here, there, gradient, 0
+        step = partial(Step, way, (before, point, accepted), g, *own)
+        before, point, g, failed_trials = point, accepted, gradient, 0
         k += 1
-        yield Iterate(here.x, here.F, way.step, evaluations, quantities=step)
-        way = _select(k, k_star, here.F, way.s, here.F - before.F, g)
-    if here.F.any():
+        yield Iterate(point.x, point.F, way.step, evaluations, quantities=step)
+        way = _select(k, k_star, point.F, way.s, point.F - before.F, g)
+    if point.F.any():
         return Breakdown(
             "|F~|^2 underflows; multiply q and the start by the same large number"
         )
-    return _smoothed_solution(problem, p, here.F) or Finished()
+    return _smoothed_solution(problem, p, point.F) or Finished()
 
 
 def default_p(problem: Problem) -> float:
@@ -245,13 +245,13 @@ def combine(mu: float, nu: float, cosine: float, F_d: float, v_d: float) -> Comb
         alpha = 1.0 if u_d > 0 else math.nan
         return PLANE, math.copysign(1.0, F_d), 0.0, alpha, 1.0
     a, b = (F_d - cosine * v_d) / squared_sine, (v_d - cosine * F_d) / squared_sine
-    turn = math.copysign(1.0, u_d - w_d)
+    sign = math.copysign(1.0, u_d - w_d)
     if nu == 0:  # v = 0, and all candidates that descend have the direction of +-u
-        return PLANE, turn * mu, -turn * nu, 1.0 if turn > 0 else -math.inf, 1.0
+        return PLANE, sign * mu, -sign * nu, 1.0 if sign > 0 else -math.inf, 1.0
     along_u, along_v = a / mu, b / nu
     both = along_u + along_v
     if both <= 0:
-        return PLANE, turn * mu, -turn * nu, turn * math.inf, 1.0
+        return PLANE, sign * mu, -sign * nu, sign * math.inf, 1.0
     return PLANE, a, b, along_u / both, both
 
 
@@ -291,7 +291,7 @@ class Step(Selected):
 
     def __init__(
         self,
-        way: Direction,
+        direction: Direction,
         points: tuple[SmoothedPoint | None, SmoothedPoint, SmoothedPoint],
         g: Vector,
         slope: float,
@@ -301,7 +301,7 @@ class Step(Selected):
         super().__init__(points[2], points[1])
         self._before, self._from, _ = points
         # Without its s, which the next step overwrites.
-        self.step, _, self._alpha, self._multiple, self._cosines = way
+        self.step, _, self._alpha, self._multiple, self._cosines = direction
         self._g, self._slope, self._gamma, self.trials = g, slope, gamma, trials
 
     @cached_property
@@ -432,11 +432,11 @@ class Smoothed:
 
     def __init__(self, problem: Problem, p: float) -> None:
         self._problem, self._p = problem, p
-        self._ends = [end / 2 for end in problem.box.vectors(problem.n)]
+        self._ends = [bound / 2 for bound in problem.box.vectors(problem.n)]
         self._kinks = [
-            (s, end)
-            for s, end in zip((1.0, -1.0), self._ends, strict=True)
-            if np.isfinite(end).any()
+            (s, bound)
+            for s, bound in zip((1.0, -1.0), self._ends, strict=True)
+            if np.isfinite(bound).any()
         ]
 
     def split(self, x: Vector) -> tuple[Vector, Vector, Indices]:
@@ -445,9 +445,11 @@ class Smoothed:
         t, half_width = x + x, WINDOW / self._p
         z: Vector = self._problem.box.project(t)
         w = np.subtract(z, t, out=t)
-        near = [np.abs(x - kink) for _, kink in self._kinks]
+        distances = [np.abs(x - kink) for _, kink in self._kinks]
         distance = (
-            near[0] if len(near) == 1 else np.minimum.reduce(near, initial=np.inf)
+            distances[0]
+            if len(distances) == 1
+            else np.minimum.reduce(distances, initial=np.inf)
         )
         window = (
             np.flatnonzero(distance <= half_width)
@@ -457,7 +459,7 @@ class Smoothed:
         if window.size:
             delta = sum(
                 s * excess(self._p, t[window])
-                for (s, _), t in zip(self._kinks, near, strict=True)
+                for (s, _), t in zip(self._kinks, distances, strict=True)
             )
             z[window] += delta
             w[window] += delta
@@ -485,7 +487,7 @@ class Smoothed:
         y -= point.F
         window = point.window
         low, high = (
-            slope(self._p, point.x[window] - end[window]) for end in self._ends
+            slope(self._p, point.x[window] - bound[window]) for bound in self._ends
         )
         inner = 0.5 * (low - high) * y[window]
         y *= self._problem.box.basis_of(point.x) == BASIC

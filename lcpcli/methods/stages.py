@@ -1,5 +1,5 @@
-"""Runs of methods: what they pass to the loop, methods in turn, and the way back from
-transformed problems."""
+"""Runs of methods: what they pass to the loop, sequences of methods, and the inverse
+transformation from transformed problems."""
 
 from __future__ import annotations
 
@@ -65,7 +65,7 @@ class Iterate(NamedTuple):
 
 
 @dataclass(eq=False, repr=False)
-class _Ended:
+class _MethodEnding:
     """How a method ended. reason : a clause for the user; "" if the kind of ending says
     it all.
     method : which method ended, where several take turns; "" if there is only one.
@@ -75,19 +75,19 @@ class _Ended:
     method: str = ""
 
 
-class Finished(_Ended):
+class Finished(_MethodEnding):
     """The method is complete: its last iterate satisfies its equation up to
     rounding."""
 
 
-class Stalled(_Ended):
+class Stalled(_MethodEnding):
     """The method makes no further progress in double precision."""
 
 
 class Undecided(Stalled):
-    """What has been tried leaves open whether there is a solution, or has lost a proof
-    to rounding of the variables that it works in: it remains for milp to decide, which
-    works on the problem as given."""
+    """The attempts so far leave open whether there is a solution, or have lost a proof
+    to rounding in transformed variables: it remains for milp to decide, which works on
+    the original problem."""
 
 
 class GivenUp(Stalled):
@@ -95,19 +95,19 @@ class GivenUp(Stalled):
     would only take time."""
 
 
-class OutOfTime(_Ended):
-    """The method has used up the time that it was given; the reason says what is left
+class OutOfTime(_MethodEnding):
+    """The method has used up its time limit; the reason says what remains
     undecided."""
 
 
-class Breakdown(_Ended):
+class Breakdown(_MethodEnding):
     """The method cannot continue."""
 
 
 @dataclass(eq=False, repr=False)
 class NoSolution:
-    """The method has found that there is no solution, or it has to give up; the
-    certificate says which."""
+    """There is no solution, or the method cannot continue; the certificate says
+    which."""
 
     certificate: Proof
     method: str = ""
@@ -121,15 +121,15 @@ Ending: TypeAlias = Finished | Stalled | OutOfTime | Breakdown | NoSolution
 Stage: TypeAlias = Generator[Iterate, None, Ending]
 """A running method: a generator of the iterates after the start, which returns how it
 ended."""
-Tried: TypeAlias = dict[str, list[Stage]]
-"""Stages that have been made before, to be passed on again: those of each method in
-order."""
+RecordedStages: TypeAlias = dict[str, list[Stage]]
+"""Stages that have run before, to be passed on again instead of being run again: those
+of each method in order."""
 
 
-# Relative to the largest |q|: the size of F up to which an iterate may stand for a
-# solution.
+# Relative to the largest |q|: the size of F up to which the basis of an iterate may be
+# that of a solution.
 NEARLY_SOLVED = 1e-6
-NOWHERE = np.empty(0)  # the start of turns of which nobody asks for it
+NOWHERE = np.empty(0)  # the start of a sequence whose start is never read
 TIME_LIMIT_REACHED = "the time limit is reached"
 NO_STANDARD_FORM = "numbers overflow in the standard form"
 INEXACT = (
@@ -153,18 +153,18 @@ def advance(stage: Generator[Item, None, End]) -> Item | End:
     ended."""
     try:
         return next(stage)
-    except StopIteration as end:
-        ending: End = end.value
+    except StopIteration as stop:
+        ending: End = stop.value
         return ending
 
 
-def clause_on(fault: Exception) -> str:
+def clause_on(error: Exception) -> str:
     """Return a clause for the user on one of FAULTS."""
-    if isinstance(fault, MemoryError):
+    if isinstance(error, MemoryError):
         return "there is not enough memory"
-    if isinstance(fault, SingularMatrix):
+    if isinstance(error, SingularMatrix):
         # numpy's begins with a capital.
-        ours = str(fault) if not str(fault)[:1].isupper() else ""
+        ours = str(error) if not str(error)[:1].isupper() else ""
         return (
             ours or "a linear system that is singular or not finite in double precision"
         )
@@ -172,9 +172,9 @@ def clause_on(fault: Exception) -> str:
         (
             kind
             for message, kind in FAULT_KINDS.items()
-            if str(fault).startswith(message)
+            if str(error).startswith(message)
         ),
-        str(fault),
+        str(error),
     )
 
 
@@ -184,7 +184,7 @@ def ended(ending: Ending, *iterates: Iterate) -> Stage:
     return ending
 
 
-def recorded(name: str, stage: Stage, into: Tried) -> Stage:
+def recorded(name: str, stage: Stage, recorded_stages: RecordedStages) -> Stage:
     """Pass on the stage; when it ends, append a stage with the same iterates and the
     same ending to those of a name."""
     iterates = list[Iterate]()
@@ -194,17 +194,17 @@ def recorded(name: str, stage: Stage, into: Tried) -> Stage:
             iterates.append(step)
             yield step
         ending = step
-    except FAULTS as fault:
-        ending = Breakdown(clause_on(fault))
+    except FAULTS as error:
+        ending = Breakdown(clause_on(error))
         raise
     finally:
-        into.setdefault(name, []).append(ended(ending, *iterates))
+        recorded_stages.setdefault(name, []).append(ended(ending, *iterates))
     return step
 
 
 def limited(stage: Stage, max_iterations: float) -> Stage:
     """Pass on the stage; it counts as stalled after max_iterations iterates."""
-    return Turns(faults=()).take("", stage, max_iterations)
+    return MethodSequence(faults=()).run_stage("", stage, max_iterations)
 
 
 def begin(method: str, problem: Problem, x0: Vector, **options: Any) -> Stage:
@@ -218,12 +218,12 @@ def begin(method: str, problem: Problem, x0: Vector, **options: Any) -> Stage:
                 f"problem has {problem.n}"
             )
         )
-    own = function if declared.takes_bounds else partial(as_lcp, function)
+    method_function = function if declared.takes_bounds else partial(as_lcp, function)
     package = function.__module__.partition(".")[0]
     if package == "lcpcli":
-        return own(problem, x0, **options)
+        return method_function(problem, x0, **options)
     with _blaming(package):
-        return _guarded(own(problem, x0, **options), problem.n, package)
+        return _guarded(method_function(problem, x0, **options), problem.n, package)
 
 
 @contextmanager
@@ -269,16 +269,18 @@ def as_lcp(
 ) -> Stage:
     """Return the stage of an LCP, or for a mixed problem the stage of its standard
     form."""
-    form = standard_form_of(problem)
-    if form is None:
+    standard_form = standard_form_of(problem)
+    if standard_form is None:
         return ended(Breakdown(NO_STANDARD_FORM))
     stage = function(
-        form.problem, x0 if form.is_identity else form.start(x0), **options
+        standard_form.problem,
+        x0 if standard_form.is_identity else standard_form.start(x0),
+        **options,
     )
     return (
         stage
-        if form.is_identity
-        else in_given_variables(form, stage, BasicSolutions(problem))
+        if standard_form.is_identity
+        else in_given_variables(standard_form, stage, BasicSolutions(problem))
     )
 
 
@@ -306,9 +308,11 @@ def in_given_variables(
     change: Change, stage: Stage, polishing: BasicSolutions | None = None
 ) -> Stage:
     """Pass on the stage with x, F and the final proof, if any, of the original
-    problem. polishing : as in `Turns`."""
-    ends = partial(_ending_in_given_variables, change)
-    return Turns(None, 0, change, polishing, ends, ()).take("", stage)
+    problem. polishing : as in `MethodSequence`."""
+    ending_of = partial(_ending_in_given_variables, change)
+    return MethodSequence(None, 0, change, polishing, ending_of, ()).run_stage(
+        "", stage
+    )
 
 
 def moved_back(
@@ -316,7 +320,7 @@ def moved_back(
 ) -> Stage:
     """Pass on the stage with x and F of the original problem, as `in_given_variables`,
     and its ending as it is."""
-    return Turns(None, 0, change, polishing, faults=()).take("", stage)
+    return MethodSequence(None, 0, change, polishing, faults=()).run_stage("", stage)
 
 
 def _ending_in_given_variables(change: Change, ending: Ending) -> Ending:
@@ -325,44 +329,53 @@ def _ending_in_given_variables(change: Change, ending: Ending) -> Ending:
         return ending
     with imports:
         from lcpcli.verify.certificate import MANY, UNVERIFIED, first_proof
-    proof, given = ending.certificate, change.original
+    proof, original_problem = ending.certificate, change.original
     if proof.kind == "exhaustion":
         return ending if change.is_exact else Undecided(INEXACT)
     if proof.vector is None or proof.kind == "ray":
         return replace(ending, certificate=replace(proof, vector=None))
-    statement = proof.statement if given.box is change.problem.box else ""
-    found = first_proof(
-        given, [change.multipliers(proof.vector)], statement, rounded_from=MANY
+    statement = proof.statement if original_problem.box is change.problem.box else ""
+    original_proof = first_proof(
+        original_problem,
+        [change.multipliers(proof.vector)],
+        statement,
+        rounded_from=MANY,
     )
-    if found is None:
+    if original_proof is None:
         return Stalled(UNVERIFIED[proof.kind])
-    return replace(ending, certificate=found)
+    return replace(ending, certificate=original_proof)
 
 
 class Part:
-    """A stage that may be suspended, and go on in a later turn.
+    """A stage that may be suspended, and continued later.
 
-    method : of its iterates that name none. most : how many it yields in its next turn.
-    evaluations : so far. is_over : whether it has ended, or raised an error.
+    method : the method of iterates that name none.
+    max_iterates : how many iterates it yields before it is suspended again.
+    evaluations : the evaluations so far.
+    is_over : whether it has ended, or raised an error.
     """
 
-    def __init__(self, method: str, stage: Stage, most: float = math.inf) -> None:
-        self.method, self.stage, self.most = method, stage, most
+    def __init__(
+        self, method: str, stage: Stage, max_iterates: float = math.inf
+    ) -> None:
+        self.method = method
+        self.stage = stage
+        self.max_iterates = max_iterates
         self.evaluations, self.is_over = 0, False
 
 
-class Turns:
-    """The turns of the parts of a run, one after another. All stages that only pass on
-    iterates do so here: with the method, the evaluations since the first part began,
-    and in the variables of the run.
+class MethodSequence:
+    """The methods of a run, one after another. All stages that only pass on iterates do
+    so here: with the method, the evaluations since the first part began, and in the
+    variables of the run.
 
     last : the newest iterate, or the start with its evaluations, as the parts have it.
     change : to the variables of the parts from those in which iterates are passed on.
     polishing : the basic solutions of a mixed problem, which replace the basic
         solutions of its standard form, as the standard form has more numbers to round,
         and yields no F of the original problem.
-    ends : returns the ending that is passed on. faults : what counts as a breakdown of
-        a part.
+    ending_of : returns the ending that is passed on.
+    faults : the errors that are treated as a breakdown of a part.
     """
 
     def __init__(
@@ -371,42 +384,51 @@ class Turns:
         evaluations: int = 0,
         change: Change | None = None,
         polishing: BasicSolutions | None = None,
-        ends: Callable[[Ending], Ending] | None = None,
+        ending_of: Callable[[Ending], Ending] | None = None,
         faults: tuple[type[Exception], ...] = FAULTS,
     ) -> None:
         start = NOWHERE if x0 is None else x0
         self.last = Iterate(start, None, "", evaluations)
         self._change = None if change is None or change.is_identity else change
-        self._polishing, self._ends, self._faults = polishing, ends, faults
+        self._polishing = polishing
+        self._ending_of = ending_of
+        self._faults = faults
 
-    def take(self, method: str, stage: Stage, most: float = math.inf) -> Stage:
-        """Give a method its turn, which may itself consist of named methods."""
-        return self.go_on(Part(method, stage), most)
+    def run_stage(
+        self, method: str, stage: Stage, max_iterates: float = math.inf
+    ) -> Stage:
+        """Run the stage of a method to its end, passing on its iterates under the name
+        of the method, or under the names of the methods that it consists of."""
+        return self.run_part(Part(method, stage), max_iterates)
 
-    def go_on(self, part: Part, most: float = math.inf) -> Stage:
-        """Give a part its turn, for so many iterates at most; it is suspended then, and
-        counts as stalled."""
-        passed, done = 0, self.last.evaluations - part.evaluations
-        most = min(most, part.most)
-        while passed < most:
+    def run_part(self, part: Part, max_iterates: float = math.inf) -> Stage:
+        """Run a part for at most `max_iterates` iterates; after these it is suspended,
+        and is treated as stalled."""
+        n_passed, evaluations_before = 0, self.last.evaluations - part.evaluations
+        max_iterates = min(max_iterates, part.max_iterates)
+        while n_passed < max_iterates:
             part.is_over = True
             try:
                 step = advance(part.stage)
-            except self._faults as fault:
-                return Breakdown(clause_on(fault), part.method)
+            except self._faults as error:
+                return Breakdown(clause_on(error), part.method)
             method = step.method or part.method
             if not isinstance(step, Iterate):
                 ending: Ending = replace(step, method=method)
-                return ending if self._ends is None else self._ends(ending)
+                return ending if self._ending_of is None else self._ending_of(ending)
             part.is_over, part.evaluations = False, step.evaluations
-            passed += 1
+            n_passed += 1
             self.last = step._replace(
-                evaluations=done + step.evaluations, method=method
+                evaluations=evaluations_before + step.evaluations, method=method
             )
-            yield self.last if self._change is None else self._moved(self._change)
-        return Stalled(f"{passed} iterations were not enough", part.method)
+            yield (
+                self.last
+                if self._change is None
+                else self._in_original_variables(self._change)
+            )
+        return Stalled(f"{n_passed} iterations were not enough", part.method)
 
-    def _moved(self, change: Change) -> Iterate:
+    def _in_original_variables(self, change: Change) -> Iterate:
         """Return the last iterate with x and F of the original problem."""
         step, polishing = self.last, self._polishing
         with np.errstate(over="ignore", invalid="ignore"):
@@ -417,20 +439,27 @@ class Turns:
                 change.problem.q
             ):
                 with suppress(SingularMatrix):
-                    found = polishing.at(polishing.box.basis_of(x))
-                    if is_finite(found.w) and not polishing.violated(found).any():
-                        x = polishing.box.x_within(found.z, found.w, found.basis)
+                    basic_solution = polishing.at(polishing.box.basis_of(x))
+                    if (
+                        is_finite(basic_solution.w)
+                        and not polishing.violated(basic_solution).any()
+                    ):
+                        x = polishing.box.x_within(
+                            basic_solution.z, basic_solution.w, basic_solution.basis
+                        )
         basis = step.basis if change.keeps_states else None
         return step._replace(x=x, F=F, basis=basis)
 
 
 Search: TypeAlias = Callable[..., Stage]
-"""Methods that take turns on a problem, called with it and with the start, or the turns
-with the start as last one."""
+"""Methods that alternate on a problem, called with it and with the start, or with the
+sequence that has the start as its last iterate."""
 
 
 def from_reference(problem: Problem, x0: Vector, search: Search) -> Stage:
     """Search in the variables in which the reference point of the problem is 0."""
     return changed(
-        shifted(problem), x0, lambda within, start: search(within, Turns(start))
+        shifted(problem),
+        x0,
+        lambda within, start: search(within, MethodSequence(start)),
     )

@@ -73,19 +73,21 @@ def _exchanged(
 ) -> tuple[list[int], Any]:
     """Return the last basis, in the order of exchanges from a first one, and
     multipliers if a pivot is not positive."""
-    known = 0
+    n_checked = 0
     while negative := system.negative(basic):
-        raise_if_timed_out()
-        known, basic = len(basic), basic + negative
+        check()
+        n_checked, basic = len(basic), basic + negative
     if negative is not None:
         return basic, None
     last = len(basic)  # the first `known` are those of an M-matrix, and these are not
-    while last - known > 1:
-        middle = (known + last) // 2
-        known, last = (
-            (middle, last) if system.is_m_matrix(basic[:middle]) else (known, middle)
+    while last - n_checked > 1:
+        middle = (n_checked + last) // 2
+        n_checked, last = (
+            (middle, last)
+            if system.is_m_matrix(basic[:middle])
+            else (n_checked, middle)
         )
-    return basic, system.multipliers(basic[:known], basic[known])
+    return basic, system.multipliers(basic[:n_checked], basic[n_checked])
 
 
 class _InDoubles:
@@ -110,24 +112,26 @@ class _InDoubles:
     def is_m_matrix(self, basic: Sequence[int]) -> bool:
         """Return whether M_BB is a nonsingular M-matrix: whether M_BB v = e has a
         solution v > 0."""
-        own = np.sort(np.array(basic, dtype=np.intp))
+        indices = np.sort(np.array(basic, dtype=np.intp))
         try:
-            return bool((self._solver.solve(own, np.ones(own.size)) > 0.0).all())
+            return bool(
+                (self._solver.solve(indices, np.ones(indices.size)) > 0.0).all()
+            )
         except SingularMatrix:
             return False
 
     def multipliers(self, basic: Sequence[int], i: int) -> Vector:
         """Return y with y_i = 1, y_B = -M_BB^-T M_iB' and 0 elsewhere."""
-        y, own = np.zeros(self._M.shape[0]), np.sort(np.array(basic, dtype=np.intp))
+        y, indices = np.zeros(self._M.shape[0]), np.sort(np.array(basic, dtype=np.intp))
         y[i] = 1.0
-        if own.size:
+        if indices.size:
             T = (
                 self._M.T.tocsr()
                 if is_sparse(self._M)
                 else np.ascontiguousarray(self._M.T)
             )
-            y[own] = np.maximum(
-                PrincipalSolver(T).solve(own, -dense(self._M[[i]])[0, own]), 0.0
+            y[indices] = np.maximum(
+                PrincipalSolver(T).solve(indices, -dense(self._M[[i]])[0, indices]), 0.0
             )
         return y
 
@@ -138,8 +142,8 @@ class _InFractions:
 
     found: ExactBasis | None
 
-    def __init__(self, data: ExactProblem, effort: Effort) -> None:
-        self._data, self._effort = data, effort
+    def __init__(self, data: ExactProblem, budget: Effort) -> None:
+        self._data, self._effort = data, budget
 
     def negative(self, basic: Sequence[int]) -> list[int] | None:
         self._block(basic)
@@ -153,39 +157,43 @@ class _InFractions:
         return sorted(self.found.gaps)
 
     def is_m_matrix(self, basic: Sequence[int]) -> bool:
-        own = sorted(basic)
+        indices = sorted(basic)
         x, free = elimination.solve(
-            self._block(own), [self._data.scales[i] for i in own]
+            self._block(indices), [self._data.scales[i] for i in indices]
         )
         return x is not None and not free and min(x) > 0
 
     def multipliers(self, basic: Sequence[int], i: int) -> list[Fraction]:
-        own, y, data = sorted(basic), [Fraction(0)] * self._data.n, self._data
+        indices = sorted(basic)
+        y = [Fraction(0)] * self._data.n
+        data = self._data
         y[i] = Fraction(data.scales[i])
-        if own:
-            transposed = [list(row) for row in zip(*self._block(own), strict=True)]
-            x, _ = elimination.solve(transposed, [-data.rows[i].get(j, 0) for j in own])
-            for j, value in zip(own, x or (), strict=True):
+        if indices:
+            transposed = [list(row) for row in zip(*self._block(indices), strict=True)]
+            x, _ = elimination.solve(
+                transposed, [-data.rows[i].get(j, 0) for j in indices]
+            )
+            for j, value in zip(indices, x or (), strict=True):
                 y[j] = value * data.scales[j]
         return [Fraction(value) for value in whole_multiple(y)]
 
-    def _block(self, own: Sequence[int]) -> list[list[int]]:
+    def _block(self, indices: Sequence[int]) -> list[list[int]]:
         """Return the block of some rows and columns; raise TimeIsUp where a system with
         it would take too long."""
-        if len(own) > max_exact_unknowns():
+        if len(indices) > max_exact_unknowns():
             raise TimeIsUp
-        A = [[self._data.rows[i].get(j, 0) for j in own] for i in own]
+        A = [[self._data.rows[i].get(j, 0) for j in indices] for i in indices]
         self._effort.spend(elimination.duration(A))
         return A
 
 
 def decided(
-    data: ExactProblem, effort: Effort, basic: Sequence[int] = ()
+    data: ExactProblem, budget: Effort, basic: Sequence[int] = ()
 ) -> tuple[list[Fraction] | None, list[Fraction] | None]:
     """Return the least solution of an LCP with a Z-matrix, or a y that proves that
     there is none, exactly; neither if that takes too much effort. basic : a guess at
     the basis of the solution."""
-    system = _InFractions(data, effort)
+    system = _InFractions(data, budget)
     for guess in (list(basic), []):
         try:
             _, y = _exchanged(system, guess)
@@ -208,7 +216,9 @@ def z_matrix(problem: Problem) -> Stage:
     Yields the least solution. NoSolution : with a Farkas proof. Breakdown : it is too
     large for exact arithmetic.
     """
-    system, basic, y = _InDoubles(problem), list[int](), None
+    system = _InDoubles(problem)
+    basic = list[int]()
+    y = None
     try:
         basic, y = _exchanged(system, basic)
         if y is None:
@@ -223,8 +233,8 @@ def z_matrix(problem: Problem) -> Stage:
     data = ExactProblem.of_floats(problem)
     z, multipliers = decided(data, Effort(EXACT_EFFORT), basic)
     if multipliers is not None:
-        near = [rounded_direction(multipliers)]
-        proof = first_proof(problem, near, whole=True)
+        approximate_proofs = [rounded_direction(multipliers)]
+        proof = first_proof(problem, approximate_proofs, whole=True)
         return NoSolution(proof or Proof.of_fractions(data, multipliers))
     if z is None:
         return Breakdown("exact arithmetic takes too long")
@@ -257,65 +267,68 @@ class Elimination:
         self._known = dict[int, tuple[Vector, Vector]]()
         self.is_of_m_matrix = not dpttrf(self._diagonal, self._link)[2]
 
-    def _whole(self, turn: int) -> tuple[Vector, Vector]:
+    def _full_elimination(self, direction: int) -> tuple[Vector, Vector]:
         """Return the factors L and U without cuts, in the order of rows (1) or in the
         opposite order (-1)."""
-        if turn not in self._known:
-            below, above = (self._below, self._above)[::turn]
+        if direction not in self._known:
+            below, above = (self._below, self._above)[::direction]
             L, pivots = self._factors(
-                below[::turn], self._diagonal[::turn], self._link[::turn]
+                below[::direction], self._diagonal[::direction], self._link[::direction]
             )
-            self._known[turn] = (
+            self._known[direction] = (
                 L,
-                np.asfortranarray([np.append(0.0, above[::turn]), pivots]),
+                np.asfortranarray([np.append(0.0, above[::direction]), pivots]),
             )
-        return self._known[turn]
+        return self._known[direction]
 
     @np.errstate(all="ignore")
     def solution(self, q: Vector) -> tuple[Vector, Mask]:
         """Return z, shape (n,), and which variables are basic, for an M-matrix and a
         q."""
         n, basic = q.size, q < 0.0
-        for turn in (1, -1) if basic.argmax() < basic[::-1].argmax() else (-1, 1):
-            L, U = self._whole(turn)
-            y, own = self._solve(L, -q[::turn], uplo="L", diag="U")[0], q[::turn]
+        for direction in (1, -1) if basic.argmax() < basic[::-1].argmax() else (-1, 1):
+            L, U = self._full_elimination(direction)
+            y, right_side = (
+                self._solve(L, -q[::direction], uplo="L", diag="U")[0],
+                q[::direction],
+            )
             is_basic = y > 0.0
             count = n - int(is_basic[::-1].argmax()) if is_basic.any() else 0
-            if not (own[count + 1 :] < 0.0).any():  # as y = -w in row `count`
+            if not (right_side[count + 1 :] < 0.0).any():  # as y = -w in row `count`
                 z = np.zeros(n)
                 z[:count] = (
                     self._solve(U[:, :count], y[:count], uplo="U")[0] if count else 0.0
                 )
                 if z.min() >= 0.0:
-                    return z[::turn].copy(), (np.arange(n) < count)[::turn]
-            basic |= is_basic[::turn]
+                    return z[::direction].copy(), (np.arange(n) < count)[::direction]
+            basic |= is_basic[::direction]
         return self._in_runs(q, basic)
 
     def _in_runs(self, q: Vector, basic: Mask) -> tuple[Vector, Mask]:
         """Return z and which variables are basic, among them those that are known to
         be."""
         for _ in range(MAX_PASSES):
-            begins, ends = ~basic[:-1] & basic[1:], basic[:-1] & ~basic[1:]
+            run_starts, run_ends = ~basic[:-1] & basic[1:], basic[:-1] & ~basic[1:]
             L, pivots = self._factors(
-                self._below, self._diagonal, np.where(begins, 0.0, self._link)
+                self._below, self._diagonal, np.where(run_starts, 0.0, self._link)
             )
             back = self._factors(
                 self._above[::-1],
                 self._diagonal[::-1],
-                np.where(ends, 0.0, self._link)[::-1],
+                np.where(run_ends, 0.0, self._link)[::-1],
             )
             y = self._solve(L, -q, uplo="L", diag="U")[0]
             y_back = self._solve(back[0], -q[::-1], uplo="L", diag="U")[0]
             w = q.copy()
             w[1:] += self._below * np.where(basic[:-1], (y / pivots)[:-1], 0.0)
             w[:-1] += self._above * np.where(basic[1:], (y_back / back[1])[-2::-1], 0.0)
-            found = basic | (y > 0.0) | (y_back[::-1] > 0.0) | (w < 0.0)
-            if np.array_equal(found, basic):
+            new_basic = basic | (y > 0.0) | (y_back[::-1] > 0.0) | (w < 0.0)
+            if np.array_equal(new_basic, basic):
                 break
-            basic = found
-            raise_if_timed_out()
+            basic = new_basic
+            check()
         U = np.asfortranarray(
-            [np.append(0.0, np.where(ends, 0.0, self._above)), pivots]
+            [np.append(0.0, np.where(run_ends, 0.0, self._above)), pivots]
         )
         return np.maximum(
             self._solve(U, np.where(basic, y, 0.0), uplo="U")[0], 0.0
@@ -338,19 +351,19 @@ def of_tridiagonal(M: Matrix) -> Elimination | None:
     any other M."""
     if not may_be_eliminated(M):
         return None
-    own = Elimination(M)
-    return own if own.is_of_m_matrix else None
+    elimination = Elimination(M)
+    return elimination if elimination.is_of_m_matrix else None
 
 
 def eliminated(problem: Problem) -> Stage:
     """Yield the solution by elimination, or near its states. Stalled : M is no
     M-matrix, or nearly one, or these states are wrong."""
-    own = of_tridiagonal(problem.M)
-    if own is None:
+    elimination = of_tridiagonal(problem.M)
+    if elimination is None:
         return Stalled("M is no tridiagonal M-matrix")
-    z, basic = own.solution(problem.q)
+    z, basic = elimination.solution(problem.q)
     basis = of_masks(basic)
-    if not own.is_changed and Point(Criterion(problem), z).solves():
+    if not elimination.is_changed and Point(Criterion(problem), z).solves():
         yield Iterate(problem.box.x_within(z, problem.w(z), basis), None, "", 1)
         return Finished()
     return (yield from from_states(problem, basis))

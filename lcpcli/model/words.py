@@ -70,9 +70,13 @@ class Start:
 
     @property
     def known_to_auto(self) -> dict[str, bool]:
-        if self._basis is not None:
-            return {"states": True}
-        return {"near": True} if self.is_near else {}
+        return (
+            {"states": True}
+            if self._basis is not None
+            else {"is_warm_start": True}
+            if self.is_near
+            else {}
+        )
 
     @cached_property
     def basis(self) -> States:

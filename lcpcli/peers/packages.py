@@ -31,7 +31,7 @@ from lcpcli.clock import imports
 from lcpcli.errors import ParameterError, missing
 from lcpcli.linalg import krylov
 from lcpcli.linalg.matrices import is_sparse, is_symmetric
-from lcpcli.linalg.programs import convex_minimum, highs_with
+from lcpcli.linalg.programs import convex_minimum, highs_of_program
 from lcpcli.model.block_form import Blocks
 from lcpcli.model.problem import Problem, conditions_of
 from lcpcli.peers.registry import Claim
@@ -328,7 +328,7 @@ def highs(
         "qp_regularization_value": 0.0,
     }
     triangle = tril(columns(program.Q)) if (program.Q != 0).sum() else None
-    highs = highs_with(highspy, program.c, rows, row_bounds, bounds, options, triangle)
+    highs = highs_of_program(highspy, program.c, rows, ends, bounds, options, triangle)
     if highs is None:
         return None, None, False, "refused the model"
     highs.run()

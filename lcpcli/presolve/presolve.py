@@ -24,10 +24,10 @@ from lcpcli.model.changes import Change
 from lcpcli.model.problem import Problem
 from lcpcli.presolve import rules
 from lcpcli.presolve.rules import signs_of_equations
-from lcpcli.presolve.system import LARGEST_INTEGER, Step, System
+from lcpcli.presolve.system import LARGEST_INTEGER, PresolveStep, ReducedProblem
 from lcpcli.typing import Indices, Vector
 
-Rule = Callable[[System], Iterator[Step]]
+Rule = Callable[[ReducedProblem], Iterator[PresolveStep]]
 
 DEFINITIONS = "definitions of free variables"
 # What each one takes away, and how; applied in turn, until none finds anything.
@@ -46,7 +46,7 @@ MAX_ROUNDS = 20
 
 @dataclass(eq=False, repr=False)
 class Presolved(Change):
-    """The problem of the columns that are `kept`; if none is, a problem of one unknown
+    """The problem of the `kept_columns`; if there are none, a problem of one unknown
     whose solution is 0.
 
     rows, factors : their rows, and by what each was multiplied. steps : how the others
@@ -56,10 +56,10 @@ class Presolved(Change):
     remained integers.
     """
 
-    kept: Indices
+    kept_columns: Indices
     rows: Indices
     factors: Vector
-    steps: tuple[Step, ...]
+    steps: tuple[PresolveStep, ...]
     removed: dict[str, int]
     is_exact: bool = False
 
@@ -67,7 +67,7 @@ class Presolved(Change):
     def is_worthwhile(self) -> bool:
         """Return whether much is removed, or what is left is monotone for all that is
         seen, and was not."""
-        return self.kept.size <= (1 - WORTHWHILE) * self.original.n or bool(
+        return self.kept_columns.size <= (1 - WORTHWHILE) * self.original.n or bool(
             (self.factors != 1).any()
         )
 
@@ -75,40 +75,46 @@ class Presolved(Change):
     def has_new_rows(self) -> bool:
         """Return whether rows are multiplied by factors, or equations assigned to other
         variables."""
-        return bool((self.factors != 1).any() or (self.rows != self.kept).any())
+        return bool((self.factors != 1).any() or (self.rows != self.kept_columns).any())
 
     def start(self, x: Vector) -> Vector:
-        return x[self.kept] if self.kept.size else np.zeros(1)
+        return x[self.kept_columns] if self.kept_columns.size else np.zeros(1)
 
     def back(self, x: Vector) -> Vector:
         z, inner = np.zeros(self.original.n), self.problem.box
-        z[self.kept] = inner.z_of(x)[: self.kept.size]
+        z[self.kept_columns] = inner.z_of(x)[: self.kept_columns.size]
         for step in reversed(self.steps):
-            step.fill(z)
+            step.postsolve_primal(z)
         z = self.original.box.project(z)
-        whole = self.original.box.x_of(z, self.original.w(z))
-        own = self.rows == self.kept
-        w = ((inner.reflected(x) - x)[: self.kept.size] / self.factors)[own]
-        whole[self.kept[own]] = (z[self.kept[own]] - w) / 2
-        return whole
+        original_x = self.original.box.x_of(z, self.original.w(z))
+        is_paired = self.rows == self.kept_columns
+        w = ((inner.reflected(x) - x)[: self.kept_columns.size] / self.factors)[
+            is_paired
+        ]
+        original_x[self.kept_columns[is_paired]] = (
+            z[self.kept_columns[is_paired]] - w
+        ) / 2
+        return original_x
 
     def residual(self, F: Vector) -> Vector:
         """Return F of the original problem, 0 for the rows that are left out."""
-        whole = np.zeros(self.original.n)
-        whole[self.rows] = F[: self.rows.size] / self.factors
-        return whole
+        original_F = np.zeros(self.original.n)
+        original_F[self.rows] = F[: self.rows.size] / self.factors
+        return original_F
 
     def multipliers(self, y: Vector) -> Vector:
-        whole = np.zeros(self.original.n)
-        whole[self.rows] = y[: self.rows.size]
-        return _carried(self.original, whole, self.steps)
+        original_y = np.zeros(self.original.n)
+        original_y[self.rows] = y[: self.rows.size]
+        return _carried(self.original, original_y, self.steps)
 
 
 @np.errstate(all="ignore")  # a Problem is refused if numbers have overflowed
-def presolved(given: Problem, only: Collection[str] = ALL) -> Presolved | None:
+def presolved(problem_before: Problem, only: Collection[str] = ALL) -> Presolved | None:
     """Return the problem after presolve by these rules; None if they change
     nothing."""
-    system, steps, removed = System(given), list[Step](), dict[str, int]()
+    system = ReducedProblem(problem_before)
+    steps = list[PresolveStep]()
+    removed = dict[str, int]()
     for _ in range(MAX_ROUNDS):
         at_first = system.columns.size
         for name in (name for name in RULES if name in only):
@@ -122,54 +128,58 @@ def presolved(given: Problem, only: Collection[str] = ALL) -> Presolved | None:
     if SIGNS in only:
         raise_if_timed_out()
         steps += signs_of_equations(system)
-    kept = system.columns
-    rows = system.row_of[kept]
-    if not steps and np.array_equal(rows, np.arange(given.n)):
+    kept_columns = system.columns
+    rows = system.row_of[kept_columns]
+    if not steps and np.array_equal(rows, np.arange(problem_before.n)):
         return None
     try:
-        problem = _problem(given, system) if kept.size else Problem([[1.0]], [0.0])
+        problem = (
+            _problem(problem_before, system)
+            if kept_columns.size
+            else Problem([[1.0]], [0.0])
+        )
     except ProblemError:  # numbers have overflowed
         return None
-    keeps_all = system.keeps_all and float(system.terms.max()) <= LARGEST_INTEGER
-    keeps_all &= (
+    is_lossless = system.is_lossless and float(system.terms.max()) <= LARGEST_INTEGER
+    is_lossless &= (
         all(step.keeps_integers for step in steps)
-        and given.has_small_integers
+        and problem_before.has_small_integers
         and problem.has_small_integers
     )
-    keeps_all |= DEFINITIONS in only and len(only) == 1
+    is_lossless |= DEFINITIONS in only and len(only) == 1
     return Presolved(
         problem,
-        given,
-        kept,
+        problem_before,
+        kept_columns,
         rows,
         system.factors[rows],
         tuple(steps),
         removed,
-        keeps_all,
+        is_lossless,
     )
 
 
 def substituted(problem: Problem) -> Change:
     """Return the problem without the free variables that equations define; where it has
     none, nothing changes."""
-    found = (
+    presolved_problem = (
         presolved(problem, only=(DEFINITIONS,))
         if problem.is_mixed and problem.box.free.any()
         else None
     )
-    return Change(problem, problem) if found is None else found
+    return Change(problem, problem) if presolved_problem is None else presolved_problem
 
 
-def _problem(given: Problem, system: System) -> Problem:
+def _problem(problem_before: Problem, system: ReducedProblem) -> Problem:
     """Return the problem of what is left, sparse or dense as the given one is."""
-    kept, place = system.columns, np.zeros(system.n, dtype=np.intp)
-    place[kept] = np.arange(kept.size)
+    kept_columns, position = system.columns, np.zeros(system.n, dtype=np.intp)
+    position[kept_columns] = np.arange(kept_columns.size)
     rows, columns = (
-        place[system.column_of[system.entries.rows]],
-        place[system.entries.columns],
+        position[system.column_of[system.entries.rows]],
+        position[system.entries.columns],
     )
-    shape = (kept.size, kept.size)
-    if is_sparse(given.M):
+    shape = (kept_columns.size, kept_columns.size)
+    if is_sparse(problem_before.M):
         with imports:
             from scipy.sparse import coo_array
         M = coo_array((system.entries.values, (rows, columns)), shape=shape).tocsr()
@@ -178,16 +188,16 @@ def _problem(given: Problem, system: System) -> Problem:
         M[rows, columns] = system.entries.values
     return Problem(
         M,
-        system.q[system.row_of[kept]],
-        lower=system.lower[kept],
-        upper=system.upper[kept],
+        system.q[system.row_of[kept_columns]],
+        lower=system.lower[kept_columns],
+        upper=system.upper[kept_columns],
     )
 
 
-def _carried(problem: Problem, y: Vector, steps: Sequence[Step]) -> Vector:
+def _carried(problem: Problem, y: Vector, steps: Sequence[PresolveStep]) -> Vector:
     """Return Farkas' y of the problem from that of the rows after some steps, without
     signs that are rounding."""
     for step in reversed(steps):
-        step.carry(y)
+        step.postsolve_dual(y)
     low, high = (np.isfinite(bound) for bound in problem.box.vectors(problem.n))
     return np.clip(y, np.where(low, 0.0, -np.inf), np.where(high, 0.0, np.inf))

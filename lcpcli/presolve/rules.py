@@ -1,7 +1,7 @@
 """The rules of presolve: each looks for its pattern in what is left of a mixed problem,
 and removes what it can.
 
-A rule takes a `System` and yields its steps.
+A rule takes a `ReducedProblem` and yields its steps.
 
 The signs of equations are chosen last: factors of rows, and an assignment of equations
 to free variables, with which a matrix shows that it is monotone. The conditions of a
@@ -24,23 +24,21 @@ from lcpcli.interrupts import raise_if_timed_out
 from lcpcli.linalg.doubles import generator
 from lcpcli.presolve.system import (
     Entries,
-    Step,
-    System,
+    PresolveStep,
+    ReducedProblem,
     mask_of,
     summed,
 )
 from lcpcli.typing import Indices, Mask, Vector
 
 
-def definitions_of_free_variables(system: System) -> Iterator[Step]:
+def definitions_of_free_variables(system: ReducedProblem) -> Iterator[PresolveStep]:
     """An equation that defines a free variable, the only term of one other row and in
     no third one, is put into that row, as modelling languages write F >= 0: by powers
     of two and without sums, so that nothing is rounded."""
-    entries, (in_row, in_column), equations = (
-        system.entries,
-        system.counts(),
-        system.equations,
-    )
+    entries = system.entries
+    in_row, in_column = system.counts()
+    equations = system.equations
     is_power = np.frexp(np.abs(entries.values))[0] == 0.5
     twice = np.flatnonzero((system.free & (in_column == 2))[entries.columns] & is_power)
     twice = twice[np.argsort(entries.columns[twice], kind="stable")]
@@ -58,7 +56,7 @@ def definitions_of_free_variables(system: System) -> Iterator[Step]:
     yield from _pivots(system, entries.part(definition[usable]))
 
 
-def single_entries_of_free_variables(system: System) -> Iterator[Step]:
+def single_entries_of_free_variables(system: ReducedProblem) -> Iterator[PresolveStep]:
     """An equation that alone has a free variable determines it, after all others."""
     entries, (_, columns) = system.entries, system.counts()
     alone = (
@@ -69,13 +67,19 @@ def single_entries_of_free_variables(system: System) -> Iterator[Step]:
     yield from _pivots(system, entries.part(alone))
 
 
-def _pivots(system: System, found: Entries) -> Iterator[Step]:
+def _pivots(system: ReducedProblem, candidates: Entries) -> Iterator[PresolveStep]:
     """Take entries that are alone in their rows, or in their columns, as pivots: one of
     each row and each column."""
-    kept = np.unique(found.rows, return_index=True)[1]
-    kept = kept[np.unique(found.columns[kept], return_index=True)[1]]
-    if kept.size:
-        yield system.pivot(found.rows[kept], found.columns[kept], found.values[kept])
+    chosen_entries = np.unique(candidates.rows, return_index=True)[1]
+    chosen_entries = chosen_entries[
+        np.unique(candidates.columns[chosen_entries], return_index=True)[1]
+    ]
+    if chosen_entries.size:
+        yield system.pivot(
+            candidates.rows[chosen_entries],
+            candidates.columns[chosen_entries],
+            candidates.values[chosen_entries],
+        )
 
 
 Pairs = tuple[Indices, Indices, Vector, Vector]
@@ -86,7 +90,7 @@ EQUAL = 1e-12
 ASSIGNMENT_ROUNDS = 3  # each assigns equations by those that are assigned already
 
 
-def signs_of_equations(system: System) -> Iterator[Step]:
+def signs_of_equations(system: ReducedProblem) -> Iterator[PresolveStep]:
     """Factors of rows make the matrix skew-symmetric where its diagonal is 0, as a
     monotone one is; entries that are equal to their mirror images, or opposite, but for
     rounding, become so exactly."""
@@ -117,13 +121,16 @@ def signs_of_equations(system: System) -> Iterator[Step]:
     # of these.
     if nearly.any():
         values = system.entries.values.copy()
-        values[system.places(system.row_of[i[nearly]], j[nearly])] = (sign * back)[
+        values[system.positions(system.row_of[i[nearly]], j[nearly])] = (sign * back)[
             nearly
         ]
-        system.entries, system.keeps_all = system.entries._replace(values=values), False
+        system.entries, system.is_lossless = (
+            system.entries._replace(values=values),
+            False,
+        )
 
 
-def _pairs(system: System) -> Pairs:
+def _pairs(system: ReducedProblem) -> Pairs:
     """Return i, j, M_ij and M_ji for all i != j where one of the two entries is not 0,
     rows named like columns."""
     n, entries = (
@@ -140,38 +147,44 @@ def _pairs(system: System) -> Pairs:
     return i, j, value, value[np.searchsorted(keys, j * n + i)]
 
 
-def _diagonal(system: System) -> Vector:
+def _diagonal(system: ReducedProblem) -> Vector:
     entries, diagonal = system.entries, np.zeros(system.n)
-    own = system.column_of[entries.rows] == entries.columns
-    diagonal[entries.columns[own]] = entries.values[own]
+    is_diagonal = system.column_of[entries.rows] == entries.columns
+    diagonal[entries.columns[is_diagonal]] = entries.values[is_diagonal]
     return diagonal
 
 
-def _factors(system: System, pairs: Pairs) -> Vector:
+def _factors(system: ReducedProblem, pairs: Pairs) -> Vector:
     """Return the factor of each row; 1 in the connected parts of the matrix for which
     there are none."""
-    n, free, diagonal = system.n, system.free, _diagonal(system)
+    n = system.n
+    free = system.free
+    diagonal = _diagonal(system)
     i, j, forth, back = pairs
     used = (forth != 0) & (back != 0) & ((diagonal[i] == 0) | (diagonal[j] == 0))
     ratio = -forth / back  # d_j / d_i
     wild = used & ((ratio == 0) | np.isinf(ratio))
     beyond, used = np.append(i[wild], j[wild]), used & ~wild
-    i, j, ratio = i[used], j[used], ratio[used]
+    i = i[used]
+    j = j[used]
+    ratio = ratio[used]
     needed = np.where(free, np.sign(diagonal), 1.0)
     if not beyond.size and (ratio == 1).all() and (needed >= 0).all():
         return np.ones(n)
     with imports:
         from scipy.sparse import coo_array
         from scipy.sparse.csgraph import breadth_first_order, connected_components
-    number, part = connected_components(
+    number, component = connected_components(
         coo_array((np.ones(i.size), (i, j)), shape=(n, n)), directed=False
     )
     root = np.zeros(number, dtype=np.intp)
     # Where the sign is known, if it is anywhere.
     for members in (np.arange(n), np.flatnonzero(needed)):
-        root[part[members[::-1]]] = members[::-1]
-    places = np.concatenate((i, np.full(number, n))), np.concatenate((j, root))
-    links = coo_array((np.ones(places[0].size), places), shape=(n + 1, n + 1)).tocsr()
+        root[component[members[::-1]]] = members[::-1]
+    positions = np.concatenate((i, np.full(number, n))), np.concatenate((j, root))
+    links = coo_array(
+        (np.ones(positions[0].size), positions), shape=(n + 1, n + 1)
+    ).tocsr()
     order, before = (each.astype(np.intp) for each in breadth_first_order(links, n))
     later = order[1:][before[order[1:]] < n]  # those of the roots are 1
     steps = ratio[np.searchsorted(i * n + j, before[later] * n + later)]
@@ -180,51 +193,53 @@ def _factors(system: System, pairs: Pairs) -> Vector:
         later.tolist(), before[later].tolist(), steps.tolist(), strict=True
     ):
         factor[k] = factor[source] * step
-    d = np.array(factor) * np.where(needed[root] < 0, -1.0, 1.0)[part]
+    d = np.array(factor) * np.where(needed[root] < 0, -1.0, 1.0)[component]
     size = np.abs(d)
     d = np.where(np.abs(size - 1) <= EQUAL, np.sign(d), d)
-    wrong = (needed * d < 0) | (size > FARTHEST_FACTOR) | (size < 1 / FARTHEST_FACTOR)
-    wrong[np.append(i[np.abs(d[j] - ratio * d[i]) > EQUAL * np.abs(d[j])], beyond)] = (
-        True
+    is_unfit = (
+        (needed * d < 0) | (size > FARTHEST_FACTOR) | (size < 1 / FARTHEST_FACTOR)
     )
-    unfit, factors, columns = mask_of(number, part[wrong]), np.ones(n), system.columns
-    factors[system.row_of[columns]] = np.where(unfit[part], 1.0, d)[columns]
+    is_unfit[
+        np.append(i[np.abs(d[j] - ratio * d[i]) > EQUAL * np.abs(d[j])], beyond)
+    ] = True
+    unfit = mask_of(number, component[is_unfit])
+    factors = np.ones(n)
+    columns = system.columns
+    factors[system.row_of[columns]] = np.where(unfit[component], 1.0, d)[columns]
     return factors
 
 
-def _assign(system: System) -> None:
+def _assign(system: ReducedProblem) -> None:
     """Assign equations to free variables whose columns have the same entries, but for a
     factor and signs, or else entries in the same places, among variables whose rows are
     assigned already: at first, of those with bounds."""
-    settled = ~system.free & (system.row_of >= 0)
+    is_assigned = ~system.free & (system.row_of >= 0)
     for _ in range(ASSIGNMENT_ROUNDS):
         raise_if_timed_out()
         for columns, rows in (
-            _alike(system, settled, of) for of in (np.abs, np.ones_like)
+            _alike(system, is_assigned, of) for of in (np.abs, np.ones_like)
         ):
             if columns.size:
                 system.pair(rows, columns)
-                settled[columns] = True
+                is_assigned[columns] = True
                 break
         else:
             return
 
 
 def _alike(
-    system: System, settled: Mask, of: Callable[[Vector], Vector]
+    system: ReducedProblem, is_assigned: Mask, of: Callable[[Vector], Vector]
 ) -> tuple[Indices, Indices]:
     """Return free columns and equations that agree in this function of their entries,
     and with no others."""
-    n, column_of, weights = (
-        system.n,
-        system.column_of,
-        generator(0).random(system.n) + 0.5,
-    )
-    across = system.entries.part(settled[system.entries.columns])
-    down = system.entries.part(settled[column_of[system.entries.rows]])
+    n = system.n
+    column_of = system.column_of
+    weights = generator(0).random(system.n) + 0.5
+    across = system.entries.part(is_assigned[system.entries.columns])
+    down = system.entries.part(is_assigned[column_of[system.entries.rows]])
     of_rows = _keys(across.rows, of(across.values), weights[across.columns], n)
     of_columns = _keys(down.columns, of(down.values), weights[column_of[down.rows]], n)
-    columns = np.flatnonzero(system.free & ~settled)
+    columns = np.flatnonzero(system.free & ~is_assigned)
     rows = system.row_of[columns]
     keys = np.concatenate((of_columns[columns], of_rows[rows]))
     order, group = np.argsort(keys, kind="stable"), np.zeros(keys.size, dtype=np.intp)
@@ -233,10 +248,10 @@ def _alike(
     alone = np.logical_and(
         *(np.bincount(each, minlength=keys.size + 1) == 1 for each in (one, other))
     )
-    place = np.zeros(keys.size + 1, dtype=np.intp)
-    place[other] = rows
-    chosen = (keys[: columns.size] > 0) & alone[one]
-    return columns[chosen], place[one[chosen]]
+    position = np.zeros(keys.size + 1, dtype=np.intp)
+    position[other] = rows
+    is_chosen = (keys[: columns.size] > 0) & alone[one]
+    return columns[is_chosen], position[one[is_chosen]]
 
 
 def _keys(lines: Indices, sizes: Vector, weights: Vector, n: int) -> Vector:

@@ -31,8 +31,8 @@ def mask_of(n: int, indices: Indices) -> Mask:
     return mask
 
 
-def summed(places: Indices, values: Vector, n: int) -> Vector:
-    return np.bincount(places, values, n).astype(np.float64, copy=False)
+def summed(positions: Indices, values: Vector, n: int) -> Vector:
+    return np.bincount(positions, values, n).astype(np.float64, copy=False)
 
 
 class Entries(NamedTuple):
@@ -56,7 +56,7 @@ def unchanged(_: Vector) -> None:
     """Change nothing."""
 
 
-class Step(NamedTuple):
+class PresolveStep(NamedTuple):
     """What a rule has done at one time, with both ways back, which change vectors of
     shape (n,) in place.
 
@@ -69,8 +69,8 @@ class Step(NamedTuple):
     """
 
     keeps_integers: bool
-    fill: Callable[[Vector], None] = unchanged
-    carry: Callable[[Vector], None] = unchanged
+    postsolve_primal: Callable[[Vector], None] = unchanged
+    postsolve_dual: Callable[[Vector], None] = unchanged
 
 
 def _solve(
@@ -95,14 +95,14 @@ def _scale(factors: Vector, y: Vector) -> None:
     y *= factors
 
 
-class System:
+class ReducedProblem:
     """The rows and columns that are left, with the indices that they have in the
     problem.
 
     entries : those of M. q : what is left of it, with known values put in. lower, upper
     : bounds. row_of : the row of each column, -1 for columns that are removed. factors
     : by which rows were multiplied. terms : the sizes of what was added up to q, and
-    rounded. keeps_all : whether, if all are integers, nothing but 0 counted as
+    rounded. is_lossless : whether, if all are integers, nothing but 0 counted as
     rounding, and no entry of M became so large that rounding may have changed it."""
 
     def __init__(self, problem: Problem) -> None:
@@ -114,14 +114,14 @@ class System:
             rows, columns = np.nonzero(M)
             entries = Entries(rows, columns, M[rows, columns])
         terms = problem.q if problem.terms_of_q is None else problem.terms_of_q
-        self.n, self.entries, self.q, self.terms = (
-            n,
-            entries,
-            problem.q.copy(),
-            np.abs(terms),
-        )
+        self.n = n
+        self.entries = entries
+        self.q = problem.q.copy()
+        self.terms = np.abs(terms)
         self.lower, self.upper = problem.box.vectors(n)
-        self.row_of, self.factors, self.keeps_all = np.arange(n), np.ones(n), True
+        self.row_of = np.arange(n)
+        self.factors = np.ones(n)
+        self.is_lossless = True
 
     @property
     def columns(self) -> Indices:
@@ -141,11 +141,11 @@ class System:
     @property
     def column_of(self) -> Indices:
         """Return the column of each row, -1 for rows that are removed."""
-        found, columns = np.full(self.n, -1), self.columns
-        found[self.row_of[columns]] = columns
-        return found
+        column_of_row, columns = np.full(self.n, -1), self.columns
+        column_of_row[self.row_of[columns]] = columns
+        return column_of_row
 
-    def places(self, rows: Indices, columns: Indices) -> Indices:
+    def positions(self, rows: Indices, columns: Indices) -> Indices:
         """Return where these entries are among all, or any place for those that are 0;
         there is at least one."""
         keys = self.entries.rows * self.n + self.entries.columns
@@ -163,7 +163,7 @@ class System:
             self.entries.columns, minlength=self.n
         )
 
-    def pivot(self, rows: Indices, columns: Indices, pivots: Vector) -> Step:
+    def pivot(self, rows: Indices, columns: Indices, pivots: Vector) -> PresolveStep:
         """Solve equations a z_j + (other terms) + q = 0, which have no entry in the
         column of another's variable, each for a free z_j, substitute it in the other
         rows, and remove both."""
@@ -173,37 +173,45 @@ class System:
             of_row[self.entries.rows] >= 0,
             of_column[self.entries.columns] >= 0,
         )
-        others, own = (
+        row_entries, column_entries = (
             self.entries.part(in_rows & ~in_columns),
             self.entries.part(in_columns & ~in_rows),
         )
         q = self.q[rows]
         ways = (
-            partial(_solve, rows, columns, pivots, q, others),
-            partial(_balance, rows, columns, pivots, own),
+            partial(_solve, rows, columns, pivots, q, row_entries),
+            partial(_balance, rows, columns, pivots, column_entries),
         )
         self.pair(rows, columns)
         self.remove(columns)
-        place = of_column[own.columns]
-        factor = -own.values / pivots[place]
-        self.q += summed(own.rows, factor * q[place], self.n)
+        position = of_column[column_entries.columns]
+        factor = -column_entries.values / pivots[position]
+        self.q += summed(column_entries.rows, factor * q[position], self.n)
         self._add_terms(
-            summed(own.rows, np.abs(factor) * self.terms[rows][place], self.n)
+            summed(
+                column_entries.rows, np.abs(factor) * self.terms[rows][position], self.n
+            )
         )
-        others = others.part(np.argsort(of_row[others.rows], kind="stable"))
-        number = np.bincount(of_row[others.rows], minlength=rows.size)
-        first, times = np.cumsum(number) - number, number[place]
+        row_entries = row_entries.part(
+            np.argsort(of_row[row_entries.rows], kind="stable")
+        )
+        number = np.bincount(of_row[row_entries.rows], minlength=rows.size)
+        first, times = np.cumsum(number) - number, number[position]
         source = np.repeat(
-            first[place] - (np.cumsum(times) - times), times
+            first[position] - (np.cumsum(times) - times), times
         ) + np.arange(times.sum())
         if source.size:
-            values = np.repeat(factor, times) * others.values[source]
+            values = np.repeat(factor, times) * row_entries.values[source]
             self._add(
-                Entries(np.repeat(own.rows, times), others.columns[source], values)
+                Entries(
+                    np.repeat(column_entries.rows, times),
+                    row_entries.columns[source],
+                    values,
+                )
             )
-        return Step(bool((np.abs(pivots) == 1).all()), *ways)
+        return PresolveStep(bool((np.abs(pivots) == 1).all()), *ways)
 
-    def multiply(self, factors: Vector) -> Step:
+    def multiply(self, factors: Vector) -> PresolveStep:
         """Multiply rows by factors, those of bounded variables by positive ones; shape
         (n,)."""
         entries = self.entries
@@ -212,43 +220,51 @@ class System:
             self.q * factors,
         )
         self.factors, self.terms = self.factors * factors, self.terms * np.abs(factors)
-        return Step(bool((np.abs(factors) == 1).all()), carry=partial(_scale, factors))
+        return PresolveStep(
+            bool((np.abs(factors) == 1).all()), postsolve_dual=partial(_scale, factors)
+        )
 
     def _add_terms(self, sizes: Vector) -> None:
         """Take note of the sizes of what was added to q; where only rounding is left of
         it, it is 0."""
         self.terms += sizes
         small = np.abs(self.q) <= ROW_ROUNDING * self.terms
-        self.keeps_all &= not self.q[small].any()
+        self.is_lossless &= not self.q[small].any()
         self.q[small] = 0.0
 
     def _add(self, more: Entries) -> None:
         """Add entries to those that are there, and leave out those that cancel."""
         values = np.concatenate((self.entries.values, more.values))
-        own, other = (
+        existing_keys, added_keys = (
             each.rows * self.n + each.columns for each in (self.entries, more)
         )
-        keys, place = np.unique(np.concatenate((own, other)), return_inverse=True)
-        sums, sizes = (
-            summed(place, each, keys.size) for each in (values, np.abs(values))
+        keys, position = np.unique(
+            np.concatenate((existing_keys, added_keys)), return_inverse=True
         )
-        whole = Entries(
+        sums, sizes = (
+            summed(position, each, keys.size) for each in (values, np.abs(values))
+        )
+        all_entries = Entries(
             (keys // self.n).astype(np.intp), (keys % self.n).astype(np.intp), sums
         )
-        left = np.asarray(np.abs(sums) > CANCELLED * sizes)
-        self.keeps_all &= not sums[~left].any() and float(sizes.max()) <= LARGEST_ENTRY
-        self.entries = whole.part(left)
+        remains = np.asarray(np.abs(sums) > CANCELLED * sizes)
+        self.is_lossless &= (
+            not sums[~remains].any() and float(sizes.max()) <= LARGEST_ENTRY
+        )
+        self.entries = all_entries.part(remains)
 
     def pair(self, rows: Indices, columns: Indices) -> None:
         """Exchange rows, without removing any, until each of these is the row of its
         column."""
-        moved = self.row_of[columns] != rows
-        if not moved.any():
+        is_moved = self.row_of[columns] != rows
+        if not is_moved.any():
             return
         column_of = self.column_of
-        for i, j in zip(rows[moved].tolist(), columns[moved].tolist(), strict=True):
-            other, own = column_of[i], self.row_of[j]
-            self.row_of[other], column_of[own] = own, other
+        for i, j in zip(
+            rows[is_moved].tolist(), columns[is_moved].tolist(), strict=True
+        ):
+            column_of_i, row_of_j = column_of[i], self.row_of[j]
+            self.row_of[column_of_i], column_of[row_of_j] = row_of_j, column_of_i
             self.row_of[j], column_of[i] = i, j
 
     def remove(self, columns: Indices) -> None:

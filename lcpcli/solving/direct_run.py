@@ -54,8 +54,8 @@ from lcpcli.verify.point import Criterion, Point
 if TYPE_CHECKING:
     from types import ModuleType
 
-    from lcpcli.auto.attempts import Row, Structure
-    from lcpcli.methods.stages import Iterate, Stage, Tried
+    from lcpcli.auto.attempts import AttemptRule, Structure
+    from lcpcli.methods.stages import Iterate, RecordedStages, Stage
     from lcpcli.model.words import Start
     from lcpcli.solving.kept import Kept
 
@@ -157,7 +157,7 @@ class Session:
     stopwatch: Stopwatch
     is_compiled: bool = False
     start: Start | None = None
-    tried: Tried | None = None
+    tried: RecordedStages | None = None
     kept: Kept | None = None
     is_shown: bool = False
     interrupted: bool = False
@@ -479,7 +479,7 @@ def _answer_of_exchanges(
         session.lost = made if is_continued else ()
         return None
     if may_hide_term(problem, answer.z):
-        answer = direct.beyond_doubt(problem, answer)
+        answer = direct.without_doubtful_terms(problem, answer)
     if answer is not None and not is_continued:
         yield from made
     return answer
@@ -510,14 +510,14 @@ def first_steps(
     these take it, as the loop of `auto` returns it; None if they do not end at a
     solution that is beyond doubt."""
     with imports:
-        from lcpcli.auto.attempts import FIRST, STEP, Structure, in_rounds
+        from lcpcli.auto.attempts import FIRST, STEP, Structure, attempts_in_rounds
         from lcpcli.methods.newton import SLOW, iterate_of
         from lcpcli.methods.stages import (
             Finished,
             Iterate,
+            MethodSequence,
             Part,
             Stalled,
-            Turns,
             advance,
             ended,
             recorded,
@@ -532,20 +532,20 @@ def first_steps(
         structure.follow = fast.follow
     if session.kept is not None:
         structure.reduced = session.kept.reduced
-    phase: Sequence[Row] = FIRST
+    phase: Sequence[AttemptRule] = FIRST
     extent = FIRST_STAGES
     if session.extent.share:
         structure.is_linearization = True
         phase = STEP
         extent = session.extent
-    sequence, route = Turns(structure.x0), list[str]()
-    parts = in_rounds(structure, phase)
+    sequence, route = MethodSequence(structure.x0), list[str]()
+    parts = attempts_in_rounds(structure, phase)
     if start is not None:
         parts = chain([Part("newton", _from(start, dense, structure))], parts)
     for part in parts:
         if session.tried is not None:
             part.stage = recorded(part.method, part.stage, session.tried)
-        stage = sequence.go_on(part)
+        stage = sequence.run_part(part)
         while isinstance(step := advance(stage), Iterate):
             route.append(step.method)
             if id(step.x) not in passed:
@@ -571,14 +571,14 @@ def _from(start: Start, problem: Problem, structure: Structure) -> Stage:
     singular blocks one system, as for contact, or if z is given for many unknowns,
     systems as at the end of interior, as for programs."""
     with imports:
-        from lcpcli.methods.lemke import confirmed, from_last
+        from lcpcli.methods.lemke import feasible_basic_solution, from_last_basis
         from lcpcli.methods.newton import from_start
     if structure.is_linearization:
-        return from_last(problem, start.basis)
+        return from_last_basis(problem, start.basis)
     if problem.M.diagonal().all():
         return from_start(problem, start.basis)
     if start.z is None:
-        return confirmed(problem, start.basis)
+        return feasible_basic_solution(problem, start.basis)
     with imports:
         from lcpcli.methods.interior import at_point
     return at_point(structure.thin, start.x)
@@ -623,7 +623,9 @@ def _near(session: Session, basis: States, kept: Kept) -> Result | None:
         from lcpcli.basis.exchanges import BasicSolutions
         from lcpcli.methods.stages import FAULTS
     box, limits = session.problem.box, session.limits
-    exchanges = BasicSolutions(session.problem, kept.principal).exchanging(basis)
+    exchanges = BasicSolutions(
+        session.problem, kept.principal
+    ).block_principal_pivoting(basis)
     pivoting = islice(exchanges, min(MAX_TRIED_BASES, limits.max_iterations))
     try:
         with deadline_after(limits.time_limit):
@@ -638,7 +640,7 @@ def _near(session: Session, basis: States, kept: Kept) -> Result | None:
     return session.result_if_accepted(DirectAnswer(z, False, steps))
 
 
-def is_pivoted(session: Session) -> bool:
+def prefers_lemke(session: Session) -> bool:
     """Return whether a problem has so few unknowns and moderate numbers that pivoting
     comes first, perhaps by kernels, without a start of its own and with the bounds as
     they are."""
@@ -675,7 +677,7 @@ def _is_eliminated(session: Session) -> bool:
     return has_elimination and problem.is_moderate and problem.is_shifted_lcp
 
 
-PIVOTING = Quick(0, is_pivoted, direct_steps)
+PIVOTING = Quick(0, prefers_lemke, direct_steps)
 QUICK = (
     Quick(0, _has_formulation, proposed_steps, is_timed=True),
     Quick(
@@ -697,7 +699,7 @@ IN_SEQUENCE = (
     Quick(2, _is_eliminated, elimination_steps),
     Quick(0, _has_states, proposed_steps),
     PIVOTING,
-    Quick(0, lambda s: not is_pivoted(s), near_steps),
+    Quick(0, lambda s: not prefers_lemke(s), near_steps),
 )
 
 

@@ -156,7 +156,9 @@ def _in_loop(
         stages_before: dict[str, Any] = {}
         if method == "auto":
             stages_before = (
-                {"tried": session.tried} if start is None else start.known_to_auto
+                {"recorded_stages": session.tried}
+                if start is None
+                else start.known_to_auto
             )
         finishes = "finish" in additions
         stage = partial(_stage, method, change, x, in_force | stages_before, finishes)

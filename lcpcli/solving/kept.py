@@ -24,8 +24,8 @@ class Kept:
     def __init__(self, like: Problem) -> None:
         like = as_sparse(like, stored(like.M))
         self.elimination = of_tridiagonal(like.M)
-        is_pivoted = like.n <= MAX_PIVOTED and not self.elimination
-        self.like = as_dense(like) if is_pivoted else like
+        prefers_lemke = like.n <= MAX_PIVOTED and not self.elimination
+        self.like = as_dense(like) if prefers_lemke else like
         self._reduction: Reduction | None = None
         self._problems_left, self._pause = 0, 1
 

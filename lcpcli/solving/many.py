@@ -21,11 +21,11 @@ from lcpcli.linalg.threads import with_limited_threads
 from lcpcli.methods import registry as methods
 from lcpcli.methods.block_pivoting import (
     Frame,
-    Pivoted,
+    ManyPivotingResult,
     frame_of,
     in_given_variables,
-    pivoted,
-    refined,
+    refine_once,
+    solve_many_by_pivoting,
 )
 from lcpcli.methods.direct import (
     CANDIDATE,
@@ -562,7 +562,7 @@ def _answers(
         ready: Mask = np.asarray((measure.reference_violations <= 0).all(axis=1))
         stopwatch.count("setup")
         R, C = (np.exp2(powers) for powers in (block.units.rows, block.units.columns))
-        pivots = pivoted(
+        pivots = solve_many_by_pivoting(
             frame,
             ~ready,
             R,
@@ -594,7 +594,11 @@ def _answers(
 
 
 def _refine_in_place(
-    frame: Frame, measure: Measure, pivoting_result: Pivoted, z: Vector, tol: float
+    frame: Frame,
+    measure: Measure,
+    pivoting_result: ManyPivotingResult,
+    z: Vector,
+    tol: float,
 ) -> Mask:
     """Refine in place those z, of shape (m, n), whose residual may be more than
     rounding; return which of all z surely solve their problems, shape (m,)."""
@@ -606,7 +610,8 @@ def _refine_in_place(
         again, better_z = (
             Measure(part),
             in_given_variables(
-                frame_of(part), refined(frame, pivoting_result, rows, rows_of_z.w[rows])
+                frame_of(part),
+                refine_once(frame, pivoting_result, rows, rows_of_z.w[rows]),
             ),
         )
         better = again.rows(better_z)

@@ -361,7 +361,7 @@ def solution_of_linearization(
                 )
                 if point_and_states is None:
                     return None
-                z, states = without_free.given(*point_and_states)
+                z, states = without_free.recover(*point_and_states)
                 return (z, states) if _is_step(problem, z) else None
         result = driver.run(
             problem,

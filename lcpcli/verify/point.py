@@ -727,7 +727,9 @@ def block_pivoting_points(problem: Problem, basis: States) -> Iterator[Vector]:
         from lcpcli.basis.exchanges import BasicSolutions
     solutions = BasicSolutions(problem)
     with suppress(SingularMatrix):
-        for basic_solution in islice(solutions.exchanging(basis), LITERAL_STEPS):
+        for basic_solution in islice(
+            solutions.block_principal_pivoting(basis), LITERAL_STEPS
+        ):
             yield problem.box.project(basic_solution.z)
             if not solutions.count_violations(basic_solution):
                 return

@@ -222,7 +222,9 @@ def _solutions_by_pivoting(
     for start in (basis, np.where(basis == BASIC, states_of_z, basis)):
         with suppress(SingularMatrix):
             solutions = BasicSolutions(problem)
-            for basic_solution in islice(solutions.exchanging(start), MAX_STEPS):
+            for basic_solution in islice(
+                solutions.block_principal_pivoting(start), MAX_STEPS
+            ):
                 raise_if_timed_out()
                 if not solutions.count_violations(basic_solution):
                     yield problem.box.project(basic_solution.z)

@@ -255,7 +255,7 @@ def rows() -> Iterator[Switch]:
     )
 
 
-U, P, J = "linalg.units", "verify.point:", "methods.josephy_newton:_Steps."
+U, P, J = "linalg.units", "verify.point:", "methods.josephy_newton:_JosephyNewton."
 SWITCHES: tuple[Switch, ...] = (
     # The units of rows and columns, by six routes.
     Switch(
@@ -302,7 +302,7 @@ SWITCHES: tuple[Switch, ...] = (
     ),
     Switch(
         "pivoting near wrong signs",
-        "methods.active_set:_pivoted_near",
+        "methods.active_set:_pivot_locally",
         constant(
             lambda own, found: own.box.exchanged(found.basis, found.wrong, found.z)
         ),
@@ -369,7 +369,7 @@ SWITCHES: tuple[Switch, ...] = (
     Switch("finish", "methods.newton:finish", passes),
     Switch(
         "refined basic solutions",
-        "basis.exchanges:System._refined",
+        "basis.exchanges:BasisSolver._accurate_basic_solution",
         edited(("for refines in (True, False):", "for refines in (False,):")),
     ),
     Switch(
@@ -388,7 +388,11 @@ SWITCHES: tuple[Switch, ...] = (
             )
         ),
     ),
-    Switch("lemke settled", "methods.lemke:settled", constant(lambda _, z, __: z)),
+    Switch(
+        "lemke small components",
+        "methods.lemke:refine_small_components",
+        constant(lambda _, z, __: z),
+    ),
     Switch(
         "integer path",
         "methods.lemke:MAX_INTEGER_UNKNOWNS",
@@ -447,7 +451,7 @@ SWITCHES: tuple[Switch, ...] = (
     ),
     Switch(
         "interior gmres",
-        "methods.interior_steps:AccurateSystems.solve",
+        "methods.interior_steps:RefinedShiftedSolver.solve",
         edited(("if left > max(10 * goal, DOUBTFUL_RESIDUAL * size):", "if False:")),
         ("linalg.krylov:gmres",),
     ),
@@ -553,7 +557,7 @@ SWITCHES: tuple[Switch, ...] = (
     Switch("exact arithmetic", "auto.policy:exactly", stalls, ("auto.policy:_exact",)),
     Switch(
         "without doubt",
-        "auto.policy:_without_doubt",
+        "auto.policy:_with_doubtful_points_exact",
         edited(("step.signs_final and is_doubtful(problem, z)", "False")),
     ),
     Switch("improved points", "auto.policy:_improved", constant(_no_improvement)),

@@ -178,7 +178,7 @@ class Ways:
         )
         return result.z if result.solved else None
 
-    def from_last(self, step: SequenceStep) -> Vector | None:
+    def from_last_basis(self, step: SequenceStep) -> Vector | None:
         if self.solver is None or self.M.shape != step.M.shape:
             self.solver = Solver(step.M, **step.bounds, tol=TOL, time_limit=TIME_LIMIT)
         elif step.M is not self.M:
@@ -195,7 +195,7 @@ class Ways:
         )
 
     def solve(self, step: SequenceStep) -> Vector | None:
-        ways = {"run": self.by_itself, "Solver": self.from_last}
+        ways = {"run": self.by_itself, "Solver": self.from_last_basis}
         peer = registry.load("quantecon")
         if peer.version() and not peer.excludes(Problem(step.M, step.q, **step.bounds)):
             ways["quantecon"] = self.by_quantecon

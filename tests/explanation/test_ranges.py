@@ -226,14 +226,14 @@ def _is_degenerate(highs: Any, basic: Any, program: dict[str, Any]) -> bool:
 
 def test_ranges_of_programs_are_those_of_highs_where_no_basis_is_degenerate() -> None:
     highspy = pytest.importorskip("highspy")
-    from lcpcli.linalg.programs import highs_with
+    from lcpcli.linalg.programs import highs_of_program
 
     compared = 0
     for seed in range(60):
         program = random_program(seed)
         c, A = program["c"], program["A"]
         ends = program["row_lower"], program["row_upper"]
-        highs = highs_with(
+        highs = highs_of_program(
             highspy, c, A, ends, (program["lower"], program["upper"]), {}
         )
         highs.run()

@@ -24,15 +24,15 @@ from lcpcli.auto import attempts as auto_table
 from lcpcli.auto.attempts import (
     MAX_PIVOTED_BY_NUMPY,
     ROUNDS,
-    Row,
+    AttemptRule,
     Structure,
-    in_rounds,
+    attempts_in_rounds,
 )
 from lcpcli.gallery import families
 from lcpcli.linalg.patterns import has_friction
 from lcpcli.methods import lemke
 from lcpcli.methods.direct import MAX_PIVOTED
-from lcpcli.methods.stages import Finished, Iterate, Stage, Turns
+from lcpcli.methods.stages import Finished, Iterate, MethodSequence, Stage
 from lcpcli.options import Limits
 from lcpcli.solving import driver
 from lcpcli.typing import Vector
@@ -57,15 +57,17 @@ def row(
     begin: auto_table.Callable[[Structure], Stage],
     share: float = 3,
     first_round: int = 0,
-) -> Row:
-    return Row(name, "", "", lambda _: True, begin, lambda _: share, first_round)
+) -> AttemptRule:
+    return AttemptRule(
+        name, "", "", lambda _: True, begin, lambda _: share, first_round
+    )
 
 
-def turns_of(*rows: Row) -> tuple[list[tuple[str, int]], Turns]:
+def turns_of(*rows: AttemptRule) -> tuple[list[tuple[str, int]], MethodSequence]:
     """Return the names of the turns with their numbers of iterates, and the turns."""
-    taken, turns = [], Turns(np.zeros(PROBLEM.n))
-    for part in in_rounds(STRUCTURE, rows):
-        taken.append((part.method, len(through(turns.go_on(part))[0])))
+    taken, turns = [], MethodSequence(np.zeros(PROBLEM.n))
+    for part in attempts_in_rounds(STRUCTURE, rows):
+        taken.append((part.method, len(through(turns.run_part(part))[0])))
     return taken, turns
 
 
@@ -174,9 +176,9 @@ def test_the_blocks_of_friction_are_not_seen_where_they_are_not() -> None:
 def test_attempts_that_the_direct_run_has_made_are_not_made_again(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
-    made, pivoted = [], lemke.pivoted
+    made, lemke_stage = [], lemke.lemke_stage
     monkeypatch.setattr(
-        lemke, "pivoted", lambda *given: made.append(given) or pivoted(*given)
+        lemke, "lemke_stage", lambda *given: made.append(given) or lemke_stage(*given)
     )
     result = run(families.make("ray", 24), trace=True)
     assert (result.solved, result.route[-1], len(made)) == (True, "milp", 1)

@@ -11,7 +11,7 @@ from scipy.sparse import block_diag, csr_array
 
 import lcpcli
 from lcpcli import Problem, Result
-from lcpcli.linalg.programs import Ended
+from lcpcli.linalg.programs import PiqpResult
 from lcpcli.methods import convex_program, interior
 from lcpcli.methods.direct import may_be_program
 
@@ -241,7 +241,9 @@ def test_a_point_that_only_rounding_separates_from_the_solution_needs_no_factori
     z = np.concatenate((np.tile([1.0, 0.0], 60), np.full(60, -1.0)))
     own = interior.Run(problem, by_units=True)
     monkeypatch.setattr(interior, "systems", None)
-    first = next(own.at_point(problem.box.x_of(z, problem.w(z)), near=z * (1 + 1e-15)))
+    first = next(
+        own.at_point(problem.box.x_of(z, problem.w(z)), initial_guess=z * (1 + 1e-15))
+    )
     assert np.abs(problem.box.z_of(first.x) - z).max() <= 1e-14
     assert not first.signs_final
 
@@ -255,7 +257,7 @@ def test_a_point_at_which_piqp_was_stopped_is_used_if_it_is_near(
         convex_program.convex_minimum,
     )
 
-    def stopped(*given: Any) -> Ended:
+    def stopped(*given: Any) -> PiqpResult:
         ended = usual(*given)
         return ended._replace(x=ended.x + moved, status="PIQP_MAX_ITER_REACHED")
 

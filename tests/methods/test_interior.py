@@ -11,7 +11,7 @@ from scipy.sparse import csr_array, linalg
 
 from lcpcli import Problem, Status, Trace, check, from_qp, run
 from lcpcli.gallery import families as gallery
-from lcpcli.methods.interior_steps import AccurateSystems
+from lcpcli.methods.interior_steps import RefinedShiftedSolver
 from lcpcli.typing import Vector
 
 from ..mixed_problems import definite
@@ -154,14 +154,14 @@ def test_small_and_extreme_problems_are_solved() -> None:
 def test_a_cut_off_in_a_factorization_leaves_the_best_iterate(
     cut: type[BaseException], status: Status, at: int, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    factorize, count = AccurateSystems.factorize, itertools.count(1)
+    factorize, count = RefinedShiftedSolver.factorize, itertools.count(1)
 
-    def cut_off(self: AccurateSystems, D: Vector) -> None:
+    def cut_off(self: RefinedShiftedSolver, D: Vector) -> None:
         if next(count) == at:
             raise cut
         factorize(self, D)
 
-    monkeypatch.setattr(AccurateSystems, "factorize", cut_off)
+    monkeypatch.setattr(RefinedShiftedSolver, "factorize", cut_off)
     problem = gallery.make("control", 200)
     result = run(problem, "interior", interrupts="return")
     assert (result.status, result.iterations) == (status, max(at - 2, 0))

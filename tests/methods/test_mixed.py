@@ -261,7 +261,7 @@ def test_a_reduction_holds_for_all_bounds_of_the_same_kinds(
     anew, again = Reduction(M, other), Reduction(M, box).within(other)
     y, inside = random.uniform(size=anew.d.size), random.random(anew.d.size) < 0.5
     ours, theirs = (
-        (each.d, each.constants(q), *each.given(y, inside, ~inside))
+        (each.d, each.constants(q), *each.recover(y, inside, ~inside))
         for each in (again, anew)
     )
     assert all(map(np.array_equal, ours, theirs))
@@ -289,6 +289,6 @@ def test_solutions_of_the_bounded_variables_are_those_of_the_problem(n: int) -> 
     own = WithoutFree(problem)
     inner = run(own.reduced)
     assert (inner.solved, own.reduced.n) == (True, n // 2)
-    z, states = own.given(inner.z, own.reduced.box.basis_at(inner.z))
+    z, states = own.recover(inner.z, own.reduced.box.basis_at(inner.z))
     assert np.abs(problem.box.gaps(z, problem.w(z))).max() <= 1e-12
     assert np.array_equal(states, problem.box.basis_at(z))

@@ -440,7 +440,7 @@ MAX_GENERATORS = 6
 def test_an_iterate_passes_few_generators_on_its_way_to_the_loop(
     traced: bool, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    depths, found = list[int](), active_set.Inexact.found
+    depths, found = list[int](), active_set.Inexact.basic_solution_of
 
     def counting(inexact: active_set.Inexact, basis: States) -> BasicSolution:
         frame: FrameType | None = sys._getframe(1)
@@ -453,7 +453,7 @@ def test_an_iterate_passes_few_generators_on_its_way_to_the_loop(
         depths.append(sum(map(bool, flags)))
         return found(inexact, basis)
 
-    monkeypatch.setattr(active_set.Inexact, "found", counting)
+    monkeypatch.setattr(active_set.Inexact, "basic_solution_of", counting)
     result = run(families.make("obstacle", 900), trace=traced)
     assert result.route == ("multilevel",)
     assert 1 < max(depths) <= MAX_GENERATORS

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from lcpcli import Problem
-from lcpcli.basis.exchanges import System
+from lcpcli.basis.exchanges import BasisSolver
 from lcpcli.linalg.krylov import conjugate_gradients, identity, norm
 from lcpcli.methods.newton import newton
 from lcpcli.methods.stages import Finished, Iterate, advance
@@ -18,7 +18,7 @@ from lcpcli.verify.point import Criterion, Point
 HALF_OF_THE_DIGITS = 1e-8
 
 
-class Circulant(System):
+class Circulant(BasisSolver):
     """M_ij = c_(i - j modulo n), symmetric and positive definite, by fast Fourier
     transforms."""
 
@@ -82,10 +82,12 @@ def test_a_solution_of_half_of_the_digits_is_refined_to_all_of_them() -> None:
     assert residuals[1] < 1e-14 * norm(q) < residuals[0]
 
 
-def iterate_to_the_end(system: System) -> list[Vector]:
+def iterate_to_the_end(system: BasisSolver) -> list[Vector]:
     """The states of block pivoting from z = 0."""
     states = []
-    for found in system.exchanging(np.full(system.q.size, LOWER, np.int8)):
+    for found in system.block_principal_pivoting(
+        np.full(system.q.size, LOWER, np.int8)
+    ):
         states.append(found.basis)
         if found.is_solution:
             break

@@ -29,7 +29,7 @@ from lcpcli.presolve.presolve import (
     substituted,
 )
 from lcpcli.presolve.rules import signs_of_equations
-from lcpcli.presolve.system import System
+from lcpcli.presolve.system import ReducedProblem
 from lcpcli.rational.exact_problem import ExactProblem
 from lcpcli.rational.numbers import rounded, rounded_direction
 from lcpcli.rational.tree import first_solution
@@ -79,10 +79,10 @@ def comes_back(change: Presolved, z: Vector, w: Vector) -> None:
     own = change.original.w(whole)
     assert np.abs(before.gaps(whole, own)).max() <= 1e-13
     assert np.abs(own - (whole - 2 * back)).max() <= 1e-13
-    count = change.kept.size
-    assert np.array_equal(whole[change.kept], z[:count])
+    count = change.kept_columns.size
+    assert np.array_equal(whole[change.kept_columns], z[:count])
     inside, there = (
-        (before.basis_of(back) == BASIC)[change.kept],
+        (before.basis_of(back) == BASIC)[change.kept_columns],
         (after.basis_of(x) == BASIC)[:count],
     )
     assert np.array_equal(inside, there)
@@ -146,7 +146,7 @@ def test_rules_leave_what_they_should(
     M, q, lower, upper = given_data
     problem = Problem(M, q, lower=lower, upper=upper)
     change = presolved(problem, [rule])
-    assert change.kept.tolist() == left
+    assert change.kept_columns.tolist() == left
     assert change.removed == {rule: problem.n - len(left)}
     inner = lcpcli.run(change.problem)
     assert (
@@ -252,7 +252,7 @@ def test_conditions_of_programs_that_are_not_convex_are_solved(seed: int) -> Non
 
 def test_sums_of_large_entries_are_not_exact() -> None:
     for size, is_it in ((3.0, True), (2.0**20, False)):
-        system = System(
+        system = ReducedProblem(
             Problem(
                 [[1, 0, 1], [-size, 1, 0], [1, -size, 1]],
                 np.ones(3),
@@ -260,15 +260,17 @@ def test_sums_of_large_entries_are_not_exact() -> None:
             )
         )
         system.pivot(np.array([1]), np.array([1]), np.ones(1))
-        assert system.keeps_all is is_it
+        assert system.is_lossless is is_it
 
 
 def test_entries_that_rounding_moved_from_their_mirror_images_are_not_exact() -> None:
     size = 2.0**20
     for entry, is_it in ((size, True), (size + 2.0**-25, False)):
-        system = System(Problem([[0, -size], [entry, 0]], [1, 1], lower=[0, -INF]))
+        system = ReducedProblem(
+            Problem([[0, -size], [entry, 0]], [1, 1], lower=[0, -INF])
+        )
         assert list(signs_of_equations(system)) == []
-        assert system.keeps_all is is_it
+        assert system.is_lossless is is_it
 
 
 def random_problem(random: Generator, most: int = 6) -> Problem:
