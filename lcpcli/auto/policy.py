@@ -638,7 +638,7 @@ def _exact(problem: Problem, z: Vector, tree: Tree | None) -> Stage:
                 yield from_point(
                     data, np.where(np.isfinite(z), z, 0.0), Effort(EXHAUSTION_EFFORT)
                 )
-            check()
+            raise_if_timed_out()
         if tree is not None and tree.continues_search():
             yield tree.solution
 

@@ -419,7 +419,7 @@ def of_coordinates(
             if size
             else "leave it empty"
         )
-        for at in invalid_indices(places - first, size)[:1]:
+        for at in invalid_indices(indices - first, size)[:1]:
             refuse_entry(key, at, f"and is {shape[0]} x {shape[1]}", hint)
     order = np.lexsort((cols, rows))
     again = np.flatnonzero((np.diff(rows[order]) == 0) & (np.diff(cols[order]) == 0))

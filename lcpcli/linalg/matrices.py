@@ -582,7 +582,7 @@ def accurate_residual(A: Matrix, x: Vector, b: Vector) -> Vector:
     if not is_sparse(A):
         used = x.nonzero()[0]
         for row_slice in row_parts(b.size, max(used.size, 1)):
-            check()
+            raise_if_timed_out()
             rows = split_products(A[row_slice].take(used, 1), x[used])
             sums = zip(
                 b[row_slice].tolist(),

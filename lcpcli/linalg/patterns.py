@@ -183,7 +183,7 @@ def fill(M: Matrix, max_entries: int) -> int:
     from_children: list[list[Indices]] = [[] for _ in columns]
     total = 0
     for j, column_entries in enumerate(columns):
-        check()
+        raise_if_timed_out()
         merged = (
             distinct(np.concatenate((column_entries, *from_children[j])))
             if from_children[j]

@@ -22,7 +22,7 @@ from typing import NamedTuple
 import numpy as np
 
 from lcpcli.basis.exchanges import BasicSolution, block_principal_pivoting
-from lcpcli.interrupts import check
+from lcpcli.interrupts import raise_if_timed_out
 from lcpcli.linalg.doubles import EPS, ROUNDING, SMALLEST_NORMAL
 from lcpcli.linalg.factors import PrincipalSolver, SingularMatrix, Solve
 from lcpcli.linalg.krylov import (

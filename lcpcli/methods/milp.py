@@ -209,7 +209,7 @@ class _BranchAndBound:
         self.system = system
         self.examined = 0
         self.cost = 0
-        self.check = check
+        self.check = raise_if_timed_out
 
     def violations(self, node: _MilpNode) -> dict[int, float] | None:
         """Return min(z, w) at a point of a node, where there is no decision yet; None

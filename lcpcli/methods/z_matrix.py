@@ -75,7 +75,7 @@ def _exchanged(
     multipliers if a pivot is not positive."""
     n_checked = 0
     while negative := system.negative(basic):
-        check()
+        raise_if_timed_out()
         n_checked, basic = len(basic), basic + negative
     if negative is not None:
         return basic, None
@@ -326,7 +326,7 @@ class Elimination:
             if np.array_equal(new_basic, basic):
                 break
             basic = new_basic
-            check()
+            raise_if_timed_out()
         U = np.asfortranarray(
             [np.append(0.0, np.where(run_ends, 0.0, self._above)), pivots]
         )

@@ -70,13 +70,9 @@ class Start:
 
     @property
     def known_to_auto(self) -> dict[str, bool]:
-        return (
-            {"states": True}
-            if self._basis is not None
-            else {"is_warm_start": True}
-            if self.is_near
-            else {}
-        )
+        if self._basis is not None:
+            return {"states": True}
+        return {"is_warm_start": True} if self.is_near else {}
 
     @cached_property
     def basis(self) -> States:

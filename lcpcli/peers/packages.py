@@ -328,7 +328,9 @@ def highs(
         "qp_regularization_value": 0.0,
     }
     triangle = tril(columns(program.Q)) if (program.Q != 0).sum() else None
-    highs = highs_of_program(highspy, program.c, rows, ends, bounds, options, triangle)
+    highs = highs_of_program(
+        highspy, program.c, rows, row_bounds, bounds, options, triangle
+    )
     if highs is None:
         return None, None, False, "refused the model"
     highs.run()

@@ -197,8 +197,8 @@ def _removed(presolved: Presolved | None) -> dict[str, object] | None:
         if presolved is None
         else {
             "contradiction": False,
-            "unknowns": found.kept_columns.size,
-            "removed": found.removed,
+            "unknowns": presolved.kept_columns.size,
+            "removed": presolved.removed,
         }
     )
 
@@ -212,7 +212,7 @@ def _presolve(presolved: Presolved | None) -> list[Row]:
     )
     changed = "writes equations in another way" if presolved.has_new_rows else ""
     removes = (
-        f"removes {n - found.kept_columns.size} of {count(n, 'unknown')}: {parts}"
+        f"removes {n - presolved.kept_columns.size} of {count(n, 'unknown')}: {parts}"
         if parts
         else ""
     )

@@ -304,7 +304,7 @@ def test_optimal_stopping_with_two_free_boundaries_takes_a_few_passes_on_every_g
     drift: float, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     passes = list[None]()
-    monkeypatch.setattr(z_matrix, "check", lambda: passes.append(None))
+    monkeypatch.setattr(z_matrix, "raise_if_timed_out", lambda: passes.append(None))
     for n in (201, 2001, 20001):
         passes.clear()
         result = lcpcli.solve(*stopping(n, drift))
