@@ -48,9 +48,8 @@ class Section(NamedTuple):
 
     verdict : the line that matters most, which begins the section; "" if the tables
         come first.
-    is_as_requested : whether the verdict is as requested. facts : lines below the
-    verdict, or
-        below the title.
+    is_as_requested : whether the verdict is as requested.
+    facts : lines below the verdict, or below the title.
     remarks : lines of advice, above the tables if there is a verdict, else below them.
     provenance : what made the section. figure : a function that returns its `Picture`;
         None if it has none.

@@ -281,7 +281,7 @@ SWITCHES: tuple[Switch, ...] = (
         f"{U}:_sparse",
         edited(
             ("elif n > FEW_SYMMETRIC or M.nnz > THIN * n:", "else:"),
-            ("if not is_settled and n <= LARGEST_ELIMINATED:", "if False:"),
+            ("if not has_converged and n <= LARGEST_ELIMINATED:", "if False:"),
         ),
         (f"{U}:_eliminated",),
     ),

@@ -301,7 +301,7 @@ def test_time_limit_holds_while_numbers_become_exact_and_long_rows_pivot() -> No
         lambda: fraction("0.1"),
         lambda: grid_of(b"1 2\n3 4\n"),
         lambda: Doubles()("0.1"),
-        lambda: sized.settled(),
+        lambda: sized.assign_distinct(),
         data.are_floats,
         data.in_integers,
         lambda: data.gaps(z, z),

@@ -455,7 +455,9 @@ CALLS: dict[str, Callable[..., Any]] = {
 @pytest.fixture
 def _interrupted(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(loop, "in_range", interrupt)
-    monkeypatch.setattr("lcpcli.solving.direct_run.Session.judged", interrupt)
+    monkeypatch.setattr(
+        "lcpcli.solving.direct_run.Session.result_if_accepted", interrupt
+    )
 
 
 @pytest.mark.usefixtures("_interrupted")

@@ -348,7 +348,7 @@ def check(found: Solutions, whole: Whole, ended: str) -> tuple[bool, bool | None
     ]
     check_words(shown.message, found, len(isolated), whole)
     (section,) = solutions.build(shown, exact=True, format_name="table").sections
-    assert section.settled == found.complete
+    assert section.is_as_requested == found.complete
     if found.equilibria is None:
         assert held["components"] is None
     else:
