@@ -6,8 +6,10 @@ overflow reach none of the singular values of LAPACK, on which these might never
 
 from __future__ import annotations
 
+import math
 import subprocess
 import sys
+from fractions import Fraction
 from typing import Any
 
 import numpy as np
@@ -21,8 +23,9 @@ from scipy.sparse.linalg import splu
 from lcpcli import from_qp, run
 from lcpcli.basis.dual_simplex import DualSimplex
 from lcpcli.basis.free_variables import combinations
-from lcpcli.linalg import factors, matrices, programs, shifted_systems
+from lcpcli.linalg import factors, krylov, matrices, programs, shifted_systems
 from lcpcli.linalg.compressed_rows import block
+from lcpcli.linalg.doubles import in_range
 from lcpcli.linalg.factors import PrincipalSolver, SingularMatrix
 from lcpcli.linalg.patterns import LONG_ROW, Band, is_structurally_singular, order_of
 from lcpcli.linalg.programs import Optimum, minimized
@@ -407,3 +410,28 @@ def test_equations_that_overflow_are_not_combined(value: float) -> None:
     G = np.diag([1.0, value, 1.0])
     with pytest.raises(SingularMatrix):
         combinations(G, G)
+
+
+@pytest.mark.parametrize("n", [6, 10, 20])
+def test_bicgstab_ends_within_as_many_steps_as_there_are_unknowns(n: int) -> None:
+    random = np.random.default_rng(n)
+    A = 3 * np.eye(n) + random.standard_normal((n, n)) / np.sqrt(n)
+    x = random.standard_normal(n)
+    found, _ = krylov.bicgstab(
+        lambda v: A @ v, A @ x, np.zeros(n), 0.0, n, krylov.identity
+    )
+    assert np.abs(found - x).max() <= 1e-8 * np.abs(x).max()
+
+
+def test_a_vector_in_range_is_that_of_exact_numbers_but_for_one_power_of_two() -> None:
+    """Also times factors that are no powers of two, whose exponents carry."""
+    random = np.random.default_rng(0)
+    for _ in range(50):
+        y = np.ldexp(random.integers(-9, 10, 8).astype(float), random.integers(-99, 99))
+        R = random.choice([0.75, 1.0, 3.0, 5.0, 7.0], 8)
+        scaled = in_range(y, R)
+        exact = [Fraction(a) * Fraction(b) for a, b in zip(y, R, strict=True)]
+        pairs = zip(scaled.tolist(), exact, strict=True)
+        (factor,) = {Fraction(a) / b for a, b in pairs if b}
+        assert math.frexp(factor)[0] == 0.5
+        assert 1 <= np.abs(scaled).max() < 2

@@ -21,6 +21,7 @@ from lcpcli import Problem, run
 from lcpcli.errors import ProblemError
 from lcpcli.linalg.matrices import is_sparse
 from lcpcli.model.box import ORTHANT
+from lcpcli.model.changes import scale
 from lcpcli.model.right_hand_sides import Columns, like_with
 
 from ..conftest import M, Q, numbers
@@ -356,3 +357,14 @@ def test_the_problems_of_a_block_know_of_M_and_not_of_q() -> None:
     assert first.units is second.units is columns.like.units
     assert "a_new_property_of_q" not in vars(first)
     assert (first.q.tolist(), second.q.tolist()) == ([-5.0, -6.0], [1.0, -1.0])
+
+
+@pytest.mark.parametrize("side", ["lower", "upper"])
+def test_scaling_in_which_a_bound_underflows_is_not_exact(side: str) -> None:
+    least = 3 * 5e-324
+    bounds = {"lower": -1.0, "upper": 1.0, side: np.array([least, 1.0])}
+    bounds = bounds | ({"lower": 0.0} if side == "upper" else {"upper": 2.0})
+    small = Problem([[1e-100, 0.0], [0.0, 1.0]], [-1.0, -1.0], **bounds)
+    assert not scale(small).is_exact
+    large = Problem([[1e100, 0.0], [0.0, 1.0]], [-1.0, -1.0], **bounds)
+    assert scale(large).is_exact
