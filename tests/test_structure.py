@@ -5,6 +5,7 @@ from __future__ import annotations
 
 import ast
 import gc
+import re
 from collections.abc import Iterator
 from functools import cache
 from graphlib import CycleError, TopologicalSorter
@@ -226,6 +227,39 @@ def may_be_long(text: str) -> bool:
     return any(
         b - a > LONGEST_FUNCTION for a, b in pairwise([0, *begin, text.count("\n")])
     )
+
+
+# An entry of a docstring: names, perhaps their shape, and what they are.
+ENTRY = re.compile(r"(?:^|\. |; )\s*((?:[a-z]\w*, )*[a-z]\w*)(?:, [\w ]+)? : ", re.M)
+
+
+def names_in(node: ast.AST) -> set[str]:
+    """The names, parameters, attributes and members in a function or a class."""
+    return {
+        str(getattr(each, field))
+        for each in ast.walk(node)
+        for field in ("id", "arg", "attr", "name")
+        if hasattr(each, field)
+    }
+
+
+def takes_any_options(node: ast.FunctionDef | ast.ClassDef) -> bool:
+    return isinstance(node, ast.FunctionDef) and node.args.kwarg is not None
+
+
+def test_entries_of_docstrings_name_what_there_is() -> None:
+    """Parameters, attributes and the like, whose names have not changed since."""
+    missing = []
+    for module, nodes in modules().items():
+        for node in nodes:
+            if not isinstance(node, (ast.FunctionDef, ast.ClassDef)):
+                continue
+            entries = ENTRY.findall(ast.get_docstring(node) or "")
+            names = {name for entry in entries for name in entry.split(", ")}
+            if names and not takes_any_options(node):
+                unknown = names - names_in(node)
+                missing += [f"{module}.{node.name}: {name}" for name in unknown]
+    assert missing == []
 
 
 def test_no_function_is_long() -> None:

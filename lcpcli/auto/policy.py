@@ -414,7 +414,8 @@ def attempts_before_milp(
     recorded_stages: stages.RecordedStages | None = None,
 ) -> Iterator[Part]:
     """Yield the parts of a run before milp in order, for few unknowns those after exact
-    arithmetic. presolve : whether it takes part. tried : as in `Structure`."""
+    arithmetic. presolve : whether it takes part. recorded_stages : as in
+    `Structure`."""
     structure = Structure(problem, x0, recorded_stages)
     after = phases(structure)
     if (EXACT,) in after:

@@ -668,8 +668,8 @@ FROM_GAME = Mode("--from-game", [Refusal(Needs.FAMILY, hint=LEAVE_ONE_OUT)])
 
 def reject_conflicting_options(option_values: Mapping[str, Any], *modes: Mode) -> None:
     """Raise OptionError if one of these modes is asked for beside an option without
-    effect in it. given : the values of options by flag; None, False and an empty tuple
-    stand for one that is not given."""
+    effect in it. option_values : the values of options by flag; None, False and an
+    empty tuple stand for one that is not given."""
     names = [
         name
         for name, value in option_values.items()

@@ -190,8 +190,8 @@ class Finder:
         conflict_part: Sequence[Condition] = (),
     ) -> dict[Condition, Values]:
         """Leave out members of a conflict with a background until each is necessary,
-        and return the points that prove this. beside : conditions of the background
-        that belong to the conflict."""
+        and return the points that prove this. conflict_part : conditions of the
+        background that belong to the conflict."""
         points = dict[Condition, Values]()
         size = len(members)
         members = list(members)

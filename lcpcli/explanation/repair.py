@@ -219,8 +219,8 @@ def _program(
 def solution(
     data: ExactProblem, max_search_unknowns: int = MAX_SEARCHED
 ) -> Values | None:
-    """Return an exact solution; None if none is found. most_searched : unknowns up to
-    which it is also sought by a search in rational arithmetic."""
+    """Return an exact solution; None if none is found. max_search_unknowns : unknowns
+    up to which it is also sought by a search in rational arithmetic."""
     system, n = System(data), data.n
     if (z := _optimum(system)) is not None:
         return z

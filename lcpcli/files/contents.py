@@ -274,7 +274,7 @@ def unpacked(content: bytes) -> bytes:
 def uncompressed(content: bytes, wbits: int, size: int = 0) -> tuple[bytes, bytes]:
     """Return what zlib uncompresses, and the bytes behind it; raise ProblemError if
     these are damaged, or if the result takes more than a quarter of the memory of this
-    machine. form : `wbits` of zlib, 31 for gzip. size : of earlier parts."""
+    machine. wbits : of zlib, 31 for gzip. size : of earlier parts."""
     import zlib
 
     max_bytes = (memory() or 0) // 4 or sys.maxsize

@@ -63,7 +63,7 @@ from lcpcli.kernels.pivoting_kernels import follow as follow  # noqa: E402
 def direct(
     problem: Problem, tol: float, basic: Mask | None = None
 ) -> DirectAnswer | None:
-    """Return the answer of the kernels, as `direct.direct` returns that of numpy."""
+    """Return the answer of the kernels, as `direct.exchanges` that of numpy."""
     start = problem.q < 0 if basic is None else basic
     M = np.ascontiguousarray(problem.M)
     found, steps, z = solve_one(

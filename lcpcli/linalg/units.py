@@ -278,8 +278,8 @@ def _symmetric(
     error: float,
 ) -> tuple[Vector, bool]:
     """Return rho = gamma for a symmetric matrix, and whether conjugate gradients have
-    settled them. chosen : the rows that are eliminated, if there are no entries between
-    them."""
+    converged. is_eliminated : the rows that are eliminated, if there are no entries
+    between them."""
     with imports:
         from lcpcli.linalg.compressed_rows import block, of_arrays, transposed
     first = is_eliminated.nonzero()[0]
@@ -645,7 +645,7 @@ class PseudoInverse:
     to rounding if it is small beside |a|_1 max|v|; beside |a|'|v|, which is as small
     where v_i = 0 wherever a_i is not, it never is.
 
-    least : a pivot counts as 0 if it is below this, relative to the largest.
+    min_pivot : a pivot counts as 0 if it is below this, relative to the largest.
     """
 
     def __init__(self, A: Vector, min_pivot: float = MIN_SINGULAR_VALUE) -> None:

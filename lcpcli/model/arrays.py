@@ -425,8 +425,8 @@ def refuse_other_than_numbers(field: str, values: Sequence[Any]) -> None:
 def refuse_infinite(
     field: str, values: Vector, positions: Callable[[], Any] | None = None
 ) -> None:
-    """Raise ProblemError for an entry that is not finite. places : returns the places
-    of the values in a matrix."""
+    """Raise ProblemError for an entry that is not finite. positions : returns
+    those of the values in a matrix."""
     if is_finite(values.ravel(order="K")):
         return
     first_infinite = np.argwhere(~np.isfinite(values))[0]

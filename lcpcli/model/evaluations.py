@@ -596,7 +596,7 @@ def _oscillates(
 ) -> Mask:
     """Return the rows of which finer spacings resolve what looks like noise: in the
     differences of third order F then falls little by little, and as the cube of the
-    spacing; noise falls at once, if at all. found : the noise, 0 in rows that are not
+    spacing; noise falls at once, if at all. noise_levels : 0 in rows that are not
     looked at. thirds : those differences by the first spacings."""
     finest = SPACINGS.index(RESOLVED)
     resolved = np.zeros(z.size, dtype=bool)
@@ -624,9 +624,9 @@ def _oscillates(
 @np.errstate(all="ignore")
 def rounding(values: Values, box: Box, z: Vector, max_share: float) -> Vector:
     """Return the noise of each row of F at z that is of rounding, by the finest spacing
-    that shows it; most : relative to the largest |F_i| at the points, what is larger
-    does not count as rounding. Where |F| is larger at the points than at z, so may its
-    rounding be; so the noise is at most that by closer points."""
+    that shows it; max_share : relative to the largest |F_i| at the points, what is
+    larger does not count as rounding. Where |F| is larger at the points than at z, so
+    may its rounding be; so the noise is at most that by closer points."""
     rounding_levels = np.zeros(z.size)
     is_known = np.zeros(z.size, dtype=bool)
     closest = np.full(z.size, np.inf)

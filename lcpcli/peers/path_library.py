@@ -214,9 +214,9 @@ path_start = _Library("gamspy_base", _solved, (_unlicensed,), _prepared)
 def _called(
     problem: NonlinearProblem, max_entries: int, faults: list[BaseException]
 ) -> _Interface:
-    """Return what PATH calls for a problem. most : the entries of the Jacobian that
-    there is room for. faults : gets the first error in a call, which PATH cannot pass
-    on; from then on F counts as undefined."""
+    """Return what PATH calls for a problem. max_entries : the entries of the
+    Jacobian that there is memory for. faults : gets the first error in a call, which
+    PATH cannot pass on; from then on F counts as undefined."""
     evaluations = Evaluations(problem)
 
     def guarded(evaluate: Callable[..., int]) -> Callable[..., int]:

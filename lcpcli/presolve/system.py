@@ -62,9 +62,10 @@ class PresolveStep(NamedTuple):
 
     keeps_integers : whether integers have remained integers, so that nothing was
         rounded.
-    fill : sets the z_j of the columns that were removed, from those that were left.
-    carry : turns Farkas' y of the rows after the step, 0 for the removed ones, into
-    that of the rows before it. They are functions of a module, with their first
+    postsolve_primal : sets the z_j of the columns that were removed, from those that
+    were left.
+    postsolve_dual : turns Farkas' y of the rows after the step, 0 for the removed ones,
+    into that of the rows before it. They are functions of a module, with their first
     arguments, as a step is pickled.
     """
 

@@ -163,8 +163,8 @@ class Unknowns:
         self, node: Node, k: int, state: int, *, minimized_form: int | None = None
     ) -> bool:
         """Choose a state in a node; return False if the node is proved to be empty
-        then. least : a form that is least at the node's point, and is to be so again;
-        None if the point may be any."""
+        then. minimized_form : a form that is least at the node's point, and is to be so
+        again; None if the point may be any."""
         dictionary = node.dictionary
         zero = self.zero(k, state)
         w = self.w(k)

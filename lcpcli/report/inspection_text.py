@@ -35,7 +35,7 @@ Row = tuple[str, ...]
 def inspection_report(
     diagnosis: Inspection | NonlinearInspection, shows_all: bool = True
 ) -> result_formats.Report:
-    """Return the report on an inspection. whole : whether to show all in tables;
+    """Return the report on an inspection. shows_all : whether to show all in tables;
     otherwise only what decides about the methods."""
     name = wording.title(diagnosis.problem) or "problem"
     classes = [

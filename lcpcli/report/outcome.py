@@ -168,7 +168,7 @@ def facts(
     result: Result, width: int | None, shows_all: bool, names: Sequence[str] = ()
 ) -> list[str]:
     """Return lines with the work and its parts, the residuals, the error and z, and
-    with bounds also the basis. whole : whether to show all of a long z instead of a
+    with bounds also the basis. shows_all : whether to show all of a long z instead of a
     line. names : of the unknowns that are shown; empty for all."""
     parts = {
         "set-up": result.setup_seconds,

@@ -481,7 +481,7 @@ def _columns(
     """Return the columns of a table with their headings, and whether unknowns are left
     out: t, the number that moves, what changes, as many components of z (x and y of a
     program) as the width has room for, w if there is room for all, and the objective of
-    a program. chosen : as names for `build`."""
+    a program. selection : as names for `build`."""
     path, blocks, max_length = terms.path, terms.block_form, tables.longest(format_name)
     n, names = path.problem.n, wording.all_visible(terms.names(max_length))
     of_z, *of_w = (

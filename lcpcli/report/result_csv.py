@@ -69,9 +69,10 @@ def iterates(
     names: Sequence[str] = (),
 ) -> Rows:
     """Return the iterates: problem, method, the columns, and in the last row of a run
-    its status. chosen : the names of the columns, as for `columns.selected_columns`;
-    empty for those of every method. names : of the unknowns that have a column, by the
-    first problem, as for `wording.selected_components`; empty for all."""
+    its status. column_names : the names of the columns, as for
+    `columns.selected_columns`; empty for those of every method. names : of the unknowns
+    that have a column, by the first problem, as for `wording.selected_components`;
+    empty for all."""
     n = max(result.problem.n for result in results)
     components = (
         wording.selected_components(wording.labels_of(results[0].problem), names)

@@ -137,13 +137,13 @@ def results_report(
 ) -> Report:
     """Return the report on results.
 
-    runs, sources : the results, grouped by problem, and the place of each problem.
-    faults : the places of problems that could not be read, with their errors, for JSON.
+    runs, sources : the results, grouped by problem, and the source of each problem.
+    faults : the sources of problems that could not be read, with errors, for JSON.
     compared : whether the iterates come first and then one line per result; else the
-    result comes first. swept : whether CSV has a row for each run. whole : whether a
-    result that comes first shows all components of z. iterates : whether CSV is made of
-    the iterates. columns : of the iterates in a table, as for `tables.build`. names :
-    of the unknowns that are shown, as for `wording.selected_components`.
+    result comes first. swept : whether CSV has a row for each run. shows_all : whether
+    a result that comes first shows all components of z. iterates : whether CSV is made
+    of the iterates. columns : of the iterates in a table, as for `tables.build`. names
+    : of the unknowns that are shown, as for `wording.selected_components`.
     """
 
     def document(format_name: str, width: int | None) -> Document:

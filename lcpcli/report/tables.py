@@ -83,8 +83,8 @@ def build(
     """Return the section on several methods' results on one problem, whose traces have
     the same components of z.
 
-    width : of the terminal; None if there is none. compared, whole : as for
-    `result_formats.report`. chosen : the columns of the iterates, from
+    width : of the terminal; None if there is none. compared, shows_all : as for
+    `result_formats.results_report`. column_names : the columns of the iterates, from
     `columns.table`; then there is no summary. shown_names : of the unknowns that are
     shown, as for `wording.selected_components`, and which traces have, but of a game
     all; empty for as many as fit.
@@ -167,8 +167,8 @@ def _iterates(
     max_length: float,
 ) -> Table:
     """Return the table of the iterates; without x, which tells it from the next ones,
-    the start is left out unless there is nothing else. most : the length from which a
-    name is too long for a column."""
+    the start is left out unless there is nothing else. max_length : the length from
+    which a name is too long for a column."""
     problem = results[0].problem
     components = results[0].trace.components if results[0].trace else None
     traces = [result.trace.rows if result.trace else [] for result in results]

@@ -345,8 +345,8 @@ def _limits(result: Result) -> str:
 
 def options_of(result: Result, shows_all_digits: bool) -> dict[str, str]:
     """Return the options in force as texts, by their names on the command line, without
-    those that are off, or for switches on, as they are by default. whole : whether long
-    numbers, as a computed p, have more than three digits."""
+    those that are off, or for switches on, as they are by default. shows_all_digits :
+    whether long numbers, as a computed p, have more than three digits."""
     shown = (
         (name, value) for name, value in result.options.items() if name not in VECTORS
     )

@@ -164,8 +164,8 @@ class Result:
         """Return the result of `auto` for a problem that it has solved, much faster
         than the constructor.
 
-        evaluations : by default as many as steps. own : its problem and point, or what
-            they are made of when read, and what is different of other runs."""
+        evaluations : by default as many as steps. attributes : its problem and point,
+            or what they are made of when read, and what is different of other runs."""
         result = cls.__new__(cls)
         result.__dict__.update(
             method="auto",

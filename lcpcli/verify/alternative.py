@@ -77,8 +77,8 @@ def _searched(
     A: Matrix, b: Vector, box: Box, effort: float, max_dense_size: int
 ) -> Iterator[Alternative]:
     """Yield y that may be proofs, the likeliest first, and perhaps a point, at which
-    this ends. most : rows or columns up to which a dense system is first tried by a
-    dictionary."""
+    this ends. max_dense_size : rows or columns up to which a dense system is first
+    tried by a dictionary."""
     if not _are_finite(A, b):
         return
     if box.is_orthant and not is_sparse(A) and max(A.shape) <= max_dense_size:

@@ -108,8 +108,8 @@ def enclosed(problem: Problem, basis: States) -> Enclosed | None:
 def _enclosed(
     problem: Problem, basis: States, band: Banded, min_eigenvalue: float
 ) -> Enclosed | None:
-    """Return what `enclosed` does. band : of M in its units. least : at most the least
-    eigenvalue of M_BB + M_BB' there, half of it."""
+    """Return what `enclosed` does. band : of M in its units. min_eigenvalue : at most
+    half of the least eigenvalue of M_BB + M_BB' there."""
     D = units_of(problem)
     assert D is not None
     basic = basis == BASIC

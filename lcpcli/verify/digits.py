@@ -220,9 +220,9 @@ class _Motions(NamedTuple):
     """How far rounding moves a solution; each of shape (n,).
 
     alone : the expected errors of z_i in B and of w_i elsewhere. exchanged : those with
-        the bases exchanged at kinks. near : where these numbers are so near to their
-        bounds, or to 0, that rounding may take them there. With too many kinks, errors
-        are infinite, and this is everywhere.
+        the bases exchanged at kinks. may_reach_bound : where these numbers are so near
+        to their bounds, or to 0, that rounding may take them there. With too many
+        kinks, errors are infinite, and this is everywhere.
     determined : as in `_States`. not_unique : as in `Digits`.
     """
 

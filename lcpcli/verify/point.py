@@ -91,10 +91,10 @@ class Criterion:
 
     A problem with numbers so large or small that products over- or underflow is
     measured in other units, powers of two. If none are found, or z is out of range in
-    them, sums are exact instead wherever doubles may overflow. judge : says for a mixed
-    problem with sparse M and moderate numbers, a z within its bounds and a tolerance
-    whether they meet this criterion, and the rows of z, None for what is not sure; by
-    default there is none.
+    them, sums are exact instead wherever doubles may overflow. acceptance_test : says
+    for a mixed problem with sparse M and moderate numbers, a z within its bounds and a
+    tolerance whether they meet this criterion, and the rows of z, None for what is not
+    sure; by default there is none.
     """
 
     is_linear = True  # whether the problem of its points is

@@ -237,8 +237,8 @@ class Players(Meaning):
 
 
 class EquilibriaInOrder(Arrangement):
-    """Pieces and their vertices in the order of their equilibria. found : the
-    equilibrium of each vertex."""
+    """Pieces and their vertices in the order of their equilibria. equilibria :
+    that of each vertex."""
 
     equilibria: Equilibria
 

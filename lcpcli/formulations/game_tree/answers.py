@@ -174,7 +174,7 @@ def _proposed(game: ExtensiveGame, values: Sequence[Any] | Vector) -> Behavior:
 
 def moves(profile: Any) -> list[list[Any]]:
     """Return for each player the probabilities of the last moves of the sequences, the
-    first of which has none. own : a `Behavior` or an answer."""
+    first of which has none. profile : a `Behavior` or an answer."""
     sets = (
         [each.probabilities for each in profile.information_sets if each.player == name]
         for name in profile.players

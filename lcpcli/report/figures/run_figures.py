@@ -229,7 +229,7 @@ def _draw_run(
     solved: bool,
     number: int,
 ) -> None:
-    """Draw a run in axes whose scales and limits are set. turn : its number in the
+    """Draw a run in axes whose scales and limits are set. number : its number in the
     axes, which staggers the markers."""
     xs, ys = np.array([point[:2] for point in points]).T
     if len(points) > 1:
