@@ -13,8 +13,9 @@ def few_of(seeds: Iterable[Any], number: int) -> list[Any]:
     """Return the parameters of a test, of which all but a number are marked slow; a
     tuple is the values of several."""
     every = [seed if isinstance(seed, tuple) else (seed,) for seed in seeds]
+    further = pytest.mark.slow("further seeds")
     return [
-        pytest.param(*seed, marks=pytest.mark.slow if i >= number else ())
+        pytest.param(*seed, marks=further if i >= number else ())
         for i, seed in enumerate(every)
     ]
 

@@ -6,10 +6,12 @@ from __future__ import annotations
 import ast
 import gc
 import re
+import sys
 from collections.abc import Iterator
 from functools import cache
 from graphlib import CycleError, TopologicalSorter
 from importlib import import_module
+from inspect import getattr_static
 from itertools import pairwise
 from pathlib import Path
 
@@ -584,3 +586,17 @@ def test_no_module_takes_the_place_of_a_public_name_when_it_is_imported() -> Non
     assert {name.split(".")[1] for name in modules() if "." in name} & {
         *lcpcli.__all__
     } == set()
+
+
+def test_what_the_script_of_ablation_switches_off_is_there(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """Names and texts of the code, which may have changed since."""
+    pytest.importorskip("numba")
+    monkeypatch.setattr(sys, "path", [*sys.path, str(ROOT / "tests" / "benchmarks")])
+    ablation = import_module("ablation")
+    for switch in [*ablation.SWITCHES, *ablation.rows()]:
+        owner, name = ablation.place(switch.target)
+        switch.off(getattr_static(owner, name))
+        for target in switch.goes:
+            assert hasattr(*ablation.place(target)), (switch.name, target)

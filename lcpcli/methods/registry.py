@@ -46,8 +46,8 @@ ADDITIONS = {  # options of every method that iterates
 }
 SWITCHES = {  # options of auto that are on unless they are switched off
     "presolve": (
-        "First decide what single rows of a mixed problem determine, and rewrite "
-        "its equations in the best way."
+        "First remove free variables of a mixed problem that a single equation "
+        "determines, and rewrite its equations in the best way."
     )
 }
 OF_AUTO = dict.fromkeys(SWITCHES, True)  # its options in force, if none is chosen

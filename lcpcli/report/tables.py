@@ -85,7 +85,7 @@ def build(
 
     width : of the terminal; None if there is none. compared, shows_all : as for
     `result_formats.results_report`. column_names : the columns of the iterates, from
-    `columns.table`; then there is no summary. shown_names : of the unknowns that are
+    `columns.selected_columns`; then there is no summary. shown_names : of the unknowns that are
     shown, as for `wording.selected_components`, and which traces have, but of a game
     all; empty for as many as fit.
     """

@@ -2,10 +2,9 @@
 of `tests/seams` whose run uses it are run again.
 
     # the first run of the sample, which is kept, and all switches
-    python tests/benchmarks/ablation.py --data FOLDER -o TABLE
-    # some of them; the constants of SCALED, halved and doubled
+    python tests/benchmarks/ablation.py --data FOLDER --sample FILE -o TABLE
+    # some of them
     python tests/benchmarks/ablation.py --only units presolve
-    python tests/benchmarks/ablation.py --constants
 
 A row of the table has the tokens of what would go (for a row of a table, of
 the whole table); how many of the sampled problems
@@ -268,7 +267,7 @@ SWITCHES: tuple[Switch, ...] = (
                 "False",
             )
         ),
-        (f"{U}:_banded", f"{U}:_first_of_parts"),
+        (f"{U}:_banded", f"{U}:_first_of_components"),
     ),
     Switch(
         "units of symmetric M by gradients",
@@ -429,8 +428,9 @@ SWITCHES: tuple[Switch, ...] = (
         )
         for i, word, goes in (
             (0, "elimination", ("solving.direct_run:elimination_steps",)),
-            (1, "pivoting", ()),
-            (2, "near", ("solving.direct_run:near_steps", "solving.direct_run:_near")),
+            (1, "proposals", ("solving.direct_run:proposed_steps",)),
+            (2, "pivoting", ("solving.direct_run:direct_steps",)),
+            (3, "near", ("solving.direct_run:near_steps", "solving.direct_run:_near")),
         )
     ),
     Switch("kernels", "solving.direct_run:compiled", nothing),
@@ -452,7 +452,12 @@ SWITCHES: tuple[Switch, ...] = (
     Switch(
         "interior gmres",
         "methods.interior_steps:RefinedShiftedSolver.solve",
-        edited(("if left > max(10 * goal, DOUBTFUL_RESIDUAL * size):", "if False:")),
+        edited(
+            (
+                "if residual_size > max(10 * goal, DOUBTFUL_RESIDUAL * size):",
+                "if False:",
+            )
+        ),
         ("linalg.krylov:gmres",),
     ),
     Switch(
@@ -496,7 +501,7 @@ SWITCHES: tuple[Switch, ...] = (
     ),
     Switch(
         "solutions beside",
-        "verify.acceptance:_beside",
+        "verify.acceptance:_up_to_small_entries",
         nothing,
         ("verify.small_entries:solution_up_to_small_entries",),
     ),
@@ -508,9 +513,9 @@ SWITCHES: tuple[Switch, ...] = (
     Switch("large solutions", "verify.nearby_solutions:large_solution", nothing),
     Switch(
         "exact confirmation",
-        "verify.acceptance:confirmed",
+        "verify.acceptance:verified_or_exact",
         constant(lambda _, z, basis=None: _confirmed(z, basis)),
-        ("verify.final_states:confirmed",),
+        ("verify.final_states:verified_or_exact",),
     ),
     Switch(
         "bounds on open signs",
@@ -574,8 +579,6 @@ SWITCHES: tuple[Switch, ...] = (
         )
     ),
 )
-# Constants that guard much code, which `--constants` halves and doubles.
-SCALED: tuple[str, ...] = ()
 
 
 def place(target: str) -> tuple[Any, str]:
@@ -611,8 +614,12 @@ def switched(target: str, off: Callable[[Any], Any]) -> Iterator[None]:
 
 
 def tokens(target: str) -> int:
-    """Return the tokens of a function, class or constant of a module."""
-    owner, name = place(target)
+    """Return the tokens of a function, class or constant of a module; 0 for one of a
+    module that needs a package which is missing."""
+    try:
+        owner, name = place(target)
+    except ImportError:
+        return 0
     module = owner if inspect.ismodule(owner) else sys.modules[owner.__module__]
     source = inspect.getsource(module)
     kinds = {tokenize.NAME, tokenize.OP, tokenize.NUMBER, tokenize.STRING}
@@ -838,7 +845,7 @@ def tried(switch: Switch, sampled: Sequence[Sampled], most: int) -> str:
     """Return its row, or why it cannot be switched off."""
     try:
         return row(switch, sampled, most)
-    except (AssertionError, AttributeError) as error:
+    except (AssertionError, AttributeError, ImportError) as error:
         return f"| {switch.name} | {type(error).__name__}: {error} |"
 
 
@@ -854,21 +861,12 @@ def main() -> None:
     )
     parser.add_argument("--data", type=Path, help="a folder of problem files")
     parser.add_argument("--only", nargs="+", default=[""], help="beginnings of names")
-    parser.add_argument(
-        "--constants", action="store_true", help="SCALED in their place"
-    )
     parser.add_argument("--of-a-kind", type=int, default=OF_A_KIND)
     parser.add_argument("--sample", type=Path, help="a file that keeps the sample")
     parser.add_argument("--most", type=int, default=400, help="problems of a switch")
     parser.add_argument("-o", "--output", type=Path, help="the table is added to it")
     asked = parser.parse_args()
     switches: Sequence[Switch] = [*SWITCHES, *rows()]
-    if asked.constants:
-        switches = [
-            Switch(f"{target} {word}", target, lambda v, f=f: type(v)(v * f))
-            for target in SCALED
-            for f, word in ((0.5, "halved"), (2, "doubled"))
-        ]
     switches = [each for each in switches if each.name.startswith(tuple(asked.only))]
     switches.sort(key=lambda each: -sum(map(tokens, each.goes or (each.target,))))
     with TemporaryDirectory() as folder:

@@ -19,6 +19,7 @@ import lcpcli
 from lcpcli.errors import ProblemError
 
 from ..cli.conftest import Lcp
+from ..seeds import few_of
 
 PEAKS = {
     "lsq": True,
@@ -27,14 +28,6 @@ PEAKS = {
     "lower": 0,
     "columns": ["level", "slope", "peak"],
 }
-
-
-def some(few: int, many: int) -> list[Any]:
-    """Seeds, of which those after the first few are slow together."""
-    return [
-        seed if seed < few else pytest.param(seed, marks=pytest.mark.slow)
-        for seed in range(many)
-    ]
 
 
 def random_fit(seed: int) -> tuple[Any, Any]:
@@ -48,7 +41,7 @@ def random_fit(seed: int) -> tuple[Any, Any]:
     return A, rng.standard_normal(m)
 
 
-@pytest.mark.parametrize("seed", some(12, 40))
+@pytest.mark.parametrize("seed", few_of(range(40), 12))
 def test_no_fit_is_worse_than_that_of_scipy(seed: int) -> None:
     A, b = random_fit(seed)
     result = lcpcli.nnls(A, b)
@@ -57,7 +50,7 @@ def test_no_fit_is_worse_than_that_of_scipy(seed: int) -> None:
     assert result.answer.norm <= optimize.nnls(A, b)[1] + 1e-12 * np.linalg.norm(b)
 
 
-@pytest.mark.parametrize("seed", some(8, 20))
+@pytest.mark.parametrize("seed", few_of(range(20), 8))
 def test_fits_within_bounds_are_not_worse_than_those_of_scipy(seed: int) -> None:
     A, b = random_fit(seed)
     lower, upper = -0.2 / np.abs(A).max(axis=0), 0.3 / np.abs(A).max(axis=0)
@@ -67,7 +60,7 @@ def test_fits_within_bounds_are_not_worse_than_those_of_scipy(seed: int) -> None
     assert answer.norm <= np.linalg.norm(A @ other - b) + 1e-12
 
 
-@pytest.mark.parametrize("seed", some(8, 20))
+@pytest.mark.parametrize("seed", few_of(range(20), 8))
 def test_fits_with_equations_satisfy_their_conditions(seed: int) -> None:
     rng = np.random.default_rng(seed)
     m, n = rng.integers(3, 12, 2)

@@ -375,7 +375,7 @@ def nothing(random: Generator, M: Vector, lower: Vector, upper: Vector) -> None:
 PATTERNS = (repeated, single_in_row, single_in_column, bound, pair, skew, nothing)
 
 
-def linear_program(seed: int, written: str, infeasible: bool = False) -> Problem:
+def linear_program(seed: int, written: str) -> Problem:
     """Conditions of a linear program in x >= 0 with equations and inequalities, as
     models have them: a free variable for the objective, and rows x - l >= 0 with
     multipliers of their own.
@@ -398,8 +398,6 @@ def linear_program(seed: int, written: str, infeasible: bool = False) -> Problem
         np.zeros(equations),
         np.where(y[equations:] == 0, random.integers(0, 3, inequalities), 0),
     )
-    if infeasible:
-        A[-1], b[-1] = -np.abs(A[-2]) - 1, 1  # no x >= 0 has A x >= b in that row
     s = np.append(
         random.choice([-1.0, 1.0], equations)
         if written != "plainly"
