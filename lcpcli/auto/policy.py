@@ -18,7 +18,7 @@ from dataclasses import replace
 from fractions import Fraction
 from functools import cached_property, partial
 from itertools import chain, takewhile
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
@@ -71,9 +71,6 @@ from lcpcli.verify.exact_solution import accurate_basic_solution, from_point
 from lcpcli.verify.farkas import farkas_vector
 from lcpcli.verify.final_states import MAX_DECIDED, is_doubtful
 from lcpcli.verify.point import Criterion, Point
-
-if TYPE_CHECKING:
-    pass
 
 REFINED = "refined"
 # Of one point: each may change states that those before it have left wrong.

@@ -153,10 +153,12 @@ def lemke_stage(
 
 
 def end_of_path(problem: Problem, follow: Follow) -> Stage:
-    """Yield the point at which the path ends, up to the rounding there, whether it is a
-    solution or not."""
+    """Yield the point at which the path ends, whether it is a solution or not; if it
+    is one, that of its basis, without the rounding of the pivots."""
     path = path_to_end(problem, follow, reduced(problem))
     z, _, basis = path.point()
+    if path.end == SOLVED:
+        z, _ = solution_of_basis(problem, path.reduction.M, z, basis)
     yield _at(problem, z, path.pivots, basis)
     return Finished()
 

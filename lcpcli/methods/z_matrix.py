@@ -79,7 +79,7 @@ def _exchanged(
         n_checked, basic = len(basic), basic + negative
     if negative is not None:
         return basic, None
-    last = len(basic)  # the first `known` are those of an M-matrix, and these are not
+    last = len(basic)  # the first `n_checked` are those of an M-matrix, these are not
     while last - n_checked > 1:
         middle = (n_checked + last) // 2
         n_checked, last = (

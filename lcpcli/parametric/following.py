@@ -451,14 +451,14 @@ class _Following:
         points = self.points[first:]
         verified_points = points[: n_verified - first]
         if self.exact is not None:
-            terminations = (
+            endpoints = (
                 (point.states, endpoint)
                 for before, point in pairwise(verified_points)
                 for endpoint in (before, point)
             )
             is_verified = all(
                 self.exact.satisfies(states, endpoint.s, endpoint.z, endpoint.w)
-                for states, endpoint in terminations
+                for states, endpoint in endpoints
                 if states is not None
             )
         else:

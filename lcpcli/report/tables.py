@@ -84,10 +84,10 @@ def build(
     the same components of z.
 
     width : of the terminal; None if there is none. compared, shows_all : as for
-    `result_formats.results_report`. column_names : the columns of the iterates, from
-    `columns.selected_columns`; then there is no summary. shown_names : of the unknowns that are
-    shown, as for `wording.selected_components`, and which traces have, but of a game
-    all; empty for as many as fit.
+    `result_formats.results_report`. column_names : the columns of the iterates, as
+    for `columns.selected_columns`; then there is no summary. shown_names : of the
+    unknowns that are shown, as for `wording.selected_components`, and which traces
+    have, but of a game all; empty for as many as fit.
     """
     first, problem = results[0], results[0].problem
     components = first.trace.components if first.trace else None

@@ -147,8 +147,8 @@ class Session:
         is_compiled : whether kernels are used, if there are any. is_shown : whether
         somebody sees the steps. interrupted : whether Ctrl-C has ended an attempt. lost
         : the basic solutions from which `newton` goes on in the first stages. answer :
-        the last one that was judged. extent : what is asked of a point, if it is not
-        a solution.
+        the last one that was judged. extent : what is asked of the point at which an
+        attempt ends. evaluations : of the first stages, also if they lead nowhere.
     """
 
     problem: Problem
@@ -164,6 +164,7 @@ class Session:
     lost: Sequence[Made] = ()
     answer: DirectAnswer | None = None
     extent: Extent = AT_ONCE
+    evaluations: int = 0
 
     def is_late(self) -> bool:
         """Return whether the time is up."""
@@ -380,7 +381,9 @@ def direct_steps(session: Session) -> Steps:
         answer = fast.mixed(problem, session.limits.tol)
         if answer is not None:
             return session.result_if_accepted(answer)
-    if session.is_compiled and (problem.n > MAX_PIVOTED or problem.has_far_sides):
+    # Else the loop follows; a step of a nonlinear run has no other way than this.
+    is_for_loop = session.is_compiled and not session.extent.share
+    if is_for_loop and (problem.n > MAX_PIVOTED or problem.has_far_sides):
         return None
     dense = problem
     if type(problem.M) is not np.ndarray:
@@ -510,7 +513,7 @@ def first_steps(
     these take it, as the loop of `auto` returns it; None if they do not end at a
     solution that is beyond doubt."""
     with imports:
-        from lcpcli.auto.attempts import FIRST, STEP, Structure, attempts_in_rounds
+        from lcpcli.auto.attempts import FIRST, Structure, attempts_in_rounds, phases
         from lcpcli.methods.newton import SLOW, iterate_of
         from lcpcli.methods.stages import (
             Finished,
@@ -536,7 +539,7 @@ def first_steps(
     extent = FIRST_STAGES
     if session.extent.share:
         structure.is_linearization = True
-        phase = STEP
+        (phase,) = phases(structure)
         extent = session.extent
     sequence, route = MethodSequence(structure.x0), list[str]()
     parts = attempts_in_rounds(structure, phase)
@@ -550,6 +553,7 @@ def first_steps(
             route.append(step.method)
             if id(step.x) not in passed:
                 yield step
+        session.evaluations = sequence.last.evaluations
         if not isinstance(step, Finished):
             continue
         last = sequence.last

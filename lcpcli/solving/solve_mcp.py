@@ -374,9 +374,10 @@ def solution_of_linearization(
         return None
     if result.interrupted:
         raise KeyboardInterrupt
-    evaluations.pivots += PIVOTS_OF_RUN
+    # Also those of a run that leads nowhere, which takes longest.
+    evaluations.pivots += PIVOTS_OF_RUN + result.evaluations
     if result.solved or _is_step(problem, result.z):
-        return _with_states(result, evaluations)
+        return _with_states(result)
     return None
 
 
@@ -384,9 +385,8 @@ def _is_step(problem: Problem, z: Vector) -> bool:
     return accepted(problem, [z], LINEAR.tol, STEP) is not None
 
 
-def _with_states(result: Result, evaluations: Evaluations) -> tuple[Vector, States]:
-    """Return the z of a result with its states, once its pivots are counted."""
-    evaluations.pivots += result.evaluations
+def _with_states(result: Result) -> tuple[Vector, States]:
+    """Return the z of a result with its states."""
     z, final_basis = result.z, result.end
     return z, result.problem.box.basis_at(z) if final_basis is None else final_basis
 
@@ -413,4 +413,8 @@ def _step(
     )
     with np.errstate(all="ignore"):
         result = exhausted(direct_steps(session))
-    return None if result is None else _with_states(result, evaluations)
+    if result is None:
+        evaluations.pivots += session.evaluations
+        return None
+    evaluations.pivots += result.evaluations
+    return _with_states(result)

@@ -254,19 +254,15 @@ def _motions(problem: Problem, z: Vector, w: Vector, basic: Mask) -> _Motions | 
     if not np.isfinite(alone[:, basic]).all():
         return None
     distances[~states.determined] = np.inf
-    kinks, free = np.zeros((2, z.size), dtype=bool)
+    kinks, at_bound, free = np.zeros((3, z.size), dtype=bool)
     while True:
         may_reach_bound = distances <= np.nan_to_num(
             sizes[0] + SAFE * sizes[1], nan=LARGEST_DOUBLE, posinf=LARGEST_DOUBLE
         )
         # What is 0, and remains so, exchanges nothing; nor does what moves among the
         # solutions, whose states these are not.
-        new = (
-            may_reach_bound
-            & ~kinks
-            & sizes.any(axis=0)
-            & np.isfinite(sizes).all(axis=0)
-        )
+        at_bound |= may_reach_bound & np.isfinite(sizes).all(axis=0)
+        new = at_bound & ~kinks & sizes.any(axis=0)
         kinks |= new
         if np.count_nonzero(kinks) > MAX_KINKS:
             may_reach_bound, sizes = (
@@ -276,7 +272,7 @@ def _motions(problem: Problem, z: Vector, w: Vector, basic: Mask) -> _Motions | 
             break
         if not new.any():
             break
-        exchanges = _Exchanges(problem, z, states, moves, kinks, may_reach_bound)
+        exchanges = _Exchanges(problem, z, states, moves, kinks, at_bound)
         sizes, free = exchanges.largest_sizes(), exchanges.free
     return _Motions(
         alone[0] + MEDIAN * alone[1],
@@ -334,7 +330,7 @@ class _Exchanges:
         # With equations that follow from others, y_P may contradict them.
         self._contradictions = states.contradictions(columns)
         self._moves = moves / self._units
-        self._P, self._basic, self._at_bound = P, basic, kinks | at_bound
+        self._P, self._basic, self._at_bound = P, basic, at_bound
         # At which of its bounds each number is: neither may fall, or rise.
         self._signs = np.where(box.upper - z < z - box.lower, -1.0, 1.0)
         self.free = np.zeros(z.size, dtype=bool)

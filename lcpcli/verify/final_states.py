@@ -142,11 +142,11 @@ def verified_or_exact(
         exact_solution = exact_basis(data, basis)
         if exact_solution is None:
             return unchanged if problem.n > MAX_DECIDED else None
-        cleaned = rounded(exact_solution.z)
+        exact_z = rounded(exact_solution.z)
         if exact_solution.solves:
             return (
-                VerifiedPoint(cleaned, basis)
-                if is_finite(cleaned) and is_finite(problem.w(cleaned))
+                VerifiedPoint(exact_z, basis)
+                if is_finite(exact_z) and is_finite(problem.w(exact_z))
                 else None
             )
         # Only rounding: of the largest z_j where a violation is by a basic z_i, else of
@@ -154,16 +154,16 @@ def verified_or_exact(
         # which rows may be filled by rounding alone.
         is_basic, terms = (
             basis == BASIC,
-            np.abs(matrices.dense(problem.M)) @ np.abs(cleaned) + np.abs(problem.q),
+            np.abs(matrices.dense(problem.M)) @ np.abs(exact_z) + np.abs(problem.q),
         )
-        max_violation = SIGN_ROUNDING * np.where(is_basic, np.abs(cleaned).max(), terms)
+        max_violation = SIGN_ROUNDING * np.where(is_basic, np.abs(exact_z).max(), terms)
         if problem.is_moderate and problem.n > MAX_DECIDED:
             measure = Measure(problem)
             max_violation = np.maximum(
                 max_violation,
                 ROW_ROUNDING
                 * np.where(
-                    is_basic, measure.natural_sizes(cleaned), measure.caps(cleaned)
+                    is_basic, measure.natural_sizes(exact_z), measure.caps(exact_z)
                 ),
             )
         if not (
@@ -175,5 +175,5 @@ def verified_or_exact(
             return unchanged
         worst = np.zeros(problem.n, np.bool_)
         worst[max(exact_solution.gaps, key=exact_solution.gaps.__getitem__)] = True
-        basis = problem.box.exchanged(basis, worst, cleaned)
+        basis = problem.box.exchanged(basis, worst, exact_z)
     return None

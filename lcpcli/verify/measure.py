@@ -140,8 +140,8 @@ class Measure:
         return far._replace(w=w, error=np.minimum(error, far.error), grid=self.grid(z))
 
     def rows_from_reference(self, distance: Vector, row_magnitudes: Vector) -> Rows:
-        """Return w at z_ref + distance, a point that doubles may not represent; given :
-        |q| + |M| |z| for its z."""
+        """Return w at z_ref + distance, a point that doubles may not represent.
+        row_magnitudes : |q| + |M| |z| for its z."""
         w, far = self._w_and_terms(distance, self.data.q_ref)
         terms = np.minimum(row_magnitudes, np.maximum(far, FINEST * row_magnitudes))
         return Rows(

@@ -15,15 +15,17 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from scipy.sparse import csr_array
+from scipy.sparse import csr_array, diags_array
 
 import lcpcli
+from lcpcli import Problem, run
 from lcpcli.errors import OptionError
 from lcpcli.gallery import nonlinear as gallery
+from lcpcli.model.box import BASIC
 from lcpcli.model.evaluations import Evaluations
 from lcpcli.model.nonlinear import NonlinearProblem
 from lcpcli.solving.result import Status
-from lcpcli.solving.solve_mcp import run_nonlinear
+from lcpcli.solving.solve_mcp import run_nonlinear, solution_of_linearization
 from lcpcli.typing import Vector
 
 from ..nonlinear_problems import KINDS, MONOTONE, natural_residual, planted
@@ -584,3 +586,39 @@ def test_z0_is_the_start_also_of_a_problem() -> None:
 def test_names_say_how_many_unknowns_there_are(names: Any) -> None:
     result = lcpcli.solve_mcp(lambda z: z - [1.0, 2.0], names=names)
     assert (result.z.tolist(), tuple(result.problem.names)) == ([1.0, 2.0], ("a", "b"))
+
+
+def linearization(seed: int, n: int) -> tuple[Vector, Vector]:
+    random = np.random.default_rng(seed)
+    return random.standard_normal((n, n)), random.standard_normal(n)
+
+
+@pytest.mark.parametrize("is_compiled", [False, True])
+@pytest.mark.parametrize(("n", "upper"), [(40, 1e15), (400, 1.0)])
+def test_a_linearization_has_its_step_with_kernels_and_without(
+    n: int, upper: float, is_compiled: bool
+) -> None:
+    """Also one beyond what the kernels take."""
+    M = diags_array([-1.0, 3.0, -1.0], offsets=[-1, 0, 1], shape=(n, n)).tocsr()
+    box, basis = Problem(M, np.zeros(n), upper=upper).box, np.full(n, BASIC, np.int8)
+    evaluations = Evaluations(NonlinearProblem(lambda z: z, x0=np.zeros(n)))
+    found = solution_of_linearization(
+        M, np.full(n, -1.0), box, basis, False, evaluations, is_compiled
+    )
+    assert found is not None
+    assert run(Problem(M, np.full(n, -1.0), upper=upper)).z == pytest.approx(found[0])
+
+
+def test_pivots_of_a_linearization_without_a_step_are_counted() -> None:
+    """They are the work after which a run without restarts stops."""
+    evaluations = Evaluations(NonlinearProblem(lambda z: z, x0=np.zeros(60)))
+    missing = 0
+    for seed in range(20):
+        M, q = linearization(seed, 60)
+        before = evaluations.pivots
+        box = Problem(M, q).box
+        args = M, q, box, None, False, evaluations, False
+        if solution_of_linearization(*args) is None:
+            missing += 1
+            assert evaluations.pivots > before
+    assert missing > 10

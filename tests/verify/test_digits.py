@@ -453,3 +453,14 @@ def test_a_component_that_is_said_not_to_be_unique_has_several_values(
                 assert differs(problem, i), seed
                 claims += 1
     assert claims > 20
+
+
+def test_several_kinks_in_turn_leave_the_components_that_are_not_unique() -> None:
+    """z1, z2 and z3 move along the solutions, two of them against each other; z6 is a
+    kink only once z5, at its bound, is exchanged."""
+    M = np.zeros((6, 6))
+    M[:3, :3] = [[1, 0, 1], [0, 1, -1], [1, 0, 1]]
+    M[3, 3:5], M[4, 4:], M[5, 5] = [1, -1], [1e-6, 1], 1
+    result = run(Problem(M, [-2, -2, -2, -1e-9, -1, -1]))
+    assert result.solved
+    assert result.not_unique == [0, 1, 2]
