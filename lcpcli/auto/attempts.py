@@ -38,7 +38,7 @@ from lcpcli.linalg.matrices import (
 )
 from lcpcli.linalg.patterns import affordable, is_forest
 from lcpcli.methods import direct, stages
-from lcpcli.methods.newton import MIN_INDEX_STEPS, SLOW, dense_route, newton
+from lcpcli.methods.newton import MAX_LEAST_INDEX_STEPS, SLOW, dense_route, newton
 from lcpcli.methods.registry import METHODS
 from lcpcli.methods.stages import Iterate, Part, RecordedStages, Stage, Stalled
 from lcpcli.model.changes import is_far_from_one
@@ -88,9 +88,6 @@ MAX_PIVOTED_BY_NUMPY = 150
 # Unknowns up to which Lemke's path is so short that it is followed where no theorem
 # says how it ends.
 SHORT = 20
-# Of all rows: with no more than one entry, from which on presolve may help the best
-# methods too.
-MANY_SHORT_ROWS = 0.2
 MAX_UNFILLED = 100  # unknowns up to which sparse factors cost no less than dense ones
 
 
@@ -235,16 +232,10 @@ class Structure:
 
     @cached_property
     def may_gain_by_presolve(self) -> bool:
-        """Return whether many rows have at most one entry, or variables are fixed; or
-        else M is not monotone as it is. Sparse convex programs gain nothing: they take
-        as many steps as before."""
+        """Return whether M is not monotone as it is, as its equations may be in other
+        signs. Convex programs gain nothing: they take as many steps as before."""
         if self.program:
             return False
-        problem, M = self.problem, self.problem.M
-        lengths = np.diff(M.indptr) if is_sparse(M) else np.count_nonzero(M, axis=1)
-        short = np.count_nonzero(problem.box.fixed | (lengths <= 1))
-        if short >= MANY_SHORT_ROWS * problem.n:
-            return True
         if self.is_large_and_sparse:
             return self.is_no_p_matrix
         return not self.is_semidefinite
@@ -429,7 +420,11 @@ def _single_exchanges(structure: Structure) -> int:
     """Return how many pivots on single indices of a dense M are made before other
     methods are attempted: few where Lemke's path follows, which advances by one index
     at a time too, for a fraction of the cost, or interior."""
-    return direct.FEW_INDEX_STEPS if _is_hasty(structure.problem) else MIN_INDEX_STEPS
+    return (
+        direct.FEW_INDEX_STEPS
+        if _is_hasty(structure.problem)
+        else MAX_LEAST_INDEX_STEPS
+    )
 
 
 def _from_basic_zeros(structure: Structure) -> Stage:
@@ -820,7 +815,7 @@ PRESOLVE = AttemptRule(
     *(
         "presolve",
         "",
-        "rows with one entry may decide variables: what is left is tried first",
+        "M may be monotone with equations in other signs: what is left is tried first",
     ),
     lambda s: s.problem.is_mixed and s.may_gain_by_presolve,
     None,

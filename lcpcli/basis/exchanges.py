@@ -327,5 +327,5 @@ def solve_basic(
 def reciprocals(sizes: Vector) -> Vector:
     """Return 1 / sizes, 1 for 0; of subnormal sizes the largest double, so that 0 times
     it stays 0."""
-    basic_solution: Vector = np.minimum(1.0 / (sizes + (sizes == 0.0)), LARGEST_DOUBLE)
-    return basic_solution
+    inverses: Vector = np.minimum(1.0 / (sizes + (sizes == 0.0)), LARGEST_DOUBLE)
+    return inverses

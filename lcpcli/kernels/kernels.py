@@ -23,7 +23,7 @@ from lcpcli.auto.attempts import NEWTON_SETTLING_FACTOR, SETTLED_CHANGES
 from lcpcli.linalg.doubles import ROW_ROUNDING
 from lcpcli.linalg.matrices import TINY_TERMS
 from lcpcli.methods import direct
-from lcpcli.methods.newton import MIN_INDEX_STEPS
+from lcpcli.methods.newton import MAX_LEAST_INDEX_STEPS
 from lcpcli.model.box import BASIC, LOWER, UPPER
 from lcpcli.verify.enclosure import open_signs, regular_change
 from lcpcli.verify.final_states import HIDDEN_TERM, LONG_NUMBER, SURE_DIGITS
@@ -475,7 +475,7 @@ def pivot_blocks(
     )
     is_hasty, left = (
         False,
-        direct.FEW_INDEX_STEPS if n <= direct.MAX_PIVOTED else MIN_INDEX_STEPS,
+        direct.FEW_INDEX_STEPS if n <= direct.MAX_PIVOTED else MAX_LEAST_INDEX_STEPS,
     )
     for i in range(n):
         for at in range(begin[i], begin[i + 1]):

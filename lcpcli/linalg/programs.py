@@ -259,9 +259,9 @@ def convex_minimum(
     lower, upper = bounds
     solver = piqp.DenseSolver() if isinstance(Q, np.ndarray) else piqp.SparseSolver()
     settings = solver.settings
-    row_bounds = [v[np.isfinite(v)] for v in (c, b, low, high)]
+    finite_numbers = [v[np.isfinite(v)] for v in (c, b, low, high)]
     largest, gap = (
-        max(float(np.abs(v).max(initial=0.0)) for v in row_bounds) or 1.0,
+        max(float(np.abs(v).max(initial=0.0)) for v in finite_numbers) or 1.0,
         tol if max_gap is None else max_gap,
     )
     settings.eps_rel, settings.eps_abs = tol, tol * largest

@@ -247,7 +247,7 @@ class Bordered:
         with imports:
             from lcpcli.linalg.compressed_rows import block, of_arrays
         rest = np.delete(np.arange(M.shape[0]), border)
-        self._diagonal_positions, self._rest = border, rest
+        self._border, self._rest = border, rest
 
         def submatrix(rows: Indices, columns: Indices) -> Matrix:
             return of_arrays((rows.size, columns.size), *block(M, rows, columns))
@@ -273,14 +273,12 @@ class Bordered:
         columns = [self._B] if isinstance(self._inner, _Diagonal) else self._B.T
         self._W = np.column_stack([self._inner.solve(column) for column in columns])
         self._inverse = np.linalg.inv(
-            self._E + np.diag(d[self._diagonal_positions]) - self._C @ self._W
+            self._E + np.diag(d[self._border]) - self._C @ self._W
         )
 
     def solve(self, b: Vector) -> Vector:
         y = self._inner.solve(b[self._rest])
         x = np.empty_like(b)
-        x[self._diagonal_positions] = self._inverse @ (
-            b[self._diagonal_positions] - self._C @ y
-        )
-        x[self._rest] = y - self._W @ x[self._diagonal_positions]
+        x[self._border] = self._inverse @ (b[self._border] - self._C @ y)
+        x[self._rest] = y - self._W @ x[self._border]
         return x

@@ -28,7 +28,7 @@ from lcpcli.basis.exchanges import (
 from lcpcli.linalg.doubles import ROW_ROUNDING
 from lcpcli.linalg.factors import solve_principal
 from lcpcli.methods.direct import Safeguard
-from lcpcli.methods.newton import MIN_INDEX_STEPS, gradient_steps
+from lcpcli.methods.newton import MAX_LEAST_INDEX_STEPS, gradient_steps
 from lcpcli.model.box import BASIC, LOWER, Box
 from lcpcli.model.right_hand_sides import Block
 from lcpcli.typing import Indices, Mask, States, Vector
@@ -153,7 +153,7 @@ def solve_many_by_pivoting(
         """Pivot some rows of the frame from their states, and write the solutions into
         `found`."""
         guard, pivoting = (
-            Safeguard(shape[1], MIN_INDEX_STEPS),
+            Safeguard(shape[1], MAX_LEAST_INDEX_STEPS),
             block_principal_pivoting(frame.part(rows), basis),
         )
         going: Indices | None = None

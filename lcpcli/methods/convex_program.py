@@ -201,8 +201,8 @@ def _minimizer(
         return None
     blocks = [block(M, x, each) for each in (x, equations, rows)]
     Q, A, G = (
-        of_arrays((each.size, x.size), finite_bounds, indices, sign * data, csc_matrix)
-        for sign, each, (finite_bounds, indices, data) in zip(
+        of_arrays((each.size, x.size), indptr, indices, sign * data, csc_matrix)
+        for sign, each, (indptr, indices, data) in zip(
             (1, -1, -1), (x, equations, rows), blocks, strict=True
         )
     )

@@ -430,10 +430,10 @@ class PredictorCorrector:
             multipliers absorb in part, hardly counts beside the mu that is aimed at."""
             change = products / at.s
             b = self._spread(self._sign * (change - ratio * primal)) - dual
-            z, residual_size = self._systems.solve(b, self._accuracy(largest, mu, aim))
+            z, residual = self._systems.solve(b, self._accuracy(largest, mu, aim))
             ds = self._sign * self._at_bounds(z) + primal
             change -= ratio * ds
-            change += absorbing * residual_size[self._index]
+            change += absorbing * residual[self._index]
             return PrimalDualPoint(z, ds, change)
 
         affine = direction(mu, -at.s * at.w)

@@ -48,10 +48,10 @@ from lcpcli.typing import States, Vector
 if TYPE_CHECKING:
     from lcpcli.methods.direct import Made
 
-MIN_INDEX, FINISH = "least index", "finish"
+LEAST_INDEX, FINISH = "least index", "finish"
 SLOW = "the active set converges too slowly"
 # Before other methods are tried: block steps advance, these may take 2^n.
-MIN_INDEX_STEPS = 60
+MAX_LEAST_INDEX_STEPS = 60
 FAST_STEP = 0.5  # of the violations: what a fast step from given states leaves at most
 # Other steps after which states are not nearly right; a step costs little if the band
 # is narrow.
@@ -135,7 +135,7 @@ def newton(
                 return Stalled("the least-index steps were not enough")
             if hasty and guard.is_hopeless(x0.size):
                 return Stalled(SLOW)
-            step = MIN_INDEX if guard.single else "block"
+            step = LEAST_INDEX if guard.single else "block"
     except SingularMatrix as error:
         return Breakdown(str(error))
     return Finished()
@@ -177,7 +177,7 @@ def iterate_of(made: Made, evaluations: int) -> Iterate:
     return Iterate(
         (z - w) / 2,
         None,
-        MIN_INDEX if is_single else "block",
+        LEAST_INDEX if is_single else "block",
         evaluations,
         "newton",
         signs_final=False,
@@ -188,7 +188,7 @@ def iterate_of(made: Made, evaluations: int) -> Iterate:
 def dense_route(
     problem: Problem,
     x0: Vector,
-    patience: float = MIN_INDEX_STEPS,
+    patience: float = MAX_LEAST_INDEX_STEPS,
     hasty: bool = False,
 ) -> Stage:
     """Run newton from x0 or, if x0 = 0, from the reference point and its w (z = 0 and w

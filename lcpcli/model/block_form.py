@@ -92,14 +92,21 @@ class Blocks(NamedTuple):
         return self._replace(A=A, row_lower=row_lower, row_upper=row_upper)
 
     def conditions(self) -> Conditions:
-        """Return the first-order conditions in z = (x, y, s).
+        """Return the first-order conditions in z = (x, y, s)."""
+        M = self.Q
+        if self.row_lower.size:
+            M = bordered(self.Q, self.A, self.ranges, is_sparse(self.A))
+        return Conditions(M, *self.vectors())
+
+    def vectors(self) -> tuple[Vector, Vector, Vector]:
+        """Return q and the bounds of the conditions.
 
         y_i is the multiplier of row i: free for an equation, y_i >= 0 or <= 0 for a row
         with only a lower or an upper bound, 0 for a row without bounds; w is then Ax
         minus the bound. For a row i between two bounds, y_i is free and w_i = (Ax)_i -
         s_i, where s_i, within the bounds, has w = y_i.
         """
-        m, ranges = self.row_lower.size, self.ranges
+        ranges = self.ranges
         low, high = np.isfinite(self.row_lower), np.isfinite(self.row_upper)
         bound = np.where(low, self.row_lower, np.where(high, self.row_upper, 0.0))
         q = (
@@ -114,8 +121,7 @@ class Blocks(NamedTuple):
         upper = np.concatenate(
             (self.upper, np.where(low, np.inf, 0.0), self.row_upper[ranges])
         )
-        M = bordered(self.Q, self.A, ranges, is_sparse(self.A)) if m else self.Q
-        return Conditions(M, q, lower, upper)
+        return q, lower, upper
 
     @np.errstate(over="ignore", invalid="ignore")
     def objective(self, x: Vector) -> float:
@@ -180,9 +186,14 @@ class BlockForm(Formulation):
     def fits(self, conditions: Conditions) -> bool:
         return self.blocks_that_fit(conditions) is not None
 
-    def of_conditions(self, conditions: Conditions) -> BlockForm:  # noqa: ARG002
-        """Return this object, which reads q and the bounds from the problem."""
-        return self
+    def of_conditions(self, conditions: Conditions) -> BlockForm | None:
+        """Return this object, which reads q and the bounds from the problem, if they
+        are those of its blocks; M is as it was."""
+        blocks = self.blocks(conditions)
+        if blocks is None or int(blocks.ranges.sum()) != self.ranges:
+            return None
+        is_same = all(map(np.array_equal, blocks.vectors(), conditions[1:]))
+        return self if is_same else None
 
     def fields_of(self, blocks: Blocks, matrix: str, vector: str) -> dict[str, Any]:
         """Return the keys of a file for these blocks, without defaults, with these keys

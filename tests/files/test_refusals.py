@@ -735,7 +735,7 @@ NFG 2 R
 NFG 1 R title
     => has no title, players and strategies; write NFG 1 R "title" { "one" "two" } { 2
     2 }
-NFG 1 R "a game" { "Alice"  }\n{ 1 } 1 => {PLAYERS:1 player}; give one of two players
+NFG 1 R "a game" { "Alice"  }\n{ 1 } 1 => {PLAYERS:1 player}; give one of at least two
 NFG 1 R "a game" { "Alice" "Bob" "Cy" }\n{ 2 2 2 } { { 1 0 0 } } 0 0 0 0 0 0 0 1
     => has payoffs that are no sums over pairs of players: for the strategies 2, 2, 2
     Alice gets 1, not 0; the equilibria of such a game of more than two players are not

@@ -169,6 +169,22 @@ def test_by_restitution_contacts_bounce_with_a_share_of_their_speed(
     assert w[2] >= -1e-15
 
 
+def test_restitution_is_the_product_of_the_numbers_as_written() -> None:
+    """Whose doubles are .30000000000000004 for .1 times 3."""
+    problem = lcpcli.from_contact(
+        np.eye(2), [0.0, 0.0], 0.5, restitution=0.1, before=[-3.0, 0.0]
+    )
+    answer: Any = lcpcli.exact(problem).answer
+    assert answer.exact["w"][0] == Fraction(3, 10)
+
+
+def test_none_leaves_the_coefficients_of_friction_as_they_are() -> None:
+    """A body that 1.0 pushes and friction of .3 holds."""
+    solver = lcpcli.Solver(lcpcli.from_contact(np.eye(2), [-5.0, 1.0], 0.3))
+    solver.update(q=[-5.0, 1.2], mu=None)
+    assert [each.state for each in solver.solve().answer.contacts] == ["sticking"]
+
+
 @pytest.mark.parametrize("facets", [4, 8, 16])
 def test_friction_of_a_polygon_is_too_small_by_at_most_its_share(facets: int) -> None:
     mu = 0.5

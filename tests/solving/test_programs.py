@@ -415,3 +415,13 @@ def test_every_proof_for_the_constraints_is_one_for_the_program(
     result = run(from_qp(None, [0.0, 0.0, -1.0, 5.0], rows, [1.0, -0.5]))
     assert result.word == "infeasible"
     assert result.answer.certificate.tolist() == [1.0, 1.0]
+
+
+def test_a_solver_tells_of_a_program_only_where_q_and_bounds_are_those_of_one() -> None:
+    """A row whose multiplier has other bounds is none of a program."""
+    program = from_qp([[2, 0], [0, 2]], [-4, -4], [[1, 1]], row_upper=2)
+    solver = lcpcli.Solver(program)
+    assert solver.solve().answer.x == pytest.approx([1, 1])
+    assert solver.solve(lower=[0.0, 0.0, -1.0]).answer is None
+    other = solver.solve(np.array([-2.0, -4.0, -2.0]))
+    assert other.answer.x == pytest.approx([0.5, 1.5])

@@ -599,6 +599,8 @@ def test_a_linearization_has_its_step_with_kernels_and_without(
     n: int, upper: float, is_compiled: bool
 ) -> None:
     """Also one beyond what the kernels take."""
+    if is_compiled:
+        pytest.importorskip("numba")
     M = diags_array([-1.0, 3.0, -1.0], offsets=[-1, 0, 1], shape=(n, n)).tocsr()
     box, basis = Problem(M, np.zeros(n), upper=upper).box, np.full(n, BASIC, np.int8)
     evaluations = Evaluations(NonlinearProblem(lambda z: z, x0=np.zeros(n)))

@@ -44,7 +44,7 @@ def fields(content: bytes, number: Number = float) -> dict[str, Any]:  # noqa: A
         )
     if (n_players := min(len(players), len(sides))) < 2:
         raise ProblemError(
-            "", f"is a game of {count(n_players, 'player')}", "give one of two players"
+            "", f"is a game of {count(n_players, 'player')}", "give one of at least two"
         )
     if len(players) != len(sides):
         reason = f"has strategies of {len(sides)} players for {len(players)} names"

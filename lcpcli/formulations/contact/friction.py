@@ -37,6 +37,7 @@ from lcpcli.model.formulation import (
 from lcpcli.model.formulations import TEXTS
 from lcpcli.model.problem import Problem
 from lcpcli.model.right_hand_sides import like_with
+from lcpcli.rational.numbers import shortest_decimal
 from lcpcli.typing import BoundLike, Indices, Matrix, States, Vector, VectorLike
 
 NONE = -1  # in findex: an unknown that has no normal one
@@ -281,9 +282,10 @@ class Contact(Formulation):
     def _share_form(self, form: Form) -> Vector:
         """Take over the form of contacts that differ in b alone, which would be
         computed again, and return its q."""
-        q = form.T.T @ self.b
         if self.is_planar:
             q = np.concatenate((self.b, np.zeros(self.friction.normals.size)))
+        else:
+            q = form.T.T @ self.b
         conditions = form.conditions._replace(q=as_vector("q", q))
         vars(self)["_form"] = form._replace(conditions=conditions)
         return conditions.q
@@ -530,9 +532,13 @@ def _impact(
         reason = f"is {coefficients[k]:g}"
         hint = f"give a number from 0 to 1 {FROM_0}"
         raise ProblemError(f"restitution[{k}]", reason, hint)
-    velocities = as_vector("before", before, q.size, "entry of q")
+    velocities = as_vector("before", before, q.size, "velocity")
     shift = np.zeros(q.size)
-    shift[normals] = coefficients * velocities[normals]
+    # Of the numbers as written: .1 times 3 is .3.
+    pairs = zip(coefficients.tolist(), velocities[normals].tolist(), strict=True)
+    shift[normals] = [
+        float(shortest_decimal(e) * shortest_decimal(u)) for e, u in pairs
+    ]
     return Impact(q, coefficients, velocities, shift)
 
 

@@ -63,7 +63,8 @@ def _with(before: Contact, data: Mapping[str, Any]) -> Contact:
         law = before.impact
         W, q = data.get("W", before.A), data.get("q", law.q if law else before.b)
         width = 1 + friction.tangents.shape[1]
-        mu = data.get("mu", _single(friction.coefficients))
+        mu = data.get("mu")
+        mu = _single(friction.coefficients) if mu is None else mu
         e = data.get("restitution", _single(law.restitution) if law else None)
         velocities = data.get("before", law.before if law else None)
         return of_delassus(W, q, mu, width, before.facets, (e, velocities))

@@ -52,7 +52,8 @@ class _Step:
         x[self.tangents] = slips * x[self.normals]
         if not free.size:
             return x
-        matrix, row = self.A[free], self.contact.b[free] + self.A[free] @ x
+        matrix = self.A[free]
+        row = self.contact.b[free] + matrix @ x
         block = matrix[:, free]
         sliding = (is_free[self.normals] & (slips != 0)).nonzero()[0]
         if sliding.size:
@@ -96,7 +97,7 @@ class _Step:
 
 
 def _solved(block: Vector, row: Vector) -> Vector | None:
-    """Return y with block y + row = 0; None if rounding in it may be large.
+    """Return y with block y + row = 0; None if the shifted block is singular.
 
     A small multiple of the identity makes blocks of redundant contacts regular; its
     effect on y is corrected, and in directions that change no velocity y stays near

@@ -89,12 +89,12 @@ class Behavior(Profile):
                 reached[node.owner][node.where] += number(node.chance) * one[i] * two[j]
         sets = [
             InformationSetStrategy(
-                name, label, distinct_labels(plan_of_player.actions), *values
+                name, label, distinct_labels(information_set.actions), *values
             )
             for name, player, *both in zip(
                 names, players, strategies, reached, strict=True
             )
-            for label, plan_of_player, *values in zip(
+            for label, information_set, *values in zip(
                 player.labels(), player.sets, *both, strict=True
             )
         ]

@@ -163,8 +163,8 @@ def exchanges(
         if x.any():
             of_free = of_free - gram[free] @ x
         if free.size:
-            _, x[free], reason = solve(gram[free[:, np.newaxis], free], of_free)
-            if reason:
+            _, x[free], info = solve(gram[free[:, np.newaxis], free], of_free)
+            if info:
                 return None
         slopes = gram @ x - side
         below, above = x < lower, x > upper

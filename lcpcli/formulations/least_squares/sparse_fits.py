@@ -37,8 +37,8 @@ def minimize_sparse(data: Data) -> Minimizer | None:
     free = point.free
     rows = np.zeros(0)
     if free.size:
-        factor, reason = lapack().dpotrf(gram[free[:, np.newaxis], free])
-        if reason or not _is_corrected(data, point, factor):
+        factor, info = lapack().dpotrf(gram[free[:, np.newaxis], free])
+        if info or not _is_corrected(data, point, factor):
             return None
         inverse, _ = lapack().dpotri(factor)
         rows = np.sqrt(np.diagonal(inverse))

@@ -130,8 +130,8 @@ class _Examination:
         H, numbers = dense(blocks.Q[part, part]), [i for i, _ in copies]
         rows = [
             numbers.index(i)
-            for i, own_terms in enumerate(self.game.owner)
-            if own_terms in (None, player)
+            for i, owner in enumerate(self.game.owner)
+            if owner in (None, player)
         ]
         A, c = dense(blocks.A[rows])[:, part], g[part] - H @ x[part]
         own_terms, all_of_it = A @ x[part], product(blocks.A[rows], x)

@@ -15,7 +15,7 @@ import numpy as np
 from scipy.linalg.blas import dger
 
 from lcpcli.linalg.matrices import is_sparse
-from lcpcli.model.block_form import Blocks
+from lcpcli.model.block_form import Blocks, bordered
 from lcpcli.typing import Mask, Vector
 
 MAX_CONSTRAINTS = 600
@@ -192,11 +192,7 @@ def _at(
 ) -> ActiveSetSolution | None:
     """Return the solution with these active constraints; None if their system is
     singular."""
-    k, C = blocks.c.size, constraints.C[active]
-    K = np.zeros((k + active.size, k + active.size))
-    K[:k, :k] = blocks.Q
-    K[:k, k:] = -C.T
-    K[k:, :k] = C
+    k, K = blocks.c.size, bordered(blocks.Q, constraints.C[active])
     right = np.concatenate((-blocks.c, constraints.c[active]))
     try:
         both = np.linalg.solve(K, right)
