@@ -1,12 +1,12 @@
-"""Systems of a matrix whose entries are near its diagonal, perhaps in another order, by
-LAPACK's factors of bands.
+"""Linear systems with band matrices, perhaps after a permutation, by LAPACK's band
+factorizations.
 
-Cholesky's method for symmetric positive definite matrices (pbtrf) keeps to the band,
-and works in blocks: of a beam with 500 unknowns it takes 30 microseconds, of a plate
-with 100 x 100 unknowns 25 ms, where factors with little fill take 50 (SuperLU); from
-150 x 150 on these take less time, and a fifth of the memory. Other matrices have LU
-factors with partial pivoting (gbtrf). The order is the given one, or the reverse
-Cuthill-McKee order if that is narrower.
+Cholesky's method for symmetric positive definite matrices (pbtrf) works within the
+band, by blocks: a beam with 500 unknowns takes 30 microseconds, and a plate with 100 x
+100 unknowns 25 ms, where SuperLU with its small fill-in takes 50 ms; from 150 x 150
+unknowns on SuperLU takes less time, and a fifth of the memory. Other matrices have LU
+factors with partial pivoting (gbtrf). The order of the unknowns is theirs in M, or the
+reverse Cuthill-McKee order if the band is narrower in that.
 """
 
 from __future__ import annotations
@@ -25,24 +25,25 @@ from lcpcli.linalg.matrices import is_symmetric
 from lcpcli.linalg.patterns import narrow_order
 from lcpcli.typing import Mask, Matrix, Vector
 
-# Operations of a factorization up to which it takes no longer than one with little
-# fill, and up to which it takes no time at all, however little fill there is.
+# Operations of a band factorization up to which it takes no longer than SuperLU, and up
+# to which it takes milliseconds, whatever the fill-in of SuperLU.
 MAX_OPERATIONS, FEW_OPERATIONS = 6e8, 1e7
-# Of the entries of M: numbers of the band, unless its operations are few.
+# The largest ratio of the numbers of the band to the entries of M, unless the
+# factorization takes FEW_OPERATIONS.
 MAX_OF_ENTRIES = 64
-# Of a factorization in fixed-point numbers, each 0.1 microseconds.
+# Operations of a fixed-point factorization, of 0.1 microseconds each: one second.
 MAX_FIXED_POINT = 1e7
 
 
 class Banded:
     """The band of a sparse M, and factors of M + diag(d), or of a principal submatrix.
 
-    order : the unknowns in the order of the band, or None if that is theirs. width : of
-    the band.
+    order : the unknowns in the order of the band; None if that is their order in M.
+    width : the largest distance of an entry from the diagonal in that order.
     """
 
     def __init__(self, M: Matrix, symmetric: bool | None = None) -> None:
-        """symmetric : whether M is; None if that is not known."""
+        """symmetric : whether M is symmetric; None if that is not known."""
         n = M.shape[0]
         self.n, self.order, self.width = n, *narrow_order(M)
         self.is_symmetric = is_symmetric(M) if symmetric is None else symmetric
@@ -50,24 +51,29 @@ class Banded:
 
     @property
     def operations(self) -> float:
+        """Return the number of operations of a factorization within the band."""
         return float(self.n) * (self.width + 1) ** 2
 
     @property
     def is_affordable(self) -> bool:
-        """Return whether factors in the band take little more time than sparse ones."""
+        """Return whether factors in the band take little more time than those of
+        SuperLU.
+        """
         if self.n * (self.width + 1) > MAX_OF_ENTRIES * self._M.nnz:
             return self.operations <= FEW_OPERATIONS
         return self.operations <= MAX_OPERATIONS
 
     @property
     def has_fixed_point(self) -> bool:
-        """Return whether factors in fixed-point numbers take at most a second."""
+        """Return whether factors in fixed-point arithmetic take at most a second."""
         return self.operations <= MAX_FIXED_POINT
 
     @cached_property
     def _band(self) -> Vector:
-        """The rows k = 0, ..., width have M[j + k, j] in place j; before these, for a
-        nonsymmetric M, those of k = -width, ..., -1."""
+        """The band of M in LAPACK's format: row k = 0, ..., width has M[j + k, j] in
+        column j. For a nonsymmetric M these rows are preceded by those of k = -width,
+        ..., -1.
+        """
         M = self._M
         n = self.n
         above = 0 if self.is_symmetric else self.width
@@ -101,8 +107,9 @@ class Banded:
         return placed
 
     def _changed(self, d: Vector | None, basic: Mask | None) -> Vector:
-        """Return the band of M + diag(d), with the rows and columns of the identity for
-        what is not basic."""
+        """Return the band of M + diag(d), in which the rows and columns of nonbasic
+        variables are those of the identity.
+        """
         band: Vector = self._band.copy("F")
         middle = band.shape[0] - self.width - 1
         if d is not None:
@@ -120,7 +127,8 @@ class Banded:
 
     def factorize(self, d: Vector | None, basic: Mask | None = None) -> None:
         """Factorize M + diag(d), or M_BB for basic variables B; raise SingularMatrix if
-        doubles do not suffice."""
+        LAPACK finds it singular, or a symmetric one not positive definite.
+        """
         band = self._changed(d, basic)
         w = self.width
         factorize, solve = self._lapack
@@ -128,7 +136,7 @@ class Banded:
         if self.is_symmetric:
             call = partial(factorize, band, lower=True, overwrite_ab=True)
         else:
-            # With room for the fill of row exchanges
+            # gbtrf needs w more rows for the fill-in of row interchanges.
             padded_band = np.zeros((3 * w + 1, self.n), order="F")
             padded_band[w:] = band
             call = partial(factorize, padded_band, w, w, overwrite_ab=True)
@@ -142,14 +150,17 @@ class Banded:
         )
 
     def solve(self, b: Vector) -> Vector:
-        """Return the solution for b of shape (n,); of M_BB, where b is 0 elsewhere."""
+        """Return the solution of the last factorized system for b of shape (n,); for
+        M_BB, b must be 0 outside B.
+        """
         return self._in_place(self._solve(self._ordered(b))[0])
 
     def fixed_point_factors(
         self, d: Vector | None, basic: Mask | None = None
     ) -> FixedPointFactors:
-        """Return the factors, as `factorize` makes them, in fixed-point numbers, to
-        which d is added without rounding; raise SingularMatrix where a pivot is 0."""
+        """Return the factors that `factorize` computes in fixed-point arithmetic, where
+        d is added without rounding; raise SingularMatrix if a pivot is 0.
+        """
         band, w = self._changed(None, basic), self.width
         added = None if d is None else self._ordered(d)
         if self.is_symmetric:
@@ -162,9 +173,10 @@ class Banded:
     def fixed_point(
         self, d: Vector | None, basic: Mask | None = None
     ) -> tuple[Callable[[Vector], DoubleDouble], bool]:
-        """Return a solver as `solve`, of sums of two doubles, by factors in fixed-point
-        numbers, and whether all pivots are positive; raise SingularMatrix where one is
-        0."""
+        """Return a solver as `solve` is, in double-double numbers by factors in
+        fixed-point arithmetic, and whether all pivots are positive; raise
+        SingularMatrix if a pivot is 0.
+        """
         factors = self.fixed_point_factors(d, basic)
 
         def solve(b: Vector) -> DoubleDouble:

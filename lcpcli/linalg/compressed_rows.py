@@ -1,7 +1,9 @@
-"""Matrices in compressed sparse rows made of arrays, and their blocks and transposes.
+"""Matrices in compressed sparse rows built from arrays, and their blocks and
+transposes.
 
-scipy's routines without checks, which are not public, would save less than a tenth of
-calls with 10 to 1000 unknowns; `matrices.row_multiplier` has one for products.
+scipy's unchecked routines, which are not public, would save less than a tenth of the
+time of calls with 10 to 1000 unknowns; only for products is one used
+(`matrices.row_multiplier`).
 """
 
 from __future__ import annotations
@@ -15,7 +17,8 @@ from scipy.sparse import csr_array
 from lcpcli.typing import Indices, Matrix, Vector
 
 Shape: TypeAlias = tuple[int, int]
-# Where each row begins, the columns and the values of the entries.
+# indptr, indices and data: the start of each row, and the columns and values of
+# entries.
 Arrays: TypeAlias = tuple[Indices, Indices, Vector]
 
 
@@ -26,8 +29,9 @@ def of_arrays(
     data: Vector,
     array_class: Any = csr_array,
 ) -> Matrix:
-    """Return the matrix with these arrays, which it shares, as a csr_array or a
-    csc_matrix."""
+    """Return the matrix with these arrays, without copying them, as a csr_array or a
+    csc_matrix.
+    """
     return array_class((data, indices, indptr), shape=shape)
 
 
@@ -39,16 +43,21 @@ def transposed(shape: Shape, indptr: Indices, indices: Indices, data: Vector) ->
 
 
 def of_columns(M: Matrix) -> Matrix:
-    """Return a matrix in compressed columns in compressed rows, in memory of its own,
-    with sorted indices."""
+    """Return a matrix in compressed columns in compressed rows with sorted indices, as
+    a copy.
+    """
     arrays = transposed(M.shape[::-1], M.indptr, M.indices, M.data)
     arrays[2].setflags(write=False)
     return of_arrays(M.shape, *arrays)
 
 
 def block(M: Matrix, rows: Indices, columns: Indices) -> Arrays:
-    """Return the arrays of the block of M with these rows and columns, both ascending,
-    faster than scipy does."""
+    """Return the arrays of the block of M with these rows and columns, both ascending.
+
+    It takes less time than scipy's indexing, as the entries outside the block are
+    dropped in one pass. The entries of the rows are selected first: by a slice if the
+    rows are consecutive, by their positions if they are few, else by a mask.
+    """
     position = np.full(M.shape[1], -1, dtype=M.indices.dtype)
     indptr = M.indptr
     indices = M.indices
@@ -73,10 +82,8 @@ def block(M: Matrix, rows: Indices, columns: Indices) -> Arrays:
     else:
         is_row = np.zeros(M.shape[0], dtype=bool)
         is_row[rows] = True
-        is_row, row_starts = (
-            np.repeat(is_row, np.diff(indptr)),
-            np.append(0, indptr[rows + 1]),
-        )
+        is_row = np.repeat(is_row, np.diff(indptr))
+        row_starts = np.append(0, indptr[rows + 1])
     column_positions = position[indices]
     is_in_block = (column_positions >= 0) & is_row
     counts_before = np.zeros(data.size + 1, dtype=indptr.dtype)
@@ -90,7 +97,8 @@ def of_entries(
     columns: Sequence[Indices],
     values: Sequence[Vector],
 ) -> Matrix:
-    """Return the matrix with the entries in these arrays, one after another; entries
-    with the same row and column are summed."""
+    """Return the sparse matrix whose entries are the concatenation of these arrays;
+    entries with the same row and column are summed.
+    """
     rows_and_columns = np.concatenate(rows), np.concatenate(columns)
     return csr_array((np.concatenate(values), rows_and_columns), shape=shape)

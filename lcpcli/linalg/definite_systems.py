@@ -1,10 +1,11 @@
-"""Systems of a sparse M with M + M' positive definite, solved to more digits than
-doubles have.
+"""Linear systems with a sparse M where M + M' is positive definite, solved to more
+digits than double precision has.
 
-A solution starts from factors in doubles and is refined by residuals in twice the
-precision (J. H. Wilkinson, Rounding Errors in Algebraic Processes (1963), chapter 3),
-which converges while the condition number in scaled units is below about 1e15. Where it
-does not, a narrow band has factors in fixed-point numbers instead.
+Iterative refinement starts from factors in double precision and computes residuals in
+twice the precision (J. H. Wilkinson, Rounding Errors in Algebraic Processes (1963),
+chapter 3). It converges while the condition number of the diagonally scaled matrix is
+below about 1e15. If it does not, a narrow band is factorized in fixed-point arithmetic
+instead.
 """
 
 from __future__ import annotations
@@ -31,25 +32,29 @@ from lcpcli.linalg.matrices import (
 from lcpcli.linalg.shifted_systems import Bordered, SuperLU, dense_places
 from lcpcli.typing import Indices, Mask, Matrix, Vector
 
-# Relative to the right-hand side: more accuracy of a direction gains nothing.
+# Residual relative to the right-hand side at which refinement stops: more accurate
+# search directions do not make the methods converge in fewer steps.
 MIN_ACCURACY = 1e-12
-# Of the residual, by a step of refinement: a larger factor ends it.
+# Refinement ends when a step reduces the residual by less than this factor.
 SLOW_REFINEMENT = 0.5
 MAX_REFINEMENTS = 12
-# Of a Krylov method in the place of a solve: at most, and of the residual.
+# The limit on the steps of the Krylov method that replaces a solve, and the reduction
+# of the residual at which it stops.
 KRYLOV_STEPS, KRYLOV_REDUCTION = 30, 1e-3
-# Of a basic solution: a change that is not refined, relative to the largest component,
-# and of every component, relative to itself.
+# A basic solution needs no further refinement when the last change is below REFINED
+# times the largest component, or below LAST_DIGIT times every component.
 REFINED, LAST_DIGIT = EPS**1.6, EPS / 8
-# In scaled units: rounding of the entries of a definite M takes its eigenvalues no
-# further below 0.
+# Rounding the entries of a positive definite M with diagonal 1 moves its eigenvalues no
+# further below 0 than this.
 SHIFT = 4 * EPS
 Accurate: TypeAlias = Callable[[Vector], DoubleDouble]
 
 
 def is_nearly_definite(M: Matrix) -> bool:
     """Return whether M + M', of a sparse M with a positive diagonal, is positive
-    definite, up to rounding of its entries, by one factorization in scaled units."""
+    definite up to rounding of its entries: whether the diagonally scaled matrix plus
+    SHIFT I has a Cholesky factorization.
+    """
     S = _symmetric_part(M)
     band, shift = Banded(S, symmetric=True), np.full(M.shape[0], SHIFT)
     try:
@@ -63,34 +68,37 @@ def is_nearly_definite(M: Matrix) -> bool:
 
 
 def condition(M: Matrix) -> float:
-    """Return an estimate of the condition number of M + M', of a sparse M with a
-    positive diagonal, in units of the diagonal, to within a factor of two or so; it is
-    infinite where M + M' is not positive definite in doubles."""
+    """Return an estimate, correct to a factor of about two, of the condition number of
+    the diagonally scaled M + M' of a sparse M with a positive diagonal; it is infinite
+    if M + M' has no Cholesky factorization in double precision.
+    """
     eigenvalues = extreme_eigenvalues(_symmetric_part(M))
     return math.inf if eigenvalues is None else eigenvalues[1] / eigenvalues[0]
 
 
 def _symmetric_part(M: Matrix) -> Matrix:
-    """Return (M + M') / 2 in units of its diagonal."""
+    """Return D (M + M') D / 2 with the diagonal scaling D of `diagonal_units`."""
     D = diagonal_units(M)
     S = scaled(M, D, D)
     return S if is_symmetric(M) else (S + S.T) * 0.5
 
 
 def diagonal_units(M: Matrix) -> Vector:
-    """Return D, powers of two, for which the diagonal of D M D is about 1: where M + M'
-    is positive definite, no other D makes its condition number much smaller (A. van der
+    """Return D, powers of two, for which the diagonal of D M D is about 1. If M + M' is
+    positive definite, no other D makes its condition number much smaller (A. van der
     Sluis, Condition numbers and equilibration of matrices, Numerische Mathematik 14
-    (1969) 14-23)."""
+    (1969) 14-23).
+    """
     return np.asarray(np.exp2(np.rint(-0.5 * np.log2(M.diagonal()))))
 
 
 class DefiniteSystems:
-    """Systems of one M, with one diagonal or one basis after another.
+    """Solutions of systems with M + diag(D), for one D after another, and of systems
+    with principal submatrices of M.
 
-    product : M z + q for z in double-double. extended : how many factorizations were in
-    fixed-point numbers. is_definite : whether no system has shown that M + diag(D) is
-    not.
+    product : M z + q for z in double-double. extended : the number of factorizations
+    that were computed in fixed-point arithmetic. is_definite : False once a system has
+    shown that M + M' + 2 diag(D) is not positive definite.
     """
 
     def __init__(self, M: Matrix, S: Vector | None) -> None:
@@ -106,8 +114,9 @@ class DefiniteSystems:
         self._exact: Accurate | None = None
 
     def factorize(self, D: Vector) -> None:
-        """Factorize M + diag(D); raise SingularMatrix if that is not definite by more
-        than rounding."""
+        """Factorize M + diag(D); raise SingularMatrix if that is not definite, even
+        with SHIFT added to the diagonal for rounding of the entries.
+        """
         self._D, self._exact = D + self._shift if self._shift else D, None
         self._weights = 1.0 / (1.0 + D)
         try:
@@ -116,14 +125,17 @@ class DefiniteSystems:
             self._factors_in_doubles.factorize(D + SHIFT)
 
     def solve(self, b: Vector, target: float = 0.0) -> tuple[DoubleDouble, Vector]:
-        """Return x and b - (M + D) x, of a weighted norm up to the target or
-        MIN_ACCURACY |b|; raise SingularMatrix if that is out of reach."""
+        """Return x and r = b - (M + diag(D)) x, whose weighted norm is at most the
+        larger of `target` and MIN_ACCURACY |b|, unless the matrix proves indefinite;
+        raise SingularMatrix if factors in fixed-point arithmetic fail.
+        """
         if self._exact is not None:
             return self._exact(b), np.zeros(b.size)
         size = self._norm(b)
         goal = max(MIN_ACCURACY * size, target)
         x = DoubleDouble.of(self._factors_in_doubles.solve(b))
-        # The backward error of Cholesky's method is a small multiple of this.
+        # The backward error of Cholesky's method is a small multiple of EPS |A| |x|
+        # (Higham, Accuracy and Stability of Numerical Algorithms, theorem 10.4).
         if ROUNDING * self._row_sum * float(np.abs(x.high).max()) <= goal:
             return x, np.zeros(b.size)
         for improve in (self._factors_in_doubles.solve, self._accelerated):
@@ -133,7 +145,8 @@ class DefiniteSystems:
         try:
             self._exact = self._in_fixed_point(self._D, None)
         except SingularMatrix:
-            # Only directions of negative or no curvature are large in the residual.
+            # Refinement has removed all components of the residual but those in
+            # directions of negative or almost zero curvature.
             self.is_definite, self._shift = False, SHIFT
             return x, r
         return self._exact(b), np.zeros(b.size)
@@ -141,8 +154,10 @@ class DefiniteSystems:
     def _iterative_refinement(
         self, x: DoubleDouble, b: Vector, goal: float, improve: Solve
     ) -> tuple[DoubleDouble, Vector, float]:
-        """Return x, its residual and the norm of that after refinement, while that is
-        fast."""
+        """Return x, its residual and the norm of the residual after iterative
+        refinement with the approximate solver `improve`, which ends when a step reduces
+        the residual by less than SLOW_REFINEMENT.
+        """
         r = self._residual(x, b)
         residual_size, last = self._norm(r), np.inf
         for _ in range(MAX_REFINEMENTS):
@@ -159,9 +174,11 @@ class DefiniteSystems:
         return x, r, residual_size
 
     def _accelerated(self, b: Vector) -> Vector:
-        """Return an approximate solution by a Krylov method whose preconditioner are
-        the factors: these are wrong in the few directions whose eigenvalues are no
-        larger than rounding, for each of which it takes a step or two."""
+        """Return an approximate solution by a Krylov method preconditioned by the
+        factors. The factors are wrong only in the few directions whose eigenvalues are
+        at the level of rounding errors, and each of them takes the method one or two
+        steps.
+        """
         nothing = np.zeros(b.size)
 
         def product(v: Vector) -> Vector:
@@ -183,9 +200,11 @@ class DefiniteSystems:
         )[0]
 
     def basic(self, q: Vector, z: Vector, basic: Mask) -> tuple[DoubleDouble, Vector]:
-        """Return z with z_B such that w_B = (M z + q)_B = 0, with the other components
-        as they are, and its w; raise SingularMatrix if M_BB is not definite, or
-        refinement does not converge."""
+        """Return z with z_B such that w_B = (M z + q)_B = 0 and the other components
+        unchanged, and its w; raise SingularMatrix if M_BB is not definite, or if
+        refinement does not converge and the band is too wide for fixed-point
+        arithmetic.
+        """
         start = DoubleDouble.of(np.where(basic, 0.0, z))
         w = self.product(start, q)
         if not basic.any():
@@ -199,7 +218,8 @@ class DefiniteSystems:
         exact = self._in_fixed_point(None, basic)
         change = exact(np.where(basic, -w, 0.0))
         solution = start + change
-        # The second correction removes the error by rounding of w.
+        # w is rounded to double precision, so that the first correction has a relative
+        # error of EPS; the second one removes it.
         w = self.product(solution, q)
         solution = solution + exact(np.where(basic, -w, 0.0))
         return solution, np.where(basic, 0.0, self.product(solution, q))
@@ -207,8 +227,9 @@ class DefiniteSystems:
     def _refined_basis(
         self, z: DoubleDouble, w: Vector, q: Vector, basic: Mask
     ) -> tuple[DoubleDouble, Vector] | None:
-        """Return what `basic` does, by factors in doubles; None if refinement does not
-        converge."""
+        """Return the basic solution by iterative refinement with factors in double
+        precision, as `basic` does; None if refinement does not converge.
+        """
         self._factors_in_doubles.factorize(None, basic)
         solve, last = self._factors_in_doubles.solve, np.inf
         for _ in range(MAX_REFINEMENTS):
@@ -227,6 +248,9 @@ class DefiniteSystems:
         return None
 
     def _in_fixed_point(self, D: Vector | None, basic: Mask | None) -> Accurate:
+        """Return a solver in double-double numbers for M + diag(D) or M_BB by factors
+        in fixed-point arithmetic; raise SingularMatrix if the band is too wide, or
+        M + diag(D) has a pivot that is not positive."""
         if self._band is None or not self._band.has_fixed_point:
             raise SingularMatrix
         self.extended += 1
@@ -237,15 +261,17 @@ class DefiniteSystems:
         return accurate
 
     def _residual(self, x: DoubleDouble, b: Vector) -> Vector:
-        # D x is one of the terms: its rounding is that of D.
+        # The rounding error of D x is equivalent to a relative change EPS of D, which
+        # is a diagonal that the caller chose and need not be exact.
         return -self.product(x, self._D * x.high - b)
 
     def _norm(self, v: Vector) -> float:
+        """Return max |v_i| / (1 + D_i)."""
         return float(np.abs(self._weights * v).max(initial=0.0))
 
 
 class _Sparse:
-    """Systems of one M as `Banded` has them, by factors with little fill."""
+    """Systems with one M as `Banded` solves them, by factors with little fill-in."""
 
     def __init__(self, M: Matrix) -> None:
         self._M = M
@@ -259,7 +285,8 @@ class _Sparse:
             self._factors_of_M.factorize(np.zeros(n) if d is None else d)
             self.solve = self._factors_of_M.solve
         elif isinstance(self._factors_of_M, SuperLU):
-            # In the same order, so that no new one is computed.
+            # The submatrix is factorized in the order of M, which saves the search for
+            # another: rows and columns outside the basis are those of the identity.
             both = np.repeat(basic, np.diff(self._M.indptr)) & basic[self._M.indices]
             masked = with_data(self._M, np.where(both, self._M.data, 0.0))
             basis_factors = SuperLU(masked, self._factors_of_M.order)

@@ -1,16 +1,16 @@
-"""Vectors of unevaluated sums of two doubles, with some 32 decimal digits, and products
-of a sparse matrix with them.
+"""Vectors of double-double numbers, unevaluated sums of two double precision numbers
+with about 32 decimal digits, and products of a sparse matrix with them.
 
-Every operation of doubles here leaves its rounding error as another double: of a sum,
-D. E. Knuth, The Art of Computer Programming 2, 3rd ed. (1997), section 4.2.2; of a
-product, whose factors are split into halves, as numpy has no fused multiplication and
-addition, T. J. Dekker, A floating-point technique for extending the available
-precision, Numerische Mathematik 18 (1971) 224-242. Sums of products as if in twice the
-precision: T. Ogita, S. M. Rump and S. Oishi, Accurate sum and dot product, SIAM Journal
-on Scientific Computing 26 (2005) 1955-1988.
+Every floating-point operation here also yields its rounding error: for a sum, by D. E.
+Knuth, The Art of Computer Programming 2, 3rd ed. (1997), section 4.2.2; for a product,
+whose factors are split into halves as numpy has no fused multiply-add, by T. J. Dekker,
+A floating-point technique for extending the available precision, Numerische Mathematik
+18 (1971) 224-242. Sums of products are as accurate as in twice the precision: T. Ogita,
+S. M. Rump and S. Oishi, Accurate sum and dot product, SIAM Journal on Scientific
+Computing 26 (2005) 1955-1988.
 
-A stiff M needs this where doubles of z are too coarse for M z + q: with condition k,
-rounding z alone changes rows of M z by eps k times their own size.
+A stiff M needs double-double numbers: if its condition number is k, rounding z alone to
+double precision changes rows of M z by up to eps k times their size.
 """
 
 from __future__ import annotations
@@ -31,27 +31,30 @@ from lcpcli.typing import Indices, Matrix, Vector
 
 
 def two_sum(a: Any, b: Any) -> tuple[Any, Any]:
-    """Return a + b as its rounded value and its rounding error."""
+    """Return the rounded sum of a and b, and its rounding error (Knuth's TwoSum)."""
     total = a + b
     part = total - a
     return total, (a - (total - part)) + (b - part)
 
 
 class DoubleDouble:
-    """A vector high + low, where |low_i| is at most half a unit in the last place of
-    high_i; shape (n,).
+    """A vector high + low of shape (n,), where |low_i| is at most half a unit in the
+    last place of high_i.
 
-    Sums, and products with doubles, have relative errors of about eps^2.
+    Sums, and products with double precision numbers, have relative errors of about
+    eps^2.
     """
 
     __slots__ = ("high", "low")
-    __array_ufunc__ = None  # arrays and numbers of numpy leave operations to this class
+    # With None, numpy's arrays leave binary operations to this class.
+    __array_ufunc__ = None
 
     def __init__(self, high: Vector, low: Vector) -> None:
         self.high, self.low = high, low
 
     @classmethod
     def of(cls, values: Vector) -> DoubleDouble:
+        """Return double precision numbers as double-double numbers."""
         return cls(values, np.zeros_like(values))
 
     def __add__(self, other: DoubleDouble | Vector) -> DoubleDouble:
@@ -88,11 +91,13 @@ class DoubleDouble:
 
 
 class AccurateProduct:
-    """M z + q for one sparse M of shape (n, n), as if in twice the precision.
+    """M z + q for one sparse M of shape (n, n), as accurate as if computed in twice the
+    precision and then rounded.
 
-    Its entries are kept by diagonals, or else as the k-th ones of all rows, so that a
-    product takes a few dozen operations on vectors; of an M with a few long rows each
-    row is added up by itself.
+    The entries of M are stored by diagonals, or else as arrays of the k-th entries of
+    all rows, so that a product takes a few dozen operations on vectors. If M has a few
+    long rows, which would make these arrays mostly empty, each row is summed
+    separately.
     """
 
     def __init__(self, M: Matrix) -> None:
@@ -116,6 +121,10 @@ class AccurateProduct:
     def _by_diagonals(
         self, owners: Indices, shifts: Indices, present: Indices
     ) -> Iterator[tuple[Any, Any, Vector]]:
+        """Yield the rows, the columns and the entries of each diagonal of M.
+
+        owners, shifts : i and j - i of each entry M_ij; present : the distinct j - i.
+        """
         n = self._M.shape[0]
         for shift in present.tolist():
             is_on_diagonal = shifts == shift
@@ -125,6 +134,8 @@ class AccurateProduct:
             yield rows, slice(rows.start + shift, rows.stop + shift), values[rows]
 
     def _by_entries(self, lengths: Indices) -> Iterator[tuple[Any, Any, Vector]]:
+        """Yield the rows, the columns and the values of the k-th entries of all rows
+        that have so many, for k = 0, 1, ..."""
         M = self._M
         for k in range(int(lengths.max(initial=0))):
             rows = (lengths > k).nonzero()[0]
@@ -133,8 +144,9 @@ class AccurateProduct:
             yield row_selection, M.indices[positions], M.data[positions]
 
     def __call__(self, z: DoubleDouble, q: Vector) -> Vector:
-        """Return M z + q, shape (n,), with an error of about eps of itself and eps^2
-        of its terms."""
+        """Return M z + q, shape (n,), with an error of about eps |M z + q| + eps^2 (|M|
+        |z| + |q|).
+        """
         w = product(self._M, z.low)
         if self._terms is None:
             w -= accurate_residual(self._M, z.high, -q)
@@ -143,7 +155,7 @@ class AccurateProduct:
         for rows, columns, entries, large, small in self._terms:
             a, b = first[columns], second[columns]
             term = entries * z.high[columns]
-            # Dekker's error of the product, with the halves of the entries at hand
+            # Dekker's error of the product; the halves of the entries are stored.
             error = large * a
             error -= term
             error += small * a

@@ -1,5 +1,7 @@
-"""Constants of double precision, the common bound on the rounding error in a row of w,
-the sizes of vectors, and what numpy may load further modules for."""
+"""Constants of double precision arithmetic, among them the bounds on rounding errors in
+w = M z + q; norms, ranges and scaling of vectors by powers of two; and the parts of
+numpy that load further modules.
+"""
 
 from __future__ import annotations
 
@@ -21,35 +23,39 @@ Item = TypeVar("Item")
 End = TypeVar("End")
 Steps: TypeAlias = Callable[..., abc.Generator[Item, None, End]]
 
-EPS = float(np.finfo(np.float64).eps)  # from 1 to the next number
-# Bounds the error of an underflow.
+EPS = float(np.finfo(np.float64).eps)  # the distance from 1 to the next number
+# An underflow causes an error below this.
 SMALLEST_NORMAL = float(np.finfo(np.float64).smallest_normal)
 LARGEST_DOUBLE = float(np.finfo(np.float64).max)
-# What counts as rounding, in this file alone:
-# Relative to the terms of a row: a bound on the rounding error in w = M z + q.
+# All tolerances that stand for rounding errors are defined here:
+# The rounding error in a row of w = M z + q is taken to be at most this times |q_i| +
+# |M_i| |z|, however long the row is, as the errors of its terms largely cancel.
 ROW_ROUNDING = 8 * EPS
-# Relative to a number, or to the terms of a row: what rounding of z, and of w, may
-# leave of it.
+# A number of this size relative to z_j, or to |q_i| + |M_i| |z|, may be the result of
+# rounding z and w in what is exactly 0.
 ROUNDING = 4 * EPS
-# Relative to the largest number of its kind: what rounding may have made of 0.
+# A number of this size relative to the largest one of its kind may be the result of
+# rounding where it is exactly 0.
 SMALL_DISTANCE = 1e-13
-ROUNDED_ZERO = 1e-14  # the same of components that exact arithmetic may decide
-# Relative to the terms of a row, or the largest z_j: no violation where exact
-# arithmetic looks.
+ROUNDED_ZERO = 1e-14  # the same for components that exact arithmetic checks afterwards
+# A violation of this size relative to |q_i| + |M_i| |z|, or to the largest z_j, is
+# taken for rounding where exact arithmetic checks the result.
 SIGN_ROUNDING = 1e-12
-# Binary digits by which doubles may differ and be of full precision, if the largest is
-# near 1.
+# Ratio, as an exponent of 2, up to which numbers are normal if the largest is about 1.
 WIDEST = 1020
-# Beyond it, or below its inverse, products of a few numbers may over- or underflow.
+# Products of up to five numbers between the inverse of this and this are finite and
+# normal.
 FAR_FROM_ONE = 2.0**200
-MAX_COPIED_ENTRIES = 10_000  # up to which a copy costs less than a second reduction
-# Up to which Python's own loop is faster than a reduction by numpy.
+# Entries up to which copying |v| costs less than two reductions of v.
+MAX_COPIED_ENTRIES = 10_000
+# Entries up to which a loop in Python takes less time than a reduction by numpy.
 MAX_LOOPED_ENTRIES = 32
 
 
 def largest(v: Vector) -> float:
-    """Return the largest |v_i| of a vector, without warnings; 0 if it is empty, NaN or
-    infinity if an entry is NaN."""
+    """Return the largest |v_i| of a vector, without warnings; 0 if v is empty, and NaN
+    or infinity if v has such an entry.
+    """
     if v.size > MAX_LOOPED_ENTRIES:
         return (
             float(np.abs(v).max())
@@ -71,11 +77,14 @@ def size(v: Vector) -> float:
 
 
 def is_finite(v: Vector) -> bool:
+    """Return whether all entries are finite."""
     return largest(v) < math.inf
 
 
 def least(v: Vector) -> float:
-    """Return the smallest entry, infinite if there is none, NaN if any entry is NaN."""
+    """Return the smallest entry of a vector; infinity if v is empty, and NaN if an
+    entry is NaN.
+    """
     if v.size > MAX_LOOPED_ENTRIES:
         return float(v.min())
     values = v.tolist()
@@ -92,9 +101,10 @@ def are_moderate(values: Vector) -> bool:
 
 
 def sizes(values: Vector) -> tuple[float, float]:
-    """Return the least nonzero |value|, infinite if there is none, and the largest, NaN
-    or infinity if an entry is."""
-    if values.size <= 2 * MAX_LOOPED_ENTRIES:  # in place of two reductions
+    """Return the smallest nonzero |value| and the largest |value|. The smallest is
+    infinite if all are 0; the largest is NaN or infinite if an entry is.
+    """
+    if values.size <= 2 * MAX_LOOPED_ENTRIES:  # one loop instead of two reductions
         nonzero_sizes = list(map(abs, filter(None, values.ravel().tolist())))
         if not nonzero_sizes:
             return math.inf, 0.0
@@ -108,7 +118,7 @@ def sizes(values: Vector) -> tuple[float, float]:
 
 
 def row_sizes(values: Vector) -> tuple[Vector, Vector]:
-    """Return `sizes` of each row of an array of shape (m, n)."""
+    """Return the two numbers of `sizes` for each row of an array of shape (m, n)."""
     positive = np.abs(values)
     return positive.min(axis=1, where=positive > 0, initial=math.inf), positive.max(
         axis=1, initial=0.0
@@ -116,9 +126,10 @@ def row_sizes(values: Vector) -> tuple[Vector, Vector]:
 
 
 def each_step(**faults: Any) -> Callable[[Steps[Item, End]], Steps[Item, End]]:
-    """Return a decorator of generator functions under which each step has numpy's
-    `errstate(**faults)`, whatever the caller's is; as a decorator of these, `errstate`
-    itself ends before the first step."""
+    """Return a decorator of generator functions that runs each step with numpy's
+    `errstate(**faults)`, whatever the error state of the caller is. `errstate` itself
+    as a decorator of a generator function is left before the first step.
+    """
 
     def decorated(function: Steps[Item, End]) -> Steps[Item, End]:
         @wraps(function)
@@ -140,23 +151,26 @@ def each_step(**faults: Any) -> Callable[[Steps[Item, End]], Steps[Item, End]]:
 
 
 def generator(seed: int) -> Generator:
-    """Return numpy's generator of random numbers from a seed, which some versions of
-    numpy have to load first."""
+    """Return numpy's random number generator with this seed; some versions of numpy
+    load its module only on first use.
+    """
     with imports:
         from numpy.random import default_rng
     return default_rng(seed)
 
 
 def generic(n: int) -> Vector:
-    """Return numbers of either sign that look random, with sizes between 1/2 and 3/2,
-    shape (n,): no sum of a few of them with whole coefficients is nearly 0."""
+    """Return n fixed numbers in generic position, of either sign and with sizes between
+    1/2 and 3/2: no sum of a few of them with integer coefficients is close to 0.
+    """
     waves = np.sin((np.arange(n) + 1.0) ** 2 * 1.234)
     return np.asarray(np.sign(waves) * (1.0 + 0.5 * np.cos(np.arange(n) * 2.718 + 0.3)))
 
 
 def distinct(indices: Indices) -> Indices:
-    """Return the different indices in increasing order; np.unique would load the masked
-    arrays of numpy."""
+    """Return the distinct indices in increasing order, as np.unique does, which would
+    load numpy's masked arrays.
+    """
     ordered = np.sort(indices)
     different: Indices = ordered[
         np.append(True, ordered[1:] != ordered[:-1])[: ordered.size]
@@ -165,8 +179,10 @@ def distinct(indices: Indices) -> Indices:
 
 
 def in_range(y: Vector, R: Vector | float = 1.0) -> Vector:
-    """Return R y times the power of two that puts its largest entry between 1 and 2, or
-    its entries in the middle of the range of doubles, if the least would be lost."""
+    """Return R y times a power of two: the one that makes its largest absolute value
+    lie between 1 and 2, or, if the smallest nonzero one would then underflow, the one
+    that centres the exponents in the range of double precision.
+    """
     mantissas, powers = np.frexp(y)
     factors, R_powers = np.frexp(R)
     mantissas, carried = np.frexp(mantissas * factors)

@@ -1,15 +1,15 @@
-"""Factorizations of dense and sparse matrices and of their principal submatrices,
-exploiting positive definiteness.
+"""Factorizations of dense and sparse matrices and of their principal submatrices, by
+Cholesky's method where M is positive definite.
 
-Each factorization gives a solver, or reports that the matrix is singular. scipy is
-imported only when needed: for sparse or large matrices.
+Each factorization returns a function that solves systems, or raises SingularMatrix.
+scipy is imported only when needed: for sparse or large matrices.
 
 A principal submatrix of a tridiagonal matrix is tridiagonal too: an entry next to the
 diagonal remains if both of its neighbours remain. LAPACK's gttrf factorizes it with row
-exchanges.
+interchanges.
 
-Many systems with principal submatrices of one dense M, of which each distinct one is
-factorized once, or of many.
+Systems with many principal submatrices of one dense M are solved in batches, in which
+each distinct submatrix is factorized once.
 """
 
 from __future__ import annotations
@@ -36,28 +36,32 @@ from lcpcli.linalg.matrices import (
 )
 from lcpcli.typing import Indices, Mask, Matrix, Vector
 
-MIN_ROWS = 3  # that scipy's gttrs takes
-# Up to which a dense matrix is inverted by numpy: importing scipy costs more than it
-# saves.
+MIN_ROWS = 3  # scipy's gttrs rejects smaller systems
+# Order up to which dense matrices are inverted by numpy: importing scipy takes longer
+# than it saves.
 MAX_NUMPY_ROWS = 200
-# Up to which a sparse factorization is too fast to need an interruptible thread.
+# Entries up to which a sparse factorization is too fast to need an interruptible
+# thread.
 MAX_QUICK_ENTRIES = 10_000
-# Rows from which dense factorizations are interruptible; see `_DenseFactors`
+# Rows from which dense factorizations are interruptible; see `_DenseFactors`.
 LONG_LU, LONG_CHOLESKY = 2000, 5000
-# Solves small systems in half the time of numpy, but importing it takes longer.
+# If this module is loaded already, it is used for small systems too: it takes half of
+# numpy's time, but importing it takes longer than that saves.
 LAPACK = "scipy.linalg.lapack"
-# Of an index set: changes up to which an update costs clearly less than a
-# factorization.
+# The largest fraction of an index set that may change: up to it an update costs clearly
+# less than a factorization.
 MAX_UPDATED = 1 / 12
-# The condition number up to which an inverse has half of the digits of a double.
+# The condition number up to which an inverse has at least 8 correct digits.
 MODEST_CONDITION = 1e8
 Solve = Callable[[Vector], Vector]
-TwoWay = Callable[..., Vector]  # solve(b, transposed=False)
+TwoWay = Callable[..., Vector]  # called as solve(b, transposed=False)
 # The matrix is singular, or so close to it that solutions have no correct digit.
 SingularMatrix = np.linalg.LinAlgError
 
 
 class Tridiagonal:
+    """Systems with principal submatrices of one tridiagonal M."""
+
     def __init__(self, M: Matrix) -> None:
         with imports:
             from scipy.linalg import get_lapack_funcs
@@ -83,9 +87,10 @@ class Tridiagonal:
 
 
 def solver(A: Matrix) -> TwoWay:
-    """Return a solver solve(b, transposed=False) of systems with A, which may be
-    overwritten, or its transpose; this function or the solver raises SingularMatrix if
-    A is singular."""
+    """Return a function solve(b, transposed=False) for systems with A, or with its
+    transpose; A may be overwritten. This function, or the one that it returns, raises
+    SingularMatrix if A is singular.
+    """
     if not is_sparse(A):
         return invert(A) if A.shape[0] <= MAX_NUMPY_ROWS else dense_factors().lu(A)
     if (definite := definite_solver(A)) is not None:
@@ -95,10 +100,13 @@ def solver(A: Matrix) -> TwoWay:
 
 
 def checked_solver(M: Matrix, shift: float = 0.0) -> Solve:
-    """Return a solver x = solve(b) of (shift I + M) x = b; raise SingularMatrix if that
-    matrix is singular to working precision. The test is a system with known solution,
-    of which a solve must recover a digit. Unlike a condition number, this is
-    insensitive to the units of rows and columns."""
+    """Return a function x = solve(b) for systems (shift I + M) x = b; raise
+    SingularMatrix if that matrix is singular to working precision.
+
+    The test solves a system with a known solution, of which at least one digit must be
+    recovered. Unlike a condition number, it does not depend on the scaling of rows and
+    columns.
+    """
     solve = solver(plus_diagonal(M, shift, order="F"))
     with np.errstate(over="ignore", invalid="ignore", divide="ignore"):
         known_solution = 1 / np.maximum(column_maxima(M), shift)
@@ -117,14 +125,14 @@ def checked_solver(M: Matrix, shift: float = 0.0) -> Solve:
 
 
 def sparse_lu(symmetric: bool) -> Callable[[Matrix], Any]:
-    """Return scipy's splu for csr_arrays, raising SingularMatrix; with diagonal pivots
-    for symmetric ones.
+    """Return scipy's splu for csr_arrays, which raises SingularMatrix; for symmetric
+    matrices with diagonal pivots.
 
-    Ordering M + M' instead of M'M halves the fill-in for symmetric matrices. Diagonal
-    pivots are safe for positive definite ones; otherwise a known system, or refinement,
-    detects failure. SuperLU must not see a structurally singular matrix: for some it
-    passes negative sizes to BLAS, which prints to standard output, and fails with other
-    errors.
+    For symmetric matrices, ordering by M + M' instead of M'M halves the fill-in.
+    Diagonal pivots are stable for positive definite ones; for others, the test of a
+    known system or iterative refinement detects failure. SuperLU must not be called
+    with a structurally singular matrix: for some it passes negative sizes to BLAS,
+    which prints to standard output, and fails with other errors.
     """
     with imports:
         from scipy.sparse.linalg import splu
@@ -139,7 +147,7 @@ def sparse_lu(symmetric: bool) -> Callable[[Matrix], Any]:
     def lu(A: Matrix) -> Any:
         if not A.diagonal().all() and is_structurally_singular(A):
             raise SingularMatrix
-        # a symmetric csr_array is a csc_array with the same three arrays
+        # The transpose of a csr_array is a csc_array that shares its arrays.
         columns = A.T if symmetric else A.tocsc()
         factors = partial(
             splu, columns, permc_spec=order_of(A) if symmetric else "COLAMD", **options
@@ -150,7 +158,7 @@ def sparse_lu(symmetric: bool) -> Callable[[Matrix], Any]:
 
 
 class _Factors:
-    """Factors of SuperLU that their thread deletes."""
+    """SuperLU's factors, which are deleted by the thread that computed them."""
 
     def __init__(self, owned_factors: Owned) -> None:
         self._owned_factors = owned_factors
@@ -164,8 +172,10 @@ class _Factors:
 
 def factorized(factorize: Callable[[], Any], entries: int, owns: bool = True) -> Any:
     """Return the factors of a sparse matrix with this number of entries; raise
-    SingularMatrix for any error of a library. owns : whether only the thread that makes
-    them may delete them."""
+    SingularMatrix for any error of the library.
+
+    owns : whether only the thread that computes the factors may delete them.
+    """
     try:
         if entries <= MAX_QUICK_ENTRIES:
             return factorize()
@@ -175,14 +185,16 @@ def factorized(factorize: Callable[[], Any], entries: int, owns: bool = True) ->
 
 
 def positive_pivots(lu: Any) -> bool:
-    """Return whether all pivots are diagonal and positive, as they are for positive
-    definite matrices."""
+    """Return whether all pivots are on the diagonal and positive, as they are for
+    positive definite matrices.
+    """
     return bool(np.array_equal(lu.perm_r, lu.perm_c) and lu.U.diagonal().min() > 0)
 
 
 class _DenseFactors:
-    """LAPACK's factorizations of dense matrices in either storage order. They raise
-    SingularMatrix."""
+    """LAPACK's factorizations of dense matrices in either storage order, which raise
+    SingularMatrix.
+    """
 
     def __init__(self) -> None:
         with imports:
@@ -192,10 +204,12 @@ class _DenseFactors:
         )
 
     def cholesky(self, A: Matrix) -> TwoWay:
-        """Return a solver, as `lu` does, from the Cholesky factors of A. scipy's potrf
-        holds the interpreter's lock, so that neither Ctrl-C nor a time limit can end
-        the wait for it; numpy's releases it, but copies A twice and takes a third
-        longer."""
+        """Return a solver as `lu` does, by the Cholesky factorization of A.
+
+        scipy's potrf holds the interpreter's lock, so that neither Ctrl-C nor a time
+        limit can interrupt it; numpy's releases the lock, but copies A twice and takes
+        a third longer.
+        """
         if A.shape[0] >= LONG_CHOLESKY:
             upper = interruptibly(partial(np.linalg.cholesky, A.T)).T
             # A is symmetric.
@@ -208,8 +222,9 @@ class _DenseFactors:
         )
 
     def lu(self, A: Matrix, overwrite: bool = True) -> TwoWay:
-        """Return a solver solve(b, transposed=False) from the LU factors of A, of
-        systems with A or its transpose."""
+        """Return a function solve(b, transposed=False) for systems with A, or with its
+        transpose, by the LU factorization of A.
+        """
         by_columns = A.flags.f_contiguous
         factorize = partial(
             self._getrf, A if by_columns else A.T, overwrite_a=overwrite
@@ -228,8 +243,9 @@ dense_factors = cache(_DenseFactors)
 
 
 def invert(A: Matrix) -> TwoWay:
-    """Return a solver as `_DenseFactors.lu` does, from the inverse with one step of
-    refinement: as accurate as LU."""
+    """Return a solver as `_DenseFactors.lu` does, by the inverse of A and one step of
+    iterative refinement, which makes it as accurate as LU factors.
+    """
     inverse = np.linalg.inv(A)
 
     def solve(b: Vector, transposed: bool = False) -> Vector:
@@ -241,16 +257,18 @@ def invert(A: Matrix) -> TwoWay:
 
 
 def finite(A: Vector) -> Vector:
-    """Return A; raise SingularMatrix if its numbers are not finite, on which LAPACK's
-    singular values may never end."""
+    """Return A; raise SingularMatrix if an entry is not finite, as LAPACK's singular
+    value decomposition may then not terminate.
+    """
     if not np.isfinite(A).all():
         raise SingularMatrix
     return A
 
 
 class Latest:
-    """The last large dense M_PP that was factorized, for who owns M; what is copied or
-    pickled with it begins anew."""
+    """The factors of the last large dense M_PP, which the owner of M keeps; copying or
+    pickling the owner does not copy them.
+    """
 
     def __init__(self) -> None:
         self.kept: tuple[Indices, TwoWay] | None = None
@@ -273,7 +291,8 @@ def well_conditioned_inverse(
 
 def definite_solver(M: Matrix) -> Solve | None:
     """Return a solver of M x = b if M is symmetric positive definite to working
-    precision, else None."""
+    precision, otherwise None.
+    """
     if not is_symmetric(M) or not M.diagonal().min() > 0:
         return None
     with suppress(SingularMatrix):
@@ -288,13 +307,15 @@ def definite_solver(M: Matrix) -> Solve | None:
 
 
 class PrincipalSolver:
-    """Solves M_PP x = b for one set of indices P after another.
+    """Solves M_PP x = b for one index set P after another.
 
-    Blocks of a symmetric M are assumed positive definite until one fails to be: dense
-    ones are factorized by Cholesky's method, sparse ones with diagonal pivots. The
-    factors of a large or sparse block are kept for the same P, and the factors of a
-    dense one are updated while P differs in few indices from the P of that block.
-    latest : keeps them too.
+    Blocks of a symmetric M are assumed to be positive definite until a factorization
+    fails: dense ones are factorized by Cholesky's method, sparse ones with diagonal
+    pivots. The factors of the last large or sparse block are reused for the same P, and
+    those of a dense block are updated if P differs in few indices.
+
+    latest : where the last factors are stored as well, for later solvers with the same
+    M.
     """
 
     def __init__(self, M: Matrix, latest: Latest | None = None) -> None:
@@ -334,8 +355,9 @@ class PrincipalSolver:
         return refined_x
 
     def at(self, indices: Indices) -> Solve:
-        """Return a solver of systems with M_PP, without refinement; this or the solver
-        may raise SingularMatrix."""
+        """Return a solver of systems with M_PP, without refinement; this method or the
+        solver raises SingularMatrix if M_PP is found singular.
+        """
         if self._small:
             return self._factorized(indices)
         if self._tridiagonal is not None:
@@ -353,8 +375,9 @@ class PrincipalSolver:
         return solve
 
     def block(self, indices: Indices) -> Matrix:
-        """Return M_PP for the indices of P, stored by columns if it is small, so that
-        its rows can be exchanged."""
+        """Return M_PP for the indices of P; a small one is stored by columns, as LAPACK
+        needs it.
+        """
         return (
             self._M.T.take(indices, 0).take(indices, 1).T
             if self._small
@@ -362,8 +385,9 @@ class PrincipalSolver:
         )
 
     def factorized(self, block: Matrix, overwrite: bool = False) -> Solve:
-        """Return a solver of systems with M_PP, without refinement; raise
-        SingularMatrix if M_PP is singular."""
+        """Return a solver of systems with the block M_PP, without refinement; raise
+        SingularMatrix if it is singular.
+        """
         if self._dense is None and not is_sparse(block):
             return partial(np.linalg.solve, block)
         if self._definite and (is_sparse(block) or is_symmetric(block)):
@@ -389,12 +413,13 @@ class PrincipalSolver:
     def _updated(
         self, indices: Indices, factorized_indices: Indices, solve: Solve
     ) -> Solve | None:
-        """Return a solver for P from that for the factorized set K, by a Schur
-        complement; None if they differ much.
+        """Return a solver for the index set P from the one for the factorized set K, by
+        a Schur complement; None if the sets differ in too many indices.
 
-        With K extended by the indices of P that it lacks, N, and one equation x_i = 0
-        with a multiplier for each index of K outside P, the rows in K are solved by the
-        known factors.
+        The system is extended: K is enlarged by the indices N of P outside K, and for
+        each index i of K outside P there are an equation x_i = 0 and its multiplier.
+        The equations of K are solved by the factors, and the rest by the Schur
+        complement.
         """
         before, now = np.zeros((2, self._M.shape[0]), dtype=bool)
         before[factorized_indices], now[indices] = True, True
@@ -432,26 +457,26 @@ class PrincipalSolver:
         return updated
 
 
-# Numbers in the submatrices and right-hand sides that are solved in one call: they stay
-# in the cache.
+# Numbers in the submatrices and right-hand sides that are solved in one call, so that
+# they fit in the processor's cache.
 BATCH = 1 << 16
 WORD = 64  # bits of a machine word
-# Of all indices: from there on the systems of the complements are solved, which cost
-# less.
+# Fraction of the indices in P above which solving with the complement of P in the
+# inverse of M costs less.
 LARGE_SHARE = 0.55
 
 
 def solve_principal(
     M: Matrix, sets: Mask, B: Vector, inverse: Matrix | None = None
 ) -> Vector:
-    """Return x with M_PP x_P = b_P and zeros elsewhere for each row of B; NaN if M_PP
-    is singular, or for overflow.
+    """Return X whose row i has M_PP x_P = b_P and zeros elsewhere, for P = sets[i] and
+    b = B[i]; NaN if M_PP is singular or numbers overflow.
 
     M, sets, B : shapes (n, n), (m, n), (m, n); row i of sets is the mask of the index
         set P for row i of B.
     inverse : G, the inverse of M, if M is well-conditioned. If most indices are in P
-        and few in N, M_PP^-1 = G_PP - G_PN G_NN^-1 G_NP then needs only the smaller
-        system.
+        and few in N, the complement of P, then M_PP^-1 = G_PP - G_PN G_NN^-1 G_NP needs
+        only the smaller system.
     """
     if not sets.size:
         return np.zeros(B.shape)
@@ -466,7 +491,7 @@ def solve_principal(
             return X
     X = np.zeros(B.shape)
     for indices, rows in _batches(sets):
-        # First, which takes half the time of all at once.
+        # Selecting the columns first takes half the time of indexing with both.
         columns = M.T.take(indices, axis=0).transpose(0, 2, 1)
         blocks = columns[np.arange(indices.shape[0])[:, np.newaxis], indices]
         positions = rows[:, :, np.newaxis], indices[:, np.newaxis, :]
@@ -477,9 +502,12 @@ def solve_principal(
 
 
 def principal_inverses(M: Vector, sets: Mask) -> Vector:
-    """Return G with G_PP = M_PP^-1 and zeros elsewhere for each of m matrices M; NaN in
-    G_PP where M_PP is singular or numbers overflow. M, sets : shapes (m, n, n), (m, n);
-    row i of sets is the mask of the index set P for M[i]."""
+    """Return G with G_PP = M_PP^-1 and zeros elsewhere for each of m matrices M; G_PP
+    is NaN if M_PP is singular or numbers overflow.
+
+    M, sets : shapes (m, n, n), (m, n); row i of sets is the mask of the index set P for
+        M[i].
+    """
     G = np.zeros(M.size)
     sizes = np.count_nonzero(sets, axis=1)
     n = M.shape[-1]
@@ -497,18 +525,20 @@ def principal_inverses(M: Vector, sets: Mask) -> Vector:
 
 
 def each_product(M: Vector, v: Vector) -> Vector:
+    """Return M[i] v[i] for each i, for M of shape (m, n, n) and v of shape (m, n)."""
     return np.asarray((M @ v[:, :, np.newaxis])[:, :, 0])
 
 
 def _batches(sets: Mask) -> Iterator[tuple[Indices, Indices]]:
-    """Yield distinct nonempty sets in batches of equal size s, shape (g, s), and the
-    rows with these sets, (g, r).
+    """Yield the distinct nonempty sets in batches of equal cardinality s, as indices of
+    shape (g, s), and the rows that have these sets, shape (g, r).
 
-    The numbers of rows of the sets of a batch are within a factor of two; the last row
-    of a set is repeated up to r.
+    The numbers of rows of the sets in a batch are within a factor of two of each other;
+    the last row of a set is repeated to make r rows.
     """
     m, n = sets.shape
-    packed = np.zeros((m, -(-n // WORD) * 8), dtype=np.uint8)  # as one key for each set
+    # The bits of a set, padded to whole machine words, are its key.
+    packed = np.zeros((m, -(-n // WORD) * 8), dtype=np.uint8)
     packed[:, : -(-n // 8)] = np.packbits(sets, axis=1)
     machine_words = packed.view(np.uint64)
     keys = (
@@ -541,7 +571,8 @@ def _batches(sets: Mask) -> Iterator[tuple[Indices, Indices]]:
 
 def _solved(A: Vector, B: Vector | None = None) -> Vector:
     """Return X with A X = B for A and B of shapes (g, s, s) and (g, s, r), or the
-    inverse of A; NaN if singular."""
+    inverses of A if B is None; NaN for each singular matrix, which bisection isolates.
+    """
     try:
         return (np.linalg.inv(A) if B is None else np.linalg.solve(A, B)).astype(
             np.float64, copy=False

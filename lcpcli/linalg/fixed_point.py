@@ -1,13 +1,14 @@
-"""Triangular factors of a band in fixed-point numbers of Python's integers.
+"""Triangular factors of a band matrix in fixed-point arithmetic, by Python's integers.
 
-Near condition 1e16 no refinement on factors in doubles converges: what is left are
-factors of higher precision. For a narrow band, products of integers of 200 bits, one
-after another, take no longer than numpy needs for sums of two doubles, whose columns
-depend on each other: 60 ms for 20,000 rows with five entries, where the same
-elimination in double-double took 90 ms by cyclic reduction, for half of the digits.
+For condition numbers of about 1e16, iterative refinement with factors in double
+precision does not converge, so factors of higher precision are needed. For a narrow
+band, products of integers of 200 bits, one after another, take no longer than numpy
+needs for double-double numbers, as the columns of a band depend on each other: a matrix
+with 20,000 rows of five entries takes 60 ms here, and took 90 ms by cyclic reduction in
+double-double arithmetic, with half as many digits.
 
-Elimination without row exchanges is stable for A + A' positive definite (G. H. Golub
-and C. F. Van Loan, Matrix Computations, 4th ed. (2013), section 4.3.3).
+Elimination without row interchanges is stable if A + A' is positive definite (G. H.
+Golub and C. F. Van Loan, Matrix Computations, 4th ed. (2013), section 4.3.3).
 """
 
 from __future__ import annotations
@@ -22,15 +23,17 @@ from lcpcli.linalg.double_double import DoubleDouble
 from lcpcli.linalg.factors import SingularMatrix
 from lcpcli.typing import Vector
 
-# Binary digits after the point, for entries of about 1: 30 decimal ones are left of a
-# pivot of 1e-28.
+# Binary digits after the point. Entries are scaled to about 1, so that a pivot of 1e-28
+# still has 30 correct decimal digits.
 BITS = 192
-MANTISSA = 53  # binary digits of a double
-CHECKED_EVERY = 512  # rows between two looks at the time limit
+MANTISSA = 53  # binary digits of a double precision number
+CHECKED_EVERY = 512  # rows between two checks of the time limit
 
 
 def fixed(values: Vector, bits: int = BITS) -> list[int]:
-    """Return doubles as integers, in units of 2^-bits; smaller parts are cut off."""
+    """Return double precision numbers as integer multiples of 2^-bits, rounded towards
+    minus infinity.
+    """
     mantissas, exponents = np.frexp(values)
     numbers = np.ldexp(mantissas, MANTISSA).astype(np.int64).tolist()
     shifts = (exponents.astype(np.int64) + (bits - MANTISSA)).tolist()
@@ -41,9 +44,10 @@ def fixed(values: Vector, bits: int = BITS) -> list[int]:
 
 
 def doubled(numbers: list[int], exponent: int) -> DoubleDouble:
-    """Return integers in units of 2^exponent, rounded to sums of two doubles. Raises
-    SingularMatrix where one is beyond the range of doubles, as in the solution of a
-    system with a pivot near 0."""
+    """Return the integers times 2^exponent, rounded to double-double numbers. Raises
+    SingularMatrix if one exceeds the largest double precision number, as in the
+    solution of a system with a pivot close to 0.
+    """
     try:
         highs = list(map(float, numbers))
     except OverflowError:
@@ -57,13 +61,13 @@ def doubled(numbers: list[int], exponent: int) -> DoubleDouble:
 
 
 class FixedPointFactors:
-    """The factors L U of a band A of shape (n, n), or with A symmetric those of L D L',
-    where U = D L'; or of A + diag(added).
+    """The factors L U of a band matrix A + diag(added) of shape (n, n); for a symmetric
+    A, those of L D L' with U = D L'.
 
     lower, upper : shape (width + 1, n), with lower[k, j] = A[j + k, j] and upper[k, j]
         = A[j, j + k], and zeros beyond the end; upper is None if A is symmetric. Raises
-        SingularMatrix where a pivot is 0.
-    is_definite : whether all pivots are positive, as they are where A + A' is positive
+        SingularMatrix if a pivot is 0.
+    is_definite : whether all pivots are positive, as they are if A + A' is positive
         definite.
     """
 
@@ -72,9 +76,9 @@ class FixedPointFactors:
     ) -> None:
         self.is_definite = True
         self._width, self._n = lower.shape[0] - 1, lower.shape[1]
-        # Row j of U, from its pivot on.
+        # Row j of U from its pivot on, which elimination computes from row j of A.
         self._rows = _by_rows(lower if upper is None else upper)
-        # Column j of L below its diagonal, at first of A.
+        # Column j of A below the diagonal, which elimination updates.
         self._columns = None if upper is None else _by_rows(lower[1:])
         self._multipliers = list[list[int]]()
         if added is not None:
@@ -99,7 +103,8 @@ class FixedPointFactors:
             for a, factor in enumerate(factors, 1):
                 if not factor:
                     continue
-                # Of the entries in row j + a, those from its diagonal on
+                # The entries of row j + a from its diagonal on, then those below the
+                # diagonal in the columns j + 1, ..., j + a - 1.
                 target = rows[j + a]
                 for b in range(self._width + 1 - a):
                     target[b] -= factor * row[a + b] >> BITS
@@ -110,7 +115,9 @@ class FixedPointFactors:
 
     @property
     def largest(self) -> float:
-        """Return the largest entry of U and L."""
+        """Return the largest absolute value of an entry of U and L, infinite if it
+        overflows.
+        """
         numbers = [max(map(abs, row)) for row in self._rows + self._multipliers if row]
         try:
             return float(max(numbers, default=0) / (1 << BITS))
@@ -127,7 +134,7 @@ class FixedPointFactors:
         return doubled(x, exponent - BITS)
 
     def solve_fixed(self, b: list[int]) -> list[int]:
-        """Return what `solve` does, in fixed-point numbers."""
+        """Return the solution x as `solve` does, for b and x in fixed-point numbers."""
         x = b.copy()
         for j, factors in enumerate(self._multipliers):
             value = x[j]
@@ -143,8 +150,7 @@ class FixedPointFactors:
 
 
 def _by_rows(diagonals: Vector) -> list[list[int]]:
-    """Return the numbers of each column of an array as a list of fixed-point
-    numbers."""
+    """Return the columns of an array as lists of fixed-point numbers."""
     width, n = diagonals.shape
     numbers = fixed(np.ascontiguousarray(diagonals.T).ravel())
     row_ends = range(0, (n + 1) * width, width) if width else [0] * (n + 1)

@@ -1,13 +1,14 @@
-"""Krylov methods: conjugate gradients, BiCGSTAB and GMRES, preconditioned; rough
-eigenvalues and semidefiniteness.
+"""Preconditioned Krylov methods (conjugate gradients, BiCGSTAB, GMRES), rough estimates
+of extreme eigenvalues, and a test of positive semidefiniteness.
 
 M. R. Hestenes and E. Stiefel, Methods of conjugate gradients for solving linear
 systems, Journal of Research of the National Bureau of Standards 49 (1952) 409-436; H.
 A. van der Vorst, Bi-CGSTAB: a fast and smoothly converging variant of Bi-CG, SIAM
 Journal on Scientific and Statistical Computing 13 (1992) 631-644. scipy has both, but
-takes its inner products from the BLAS, whose threads synchronize at each of them: on a
-busy two-core machine this made a run ten times slower (measured, 90,000 unknowns). Here
-they are computed by one thread, as products with a sparse M are.
+computes inner products with the BLAS, whose threads synchronize at each of them: on a
+busy machine with two processors this made a run ten times slower (measured with 90,000
+unknowns). Here inner products are computed by one thread, as products with a sparse M
+are.
 """
 
 from __future__ import annotations
@@ -31,13 +32,13 @@ from lcpcli.linalg.matrices import (
 )
 from lcpcli.typing import Matrix, Vector
 
-# Of power or inverse iteration from a random vector: enough for a factor 3 in an
-# eigenvalue.
+# Steps of power or inverse iteration from a random vector: they estimate an extreme
+# eigenvalue to a factor of 3.
 EIGENVALUE_STEPS = 8
-# Numbers of an inner product up to which OpenBLAS uses no threads.
+# Length of an inner product up to which OpenBLAS uses one thread.
 MAX_IN_ONE_THREAD = 10_000
-# Times n: how far rounding may push eigenvalues of a semidefinite M with diagonal 1
-# below 0.
+# Rounding moves the eigenvalues of a positive semidefinite M with diagonal 1 by at most
+# n times this below 0.
 SEMIDEFINITE_ROUNDING = 10 * EPS
 Operator = Callable[[Vector], Vector]
 Measure = Callable[[Vector], float]
@@ -66,12 +67,13 @@ def gmres(
     precondition: Operator = np.copy,
     enough: float = 0.0,
 ) -> Vector:
-    """Return a rough solution of A x = b, shape (n,), after a few steps, each of which
-    takes one product with A and leaves the least |b - A x|_2 in its Krylov space; fewer
-    once that is at most `enough`.
+    """Return an approximate solution of A x = b, shape (n,), by at most `steps` steps
+    of GMRES from 0. Each takes one product with A, and minimizes |b - A x|_2 over its
+    Krylov space; the steps end once that norm is at most `enough`.
 
     H. F. Walker and L. Zhou, A simpler GMRES, Numerical Linear Algebra with
     Applications 1 (1994) 571-581.
+
     precondition : an approximate inverse of A; it returns new arrays.
     """
     x = np.zeros(b.size)
@@ -81,7 +83,9 @@ def gmres(
     for _ in range(steps):
         direction = precondition(last)
         image = A(direction)
-        for other, other_image in 2 * spanned:  # once more against rounding
+        # Gram-Schmidt orthogonalization, twice against loss of orthogonality by
+        # rounding
+        for other, other_image in 2 * spanned:
             component = dot(image, other_image)
             direction -= component * other
             image -= component * other_image
@@ -109,9 +113,9 @@ def conjugate_gradients(
     precondition: Operator,
     measure: Measure = norm,
 ) -> tuple[Vector, float]:
-    """Solve A x = b for symmetric positive definite A from x, shape (n,), until the
-    residual b - A x is at most `max_residual` by this measure; return the last x, and
-    the size of its residual by the recursion.
+    """Solve A x = b for a symmetric positive definite A by conjugate gradients from x,
+    shape (n,), until the residual b - A x is at most `max_residual` in this measure.
+    Returns the last x, and the size of its residual as updated by the recursion.
 
     A, precondition : products with A and with a symmetric positive definite approximate
         inverse; they return new arrays; precondition may return its argument.
@@ -142,8 +146,7 @@ def conjugate_gradients(
 
 
 def relative_to(target: Vector) -> Measure:
-    """Return the measure of a residual by its largest component relative to this
-    target."""
+    """Return a function that measures a residual r by max |r_i| / target_i."""
     row_slices = [*row_parts(target.size)]
     return lambda r: float(
         np.max(
@@ -161,8 +164,9 @@ def bicgstab(
     precondition: Operator,
     measure: Measure = norm,
 ) -> tuple[Vector, float]:
-    """Solve A x = b for any nonsingular A, as `conjugate_gradients` does, with two
-    products with A per iteration."""
+    """Solve A x = b for a nonsingular A by BiCGSTAB, with two products with A per
+    iteration; parameters and return values are those of `conjugate_gradients`.
+    """
     x = x.copy()
     r = b - A(x) if np.count_nonzero(x) else b.copy()
     shadow, size = r.copy(), measure(r)
@@ -196,12 +200,14 @@ def bicgstab(
 
 
 def identity(v: Any) -> Any:
+    """Return v, as the preconditioner that does nothing."""
     return v
 
 
 def extreme_eigenvalues(M: Matrix) -> tuple[float, float] | None:
-    """Return rough estimates of the extreme eigenvalues of a symmetric positive
-    definite M; None for any other M."""
+    """Return rough estimates of the smallest and the largest eigenvalue of a symmetric
+    positive definite M; None for any other M.
+    """
     solve = definite_solver(M)
     if solve is None:
         return None
@@ -211,8 +217,9 @@ def extreme_eigenvalues(M: Matrix) -> tuple[float, float] | None:
 
 
 def _rayleigh(product: Operator, n: int) -> float:
-    """Return the Rayleigh quotient of a symmetric positive definite operator after some
-    power iteration."""
+    """Return the Rayleigh quotient of a symmetric positive definite operator after
+    EIGENVALUE_STEPS of power iteration.
+    """
     v: Vector = generator(0).standard_normal(n)
     size = 0.0
     for _ in range(EIGENVALUE_STEPS):
@@ -228,8 +235,9 @@ def is_semidefinite(M: Matrix) -> bool:
     """Return whether v'Mv >= 0 for all v up to rounding: whether the symmetric part of
     M is positive semidefinite.
 
-    Diagonal dominance settles the question without a factorization. Otherwise M is
-    scaled to a diagonal of about 1 first, so that the answer does not depend on units.
+    A diagonally dominant M is semidefinite by Gershgorin's theorem, without a
+    factorization. Otherwise M is first scaled to a diagonal of about 1, so that the
+    answer does not depend on the scaling of the data.
     """
     diagonal, n = M.diagonal(), M.shape[0]
     if diagonal.min(initial=0.0) < 0:
@@ -241,7 +249,7 @@ def is_semidefinite(M: Matrix) -> bool:
     if (absolute_product(M, np.ones(n)) <= 2 * diagonal).all():
         return True
     used = maxima.nonzero()[0]
-    if used.size < n:  # as for a program, where the rows of its multipliers are 0
+    if used.size < n:  # as in a program, where the rows of the multipliers are 0
         M, diagonal = M[used][:, used], diagonal[used]
     C = np.exp2(-np.rint(0.5 * np.log2(diagonal)))  # powers of two: M stays symmetric
     M = plus_diagonal(scaled(M, C, C), SEMIDEFINITE_ROUNDING * n)

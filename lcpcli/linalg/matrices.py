@@ -1,15 +1,15 @@
-"""Operations in which dense and sparse matrices differ, and products.
+"""Operations on dense and sparse matrices alike, products with vectors, and accurate
+residuals.
 
 Matrices are dense float64 arrays or scipy.sparse.csr_array, of shape (n, n). scipy is
-imported only when needed: for sparse matrices.
+imported only when needed: for sparse matrices. What many products with one matrix have
+in common is prepared once (`multiplier`).
 
-Products of one matrix with many vectors are prepared once.
-
-Bounds on the rounding errors in M z + q, underflow of products included; and residuals
-as if in more than twice the precision. For these every product is split into its
+Rounding errors in M z + q are bounded, underflow of products included, and residuals
+are computed as if in more than twice the precision: every product is split into its
 rounded value and its error (T. J. Dekker, A floating-point technique for extending the
-available precision, Numerische Mathematik 18 (1971) 224-242), and math.fsum adds them
-up exactly. For many rows at once the sums are distilled: T. Ogita, S. M. Rump and S.
+available precision, Numerische Mathematik 18 (1971) 224-242), and math.fsum adds all of
+them exactly. For many rows at once the sums are distilled: T. Ogita, S. M. Rump and S.
 Oishi, Accurate sum and dot product, SIAM Journal on Scientific Computing 26 (2005)
 1955-1988.
 """
@@ -36,25 +36,30 @@ from lcpcli.linalg.doubles import (
 )
 from lcpcli.typing import Indices, Mask, Matrix, Vector
 
-BLOCK_NUMBERS = 1 << 17  # in a block of rows: it stays in the cache
-# Of the band, times those of M: factors within it cannot have many more.
+# Numbers in a block of rows, which fits in the processor's cache.
+BLOCK_NUMBERS = 1 << 17
+# A band is narrow if its size is at most this multiple of the entries of M: factors
+# within the band then have few more entries than M.
 MAX_NARROW_ENTRIES = 4
-SAMPLED_ROWS = 32  # of a dense M, which tell that it has many entries other than 0
-MIN_SHARED_ROWS = 64  # from which a BLAS may use threads
-# Factors between its inverse and this over- or underflow only if the product itself
-# does.
+# Rows of a dense M that are sampled to see whether it has many nonzero entries.
+SAMPLED_ROWS = 32
+MIN_SHARED_ROWS = 64  # rows from which a BLAS may use several threads
+# Products R_i M_ij C_j with R_i, C_j between the inverse of this and this overflow or
+# underflow in intermediate results only if the product itself does.
 MODERATE_FACTOR = 2.0**100
-# Of the entries off the diagonal of a row, in units of the diagonal, their largest sum:
-# where all sums are smaller, the condition number is below 2 / (1 - 0.95) = 40, by
+# Limit on the row sums of |entries| off the diagonal after scaling the diagonal to 1:
+# if all sums are smaller, the condition number is below 2 / (1 - 0.95) = 40, by
 # Gershgorin's theorem.
 DOMINATED = 0.95
-# Of the unknowns: positive entries off the diagonal, which change few states.
+# The largest ratio of positive entries off the diagonal to unknowns: so few change the
+# active set little.
 MAX_POSITIVE = 0.02
 
 
 def is_sparse(M: Any) -> bool:
-    """Return whether M is a scipy sparse matrix or array, not a linear operator,
-    without importing scipy."""
+    """Return whether M is a scipy sparse matrix or array, as opposed to a linear
+    operator, without importing scipy.
+    """
     return (
         type(M) is not np.ndarray
         and type(M).__module__.startswith("scipy.sparse")
@@ -81,7 +86,8 @@ def row_and_column_maxima(
     """Return the largest entry of every row and of every column of R |M| C for
     diagonals R, C of shape (n,).
 
-    symmetric : whether R |M| C is; it then saves time to know that of a sparse M.
+    symmetric : whether R |M| C is symmetric: the row maxima of a sparse M are then
+    returned for the columns too, which saves time.
     """
     rows = np.zeros(R.size)
     columns = np.zeros(R.size)
@@ -103,20 +109,22 @@ def row_and_column_maxima(
 def has_no_positive_links(M: Matrix) -> bool:
     """Return whether M is a Z-matrix: whether no entry off the diagonal is positive."""
     entries = M.data if is_sparse(M) else M
-    # As in the first row of most others.
+    # Most dense matrices that are no Z-matrices show it in their first row.
     if entries.ndim > 1 and entries.size and np.count_nonzero(entries[0] > 0) > 1:
         return False
     return bool(np.count_nonzero(entries > 0) == np.count_nonzero(M.diagonal() > 0))
 
 
 def positive_links(M: Matrix) -> int:
-    """Return how many entries of a sparse M off the diagonal are positive."""
+    """Return the number of positive entries of a sparse M off the diagonal."""
     return int(np.count_nonzero(M.data > 0) - np.count_nonzero(M.diagonal() > 0))
 
 
 def may_be_eliminated(M: Matrix) -> bool:
-    """Return whether a sparse M is tridiagonal, and at most few of its entries off the
-    diagonal are positive, as where drift exceeds diffusion at the end of a grid."""
+    """Return whether a sparse M is tridiagonal with a positive diagonal and at most few
+    positive entries off the diagonal, as where drift exceeds diffusion at the end of a
+    grid.
+    """
     n = M.shape[0]
     if not (is_sparse(M) and n > 1 and M.nnz <= 3 * n and width(M) <= 1):
         return False
@@ -124,12 +132,12 @@ def may_be_eliminated(M: Matrix) -> bool:
 
 
 def may_be_stiff(M: Matrix) -> bool:
-    """Return whether a sparse M has a positive diagonal, which does not dominate, and
-    positive entries off it.
+    """Return whether a sparse M may be ill-conditioned: it has a positive diagonal that
+    does not dominate, and positive entries off it.
 
-    Such are fourth differences, and stiffness matrices of beams, plates and bodies;
-    differences of second order have no positive entry off the diagonal, and methods of
-    their own.
+    Fourth differences are of this kind, and stiffness matrices of beams, plates and
+    bodies. Differences of second order have no positive entry off the diagonal, and are
+    solved by methods for Z-matrices.
     """
     if not is_sparse(M) or not M.shape[0]:
         return False
@@ -142,8 +150,9 @@ def may_be_stiff(M: Matrix) -> bool:
 
 
 def row_maxima(M: Matrix) -> Vector:
-    """Return the largest |entry| of every row of M, NaN where an entry is; |M| is not
-    formed if M is dense."""
+    """Return the largest |entry| of every row of M, NaN if an entry of the row is NaN;
+    for a dense M, |M| is not formed.
+    """
     return _by_rows(np.maximum, M, np.abs(M.data)) if is_sparse(M) else _maxima(M, 1)
 
 
@@ -156,8 +165,9 @@ def column_maxima(M: Matrix) -> Vector:
 
 
 def _by_rows(reduction: np.ufunc, M: Matrix, values: Vector) -> Vector:
-    """Return the sum, maximum or the like of one value for each stored entry, for each
-    row; 0 for empty rows."""
+    """Return the reduction (sum or maximum) over each row of an array with one value
+    for each stored entry of M; 0 for empty rows.
+    """
     rows, filled = np.zeros(M.shape[0]), np.flatnonzero(np.diff(M.indptr))
     if filled.size:
         rows[filled] = reduction.reduceat(values, M.indptr[filled])
@@ -192,11 +202,11 @@ def comparison(M: Matrix) -> Matrix:
 
 
 def scaled(M: Matrix, R: Vector, C: Vector) -> Matrix:
-    """Return R M C for diagonals R, C > 0 of shape (n,), as a new matrix; exact if they
-    are powers of two.
+    """Return R M C for diagonals R, C > 0 of shape (n,), as a new matrix; it is exact
+    if R and C are powers of two.
 
-    Entries underflow only where R M C itself does; where it overflows they are the
-    largest finite number.
+    Entries underflow only if R_i M_ij C_j itself does; if that overflows, the entry is
+    the largest finite number.
     """
     if not is_sparse(M):
         return _scaler(R, C)(M, R[:, np.newaxis], C)
@@ -209,8 +219,9 @@ def scaled(M: Matrix, R: Vector, C: Vector) -> Matrix:
 
 
 def principal(M: Matrix, indices: Indices) -> Matrix:
-    """Return M_PP for the indices of P, ascending; dense, or in compressed sparse rows
-    as M is; M itself for all."""
+    """Return M_PP for the indices of P in ascending order: dense or in compressed
+    sparse rows as M is, and M itself if P contains all indices.
+    """
     if indices.size == M.shape[0]:
         return M
     if not is_sparse(M):
@@ -224,7 +235,8 @@ def plus_diagonal(
     M: Matrix, d: Vector | float, order: Literal["C", "F"] = "C"
 ) -> Matrix:
     """Return M + diag(d), or M + d I for a number d, as a new matrix; a dense one is
-    stored in `order`, C or F."""
+    stored by rows (`order` "C") or columns ("F").
+    """
     if not is_sparse(M):
         A = M.copy(order)
         diagonal = np.einsum("ii->i", A)  # a view
@@ -236,10 +248,10 @@ def plus_diagonal(
 
 
 def thinned(M: Matrix, max_entries: float) -> Matrix:
-    """Return a dense M in compressed rows if it has at most `max_entries` entries other
-    than 0; else M itself.
+    """Return a dense M in compressed rows if it has at most `max_entries` nonzero
+    entries; otherwise M itself.
 
-    scipy's own conversion takes several times as long as a product with M.
+    scipy's conversion takes several times as long as a product with M.
     """
     rows, columns = M.shape
     sample = M[:: max(1, rows // SAMPLED_ROWS)]
@@ -265,15 +277,13 @@ def thinned(M: Matrix, max_entries: float) -> Matrix:
 
 
 def _scaler(R: Vector, C: Vector) -> Callable[[Vector, Vector, Vector], Vector]:
-    """Return a function that multiplies entries by arrays of their R and C without
-    intermediate over- or underflow.
+    """Return a function of arrays entries, left and right that returns left * entries *
+    right without intermediate overflow or underflow, for factors from R and C.
 
-    Where the product itself overflows, the result is the largest finite number.
+    If the product itself overflows, the result is the largest finite number.
     """
-    smallest, largest = (
-        min(R.min(initial=1.0), C.min(initial=1.0)),
-        max(R.max(initial=1.0), C.max(initial=1.0)),
-    )
+    smallest = min(R.min(initial=1.0), C.min(initial=1.0))
+    largest = max(R.max(initial=1.0), C.max(initial=1.0))
     if smallest >= 1 / MODERATE_FACTOR and largest <= MODERATE_FACTOR:
         return lambda entries, left, right: left * entries * right
 
@@ -289,23 +299,25 @@ def _scaler(R: Vector, C: Vector) -> Callable[[Vector, Vector, Vector], Vector]:
 
 
 def row_blocks(M: Matrix) -> Iterator[tuple[slice, Vector]]:
-    """Yield |M| a few rows at a time, so that no second matrix is formed."""
+    """Yield the blocks of rows of M and of |M|, so that |M| is never formed as a whole."""
     for rows in row_parts(*M.shape):
         yield rows, np.abs(M[rows])
 
 
 def row_parts(n: int, width: int = 8) -> Iterator[slice]:
-    """Yield slices of n rows, a block each: of a matrix with so many columns, or of as
-    many vectors."""
+    """Yield slices that divide n rows into blocks that fit in the processor's cache,
+    for a matrix with `width` columns, or for as many vectors of length n.
+    """
     height = max(1, BLOCK_NUMBERS // max(1, width))
     for top in range(0, n, height):
         yield slice(top, min(top + height, n))
 
 
 def entries(M: Matrix) -> Iterator[tuple[slice, slice, Indices]]:
-    """Yield for each block of rows of a sparse M the slices of the rows and of their
-    entries, and the row of each entry, counted from the first of the block: what is
-    computed of them stays in the cache."""
+    """Yield, for each block of rows of a sparse M, the slice of its rows, the slice of
+    its entries, and the row of each entry relative to the first row of the block;
+    intermediate arrays then fit in the processor's cache.
+    """
     for rows in row_parts(M.shape[0]):
         starts = M.indptr[rows.start : rows.stop + 1]
         owners = np.repeat(np.arange(starts.size - 1), np.diff(starts))
@@ -313,8 +325,9 @@ def entries(M: Matrix) -> Iterator[tuple[slice, slice, Indices]]:
 
 
 def with_data(M: Matrix, data: Vector) -> Matrix:
-    """Return the matrix with these numbers in the places of the entries of M, whose
-    arrays of places it shares."""
+    """Return the matrix with the pattern of M, whose index arrays it shares, and these
+    values.
+    """
     with imports:
         from lcpcli.linalg.compressed_rows import of_arrays
     return of_arrays(M.shape, M.indptr, M.indices, data)
@@ -350,7 +363,7 @@ def is_symmetric(M: Matrix) -> bool:
 
 @np.errstate(over="ignore", invalid="ignore")
 def largest_asymmetry(M: Matrix) -> tuple[float, int, int]:
-    """Return the largest |M_ij - M_ji| and its place, with i < j."""
+    """Return the largest |M_ij - M_ji| and its indices i, j, with i < j."""
     difference = abs(M - M.T)
     if is_sparse(M):
         coo = difference.tocoo()
@@ -362,19 +375,22 @@ def largest_asymmetry(M: Matrix) -> tuple[float, int, int]:
 
 
 def symmetric_part(M: Matrix) -> Matrix:
-    """Return (M + M') / 2, of which the upper triangle is computed and mirrored."""
+    """Return (M + M') / 2: its upper triangle is computed and mirrored, so that it is
+    exactly symmetric.
+    """
     if is_sparse(M):
         with imports:
             from scipy.sparse import triu
     else:
         triu = np.triu
-    upper = triu(M + (M.T - M) / 2)  # leaves what is symmetric as it is
+    upper = triu(M + (M.T - M) / 2)  # this form leaves symmetric entries unchanged
     return upper + triu(upper, 1).T
 
 
 def mirrored(M: Matrix) -> tuple[Matrix, Vector] | None:
-    """Return a sparse M without stored zeros, and M_ji for each entry M_ij; None if
-    some M_ij has none."""
+    """Return a sparse M without stored zeros, and M_ji for each entry M_ij; None if the
+    pattern of M is not symmetric.
+    """
     if not (M.has_canonical_format and M.data.all()):
         M = M.copy()
         M.sum_duplicates()
@@ -390,13 +406,15 @@ def mirrored(M: Matrix) -> tuple[Matrix, Vector] | None:
 
 
 def is_narrow(M: Matrix, max_entries: float = MAX_NARROW_ENTRIES) -> bool:
-    """Return whether the entries of a sparse M are so near its diagonal, as for
-    problems in one dimension, that its factors cannot have many more entries: at most
-    so many times those of M."""
+    """Return whether the entries of a sparse M are so close to its diagonal, as for
+    problems in one space dimension, that the band has at most `max_entries` times as
+    many numbers as M has entries.
+    """
     return bool(M.shape[0] * (2 * width(M) + 1) <= max_entries * M.nnz)
 
 
 def width(M: Matrix) -> int:
+    """Return the largest |i - j| of a stored entry of a sparse M."""
     return int(
         np.abs(np.repeat(np.arange(M.shape[0]), np.diff(M.indptr)) - M.indices).max(
             initial=0
@@ -416,7 +434,9 @@ def stack(blocks: list[list[Matrix]]) -> Matrix:
 
 
 def unit_columns(n: int, selected: Indices, sparse: bool) -> Matrix:
-    """Return columns of the identity of order n, as a sparse or a dense matrix."""
+    """Return the selected columns of the identity of order n, as a sparse or a dense
+    matrix.
+    """
     shape, rows_and_columns = (
         (n, selected.size),
         (selected.astype(np.int32), np.arange(selected.size, dtype=np.int32)),
@@ -434,11 +454,11 @@ def product(M: Matrix, v: Vector) -> Vector:
     """Return M v for M of shape (m, n), dense or sparse, and v of shape (n,), or (n, k)
     for k vectors at once.
 
-    numpy and scipy each have a BLAS with its own threads, which keep spinning for a
-    while after each call. When both are used in turn they compete for the processors: a
-    factorization by scipy between products by numpy was observed to take three to
-    fifteen times as long. So scipy's, once loaded, computes the products with large
-    dense matrices too.
+    numpy and scipy may each load a BLAS with a separate thread pool, whose threads keep
+    spinning for a while after each call. When calls alternate between the two, they
+    compete for the processors: a factorization by scipy between products by numpy was
+    observed to take three to fifteen times as long. Therefore scipy's BLAS, once
+    loaded, computes the products with large dense matrices too.
     """
     if not isinstance(M, np.ndarray):
         return _product_with(M, M.data, v) if is_sparse(M) else np.asarray(M @ v)
@@ -457,7 +477,9 @@ def product(M: Matrix, v: Vector) -> Vector:
 
 
 def _product_with(M: Matrix, data: Vector, v: Vector) -> Vector:
-    """Return the product of a sparse M, with these entries, and v."""
+    """Return the product of v and a sparse matrix with the pattern of M and the values
+    `data`.
+    """
     if (
         M.format == "csr"
         and v.shape == M.shape[1:]
@@ -472,7 +494,7 @@ def _product_with(M: Matrix, data: Vector, v: Vector) -> Vector:
 
 
 def absolute_product(M: Matrix, z: Vector) -> Vector:
-    """Return |M| z by blocks of rows, so that |M| is never formed."""
+    """Return |M| z by blocks of rows, so that |M| is never formed as a whole."""
     if is_sparse(M):
         return _product_with(M, np.abs(M.data), z)
     if M.size <= MAX_COPIED_ENTRIES:
@@ -484,8 +506,9 @@ Shape: TypeAlias = tuple[int, int]
 
 
 def multiplier(M: Matrix) -> Callable[[Vector], Vector]:
-    """Return a function that returns M v for a contiguous v of shape (n,), to be called
-    many times."""
+    """Return a function that returns M v for a contiguous v of shape (n,), for many
+    calls.
+    """
     return (
         compressed_multiplier(M.shape, M.indptr, M.indices, M.data)
         if is_sparse(M)
@@ -496,22 +519,22 @@ def multiplier(M: Matrix) -> Callable[[Vector], Vector]:
 def compressed_multiplier(
     shape: Shape, indptr: Indices, indices: Indices, data: Vector
 ) -> Callable[[Vector], Vector]:
-    """Return a function as `multiplier` does for the arrays of a matrix in compressed
-    sparse rows."""
+    """Return a function as `multiplier` does, for a matrix given by the arrays of
+    compressed sparse rows.
+    """
     return partial(row_multiplier(shape, indptr, indices, data), slice(0, shape[0]))
 
 
 def row_multiplier(
     shape: Shape, indptr: Indices, indices: Indices, data: Vector
 ) -> Callable[[slice, Vector], Vector]:
-    """Return a function that returns some rows of M v, a slice with both ends, for the
-    arrays of M in compressed sparse rows and a contiguous v of its type, to be called
-    many times.
+    """Return a function of a slice with both ends and a contiguous v that returns these
+    rows of M v. M is described by the arrays of compressed sparse rows, and v has the
+    type of its data.
 
-    scipy's operator takes ten times as long as the product with a small matrix in this
-    form, and a call on a grid with 40,000 unknowns 1.3 times as long with it; its
-    routine without checks is not public, so the operator stands in where it is not
-    found.
+    scipy's operator takes ten times as long as this routine for a small matrix, and a
+    call on a grid with 40,000 unknowns 1.3 times as long. As the routine, which makes
+    no checks, is not public, the operator is used if it cannot be imported.
     """
     try:
         with imports:
@@ -532,19 +555,19 @@ def row_multiplier(
     return times
 
 
-# Of a row: up to here its products may underflow by more than ROW_ROUNDING of its
-# terms.
+# If |q_i| + |M_i| |z| is at most this, the error by underflow of products may exceed
+# ROW_ROUNDING times it; the test `may_underflow` is skipped for larger rows.
 TINY_TERMS = 2.0**-900
 
 
 def row_errors(M: Matrix, z: Vector, row_magnitudes: Vector) -> Vector:
-    """Return bounds on the rounding errors in w = M z + q for z of shape (n,), or for m
-    of them in rows.
+    """Return bounds on the rounding errors in w = M z + q for z of shape (n,), or for
+    the rows of z of shape (m, n).
 
     row_magnitudes : |q| + |M| |z| as computed, of the shape of w.
 
-    A product that underflows is off by up to SMALLEST_NORMAL, and is missing in the
-    terms as in w.
+    A product that underflows has an error of up to SMALLEST_NORMAL, in w as in
+    `row_magnitudes`.
     """
     errors: Vector = ROW_ROUNDING * row_magnitudes
     tiny = row_magnitudes <= TINY_TERMS
@@ -554,30 +577,32 @@ def row_errors(M: Matrix, z: Vector, row_magnitudes: Vector) -> Vector:
 
 
 def may_underflow(M: Matrix, z: Vector) -> bool:
-    """Return whether a product of an entry of M and one of z may underflow."""
+    """Return whether a product of an entry of M and a component of z may underflow."""
     smallest, factor = sizes(M.data if is_sparse(M) else M)[0], sizes(z)[0]
     with np.errstate(over="ignore", under="ignore"):
         return bool(smallest * factor < SMALLEST_NORMAL)
 
 
 def products(M: Matrix, z: Vector) -> Vector:
-    """Return how many products M_ij z_j of numbers other than 0 each row of M z adds
-    up."""
+    """Return the number of products M_ij z_j of two nonzero numbers in each row of M z."""
     used: Mask = M != 0
     counts: Vector = (used.astype(np.float64) @ (z != 0).T.astype(np.float64)).T
     return counts
 
 
 SPLITTER = 2.0**27 + 1  # Dekker's, for a mantissa of 53 bits
-MIN_ROWS = 200  # of a sparse matrix, from which they are added up together
-MAX_PADDED = 4  # times the entries of a block of rows: those of a table of them
-# Of the terms: sums that are smaller need more than three times the precision.
+MIN_ROWS = 200  # rows of a sparse matrix from which their sums are distilled together
+# The largest ratio of a table with rows padded to equal length to its actual entries.
+MAX_PADDED = 4
+# Relative to the sum of |terms|: a smaller sum has lost so many digits that two passes
+# of distillation, about three times the precision, may not be enough.
 CANCELLED = 2.0**-80
 
 
 def accurate_residual(A: Matrix, x: Vector, b: Vector) -> Vector:
-    """Return b - A x for A dense or in compressed sparse rows, rounded once (except for
-    over- and underflow)."""
+    """Return b - A x for a dense A or one in compressed sparse rows, with a single
+    rounding of each component (except for overflow and underflow).
+    """
     w = np.empty(b.size)
     if not is_sparse(A):
         used = x.nonzero()[0]
@@ -603,6 +628,7 @@ def accurate_residual(A: Matrix, x: Vector, b: Vector) -> Vector:
 
 
 def _summed(A: Matrix, x: Vector, b: Vector) -> Vector:
+    """Return b - A x for a sparse A, each row summed exactly by math.fsum."""
     terms, errors = _products(A.data, x[A.indices])
     rows = zip(b.tolist(), starmap(slice, pairwise(A.indptr.tolist())), strict=True)
     return np.array(
@@ -611,8 +637,10 @@ def _summed(A: Matrix, x: Vector, b: Vector) -> Vector:
 
 
 def _distilled(A: Matrix, x: Vector, b: Vector) -> Vector:
-    """Return the residuals of all rows of a sparse A, whose lengths are similar, at
-    once."""
+    """Return b - A x for a sparse A whose rows have similar lengths, all rows at once:
+    two passes of TwoSum over the terms (distillation). Rows with more cancellation than
+    that can resolve are summed by `_summed`.
+    """
     lengths = np.diff(A.indptr)
     entries = np.arange(lengths.max())[:, np.newaxis]
     positions = np.minimum(A.indptr[:-1] + entries, A.nnz - 1)
@@ -622,7 +650,8 @@ def _distilled(A: Matrix, x: Vector, b: Vector) -> Vector:
     )
     sizes = np.abs(terms).sum(axis=0)
     for _ in range(2):
-        for low, high in pairwise(terms):  # to their rounded sum, and its error
+        # Each pair is replaced by its rounding error and its rounded sum (TwoSum).
+        for low, high in pairwise(terms):
             total = low + high
             high_part = total - low
             np.add(low - (total - high_part), high - high_part, out=low)
@@ -643,7 +672,9 @@ def _products(a: Vector, x: Vector) -> tuple[list[float], list[float]]:
 
 
 def split_products(a: Vector, x: Vector) -> tuple[Vector, Vector]:
-    """Return two arrays whose entries add up to exactly those of -a x."""
+    """Return two arrays whose sum is exactly -a x, entry by entry: the rounded products
+    and their errors.
+    """
     terms = a * x
     a_high, a_low = split(a)
     x_high, x_low = split(x)
@@ -654,7 +685,9 @@ def split_products(a: Vector, x: Vector) -> tuple[Vector, Vector]:
 
 
 def split(v: Vector) -> tuple[Vector, Vector]:
-    """Return v as the sum of two vectors of 26 bits each."""
+    """Return v as the sum of two vectors whose entries have at most 26 significant
+    bits.
+    """
     large = SPLITTER * v
     high = large - (large - v)
     return high, v - high

@@ -1,15 +1,16 @@
-"""Patterns of sparse matrices: the bandwidth and the fill, which bound the cost of
-factors, and signs.
+"""Patterns of sparse matrices: bandwidth and fill-in, which bound the cost of a
+factorization, symmetry up to signs, and structural rank.
 
-Elimination without row exchanges causes no fill-in outside the band (E. Cuthill and J.
-McKee, Reducing the bandwidth of sparse symmetric matrices, Proceedings of the 24th ACM
-National Conference (1969) 157-172, reversed after A. George, 1971). A column of L has
-the entries of its column of A and those of its children in the elimination tree (J. W.
+Elimination without row interchanges causes no fill-in outside the band, which is narrow
+in the reverse Cuthill-McKee order (E. Cuthill and J. McKee, Reducing the bandwidth of
+sparse symmetric matrices, Proceedings of the 24th ACM National Conference (1969)
+157-172, reversed after A. George, 1971). The pattern of a column of L is the union of
+the pattern of this column of A and those of its children in the elimination tree (J. W.
 H. Liu, The role of elimination trees in sparse factorization, SIAM J. Matrix Anal.
 Appl. 11 (1990) 134-172).
 
-The index arrays of sparse matrices in files: scipy's compiled code trusts them, so that
-they are checked before.
+The index arrays of sparse matrices in files are checked here too, as scipy's compiled
+code trusts them.
 """
 
 from __future__ import annotations
@@ -32,27 +33,30 @@ from lcpcli.linalg.matrices import (
 )
 from lcpcli.typing import Indices, Mask, Matrix, Vector
 
-# Up to which factorizing a dense matrix is affordable: seconds, and 200 megabytes.
+# Factorizing a dense matrix of this order takes seconds, and 200 megabytes.
 MAX_DENSE_ROWS = 5000
-# Of the factors in a band that are affordable: about a gigabyte.
+# Entries of the factors within a band: they take about a gigabyte.
 MAX_ENTRIES = 150_000_000
-# Of the elimination in a band that are affordable: a minute or so.
+# Operations of an elimination within a band: they take about a minute.
 MAX_OPERATIONS = 100_000_000_000
-MAX_ORDERED_ENTRIES = 20_000  # up to which any order is found in no time
-# The sum of the squares of the lengths of rows: half a second of minimum degree.
+# Entries of M up to which the search for any order takes negligible time.
+MAX_ORDERED_ENTRIES = 20_000
+# Limit on the sum of the squared row lengths, which bounds the steps of the minimum
+# degree algorithm: about half a second.
 MAX_STEPS = 1e9
-# Entries, beyond which their insertion into a sorted list takes more than a
-# millisecond.
+# Row length beyond which sorting a row by insertion takes more than a millisecond.
 LONG_ROW = 1000
-SPREADING_STEPS = 8  # in which most of a graph without small separators is reached
-# Entries of L for each of M, beyond which the search for a minimum degree order may
-# take minutes.
+# Steps of a breadth-first search that reach most of a graph without small separators.
+SPREADING_STEPS = 8
+# Ratio of the entries of L to those of M beyond which the search for a minimum degree
+# order may take minutes.
 MUCH_FILL = 10
 
 
 def affordable(M: Matrix) -> bool:
-    """Return whether a factorization of M, which takes less than one of its band, may
-    be a side computation."""
+    """Return whether a factorization of M is cheap enough for a side computation: the
+    cost of a sparse one is bounded by that of a factorization within the band.
+    """
     if not is_sparse(M):
         return bool(M.shape[0] <= MAX_DENSE_ROWS)
     band = Band(M)
@@ -60,12 +64,14 @@ def affordable(M: Matrix) -> bool:
 
 
 def _symmetric(M: Matrix) -> Matrix:
+    """Return |M| + |M'|, whose pattern is that of the graph of M."""
     return (abs(M) + abs(M.T)).tocsr()
 
 
 def is_forest(M: Matrix) -> bool:
-    """Return whether the graph of the entries of a sparse M is a forest: factors of M
-    then have no more of them."""
+    """Return whether the graph of the entries of a sparse M is a forest: its factors in
+    a suitable order then have no fill-in.
+    """
     n = M.shape[0]
     if M.nnz > 3 * n:
         return False
@@ -87,7 +93,8 @@ def cuthill_mckee(M: Matrix) -> Indices:
         return np.asarray(degrees)
     if degrees.max() <= LONG_ROW:
         return np.asarray(reverse_cuthill_mckee(symmetric, symmetric_mode=True))
-    # Scipy sorts the neighbours by insertion, which is quick in this order.
+    # scipy sorts the neighbours of a node by degree with insertion sort, which takes
+    # linear time if they are sorted already.
     order = np.argsort(degrees, kind="stable")
     symmetric = symmetric[order][:, order]
     symmetric.sort_indices()
@@ -95,7 +102,9 @@ def cuthill_mckee(M: Matrix) -> Indices:
 
 
 def _width_of(M: Matrix, order: Indices) -> int:
-    """Return the largest distance of an entry from the diagonal in an order."""
+    """Return the largest distance of an entry of M from the diagonal after its rows and
+    columns are put in this order.
+    """
     positions = np.empty(order.size, dtype=np.intp)
     positions[order] = np.arange(order.size)
     owners = np.repeat(positions, np.diff(M.indptr))
@@ -103,10 +112,12 @@ def _width_of(M: Matrix, order: Indices) -> int:
 
 
 def narrow_order(M: Matrix) -> tuple[Indices | None, int]:
-    """Return an order in which the entries of a sparse M are close to the diagonal,
-    None if it is the order of M, and their largest distance from the diagonal."""
+    """Return an order in which the entries of a sparse M are close to the diagonal, or
+    None for the order of M, and their largest distance from the diagonal in it.
+    """
     width_of_M = width(M)
-    # No order is narrower than half of the longest row.
+    # In any order the longest row spans at least half its length on one side of the
+    # diagonal.
     if 2 * width_of_M <= int(np.diff(M.indptr).max(initial=0)):
         return None, width_of_M
     order = cuthill_mckee(M)
@@ -122,7 +133,7 @@ class Band:
 
     width : the largest |i - j| of a stored entry in that order. entries, operations :
     upper bounds on the entries of both triangular factors, and on the multiplications
-    and additions of the elimination, if it stays in the band.
+    and additions of an elimination without fill-in outside the band.
     """
 
     def __init__(self, M: Matrix) -> None:
@@ -133,15 +144,14 @@ class Band:
 
 
 def order_of(M: Matrix) -> str:
-    """Return the ordering that SuperLU is to compute for diagonal pivots of a sparse M:
-    minimum degree, or COLAMD.
+    """Return the name of the ordering that SuperLU is to compute for diagonal pivots of
+    a sparse M: minimum degree, or COLAMD.
 
-    SuperLU holds the interpreter's lock in this search, so that neither Ctrl-C nor a
-    time limit can end the wait for it. Minimum degree gives less fill, but takes
-    minutes where the graph of M has no small separators, and L is nearly dense in any
-    order; COLAMD takes a second there. Minimum degree also goes through a long row
-    whenever one of its unknowns is eliminated, while COLAMD leaves such rows for the
-    end.
+    SuperLU holds the interpreter's lock during this search, so that neither Ctrl-C nor
+    a time limit can interrupt it. Minimum degree gives less fill-in, but takes minutes
+    if the graph of M has no small separators, where L is almost dense in any order;
+    COLAMD takes a second there. Minimum degree also traverses a long row whenever one
+    of its unknowns is eliminated, while COLAMD orders such rows last.
     """
     if M.nnz <= MAX_ORDERED_ENTRIES:
         return "MMD_AT_PLUS_A"
@@ -153,8 +163,9 @@ def order_of(M: Matrix) -> str:
 
 
 def _spreads(M: Matrix) -> bool:
-    """Return whether a few steps along the entries of M lead from a typical unknown to
-    most others."""
+    """Return whether a few steps of breadth-first search from an unknown of median
+    degree reach most of the unknowns: the graph of M then has no small separators.
+    """
     pattern = _symmetric(M)
     pattern.data[:] = 1.0
     reached = np.zeros(M.shape[0])
@@ -165,12 +176,12 @@ def _spreads(M: Matrix) -> bool:
 
 
 def fill(M: Matrix, max_entries: int) -> int:
-    """Count the entries below the diagonal of L, for diagonal pivots of M + M' in order
-    of the entries of their rows.
+    """Count the entries of L below the diagonal, for diagonal pivots of M + M' in the
+    order of increasing row length.
 
-    For the conditions of programs this order is not much worse than minimum degree, and
-    it takes no time. M is sparse, of shape (n, n). Counting stops above `max_entries`,
-    or when TimeIsUp is raised.
+    For the optimality conditions of programs this order is not much worse than minimum
+    degree, and it takes negligible time. M is sparse, of shape (n, n). Counting stops
+    above `max_entries`, or when TimeIsUp is raised.
     """
     with imports:
         from scipy.sparse import tril
@@ -179,7 +190,7 @@ def fill(M: Matrix, max_entries: int) -> int:
     lower = tril(pattern[order][:, order], k=-1, format="csc")
     lower.sort_indices()
     columns = np.split(lower.indices, lower.indptr[1:-1])
-    # From the children of each column.
+    # The patterns that each column inherits from its children in the elimination tree.
     from_children: list[list[Indices]] = [[] for _ in columns]
     total = 0
     for j, column_entries in enumerate(columns):
@@ -200,13 +211,14 @@ def fill(M: Matrix, max_entries: int) -> int:
 
 def signs(M: Matrix) -> Vector | None:
     """Return S of shape (n,), entries 1 or -1, with S_i M_ij = S_j M_ji for all i and
-    j; None if there is none.
+    j; None if there is no such S.
 
     If M + M' is positive semidefinite and D positive, S (M + D) is then quasidefinite
     and has LDL' factors for every order of the pivots (R. J. Vanderbei, Symmetric
-    quasidefinite matrices, SIAM J. Optim. 5 (1995) 100-113). i and j have the same sign
-    where M_ij = M_ji and opposite ones where M_ij = -M_ji: in the graph of all (i, +)
-    and (i, -) with these edges, (i, +) and (i, -) must not be connected.
+    quasidefinite matrices, SIAM J. Optim. 5 (1995) 100-113). The signs of i and j are
+    equal if M_ij = M_ji, and opposite if M_ij = -M_ji. They exist if, in the graph of
+    all nodes (i, +) and (i, -) with these conditions as edges, no (i, +) is connected
+    with (i, -).
     """
     with imports:
         from scipy.sparse.csgraph import connected_components
@@ -236,10 +248,12 @@ def has_friction(M: Matrix) -> bool:
     examined further.
     """
     if is_sparse(M) and mirrored(M) is not None:
-        return False  # nothing is opposite to mu I, as it is in a program
+        # M_ij and M_ji have no common pattern in contact, as no entry mirrors mu I; in
+        # the conditions of a program they have.
+        return False
     n = M.shape[0]
     positive = M > 0.0
-    # A row of C has mu, and perhaps an entry on the diagonal.
+    # The positive entries of a row of C are mu, and perhaps a regularized diagonal.
     if is_sparse(M):
         number = np.diff(positive.indptr)
     else:
@@ -253,7 +267,8 @@ def has_friction(M: Matrix) -> bool:
         * M.diagonal()[short_rows][:, np.newaxis]
     )
     rows, columns = rows - diagonal_entries, columns - diagonal_entries
-    # A column of B has what is negative in that row of C, with the other sign, alone.
+    # The column of B that belongs to a row of C consists of the negative entries of
+    # that row with the opposite sign, and nothing else.
     lower, upper = (rows - abs(rows)) / 2, (rows + abs(rows)) / 2
     is_friction = _has_entries(lower) & _has_entries(upper)
     is_friction &= ~_has_entries(columns + lower)
@@ -274,11 +289,13 @@ def _has_entries(M: Matrix) -> Mask:
 
 
 def is_structurally_singular(A: Matrix) -> bool:
-    """Return whether all matrices with the nonzeros of A, of shape (n, n), are
-    singular: whether fewer than n of them share neither rows nor columns. The largest
-    number is that of a flow from rows to columns, found in polynomial time, which
-    `scipy.sparse.csgraph.structural_rank` may not be: for some matrices of 1000 rows it
-    does not end."""
+    """Return whether every matrix with the nonzero pattern of A, of shape (n, n), is
+    singular: whether no n of the entries lie in distinct rows and columns.
+
+    The largest number of such entries is a maximum flow from rows to columns, which is
+    computed in polynomial time; `scipy.sparse.csgraph.structural_rank` does not
+    terminate for some matrices of 1000 rows.
+    """
     n = A.shape[0]
     if (
         np.count_nonzero(np.diff(A.indptr)) < n
@@ -311,8 +328,9 @@ def invalid_indices(indices: Any, size: int) -> Indices:
 def are_compressed(
     line_ends: Any, indices: Any, lines: int, size_of_lines: int
 ) -> bool:
-    """Return whether these arrays are those of a number of compressed rows or columns,
-    with indices below `size_of_lines`."""
+    """Return whether these arrays are valid for this number of compressed rows or
+    columns (`lines`) with indices below `size_of_lines`.
+    """
     are_ends = (
         line_ends.size == lines + 1
         and line_ends[0] == 0
@@ -331,8 +349,8 @@ def fit(
     data: Sequence[int],
     shape: Sequence[int],
 ) -> bool:
-    """Return whether the index arrays of one of scipy's sparse formats fit the matrix
-    that they belong to.
+    """Return whether the index arrays of one of scipy's sparse formats are valid for a
+    matrix of this shape.
 
     data, shape : the shapes of the array of values and of the matrix.
     """
@@ -380,8 +398,9 @@ def fit(
 
 
 def connected(n: int, edges: Iterable[tuple[int, int]]) -> list[list[int]]:
-    """Return the connected components of the graph with the nodes 0, ..., n - 1, each
-    in order, by their smallest nodes."""
+    """Return the connected components of the graph with the nodes 0, ..., n - 1: each
+    as an increasing list, in the order of their smallest nodes.
+    """
     parents = list(range(n))
 
     def root(i: int) -> int:

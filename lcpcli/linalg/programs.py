@@ -1,9 +1,9 @@
-"""Linear programs, solved by HiGHS, in its own package or in scipy, kept from delaying
-Ctrl-C and time limits.
+"""Linear programs, solved by HiGHS from its package or from scipy, such that Ctrl-C and
+time limits take effect without delay; and convex quadratic programs, solved by PIQP if
+it is installed.
 
-And convex quadratic ones, solved by PIQP, where it is installed: R. Schwan, Y. Jiang,
-D. Kuhn and C. N. Jones, PIQP: a proximal interior-point quadratic programming solver,
-62nd IEEE Conference on Decision and Control (2023) 1088-1093.
+R. Schwan, Y. Jiang, D. Kuhn and C. N. Jones, PIQP: a proximal interior-point quadratic
+programming solver, 62nd IEEE Conference on Decision and Control (2023) 1088-1093.
 """
 
 from __future__ import annotations
@@ -22,15 +22,15 @@ from lcpcli.interrupts import TimeIsUp, interruptibly, remaining
 from lcpcli.linalg.matrices import is_sparse, stack
 from lcpcli.typing import Matrix, Vector
 
-LIMIT_REACHED = 1  # the status that scipy's result then has
-# Rows, counted as MIN_COUNTED_ROWS if they are fewer, times entries: up to this, a
-# solver takes milliseconds, for which Ctrl-C may wait as for a thread.
+LIMIT_REACHED = 1  # scipy's status when a limit on iterations or time is reached
+# Rows (at least MIN_COUNTED_ROWS) times entries of A up to which a solver takes
+# milliseconds: a thread that Ctrl-C can interrupt would delay it as much.
 MAX_UNINTERRUPTED_WORK, MIN_COUNTED_ROWS = 3e6, 100
-# The part of the remaining time that the solver gets: if it ends by itself, no thread
-# goes on running after the run.
+# Fraction of the remaining time that is passed to the solver as its limit: it then ends
+# before the run does, and no thread continues afterwards.
 EARLIER = 0.9
-# What an iteration of the simplex method usually takes, in seconds, besides for each
-# entry and each row and column.
+# The usual time of an iteration of the simplex method in seconds: a constant, and
+# additional times for each entry and for each row or column of A.
 OF_ITERATION = 1e-5
 OF_ENTRY = 5e-9
 OF_LINE = 4e-8
@@ -42,8 +42,9 @@ TOLERANCES = {
 
 
 def _limits(A: Matrix, max_seconds: float, name: str) -> dict[str, float]:
-    """Return the options for the limits: the iterations, under this name, and the time
-    that remains."""
+    """Return the options of HiGHS for its limits: the time that remains, and the number
+    of iterations under this name, as many as usually take `max_seconds`.
+    """
     limits, seconds = dict[str, float](), max(EARLIER * remaining(), 0.0)
     if seconds < math.inf:
         limits["time_limit"] = seconds
@@ -60,8 +61,9 @@ def _entries(A: Matrix) -> int:
 
 
 class Optimum(NamedTuple):
-    """A minimizer x, the multipliers y of the rows, which are derivatives by their
-    bounds, and the minimum."""
+    """A minimizer x of a linear program, the multipliers y of its rows, which are the
+    derivatives of the minimum with respect to their bounds, and the minimum.
+    """
 
     x: Vector
     y: Vector
@@ -75,14 +77,14 @@ def minimized(
     bounds: Pair,
     max_seconds: float = math.inf,
 ) -> Optimum | None:
-    """Return the minimum of objective'x with row_lower <= A x <= row_upper and lower <=
-    x <= upper; None if there is none, or the solver reaches a limit. It takes no longer
-    than remains for the run.
+    """Return the minimum of objective'x subject to row_lower <= A x <= row_upper and
+    lower <= x <= upper; None if there is none, or if the solver reaches its iteration
+    limit. It raises TimeIsUp when the time of the run is over.
 
     row_bounds, bounds : the pairs row_lower, row_upper and lower, upper; infinite where
         there is no bound.
-    max_seconds : a limit on the iterations, to as many as usually take so many seconds;
-        their number depends on the size of A alone.
+    max_seconds : a limit on the iterations, as many as usually take this time; their
+        number depends on the size of A alone, so that results are reproducible.
     """
     with imports:
         highspy = import_module("highspy") if find_spec("highspy") else None
@@ -112,11 +114,9 @@ def minimized(
             np.array(solution.row_dual),
             highs.getObjectiveValue(),
         )
-        optimum_or_none, is_late = (
-            optimum if status == model_status.kOptimal else None,
-            status == model_status.kTimeLimit,
-        )
-    # Where calls are direct, the solver's limit is the only one.
+        optimum_or_none = optimum if status == model_status.kOptimal else None
+        is_late = status == model_status.kTimeLimit
+    # If the solver was called without a thread, nothing else checks the time limit.
     if is_late and remaining() <= 0:
         raise TimeIsUp
     return optimum_or_none
@@ -130,8 +130,9 @@ def _by_scipy(
     bounds: Pair,
     limits: Any,
 ) -> tuple[Optimum | None, bool]:
-    """Return the minimum by the HiGHS of scipy, or None, and whether one of these
-    limits has ended it."""
+    """Return the minimum by scipy's HiGHS, or None, and whether it reached one of the
+    limits.
+    """
     with imports:
         from scipy.optimize import linprog
     low, high = row_bounds
@@ -167,14 +168,14 @@ def highs_of_program(
     options: Mapping[str, Any],
     lower_triangle: Any = None,
 ) -> Any:
-    """Return HiGHS with a program, the lower triangle of whose Hessian is sparse or
-    None; None if it is refused."""
+    """Return HiGHS loaded with the program min c'x + x'Qx / 2, where `lower_triangle`
+    is the lower triangle of a sparse Q, or None for a linear program; None if HiGHS
+    rejects it.
+    """
     with imports:
         from scipy.sparse import csc_array
-    highs, model = (
-        solver(highspy, {"output_flag": False} | dict(options)),
-        highspy.HighsModel(),
-    )
+    highs = solver(highspy, {"output_flag": False} | dict(options))
+    model = highspy.HighsModel()
     lp = model.lp_
     hessian = model.hessian_
     columns = csc_array(A)
@@ -183,11 +184,9 @@ def highs_of_program(
     lp.col_lower_, lp.col_upper_ = bounds
     lp.row_lower_, lp.row_upper_ = row_bounds
     lp.a_matrix_.format_ = highspy.MatrixFormat.kColwise
-    lp.a_matrix_.start_, lp.a_matrix_.index_, lp.a_matrix_.value_ = (
-        columns.indptr,
-        columns.indices,
-        columns.data,
-    )
+    lp.a_matrix_.start_ = columns.indptr
+    lp.a_matrix_.index_ = columns.indices
+    lp.a_matrix_.value_ = columns.data
     if lower_triangle is not None:
         triangle = csc_array(lower_triangle)
         hessian.dim_, hessian.format_ = c.size, highspy.HessianFormat.kTriangular
@@ -198,8 +197,9 @@ def highs_of_program(
 
 
 def solver(highspy: Any, options: Mapping[str, Any]) -> Any:
-    """Return HiGHS with some options, which prints nothing; from version 1.16 on it has
-    a banner when callbacks are enabled, before options can be set from outside."""
+    """Return HiGHS with these options, and without output: from version 1.16 on it
+    prints a banner when callbacks are enabled, before options can be set.
+    """
 
     class Silent(highspy.Highs):  # type: ignore[misc]
         def enableCallbacks(self) -> None:
@@ -226,8 +226,9 @@ class PiqpResult(NamedTuple):
 
 @cache
 def has_piqp() -> bool:
-    """Return whether PIQP is installed, and QDLDL, by which its work is estimated,
-    without loading them."""
+    """Return whether PIQP is installed, and QDLDL, with which its work is estimated,
+    without loading them.
+    """
     with imports:
         return all(map(find_spec, ("piqp", "qdldl")))
 
@@ -242,14 +243,15 @@ def convex_minimum(
     max_steps: int = 250,
     max_gap: float | None = None,
 ) -> PiqpResult:
-    """Minimize x'Qx / 2 + c'x with A x = b, low <= G x <= high and lower <= x <= upper.
+    """Minimize x'Qx / 2 + c'x subject to A x = b, low <= G x <= high and lower <= x <=
+    upper, by PIQP.
 
     Q, equations, rows, bounds : Q; A, b; G, low, high; lower, upper. The matrices are
         all dense, or all csc_matrices.
-    tol : for PIQP's residuals and the duality gap: relative, and absolute in units of
-        the largest |c_i| and |b_i|.
-    max_steps : by default PIQP's own limit; it has no limit of time, and cannot be
-        interrupted.
+    tol : the tolerance for PIQP's residuals and the duality gap: relative, and absolute
+        after division by the largest finite number of c, b, low and high.
+    max_steps : PIQP's default limit unless it is set; it has no time limit, and cannot
+        be interrupted.
     max_gap : the tolerance of the duality gap, by default `tol`.
     """
     with imports:
@@ -260,10 +262,8 @@ def convex_minimum(
     solver = piqp.DenseSolver() if isinstance(Q, np.ndarray) else piqp.SparseSolver()
     settings = solver.settings
     finite_numbers = [v[np.isfinite(v)] for v in (c, b, low, high)]
-    largest, gap = (
-        max(float(np.abs(v).max(initial=0.0)) for v in finite_numbers) or 1.0,
-        tol if max_gap is None else max_gap,
-    )
+    largest = max(float(np.abs(v).max(initial=0.0)) for v in finite_numbers) or 1.0
+    gap = tol if max_gap is None else max_gap
     settings.eps_rel, settings.eps_abs = tol, tol * largest
     settings.eps_duality_gap_rel, settings.eps_duality_gap_abs = gap, gap * largest
     settings.max_iter = max_steps

@@ -1,10 +1,10 @@
-"""Systems with M + diag(d) for one d after another, whose pattern is analysed only
+"""Linear systems with M + diag(d) for one d after another; the pattern is analysed only
 once.
 
 If signs S make S M symmetric, no pivoting is needed (see `patterns.signs`): the factors
-are LDL' by QDLDL, where it is installed and faster, or those of SuperLU with diagonal
-pivots in an order for symmetric patterns, without dense rows and columns. Dense M has
-LU factors with partial pivoting.
+are LDL' by QDLDL, if it is installed and faster, or those of SuperLU with diagonal
+pivots in an order for symmetric patterns, after dense rows and columns are split off. A
+dense M has LU factors with partial pivoting.
 """
 
 from __future__ import annotations
@@ -23,26 +23,31 @@ from lcpcli.linalg.matrices import is_sparse
 from lcpcli.linalg.patterns import order_of
 from lcpcli.typing import Indices, Matrix, Vector
 
-DENSE_FACTOR = 10.0  # times the root of n: the entries from which a row is dense
-# Dense rows and columns: the border of more would cost more than it saves.
+DENSE_FACTOR = 10.0  # a row with more than this times sqrt(n) entries is dense
+# The largest number of dense rows and columns that are split off as a border: more
+# would cost more than they save.
 MAX_SPLIT_OFF = 30
-# Operations for each entry, up to which variables with a diagonal block are eliminated
-# first.
+# Operations per entry of M up to which the variables with a diagonal block are
+# eliminated first.
 MAX_AT_ONCE = 100.0
-# Numbers of a dense border for each entry, up to which it takes less time than a sparse
-# one.
+# Numbers of a dense border per entry of M up to which it takes less time than sparse
+# factors.
 MAX_FILLED = 5.0
-# Operations of LDL: columns of such a length are handled faster in dense blocks.
+# Operations per entry of the factors beyond which SuperLU's dense blocks (supernodes)
+# take less time than QDLDL.
 MAX_PER_ENTRY = 300.0
 Systems: TypeAlias = "SuperLU | LDL | Bordered | _Dense"
-"""Systems of one M: factorize(d) factorizes M + diag(d), or raises SingularMatrix;
-solve(b) solves for the last d."""
+"""Systems with M + diag(d) for one M: factorize(d) computes factors, or raises
+SingularMatrix; solve(b) solves with the last factors."""
 
 
 def systems(M: Matrix, S: Vector | None, once: bool = False) -> Systems:
-    """Return the systems of M, dense or in compressed sparse rows, with signs S if
-    there are any. once : whether a single d is expected: QDLDL's search for an order
-    may then take longer than what it saves."""
+    """Return a solver of systems with M + diag(d), for M dense or in compressed sparse
+    rows, and S the signs of `patterns.signs` or None.
+
+    once : whether a single d is expected: QDLDL's search for an order may then take
+    longer than it saves.
+    """
     if not is_sparse(M):
         return _Dense(M)
     if S is None or not has_qdldl():
@@ -62,8 +67,9 @@ def systems(M: Matrix, S: Vector | None, once: bool = False) -> Systems:
 
 
 def operations(systems: Systems) -> float:
-    """Return the number of operations of a factorization by QDLDL, else infinity; raise
-    SingularMatrix for M + I."""
+    """Return the number of operations of a factorization of M + I by QDLDL, infinite if
+    another library is used; raise SingularMatrix if M + I has no such factors.
+    """
     if not isinstance(systems, LDL):
         return math.inf
     systems.factorize(np.ones(systems.S.size))
@@ -76,6 +82,8 @@ def has_qdldl() -> bool:
 
 
 class _Dense:
+    """Systems with M + diag(d) for a dense M, by LU factors with partial pivoting."""
+
     solve: Solve
 
     def __init__(self, M: Matrix) -> None:
@@ -88,9 +96,10 @@ class _Dense:
 
 
 class SuperLU:
-    """Systems by scipy's SuperLU with diagonal pivots, in a given order or in that of
-    the first factorization, as SuperLU's own search for an order may take longer than
-    all factorizations."""
+    """Systems by scipy's SuperLU with diagonal pivots, in the order of the unknowns
+    passed to it or that of the first factorization: SuperLU's search for an order may
+    take longer than all factorizations.
+    """
 
     def __init__(self, M: Matrix, order: Indices | None = None) -> None:
         self._M, self._diagonal = M, M.diagonal()
@@ -101,7 +110,9 @@ class SuperLU:
 
     @property
     def order(self) -> Indices | None:
-        """The places of rows and columns; None before these have been chosen."""
+        """The position of each unknown in the order of elimination; None before the
+        first factorization has chosen one.
+        """
         return self._order if self._search == "NATURAL" else None
 
     def factorize(self, d: Vector) -> None:
@@ -128,8 +139,9 @@ class SuperLU:
         return np.asarray(self._lu.solve(permuted)[self._solving])
 
     def _keep(self, order: Indices, search: str) -> None:
-        """Permute rows and columns to these places, the whole diagonal among them;
-        search : for an order from there."""
+        """Permute rows and columns to these positions, and store the whole diagonal
+        explicitly. `search` names the order that SuperLU computes from there.
+        """
         with imports:
             from scipy.sparse import csc_array
         coo = self._M.tocoo()
@@ -139,8 +151,8 @@ class SuperLU:
         self._inverse = np.argsort(order)
         off = coo.row != coo.col
         rows, columns = (
-            order[np.concatenate((places[off], np.arange(n)))]
-            for places in (coo.row, coo.col)
+            order[np.concatenate((numbers[off], np.arange(n)))]
+            for numbers in (coo.row, coo.col)
         )
         values = np.concatenate((coo.data[off], np.zeros(n)))
         self._columns = csc_array((values, (rows, columns)), shape=(n, n))
@@ -153,9 +165,10 @@ class SuperLU:
 
 # Without it: programs of portfolios in 200 unknowns take 1.65 times as long.
 class LDL:
-    """Systems by QDLDL's factors of S (M + diag(d)), or by SuperLU once the first of
-    them take so many operations per entry that the dense blocks of SuperLU save more
-    than the other half of the factors costs."""
+    """Systems by QDLDL's factors of S (M + diag(d)). SuperLU takes over if the first
+    factors need so many operations per entry that its dense blocks save more than it
+    costs to compute both triangular factors.
+    """
 
     def __init__(self, M: Matrix, S: Vector) -> None:
         with imports:
@@ -163,18 +176,18 @@ class LDL:
 
             from lcpcli.linalg.compressed_rows import of_arrays
         owners = np.repeat(np.arange(S.size), np.diff(M.indptr))
-        # In the rows of S M, which are the columns above its diagonal.
+        # S M is symmetric: its rows left of the diagonal are the columns of its upper
+        # triangle, which QDLDL takes.
         below = M.indices < owners
         column_ends = np.cumsum(np.bincount(owners[below], minlength=S.size) + 1)
         self._diagonal_positions = column_ends - 1
         data = np.empty(column_ends[-1])
         indices = np.empty(column_ends[-1], M.indices.dtype)
         is_off = np.ones(column_ends[-1], dtype=bool)
-        is_off[self._diagonal_positions], indices[self._diagonal_positions] = (
-            False,
-            np.arange(S.size),
-        )
-        indices[is_off], data[is_off] = M.indices[below], (S[owners] * M.data)[below]
+        is_off[self._diagonal_positions] = False
+        indices[self._diagonal_positions] = np.arange(S.size)
+        indices[is_off] = M.indices[below]
+        data[is_off] = (S[owners] * M.data)[below]
         indptr = np.concatenate(([0], column_ends)).astype(indices.dtype)
         self._upper = of_arrays(M.shape, indptr, indices, data, csc_matrix)
         self.S = S
@@ -211,15 +224,16 @@ class LDL:
         )
 
     def operations(self) -> tuple[float, float]:
-        """Return the number of operations for the factors, and its mean for an entry of
-        these."""
+        """Return the number of operations for the factors, and its mean per entry of L."""
         lengths = np.diff(self._solver.factors()[0].indptr).astype(np.float64)
         total = float((lengths * (lengths + 3)).sum())
         return total, total / max(float(lengths.sum()), 1.0)
 
 
 def dense_places(M: Matrix) -> Indices:
-    """Return the indices of dense rows and columns; none if there are too many."""
+    """Return the indices of dense rows and columns; an empty array if there are too
+    many to split off.
+    """
     n = M.shape[0]
     counts = np.maximum(np.diff(M.indptr), np.bincount(M.indices, minlength=n))
     dense_indices = np.flatnonzero(counts > DENSE_FACTOR * np.sqrt(n))
@@ -227,6 +241,8 @@ def dense_places(M: Matrix) -> Indices:
 
 
 class _Diagonal:
+    """Systems with a diagonal matrix plus diag(d)."""
+
     def __init__(self, diagonal: Vector) -> None:
         self._diagonal = diagonal
 
@@ -240,8 +256,11 @@ class _Diagonal:
 
 
 class Bordered:
-    """Systems with some rows and columns split off as a border. is_diagonal : whether
-    the rest is a diagonal matrix."""
+    """Systems in which some rows and columns are split off as a border: [A B; C E] is
+    solved by factors of A and the inverse of the Schur complement E - C A^-1 B.
+
+    is_diagonal : whether A, the matrix without the border, is diagonal.
+    """
 
     def __init__(self, M: Matrix, border: Indices, is_diagonal: bool = False) -> None:
         with imports:
@@ -262,14 +281,12 @@ class Bordered:
             if is_diagonal
             else submatrix(border, rest)
         )
-        self._B, self._E = (
-            submatrix(rest, border).toarray(),
-            submatrix(border, border).toarray(),
-        )
+        self._B = submatrix(rest, border).toarray()
+        self._E = submatrix(border, border).toarray()
 
     def factorize(self, d: Vector) -> None:
         self._inner.factorize(d[self._rest])
-        # SuperLU solves for one at a time.
+        # SuperLU solves for one column at a time.
         columns = [self._B] if isinstance(self._inner, _Diagonal) else self._B.T
         self._W = np.column_stack([self._inner.solve(column) for column in columns])
         self._inverse = np.linalg.inv(

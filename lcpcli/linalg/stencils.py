@@ -1,10 +1,10 @@
-"""Products of a sparse matrix with vectors, a block of rows at a time and without its
-entries where its rows repeat.
+"""Products of a sparse matrix with vectors by blocks of rows, without reading the
+entries of rows that repeat.
 
-Difference formulas on a grid have the same few numbers in nearly every row, at the same
-distances from the diagonal: the stencil. Such rows are read once, to be compared;
-products then take only the vector, which is read once if a block of it stays in the
-cache. The other rows, at the edge of the grid, are multiplied as they are.
+Difference formulas on a grid have the same few numbers in almost every row, at the same
+distances from the diagonal: the stencil. Such rows are compared with the stencil once;
+products then read only the vector, once if a block of it fits in the processor's cache.
+The other rows, at the boundary of the grid, are multiplied as usual.
 """
 
 from __future__ import annotations
@@ -17,14 +17,14 @@ import numpy as np
 from lcpcli.linalg.matrices import row_multiplier, row_parts, with_data
 from lcpcli.typing import Indices, Matrix
 
-MIN_ROWS = 1 << 13  # from which a stencil is worth the search for it
-MAX_ENTRIES = 30  # of a row of a stencil
-MAX_OTHERS = 0.3  # of all rows: those that differ from the stencil
+MIN_ROWS = 1 << 13  # rows from which products repay the search for a stencil
+MAX_ENTRIES = 30  # entries of a stencil
+MAX_OTHERS = 0.3  # the largest fraction of rows that differ from the stencil
 
 
 class Operator:
-    """Products of a sparse matrix of shape (n, n) with contiguous vectors of its own
-    type, by blocks of rows.
+    """Products of a sparse matrix of shape (n, n) with contiguous vectors of the type
+    of its entries, by blocks of rows.
 
     parts : the blocks, as slices of rows.
     """
@@ -38,13 +38,16 @@ class Operator:
         self._use(M if self._stencil is None else M[self._stencil.others])
 
     def _use(self, entries: Matrix) -> None:
-        """Take these rows of M, those that differ from the stencil or all of them."""
+        """Multiply by these rows of M entry by entry: the rows that differ from the
+        stencil, or all rows if there is none.
+        """
         self._entries, self.dtype = entries, entries.dtype
         self._rows = row_multiplier(
             entries.shape, entries.indptr, entries.indices, entries.data
         )
 
     def in_single_precision(self) -> Operator:
+        """Return an operator for vectors in single precision."""
         single = copy(self)
         single._use(with_data(self._entries, self._entries.data.astype(np.float32)))
         return single
@@ -61,8 +64,9 @@ class Operator:
         return block
 
     def __call__(self, v: Any, factors: Any = None, out: Any = None) -> Any:
-        """Return M v, times factors of shape (n,) unless they are None, in `out` unless
-        that is None."""
+        """Return M v, multiplied by `factors` of shape (n,) unless they are None; it is
+        written to `out` unless that is None.
+        """
         image = np.empty_like(v) if out is None else out
         for k, rows in enumerate(self.parts):
             if factors is None:
@@ -72,7 +76,7 @@ class Operator:
         return image
 
     def residual(self, x: Any, b: Any, factors: Any, out: Any) -> Any:
-        """Return factors * (b - M x), in `out`."""
+        """Return factors * (b - M x), which is written to `out`."""
         for k, rows in enumerate(self.parts):
             np.subtract(b[rows], self.block(k, x), out=out[rows])
             out[rows] *= factors[rows]
@@ -81,7 +85,9 @@ class Operator:
     def relaxed(
         self, x: Any, b: Any, weights: Any, factor: float = 1.0, out: Any = None
     ) -> Any:
-        """Return x + factor * weights * (b - M x), in `out` unless that is None."""
+        """Return x + factor * weights * (b - M x), a step of a weighted Jacobi
+        iteration; it is written to `out` unless that is None.
+        """
         better = np.empty_like(x) if out is None else out
         for k, rows in enumerate(self.parts):
             step = self.block(k, x)
@@ -94,13 +100,13 @@ class Operator:
 
 # Without it: an obstacle with 250,000 unknowns takes 1.12 times as long, torsion 1.2.
 class _Stencil(NamedTuple):
-    """The rows of a matrix with the same entries at the same distances from the
-    diagonal, and the others.
+    """The stencil: the entries and their distances from the diagonal that almost all
+    rows share.
 
-    terms : each value with its distances. first, last : the rows between which all
-        distances stay within the matrix.
-    others : the indices of the rows that differ, in order. starts : where those of each
-        block begin, and their number.
+    terms : each value with the distances at which it occurs. first, last : the rows
+        between which all distances stay within the matrix.
+    others : the indices of the rows that differ, in order. starts : the position in
+        `others` of the first row of each block, and their number.
     """
 
     terms: list[tuple[float, list[int]]]
@@ -110,7 +116,9 @@ class _Stencil(NamedTuple):
     starts: list[int]
 
     def block(self, rows: slice, v: Any) -> Any:
-        """Return a block of M v, with arbitrary numbers in the other rows."""
+        """Return a block of M v; the components of rows that differ from the stencil
+        are arbitrary numbers.
+        """
         top, bottom = max(rows.start, self.first), min(rows.stop, self.last)
         if top >= bottom:
             return np.zeros(rows.stop - rows.start, dtype=v.dtype)
@@ -131,8 +139,9 @@ class _Stencil(NamedTuple):
 
 
 def _stencil(M: Matrix) -> _Stencil | None:
-    """Return the stencil of the first row of median length, if nearly all rows of M
-    have exactly its entries."""
+    """Return the stencil, the entries of the first row of median length, if all but
+    MAX_OTHERS of the rows of M have exactly these; otherwise None.
+    """
     n, degrees = M.shape[0], np.diff(M.indptr)
     typical = int((degrees == int(np.median(degrees))).argmax())
     typical_entries = slice(*M.indptr[typical : typical + 2])

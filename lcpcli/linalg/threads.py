@@ -1,15 +1,16 @@
-"""How many threads the BLAS uses: one, unless the matrix is so large that more of them
-save time.
+"""The number of threads that the BLAS uses: one, unless the matrix is so large that
+more threads save time.
 
-The threads of a BLAS wait for each other busily. Beside two busy processes on two
-processors, a dense problem with n = 2000 was seen to take 8 to 27 times as long as
-alone in two threads, and 1.6 times as long in one thread; alone, two threads save a
-tenth to a quarter of the time.
+The threads of a BLAS wait for each other in busy loops. On a machine with two
+processors that were occupied by two other processes, a dense problem with n = 2000 was
+seen to take 8 to 27 times as long as on the idle machine if the BLAS used two threads,
+and 1.6 times as long if it used one. On the idle machine, two threads save a tenth to a
+quarter of the time.
 
-The number belongs to the process. Commands set it in the environment before numpy,
-which reads it when it is loaded (`lcpcli.cli.problems.settle_threads`); where numpy is
-loaded, threadpoolctl changes it for the duration of a call. Nothing heavy is imported
-here before it is needed.
+The number of threads is a property of the process. Commands set it in the environment
+before numpy is loaded, which reads it then (`lcpcli.cli.problems.settle_threads`); if
+numpy is loaded already, threadpoolctl changes the number for the duration of a call.
+Nothing heavy is imported here before it is needed.
 """
 
 from __future__ import annotations
@@ -25,7 +26,8 @@ from lcpcli import options
 from lcpcli.clock import imports
 from lcpcli.errors import ParameterError, missing
 
-GENERAL = "OMP_NUM_THREADS"  # what a library goes by if its own variable is not set
+# Libraries read this variable if the one that is specific to them is not set.
+GENERAL = "OMP_NUM_THREADS"
 VARIABLES = (
     "OPENBLAS_NUM_THREADS",
     "MKL_NUM_THREADS",
@@ -33,20 +35,22 @@ VARIABLES = (
     "VECLIB_MAXIMUM_THREADS",
     GENERAL,
 )
-MAX_DIGITS = 9  # of a number in the environment that is read
-# With fewer than 9216 entries OpenBLAS multiplies by vectors in one thread anyway.
+MAX_DIGITS = 9  # digits that are read of a number in the environment
+# OpenBLAS uses one thread for a matrix-vector product of fewer than 9216 = 96^2
+# entries.
 MIN_THREADED_ROWS = 100
-# Rows of a dense matrix from which more threads pay. Measured on two processors, with
-# one thread / two, in seconds: n = 2000 0.16 / 0.11 by auto and 0.27 / 0.21 by
-# fixed-point, 3000 0.46 / 0.40 and 0.79 / 0.60, 5000 1.6 / 1.2 and 2.9 / 2.0. Beside
-# two busy processes two threads took up to 12 times as long as one at n = 3000, 4 times
-# at 5000.
+# Rows of a dense matrix from which several threads are used. Measured on two idle
+# processors, in seconds with one thread / two threads: n = 2000 0.16 / 0.11 by auto and
+# 0.27 / 0.21 by fixed-point, 3000 0.46 / 0.40 and 0.79 / 0.60, 5000 1.6 / 1.2 and 2.9 /
+# 2.0. While two other processes were running, two threads took up to 12 times as long
+# as one at n = 3000 and 4 times at n = 5000: below this size the loss outweighs the
+# gain.
 MANY_ROWS = 5000
 
 Function = TypeVar("Function", bound=Callable[..., Any])
 
 
-@cache  # the BLAS too reads it only once
+@cache  # the BLAS also reads the environment only once
 def in_environment() -> int | None:
     """Return the number of threads that the environment sets; None if it sets none."""
     values = [os.environ.get(name, "") for name in VARIABLES]
@@ -56,12 +60,12 @@ def in_environment() -> int | None:
 
 
 def with_limited_threads(function: Function) -> Function:
-    """Return a function (problem, ...) that calls the given one with as many threads as
-    its keyword `threads` says.
+    """Return `function`, a function of a problem, so that the BLAS uses as many threads
+    in its calls as the keyword `threads` says.
 
-    By default the environment sets their number; if not, it is one, unless M is so
-    large that more save time. A nonlinear problem has no M, but linear systems with up
-    to twice as many unknowns.
+    Without the keyword the environment sets their number; if it sets none, one thread
+    is used, unless M is so large that more save time. A nonlinear problem has no M, but
+    its linear systems have up to twice as many unknowns.
     """
 
     @wraps(function)
@@ -81,8 +85,10 @@ def with_limited_threads(function: Function) -> Function:
 
 
 def _number(problem: Any, asked: int | None) -> int | None:
-    """Return the number of threads for a problem, None to leave it as it is; raise
-    OptionError if it cannot be set."""
+    """Return the number of threads to set for a problem, or None to leave it unchanged;
+    raise OptionError if a number was requested that is invalid, or cannot be set
+    because threadpoolctl is not installed.
+    """
     if asked is not None:
         options.check((options.THREADS,), {options.THREADS.name: asked})
         if _libraries() is None:
@@ -98,20 +104,23 @@ def _number(problem: Any, asked: int | None) -> int | None:
 
 
 _lock = threading.Lock()
-# By the calls under way: the number of the process is the least of these.
+# The numbers requested by the contexts that are open: the process uses the smallest
+# one.
 _asked: dict[object, int] = {}
-_usual: list[int] = []  # those from before the first of them, of each library
-_thread = threading.local()  # is_limited : whether it is within a context of `limited`
+# The number of threads of each library before the first context was opened.
+_usual: list[int] = []
+# Its attribute is_limited tells whether this thread is inside a context of `limited`.
+_thread = threading.local()
 
 
 @contextmanager
 def limited(number: int) -> Iterator[None]:
-    """Open a context in which the BLAS of numpy and that of scipy use that many
+    """Open a context in which the BLAS of numpy and that of scipy use this number of
     threads, if threadpoolctl is installed.
 
     Of nested contexts the outermost one decides. As the number belongs to the process,
-    the smallest one counts where contexts of several threads overlap, and the last of
-    these to close puts back what was there before.
+    the smallest requested number is in force while contexts of several threads overlap,
+    and the last of these to close restores the numbers from before the first one.
     """
     libraries, call = _libraries(), object()
     if libraries is None or getattr(_thread, "is_limited", False):
@@ -129,13 +138,15 @@ def limited(number: int) -> Iterator[None]:
 def _set_thread_number(
     libraries: Sequence[Any], call: object, number: int | None = None
 ) -> None:
-    """Set the number of threads that a call requests, or drop the request at its end.
-    The first call changes the number of the process, and the last one restores it."""
+    """Set the number of threads that a context requests, or drop its request at its end
+    (`number` is None). The first context changes the number of the process, and the
+    last one restores it.
+    """
     with _lock:
         if not _asked:
             _usual[:] = [library.get_num_threads() for library in libraries]
         if number is None:
-            _asked.pop(call, None)  # which is not there if Ctrl-C came first
+            _asked.pop(call, None)  # Ctrl-C may have come before it was entered
         else:
             _asked[call] = number
         smallest_number = min(_asked.values(), default=None)
@@ -145,15 +156,16 @@ def _set_thread_number(
                 number is None and has_one_of_each_thread
             )
             library.set_num_threads(usual if is_usual else smallest_number)
-            # Else threadpoolctl >= 3.8 would refuse other threads.
+            # Without this, threadpoolctl >= 3.8 would refuse calls from other threads.
             if hasattr(library, "clear_controlling_thread"):
                 library.clear_controlling_thread()
 
 
 @cache
 def _libraries() -> list[Any] | None:
-    """Return threadpoolctl's controllers of the BLAS that are loaded; None without
-    threadpoolctl."""
+    """Return threadpoolctl's controllers of the BLAS libraries that are loaded, or None
+    if threadpoolctl is not installed.
+    """
     with imports:
         try:
             from threadpoolctl import ThreadpoolController

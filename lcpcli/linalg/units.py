@@ -1,25 +1,27 @@
-"""The units of rows and columns that a matrix itself suggests, the groups of them that
-are coupled, and equilibration.
+"""Scaling factors of rows and columns that a matrix itself suggests, equilibration, and
+generalized inverses of scaled matrices.
 
-A. R. Curtis and J. K. Reid, On the automatic scaling of matrices for Gaussian
-elimination, IMA Journal of Applied Mathematics 10 (1972) 118-124: R and C with the
-least sum of squares of log2 |R_i M_ij C_j| over the nonzero entries. They are unique up
-to a constant for each connected component of rows and columns, with an edge where M_ij
-is not 0, so that what is measured in them does not depend on the units in which M is
-given.
+The scaling of A. R. Curtis and J. K. Reid, On the automatic scaling of matrices for
+Gaussian elimination, IMA Journal of Applied Mathematics 10 (1972) 118-124, has
+diagonals R and C that minimize the sum of the squares of log2 |R_i M_ij C_j| over the
+nonzero entries. They are unique up to a constant for each connected component of the
+bipartite graph of rows and columns, in which each nonzero M_ij is an edge. Therefore
+quantities of the scaled problem do not depend on the units in which the data are
+expressed.
 
-With rho = log2 R and the sign of gamma = log2 C changed, the normal equations are those
-of the Laplacian of the bipartite graph of rows and columns. A matrix without zeros
-solves them by its means. Few unknowns are solved for directly, those of a narrow band
-too, and others by conjugate gradients, which take few steps unless the graph is long,
-and else by sparse elimination, which creates few entries if it is.
+With rho = log2 R and gamma = -log2 C, the normal equations have the Laplacian of this
+graph as their matrix. For a matrix without zeros, means of its rows and columns solve
+them. Few unknowns, and those of a narrow band, are eliminated directly. Others are
+computed by conjugate gradients, which take few steps unless the graph has a large
+diameter, and otherwise by sparse elimination, which causes little fill-in in such
+graphs.
 
-Equilibration: for positive diagonals R and C the solutions of LCP(R M C, R q) are z / C
-with w scaled by R. With R and C computed from the matrix itself, what is measured in
-scaled units hardly depends on the units of the data.
+Equilibration: for positive diagonals R and C the solutions of LCP(R M C, R q) are z /
+C, and their w is scaled by R. With R and C computed from the matrix itself, criteria in
+the scaled problem hardly depend on the units of the data.
 
-Systems with a singular matrix: a solution, what all solutions share, and whether there
-is one.
+For a singular matrix, `PseudoInverse` computes a solution, the components that all
+solutions share, and whether there is a solution.
 """
 
 from __future__ import annotations
@@ -49,46 +51,55 @@ from lcpcli.typing import Indices, Mask, Matrix, Vector
 if TYPE_CHECKING:
     from lcpcli.linalg.compressed_rows import Arrays
 
-# Each sweep halves the remaining exponents, so that all converge unless M couples them.
+# Each sweep of equilibration halves the logarithms of the largest entries, so that 30
+# sweeps suffice for the whole range of double precision unless M couples rows and
+# columns.
 MAX_SWEEPS = 30
-# Exponent of the ratio of units above which logarithms are balanced first, then the
-# largest entries.
+# If the largest entries of rows or columns differ by more than a factor of 2^40,
+# logarithms are balanced first (Curtis and Reid), then the largest entries.
 UNITS_FAR_APART = 40.0
-# Exponent of the ratio of units up to which the exponents of the first sweep limit
-# those of the others.
+# If the exponents of the first sweep differ by at most this, their range limits the
+# exponents of all sweeps.
 NEAR_UNITS = 4.0
-# Binary digits by which exponents may leave the range of those of the first sweep.
+# Binary digits by which later exponents may leave the range of the first sweep.
 EXPONENT_MARGIN = 4.0
-# Of two: exponents are limited to it, so that R, C and what they divide stay finite.
+# Limit on the exponents of 2 in R and C, so that R, C and quotients by them stay
+# finite.
 LARGEST_POWER = 1000.0
-# Of the first step of conjugate gradients, or of 1: the last step; for programs, which
-# take few milliseconds.
+# Conjugate gradients stop when the estimated error of all exponents is below this times
+# the largest exponent of the first step, or 1. For programs the lower accuracy saves
+# more than it costs, as they are solved in few milliseconds.
 CONVERGED_ERROR, CONVERGED_ERROR_OF_PROGRAM = 1e-8, 1e-3
-FEW_CG_STEPS = 100  # after which elimination is tried
-# For so many rows that elimination may take too long, and for few rows that are also
-# the columns.
+# Steps of conjugate gradients after which elimination is used instead.
+FEW_CG_STEPS = 100
+# The limit on the steps if there are so many rows that elimination may take too long,
+# and for a symmetric M of at most FEW_SYMMETRIC rows.
 MAX_CG_STEPS = 300
-# Entries in a row of few symmetric ones, on average: elimination takes half as long
-# then for narrow grids. For networks, as of transport and spatial prices, conjugate
-# gradients would take .7 of its time with 400 unknowns, .4 with 2000 and .2 with 8000,
-# and leave an error of 1e-3 in the powers for circuits.
+# A symmetric M of at most FEW_SYMMETRIC rows with at most 4 entries a row on average is
+# solved by elimination, which takes half as long as conjugate gradients for narrow
+# grids. For networks of transport and spatial prices, conjugate gradients would take .7
+# of its time with 400 unknowns, .4 with 2000 and .2 with 8000, but leave an error of
+# 1e-3 in the exponents for circuits.
 THIN = 4
 FEW_SYMMETRIC, LARGEST_ELIMINATED = 10_000, 100_000  # rows
-# How far entries are from the diagonal in a band whose factors take less time than
-# conjugate gradients.
+# Bandwidth up to which band factors take less time than conjugate gradients.
 BAND = 5
 # Rows up to which dense normal equations take no longer than conjugate gradients.
 MAX_DENSE = 48
-# Rows of a dense M up to which products with it are attempted, whatever its zeros.
+# Rows up to which conjugate gradients multiply by a dense M as it is, whatever the
+# number of its zeros.
 FEW_ROWS = 256
-# The share of entries from which products with them are dense, and the steps tried.
+# Fraction of nonzero entries above which conjugate gradients multiply by a dense M as
+# it is, and the limit on their steps then.
 DENSE, DENSE_CG_STEPS = 0.2, 30
 
 
 class Units(NamedTuple):
-    """Units R and C. rows, columns : log2 of R and of C, shape (n,). row_part,
-    column_part : the numbers of the connected components of rows and columns, 0 to
-    parts - 1, shape (n,)."""
+    """Scaling factors R and C.
+
+    rows, columns : log2 of R and of C, shape (n,). row_part, column_part : the numbers
+    of the connected components of rows and columns, 0 to parts - 1, shape (n,).
+    """
 
     rows: Vector
     columns: Vector
@@ -97,28 +108,29 @@ class Units(NamedTuple):
     parts: int
 
     def diagonals(self) -> tuple[Vector, Vector]:
-        """Return R and C, rounded to powers of two, so that scaling by them is
-        exact."""
+        """Return R and C, rounded to powers of two, so that scaling by them is exact."""
         return np.exp2(np.rint(self.rows)), np.exp2(np.rint(self.columns))
 
     def largest(self, values: Vector, component_of: Indices) -> Vector:
-        """Return the largest value in each component, for values of rows or columns
-        with these components, of shape (..., n); minus infinity in an empty
-        component."""
+        """Return the largest value in each connected component, shape (..., parts), for
+        values of rows or columns of shape (..., n) whose components are `component_of`;
+        minus infinity for an empty component.
+        """
         if self.parts == 1:
             return np.asarray(values.max(axis=-1, keepdims=True, initial=-np.inf))
         largest_values = np.full((*values.shape[:-1], self.parts), -np.inf)
-        # The first takes a fraction of the time.
+        # Indexing without an ellipsis takes a fraction of the time.
         position: Any = component_of if values.ndim == 1 else (..., component_of)
         np.maximum.at(largest_values, position, values)
         return largest_values
 
 
 def units(M: Matrix, S: Vector | None = None) -> Units:
-    """Return the units of M, dense or in compressed sparse rows, with finite entries.
-    In each component, the means of log2 R and log2 C over the entries are equal.
+    """Return the scaling factors of M by Curtis and Reid, for M dense or in compressed
+    sparse rows, with finite entries. In each connected component, the mean of log2 R
+    over the entries equals that of log2 C.
 
-    S : 1 for variables and -1 for multipliers, if M is that of a program.
+    S : 1 for variables and -1 for multipliers, if M is the matrix of a program.
     """
     if is_sparse(M):
         return _sparse(M, S)
@@ -151,16 +163,16 @@ def _sums(M: Vector) -> Vector:
 
 
 def _dense(M: Vector) -> Units | None:
-    """Return the fit for a dense M; None if it takes conjugate gradients many steps.
+    """Return the scaling factors of a dense M; None if conjugate gradients need more
+    than DENSE_CG_STEPS.
 
-    For few rows, the normal equations become regular if the vectors are added that are
-    1 in the rows and -1 in the columns of a component.
+    For few rows, the singular normal equations are solved directly: they become regular
+    if s s' is added for each connected component, where s is 1 in its rows and -1 in
+    its columns, which spans the null space.
     """
     n, used = M.shape[0], M != 0
-    entries, logarithms = (
-        used.astype(np.float64),
-        np.log2(np.abs(M), where=used, out=np.zeros(M.shape)),
-    )
+    entries = used.astype(np.float64)
+    logarithms = np.log2(np.abs(M), where=used, out=np.zeros(M.shape))
     sums, counts = (
         np.array([terms_of_sum.sum(axis=1), terms_of_sum.sum(axis=0)])
         for terms_of_sum in (logarithms, entries)
@@ -192,56 +204,36 @@ def _dense(M: Vector) -> Units | None:
 
 
 def _sparse(M: Matrix, S: Vector | None = None) -> Units:
+    """Return the scaling factors of a sparse M, with S as in `units`: by band factors,
+    by conjugate gradients, or by elimination where these need too many steps."""
     with imports:
-        from scipy.sparse.csgraph import connected_components
-
         from lcpcli.linalg.compressed_rows import of_arrays, transposed
     if not M.data.all():
         M = M.copy()
         M.eliminate_zeros()
-    n, ones = M.shape[0], np.ones(M.nnz)
-    # Of which scipy would look at each.
+    n = M.shape[0]
+    # scipy would examine each index to choose this type itself.
     index = np.int32 if max(2 * n + 1, M.nnz) < 2**31 else np.int64
     indptr, indices = (each.astype(index, copy=False) for each in (M.indptr, M.indices))
     rows = indptr, indices, np.log2(np.abs(M.data))
     columns = rows if S is not None else transposed(M.shape, *rows)
     is_symmetric = S is not None or all(map(np.array_equal, rows, columns))
-    if M.diagonal().all():  # it couples row i and column i: half of the graph will do
-        n_components, half = connected_components(
-            of_arrays(M.shape, indptr, indices, ones), directed=False
-        )
-        component_of = np.concatenate((half, half))
-    else:
-        indptr_of_rows_and_columns = np.concatenate(
-            (indptr, np.full(n, M.nnz, dtype=index))
-        )
-        n_components, component_of = connected_components(
-            of_arrays((2 * n, 2 * n), indptr_of_rows_and_columns, indices + n, ones),
-            directed=False,
-        )
+    has_diagonal = bool(M.diagonal().all())
+    component_of, n_components = _sparse_components(n, indptr, indices, has_diagonal)
     counts = np.array([np.diff(indptr), np.diff(columns[0])], dtype=np.float64)
-    ones = np.ones(n)
     sums = [
-        compressed_multiplier(M.shape, *row_arrays)(ones)
+        compressed_multiplier(M.shape, *row_arrays)(np.ones(n))
         for row_arrays in ((rows,) if is_symmetric else (rows, columns))
     ]
     sums = [sums[0], sums[-1]]
     if counts.max(initial=0.0) <= 2 * BAND + 1 and (farthest := width(M)) <= BAND:
         times = [_product((*each[:2], np.ones(M.nnz)), n) for each in (rows, columns)]
-        x = _banded(
-            M,
-            farthest,
-            np.array(sums),
-            counts,
-            times,
-            _first_of_components(component_of, n_components),
-        )
+        roots = _first_of_components(component_of, n_components)
+        x = _banded(M, farthest, np.array(sums), counts, times, roots)
     else:
-        is_brief, has_converged = (
-            n > LARGEST_ELIMINATED or (is_symmetric and n <= FEW_SYMMETRIC),
-            False,
-        )
-        max_steps = MAX_CG_STEPS if is_brief else FEW_CG_STEPS
+        is_limit_large = n > LARGEST_ELIMINATED or (is_symmetric and n <= FEW_SYMMETRIC)
+        max_steps = MAX_CG_STEPS if is_limit_large else FEW_CG_STEPS
+        has_converged = False
         if not is_symmetric:
             times = [
                 _product(_scaled(*each), n)
@@ -251,11 +243,8 @@ def _sparse(M: Matrix, S: Vector | None = None) -> Units:
             x = np.concatenate(both)
         elif n > FEW_SYMMETRIC or M.nnz > THIN * n:
             is_eliminated = np.zeros(n, dtype=bool) if S is None else S < 0
-            error = (
-                CONVERGED_ERROR_OF_PROGRAM if is_eliminated.any() else CONVERGED_ERROR
-            )
             symmetric_fit, has_converged = _symmetric(
-                M.shape, rows, sums[0], counts[0], is_eliminated, max_steps, error
+                M.shape, rows, sums[0], counts[0], is_eliminated, max_steps
             )
             x = np.concatenate((symmetric_fit, symmetric_fit))
         if not has_converged and n <= LARGEST_ELIMINATED:
@@ -267,6 +256,31 @@ def _sparse(M: Matrix, S: Vector | None = None) -> Units:
     return Units(rho, gamma, component_of[:n], component_of[n:], n_components)
 
 
+def _sparse_components(
+    n: int, indptr: Indices, indices: Indices, has_diagonal: bool
+) -> tuple[Indices, int]:
+    """Return the connected component of each row and then of each column of a sparse
+    matrix, shape (2 n,), and the number of components.
+
+    If the whole diagonal is nonzero, row i and column i are in one component, so that
+    the graph of n unknowns has the same components.
+    """
+    with imports:
+        from scipy.sparse.csgraph import connected_components
+
+        from lcpcli.linalg.compressed_rows import of_arrays
+    ones = np.ones(indices.size)
+    if has_diagonal:
+        graph = of_arrays((n, n), indptr, indices, ones)
+        n_components, component_of = connected_components(graph, directed=False)
+        return np.concatenate((component_of, component_of)), n_components
+    no_entries = np.full(n, indices.size, dtype=indptr.dtype)
+    row_ends = np.concatenate((indptr, no_entries))
+    graph = of_arrays((2 * n, 2 * n), row_ends, indices + n, ones)
+    n_components, component_of = connected_components(graph, directed=False)
+    return component_of, n_components
+
+
 # Without it: an obstacle with 40,000 unknowns takes 1.85 times as long.
 def _symmetric(
     shape: Shape,
@@ -275,21 +289,24 @@ def _symmetric(
     counts: Vector,
     is_eliminated: Mask,
     max_steps: int,
-    error: float,
 ) -> tuple[Vector, bool]:
     """Return rho = gamma for a symmetric matrix, and whether conjugate gradients have
-    converged. is_eliminated : the rows that are eliminated, if there are no entries
-    between them."""
+    converged.
+
+    sums, counts : of the logarithms, and the numbers of entries, in rows.
+    is_eliminated : the rows of the multipliers of a program, which are eliminated from
+        the normal equations if there are no entries between them.
+    """
     with imports:
         from lcpcli.linalg.compressed_rows import block, of_arrays, transposed
     first = is_eliminated.nonzero()[0]
     other = (~is_eliminated).nonzero()[0]
     M = of_arrays(shape, *rows)
     off_diagonal_block = block(M, first, other)
+    error = CONVERGED_ERROR_OF_PROGRAM if first.size else CONVERGED_ERROR
     if off_diagonal_block[1].size < counts[first].sum():
-        return _symmetric(
-            shape, rows, sums, counts, np.zeros_like(is_eliminated), max_steps, error
-        )
+        first, other = first[:0], np.arange(counts.size)
+        off_diagonal_block = block(M, first, other)
     of_logarithms, of_entries = ([v[first], v[other]] for v in (sums, counts))
     scaled = _scaled(off_diagonal_block, *of_entries)
     times = [
@@ -307,8 +324,9 @@ def _symmetric(
 
 
 def _scaled(arrays: Arrays, of_rows: Vector, of_columns: Vector) -> Arrays:
-    """Return the entries of a matrix as 1 / root(r c), where r and c are the counts of
-    their rows and columns."""
+    """Return the matrix with entries 1 / sqrt(r c), where r and c are the counts of
+    their rows and columns.
+    """
     indptr, indices, _ = arrays
     return (
         indptr,
@@ -318,14 +336,16 @@ def _scaled(arrays: Arrays, of_rows: Vector, of_columns: Vector) -> Arrays:
 
 
 def _product(matrix: Arrays, columns: int) -> Operator:
+    """Return the product with a matrix of this number of columns."""
     return compressed_multiplier((matrix[0].size - 1, columns), *matrix)
 
 
 def _centred(
     x: Vector, counts: Vector, component_of: Indices, n_components: int
 ) -> tuple[Vector, Vector]:
-    """Return rho and gamma with equal means in each component, over as many entries as
-    rows and columns have."""
+    """Return the rows rho and the columns gamma of x after a constant is added in each
+    connected component, such that their means over the entries of the matrix are equal.
+    """
     (rows, columns), n = counts, counts.shape[1]
     entries = np.maximum(np.bincount(component_of[:n], rows, n_components), 1.0)
     totals = np.bincount(component_of[:n], rows * x[:n], n_components) - np.bincount(
@@ -342,14 +362,14 @@ def _by_gradients(
     max_steps: int,
     error: float = CONVERGED_ERROR,
 ) -> tuple[Vector, Vector, bool]:
-    """Return rho and gamma by conjugate gradients on the normal equations, with 1 on
-    their diagonal, after rho is eliminated, which halves the steps; and whether at most
-    so many of these settled them.
+    """Return rho and gamma by conjugate gradients on the normal equations, scaled to
+    diagonal 1, from which rho is eliminated, which halves the number of steps; and
+    whether they converged within `max_steps`.
 
     sums, counts : of the logarithms, and the numbers of entries, in rows and in
-    columns. times : the product with the matrix that has 1 / root(r c) for each entry,
+    columns. times : the products with the matrix that has 1 / sqrt(r c) for each entry,
     where r and c are the counts of its row and column, with its transpose and, if there
-    are any, with the same of entries between columns.
+    are any, with the same matrix of entries between columns.
     """
     (forth, back, *among), (of_rows, of_columns) = times, map(_roots, counts)
     means = sums[0] / of_rows
@@ -378,10 +398,12 @@ def _by_gradients(
 
 
 def _roots(counts: Vector) -> Vector:
+    """Return the square roots of counts, 1 for a count of 0."""
     return np.sqrt(np.maximum(counts, 1.0))
 
 
 def _first_of_components(component_of: Indices, n_components: int) -> Indices:
+    """Return the first row or column of each connected component."""
     first = np.empty(n_components, dtype=np.intp)
     first[component_of[::-1]] = np.arange(component_of.size - 1, -1, -1)
     return first
@@ -395,10 +417,14 @@ def _eliminated(
     n_components: int,
     is_symmetric: bool,
 ) -> Vector:
-    """Return rho and gamma, one after another, by elimination and one step of
-    refinement, with one of them 0 in each component; the two are equal for a symmetric
-    matrix, whose equations are singular only where a row and its column are in
-    different components. E : the matrix with ones for the entries."""
+    """Return rho and then gamma, shape (2 n,), by sparse elimination and one step of
+    refinement. One unknown in each connected component is fixed at about 0, as the
+    equations are singular. For a symmetric matrix rho = gamma is computed; its
+    equations are singular only in components that do not contain both a row and its
+    column.
+
+    E : the matrix with ones as entries.
+    """
     with imports:
         from scipy.sparse import block_array
 
@@ -436,9 +462,13 @@ def _banded(
     times: list[Callable[[Vector], Vector]],
     roots: Indices,
 ) -> Vector:
-    """Return rho and gamma, one after another, of a band by Cholesky factors, with 0 at
-    the roots, and one step of refinement. Row i of M has place 2 i, and column j place
-    2 j + 1. times : as in `_by_gradients`."""
+    """Return rho and then gamma, shape (2 n,), for a matrix of bandwidth `farthest`, by
+    banded Cholesky factors and one step of refinement. Row i of M is unknown 2 i, and
+    column j unknown 2 j + 1. The unknowns `roots` are fixed at about 0, as the
+    equations are singular.
+
+    times : the products with the matrix of ones and with its transpose.
+    """
     with imports:
         from scipy.linalg import cho_solve_banded, cholesky_banded
     n, last = M.shape[0], 2 * farthest + 1
@@ -447,10 +477,8 @@ def _banded(
     N[last - np.abs(rows - columns), np.maximum(rows, columns)] = 1.0
     N[last] = counts.T.ravel()
     N[last, 2 * (roots % n) + roots // n] += 1.0
-    factors, x = (
-        cholesky_banded(N, overwrite_ab=True, check_finite=False),
-        np.zeros((2, n)),
-    )
+    factors = cholesky_banded(N, overwrite_ab=True, check_finite=False)
+    x = np.zeros((2, n))
     for _ in range(2):
         residual = sums + counts * x + [times[0](x[1]), times[1](x[0])]
         x -= (
@@ -462,15 +490,18 @@ def _banded(
 
 
 def _components(used: Mask, entries: Vector) -> tuple[Indices, Indices, int]:
-    """Return the components of the rows and of the columns that have entries, and their
-    number: by breadth-first search or, for few rows, by powers of the matrix of rows
-    that share a column; entries : `used` as numbers."""
+    """Return the connected components of rows and of columns of a dense matrix, and the
+    number of components: by breadth-first search or, for few rows, by repeatedly
+    squaring the matrix of rows that share a column.
+
+    used : the mask of nonzero entries; entries : the same as numbers.
+    """
     n, count = used.shape[0], 0
     rows, columns = np.full((2, n), -1, dtype=np.intp)
     if n <= MAX_DENSE:
         linked, before = entries @ entries.T + np.eye(n) > 0, -1
         while before != (before := int(np.count_nonzero(linked))):
-            numbers = linked.astype(np.float64)  # whose product is one by BLAS
+            numbers = linked.astype(np.float64)  # BLAS multiplies them, not booleans
             linked = numbers @ numbers > 0
         first = linked.argmax(axis=1)
         roots = first == np.arange(n)
@@ -494,26 +525,24 @@ def _components(used: Mask, entries: Vector) -> tuple[Indices, Indices, int]:
 def equilibrate(
     M: Matrix, q: Vector, rows: Vector | None = None
 ) -> tuple[Vector, Vector]:
-    """Return diagonals R, C of shape (n,) for which the rows and columns of R |M| C
-    have largest entries near 1.
+    """Return diagonals R, C of shape (n,) for which the largest entries of the rows and
+    columns of R |M| C are about 1.
 
     Rows and columns are divided simultaneously by the square roots of their largest
     entries (D. Ruiz, A scaling algorithm to equilibrate both rows and columns norms in
     matrices, RAL-TR-2001-034), repeatedly until every largest entry lies between 1/2
     and 2, at most MAX_SWEEPS times. The divisors are powers of two, so that scaling is
     exact, and stay finite. A symmetric M stays symmetric: R = C. A zero row is scaled
-    until its entry of q is as large as the largest other one; a zero column, which has
-    no scale, is left unscaled. Uncoupled blocks of M keep their common units. No
-    exponent ends more than EXPONENT_MARGIN outside the range of the exponents of the
-    first sweep.
+    until its entry of q is as large as the largest other one; a zero column is left
+    unscaled. Uncoupled blocks of M keep common factors. If the exponents of the first
+    sweep differ by at most NEAR_UNITS, no exponent leaves their range by more than
+    EXPONENT_MARGIN.
 
-    rows : the largest |entry| of each row of M, if they are known: M need then not be
-        read if its diagonal is nearly as large.
+    rows : the largest |entry| of each row of M, if they are known: the rest of M need
+    then not be read if its diagonal is almost as large.
     """
-    rows, diagonal = (
-        matrices.row_maxima(M) if rows is None else rows,
-        np.abs(M.diagonal()),
-    )
+    rows = matrices.row_maxima(M) if rows is None else rows
+    diagonal = np.abs(M.diagonal())
     power = common_power(float(diagonal.min()), float(rows.max())) if q.size else 0.0
     if not math.isnan(power):
         common = np.full(q.size, 2.0**power)
@@ -543,10 +572,14 @@ def equilibrate(
 
 
 def moderate_powers(M: Matrix, sizes: Vector, diagonal: Vector) -> Vector:
-    """Return the exponents of the factors of rows, and then of columns, by which
-    `equilibrate` makes these largest entries about 1, shape (2 n,); none where it would
-    balance logarithms first. It is compiled as well, for a dense M, as are the
-    functions that it calls."""
+    """Return the exponents of 2 in R and then in C that `equilibrate` computes by
+    sweeps alone, shape (2 n,); an empty array if the largest entries are so far apart
+    that logarithms are balanced first.
+
+    sizes, diagonal : the largest entries of rows and then of columns, and |M_ii|.
+
+    This function and those that it calls are compiled as well, for a dense M.
+    """
     n = diagonal.size
     power = common_power(diagonal.min(), sizes[:n].max())
     if not np.isnan(power):
@@ -559,9 +592,13 @@ def moderate_powers(M: Matrix, sizes: Vector, diagonal: Vector) -> Vector:
 def swept(
     M: Matrix, sizes: Vector, diagonal: Vector, powers: Vector, is_limited: bool
 ) -> Vector:
-    """Return the exponents after at most MAX_SWEEPS from some with which the largest
-    entries have these sizes; limited ones leave the range of those of the first sweep
-    by EXPONENT_MARGIN at most, if these are near each other."""
+    """Return the exponents after at most MAX_SWEEPS of equilibration.
+
+    powers, sizes : the initial exponents, and the largest entries of rows and columns after
+    powers : the initial exponents.
+    sizes : the largest entries of rows and then of columns after scaling by these.
+        at most EXPONENT_MARGIN, if that range is at most NEAR_UNITS.
+    """
     n, changes = diagonal.size, half_power(sizes)
     low, high = -LARGEST_POWER, LARGEST_POWER
     if is_limited and changes.max() - changes.min() <= NEAR_UNITS:
@@ -579,17 +616,19 @@ def swept(
 
 
 def sizes_in_units(M: Matrix, powers: Vector) -> Vector:
-    """Return the largest entries of rows, and then of columns, in units with these
-    exponents, shape (2 n,)."""
+    """Return the largest entries of rows, and then of columns, of the matrix scaled
+    with these exponents, shape (2 n,).
+    """
     factors, n = np.exp2(powers), M.shape[0]
     rows, columns = matrices.row_and_column_maxima(M, factors[:n], factors[n:])
     return np.concatenate((rows, columns))
 
 
 def common_power(least: float, largest: float) -> float:
-    """Return the power of two that scales all rows and columns, as their largest
-    entries lie between the least |M_ii| and the largest |M_ij|; NaN if these two need
-    different powers, or are far from 1."""
+    """Return the exponent of 2 with which all rows and columns can be scaled alike, as
+    their largest entries lie between `least`, the smallest |M_ii|, and `largest`, the
+    largest |M_ij|; NaN if these two need different exponents, or are far from 1.
+    """
     if not (least > 1.0 / FAR_FROM_ONE and largest < FAR_FROM_ONE):
         return np.nan
     first, last = -np.rint(0.5 * np.log2(largest)), -np.rint(0.5 * np.log2(least))
@@ -597,7 +636,9 @@ def common_power(least: float, largest: float) -> float:
 
 
 def are_far_apart(sizes: Vector) -> bool:
-    """Return whether sizes differ by more than units in common use do."""
+    """Return whether nonzero sizes differ by more than a factor of 2^UNITS_FAR_APART,
+    more than common units of measurement do.
+    """
     used = sizes[sizes > 0.0]
     return bool(
         used.size > 0 and np.log2(used.max()) - np.log2(used.min()) > UNITS_FAR_APART
@@ -607,45 +648,53 @@ def are_far_apart(sizes: Vector) -> bool:
 def half_power(sizes: Vector) -> Vector:
     """Return half the binary logarithm of each size, rounded to an integer; 0 where the
     size is 0."""
-    found: Vector = np.rint(0.5 * np.log2(sizes + (sizes == 0.0)))
-    return found
+    powers: Vector = np.rint(0.5 * np.log2(sizes + (sizes == 0.0)))
+    return powers
 
 
-# The relative change by rounding from which a matrix counts as singular.
+# A matrix is considered singular if rounding errors change solutions by more than this
+# relative to them: fewer than three digits are then correct.
 MIN_DIGITS = 1e-3
-# Relative to the largest: smaller ones count as 0.
+# Pivots or singular values that are smaller than this relative to the largest are
+# considered 0.
 MIN_SINGULAR_VALUE = ROW_ROUNDING / MIN_DIGITS
 
 
 def largest_growth(A: Matrix, solve: Callable[[Vector], Vector]) -> float:
-    """Return the largest relative change of a solution, in the units of the columns of
-    A, if each row changes by its natural size; a lower bound on the condition that does
-    not depend on units. Nan if A has a column of zeros. solve : solves A x = b."""
+    """Return the largest relative change of a component of the solution of A x = b,
+    after scaling the columns of A to largest entry 1, if each row changes by a generic
+    multiple of its size. It is a lower bound on a condition number that does not depend
+    on the scaling of the data; NaN if A has a zero column.
+
+    solve : solves A x = b.
+    """
     known_solution = 1 / column_maxima(A)
     changes = absolute_product(A, known_solution) * generic(known_solution.size)
     return float(np.abs(solve(changes) / known_solution).max())
 
 
 class PseudoInverse:
-    """A generalized inverse of a dense matrix A of shape (k, k), and bases of the null
-    spaces of A and of A', so that A G A = A and G A G = G.
+    """A generalized inverse G of a dense matrix A of shape (k, k), with A G A = A and G
+    A G = G, and bases of the null spaces of A and of A'.
 
-    In the units R and C that A suggests, a factorization R A C P = Q T with column
-    pivoting (G. H. Golub and C. F. Van Loan, Matrix Computations, 4th ed., Johns
-    Hopkins 2013, section 5.4) shows the rank r, the number of pivots that are no
-    rounding. With T = (T_11, T_12) in its first r rows, and Q_1 the first r columns of
-    Q,
+    With the scaling R and C of Curtis and Reid, a factorization R A C P = Q T with
+    column pivoting (G. H. Golub and C. F. Van Loan, Matrix Computations, 4th ed., Johns
+    Hopkins 2013, section 5.4) reveals the rank r, the number of pivots larger than
+    rounding errors. With T = (T_11, T_12) in its first r rows, and Q_1 the first r
+    columns of Q,
 
         G = C P (T_11^-1 Q_1', 0) R,
 
     A x = 0 for x = C v, v = P (-T_11^-1 T_12, I), and A'y = 0 for y = R u, u the other
     columns of Q.
 
-    Rounding makes of a v_i = 0 what is small beside the largest |v_i|. So a_i'v is 0 up
-    to rounding if it is small beside |a|_1 max|v|; beside |a|'|v|, which is as small
-    where v_i = 0 wherever a_i is not, it never is.
+    If v_i is exactly 0, its computed value is small compared with max |v|. So a_i'v is
+    taken to be 0 if it is small compared with |a|_1 max |v|. Compared with |a|'|v| it
+    would never be small: where v_i = 0 for all nonzero a_i, that sum consists of the
+    same rounding errors.
 
-    min_pivot : a pivot counts as 0 if it is below this, relative to the largest.
+    min_pivot : a pivot is considered 0 if it is smaller than this relative to the
+    largest.
     """
 
     def __init__(self, A: Vector, min_pivot: float = MIN_SINGULAR_VALUE) -> None:
@@ -663,9 +712,9 @@ class PseudoInverse:
         self._null[order[rank:]] = np.eye(len(A) - rank)
         self._left_null = Q[:, rank:]
         self.is_singular = rank < len(A)
-        # The first pivot that counts as 0, relative to the last one that does not.
+        # The first pivot that is considered 0, relative to the last one that is not.
         self.gap = float(pivots[rank] / pivots[rank - 1]) if 0 < rank < len(A) else 0.0
-        # Of the null spaces.
+        # Bound on the relative rounding error in the bases of the null spaces.
         condition = pivots[0] / pivots[rank - 1] if rank else 1.0
         self._rounding = len(A) * ROW_ROUNDING * condition
 
@@ -674,28 +723,33 @@ class PseudoInverse:
         return np.asarray((self._inverse.T if transposed else self._inverse) @ b)
 
     def determines(self, J: Vector) -> Mask:
-        """Return for which rows of J, shape (m, k), J x is the same for all solutions x
-        of A x = b, up to rounding."""
+        """Return for which rows J_i of J, shape (m, k), J_i x is the same for all
+        solutions x of A x = b, up to rounding.
+        """
         return self._vanish(J * self._C, self._null)
 
     def is_consistent(self, b: Vector, magnitudes: Vector) -> bool:
-        """Return whether A x = b has a solution, up to rounding of the terms that b is
-        the sum of."""
+        """Return whether A x = b has a solution, up to rounding.
+
+        magnitudes : the sums of the |terms| that were added up to b.
+        """
         sizes = self._R * magnitudes
         return bool(self._vanish(self._R * b, self._left_null, sizes).all())
 
     def contradictions(self, b: Vector) -> Vector:
-        """Return by how much A x = b contradicts itself, for columns b of shape (k, m):
-        the products with the null vectors of A', shape (j, m), relative to the terms;
-        0 where they are rounding."""
+        """Return by how much each system A x = b is inconsistent, for the columns b of
+        an array of shape (k, m): the products u'b with the null vectors u of A', shape
+        (j, m), relative to |b|; 0 where they are at the level of rounding errors.
+        """
         scaled = self._R[:, np.newaxis] * b
         sizes = np.abs(scaled).sum(axis=0)
         products = self._left_null.T @ scaled / np.where(sizes > 0, sizes, 1.0)
         return np.asarray(np.where(np.abs(products) <= self._rounding, 0.0, products))
 
     def free(self, rows: Vector) -> Mask:
-        """Return which components differ among the solutions of A x = b that have the
-        same rows x, for rows of shape (m, k)."""
+        """Return which components of x differ among the solutions of A x = b that have
+        the same value of rows x, for rows of shape (m, k).
+        """
         scaled = rows * self._C
         sizes = np.abs(scaled).sum(axis=1, keepdims=True)
         shares = scaled @ self._null / np.where(sizes > 0, sizes, 1.0)
@@ -704,8 +758,11 @@ class PseudoInverse:
         return ~self._vanish(np.diag(self._C), self._null @ right[fixed:].T)
 
     def _vanish(self, a: Vector, vectors: Vector, sizes: Vector | None = None) -> Mask:
-        """Return for which a, of shape (k,) or (m, k), a'v is 0 up to rounding for each
-        of the vectors v, the columns. sizes : of the terms of a, by default |a|."""
+        """Return whether a'v is 0 up to rounding for all columns v of `vectors`, for a
+        of shape (k,), or for each row of a of shape (m, k).
+
+        sizes : the magnitudes of the terms of which a is the sum, by default |a|.
+        """
         magnitudes = np.abs(a if sizes is None else sizes).sum(axis=-1)
         largest = np.abs(vectors).max(axis=0, initial=0.0)
         limit = self._rounding * np.multiply.outer(magnitudes, largest)
