@@ -299,7 +299,9 @@ def _scaler(R: Vector, C: Vector) -> Callable[[Vector, Vector, Vector], Vector]:
 
 
 def row_blocks(M: Matrix) -> Iterator[tuple[slice, Vector]]:
-    """Yield the blocks of rows of M and of |M|, so that |M| is never formed as a whole."""
+    """Yield the blocks of rows of M and of |M|, so that |M| is never formed as a
+    whole.
+    """
     for rows in row_parts(*M.shape):
         yield rows, np.abs(M[rows])
 
@@ -584,7 +586,9 @@ def may_underflow(M: Matrix, z: Vector) -> bool:
 
 
 def products(M: Matrix, z: Vector) -> Vector:
-    """Return the number of products M_ij z_j of two nonzero numbers in each row of M z."""
+    """Return the number of products M_ij z_j of two nonzero numbers in each row of
+    M z.
+    """
     used: Mask = M != 0
     counts: Vector = (used.astype(np.float64) @ (z != 0).T.astype(np.float64)).T
     return counts

@@ -224,7 +224,9 @@ class LDL:
         )
 
     def operations(self) -> tuple[float, float]:
-        """Return the number of operations for the factors, and its mean per entry of L."""
+        """Return the number of operations for the factors, and its mean per entry
+        of L.
+        """
         lengths = np.diff(self._solver.factors()[0].indptr).astype(np.float64)
         total = float((lengths * (lengths + 3)).sum())
         return total, total / max(float(lengths.sum()), 1.0)

@@ -108,7 +108,9 @@ class Units(NamedTuple):
     parts: int
 
     def diagonals(self) -> tuple[Vector, Vector]:
-        """Return R and C, rounded to powers of two, so that scaling by them is exact."""
+        """Return R and C, rounded to powers of two, so that scaling by them is
+        exact.
+        """
         return np.exp2(np.rint(self.rows)), np.exp2(np.rint(self.columns))
 
     def largest(self, values: Vector, component_of: Indices) -> Vector:
@@ -594,10 +596,10 @@ def swept(
 ) -> Vector:
     """Return the exponents after at most MAX_SWEEPS of equilibration.
 
-    powers, sizes : the initial exponents, and the largest entries of rows and columns after
     powers : the initial exponents.
     sizes : the largest entries of rows and then of columns after scaling by these.
-        at most EXPONENT_MARGIN, if that range is at most NEAR_UNITS.
+    is_limited : whether exponents may leave the range of those of the first sweep by at
+        most EXPONENT_MARGIN, if that range is at most NEAR_UNITS.
     """
     n, changes = diagonal.size, half_power(sizes)
     low, high = -LARGEST_POWER, LARGEST_POWER
