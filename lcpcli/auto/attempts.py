@@ -139,7 +139,7 @@ class Structure:
             and self.original_problem.n > MAX_UNFILLED
             and M.nnz <= max_entries
         )
-        return direct.as_sparse(self.original_problem, M) if is_thin else self.problem
+        return direct.with_M(self.original_problem, M) if is_thin else self.problem
 
     @property
     def reduction(self) -> Reduction | None:

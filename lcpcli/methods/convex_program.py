@@ -18,7 +18,7 @@ from lcpcli.linalg.factors import SingularMatrix
 from lcpcli.linalg.matrices import compressed, may_be_stiff
 from lcpcli.linalg.programs import convex_minimum
 from lcpcli.linalg.shifted_systems import operations, systems
-from lcpcli.methods.direct import as_sparse
+from lcpcli.methods.direct import with_M
 from lcpcli.methods.interior import (
     CLOSE_MERIT,
     EXCHANGE_ROUNDS,
@@ -61,7 +61,7 @@ def convex_program(problem: Problem, max_steps: int | None = None) -> Stage:
     not that of a convex program, or too large for PIQP, or PIQP finds no minimum.
     Stalled : no basic solution solves it.
     """
-    problem = as_sparse(problem, compressed(problem.M))
+    problem = with_M(problem, compressed(problem.M))
     S = problem.signs
     if S is not None and (S > 0).all() and may_be_stiff(problem.M):
         return (yield from _bounded(problem))

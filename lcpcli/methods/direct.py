@@ -191,10 +191,10 @@ def as_dense(problem: Problem) -> Problem:
     """Return the problem with M dense, without its origin if M was not."""
     if not is_sparse(problem.M):
         return problem
-    return as_sparse(problem, matrices.dense(problem.M)).having(origin=None)
+    return with_M(problem, matrices.dense(problem.M)).having(origin=None)
 
 
-def as_sparse(problem: Problem, M: Matrix) -> Problem:
+def with_M(problem: Problem, M: Matrix) -> Problem:
     """Return the problem with its M in another form."""
     if M is problem.M:
         return problem

@@ -21,8 +21,8 @@ from lcpcli.methods import registry as methods
 from lcpcli.methods.direct import (
     MAX_NARROW_AS_DENSE,
     MIN_FOR_PIQP,
-    as_sparse,
     stored,
+    with_M,
 )
 from lcpcli.model.arrays import as_vector
 from lcpcli.model.changes import Change, composed, shifted
@@ -98,7 +98,7 @@ def run(
     compiled = direct_run.uses_kernels(compiled, 1) and is_auto
     stored_problem = problem
     if is_auto and problem.n > MAX_NARROW_AS_DENSE:
-        stored_problem = as_sparse(problem, stored(problem.M))
+        stored_problem = with_M(problem, stored(problem.M))
     start = None
     if not (x0 is z0 is basis is None):
         start = _start(stored_problem, method, {"x0": x0, "z0": z0, "basis": basis})

@@ -5,8 +5,9 @@ from __future__ import annotations
 from functools import cached_property
 
 from lcpcli.basis.free_variables import Reduction
+from lcpcli.linalg import matrices
 from lcpcli.linalg.factors import PrincipalSolver
-from lcpcli.methods.direct import MAX_PIVOTED, as_dense, as_sparse, stored
+from lcpcli.methods.direct import MAX_PIVOTED, stored, with_M
 from lcpcli.methods.lemke import reduced
 from lcpcli.methods.z_matrix import of_tridiagonal
 from lcpcli.model.problem import Problem
@@ -22,10 +23,11 @@ class Kept:
     """
 
     def __init__(self, like: Problem) -> None:
-        like = as_sparse(like, stored(like.M))
-        self.elimination = of_tridiagonal(like.M)
-        prefers_lemke = like.n <= MAX_PIVOTED and not self.elimination
-        self.like = as_dense(like) if prefers_lemke else like
+        M = stored(like.M)
+        self.elimination = of_tridiagonal(M)
+        if like.n <= MAX_PIVOTED and not self.elimination:
+            M = matrices.dense(M)
+        self.like = with_M(like, M)
         self._reduction: Reduction | None = None
         self._problems_left, self._pause = 0, 1
 

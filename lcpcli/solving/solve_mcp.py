@@ -321,8 +321,9 @@ def by_jax(F: Callable[[Vector], Any], J: Any) -> list[Callable[[Vector], Any]]:
     return [partial(in_doubles, jax.jit(traced)) for traced in (F, jax.jacfwd(F))]
 
 
-# For a linearization: one that takes more may have no solution; and its last digits do
-# not make a step better.
+# For every linearization, also one that is left to `run`: one that takes more may have
+# no solution; and as F measures each step, and the next step has another linearization,
+# further digits make no step better.
 LINEAR = Limits(tol=1e-8, max_iterations=100)
 # What is asked of a step that pays, although z is no solution.
 STEP = Extent(AS_IT_IS, share=1e-2)

@@ -17,6 +17,7 @@ from lcpcli.linalg.threads import with_limited_threads
 from lcpcli.methods import registry as methods
 from lcpcli.model.arrays import as_vector, by_names
 from lcpcli.model.box import ORTHANT, Box, bounds_of
+from lcpcli.model.formulation import named
 from lcpcli.model.problem import Problem, as_problem
 from lcpcli.model.right_hand_sides import like_of_conditions, like_with
 from lcpcli.model.words import Start
@@ -137,7 +138,10 @@ class Solver:
             else:
                 self._prepare(problem)
             return
-        box, other = self._like.box, Problem(M, np.zeros(_order(M)))
+        box, names = self._like.box, self._like.names
+        other = Problem(M, np.zeros(_order(M)))
+        if other.n == self.n and other.origin is None and any(names):
+            other = other.having(origin=named(names, self.n))
         if other.n != self.n and self._uniform_bounds is not None:
             self._prepare(
                 Problem(M, other.q, **self._uniform_bounds, infinity=self._infinity)

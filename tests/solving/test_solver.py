@@ -4,7 +4,7 @@ last one."""
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from typing import Any
 
 import numpy as np
@@ -322,3 +322,54 @@ def test_after_an_update_the_path_is_that_of_the_new_matrix(
             solver.update(np.block([[A @ A.T, -G.T], [G, np.zeros((3, 3))]]))
             q = np.r_[10 * random.normal(size=7), -G @ random.random(7)]
             assert solver.solve(q, warm=False).solved
+
+
+A = np.array([[2.0, 1, 0], [1, 3, 1], [0, 1, 2]])
+ROW, RHS = np.ones((1, 3)), [2.0]
+FORMULATIONS: dict[str, Callable[[Callable[[Any], Any]], Problem]] = {
+    "program": lambda form: lcpcli.from_qp(form(A), [-1.0, -2, -3], form(ROW), RHS),
+    "linear program": lambda form: lcpcli.from_qp(
+        form(0 * A), [1.0, 2, 3], form(ROW), RHS
+    ),
+    "game": lambda form: lcpcli.from_game(form(A), form(A.T[::-1])),
+    "contact": lambda form: lcpcli.from_contact(
+        form(np.kron(np.eye(2), A)), [-1, 0.5, 0.2, -1, 0.1, 0.2], 0.3, dimension=3
+    ),
+    "fit": lambda form: lcpcli.from_lsq(form(A), [-1.0, 0.5, 1], 0, 1),
+    "inequality": lambda form: lcpcli.from_avi(
+        form(A + np.triu(A)), [-1.0, -0.5, 1], form(ROW), RHS
+    ),
+    "players": lambda form: lcpcli.from_players([1, 2], form(A), [-1.0, -0.5, 1]),
+}
+
+
+@pytest.mark.parametrize("form", [np.asarray, csr_array], ids=["dense", "sparse"])
+@pytest.mark.parametrize("name", FORMULATIONS)
+def test_a_solver_answers_for_the_formulation_of_its_problem(
+    name: str, form: Callable[[Any], Any]
+) -> None:
+    problem = FORMULATIONS[name](form)
+    solver = Solver(problem, compiled=False)
+    alone = run(problem).answer
+    assert alone is not None
+    for result in (solver.solve(), solver.solve(problem.q)):
+        assert result.answer is not None
+        assert result.answer.statement == alone.statement
+        assert list(result.names) == list(problem.names)
+
+
+@pytest.mark.parametrize("form", [np.asarray, csr_array], ids=["dense", "sparse"])
+def test_a_solver_takes_other_friction_for_dense_and_sparse_matrices(
+    form: Callable[[Any], Any],
+) -> None:
+    W, q = form(np.eye(6) + 0.1), [-1, 0.1, -1, -5.0, 3.0, 0]
+    solver = Solver(lcpcli.from_contact(W, q, 0.5), compiled=False)
+    solver.update(mu=0.05)
+    alone = run(lcpcli.from_contact(W, q, 0.05))
+    assert np.allclose(solver.solve().answer.x, alone.answer.x)
+
+
+def test_names_stay_with_another_matrix() -> None:
+    solver = Solver(Problem([[2, 1], [1, 2]], [-5, -6], names=["left", "right"]))
+    solver.update([[3, 1], [1, 3]])
+    assert list(solver.solve([-5, -6]).names) == ["left", "right"]
