@@ -1,8 +1,10 @@
-"""Whether a point solves a problem: `accepted` is the only place that decides it.
+"""Whether a point is accepted as a solution: `accepted` is the only function that
+decides it, for all methods and for `check`.
 
-What it decides with stands elsewhere: the criterion in `measure` and `point`, exact
-states of a few unknowns in `final_states`, solutions that are proved to exist near a
-point in `nearby_solutions`, and proofs that there is none in `certificate`.
+The parts of the decision are defined in other modules: the tolerance on the
+componentwise backward error in `measure` and `point`, exact basic solutions of problems
+with few unknowns in `final_states`, exact solutions that are proved to exist close to a
+point in `nearby_solutions`, and proofs that there is no solution in `certificate`.
 """
 
 from __future__ import annotations
@@ -26,7 +28,7 @@ from lcpcli.verify.point import Criterion, Point
 if TYPE_CHECKING:
     from lcpcli.verify.certificate import Proof
 
-# The decisions of `accepted`, by number.
+# The numbers of the decisions in the docstring of `accepted`.
 AS_IT_IS = 1
 CLEANED = 2
 WITHOUT_ROUNDING = 3
@@ -35,16 +37,16 @@ UNREFUTED = 5
 
 
 class Acceptance(NamedTuple):
-    """What a point is worth.
+    """The decision on a point.
 
-    verdict : "solved"; or that it is a solution only of the problem as stored, which is
-        "ill_posed"; or that there is none, "infeasible"; or "doubt", where it violates
-        no row by its own terms, and neither a solution near it nor a proof that there
-        is none was found.
-    point : the point itself, or one near it that is accepted in its place.
-    reason : why, as a clause for the user; "" where the criterion says it all.
-    certificate : the proof that there is no solution, if one was found.
-    basis : its states, if they were given, or those of the exact solution.
+    verdict : "solved"; "ill_posed" if it is a solution only for the entries of M as
+        rounded; "infeasible" if there is no solution; or "doubt" if it violates no row
+        relative to the terms of that row, but neither a solution close to it nor a
+        proof that there is none was established.
+    point : the point itself, or one close to it that is accepted instead.
+    reason : the reason, as a clause for the user; "" if the tolerance is met.
+    certificate : the proof that there is no solution, if there is one.
+    basis : the basis passed to `accepted`, or that of the exact solution.
     """
 
     point: Point
@@ -59,20 +61,22 @@ class Acceptance(NamedTuple):
 
 
 class Extent(NamedTuple):
-    """How far `accepted` goes.
+    """How far the decisions of `accepted` go.
 
-    first, last : the decisions with which it begins and ends.
-    keeps : whether a point itself is answered where a solution beside it has other
-        small entries, as for a method by name.
-    as_given : whether a point itself is to be judged, which may differ from a solution
-        by no more than the tolerance; else what it leads to may be answered in its
-        place.
+    first, last : the first and the last decision to be made.
+    keeps : whether the point itself is returned if an exact solution differs from it in
+        small entries only, as for a method that the user named.
+    as_given : whether the decision is about the point itself, from which a solution may
+        differ by no more than the tolerance; otherwise a solution that is reached from
+        the point may be returned instead.
     is_exact : whether for few unknowns exact arithmetic decides at once where rounding
-        hides a term, as `auto` does.
-    seconds : how long proofs may take.
-    refutation : a proof that only the rounding of M leaves a solution, if one is known.
-    share : if it is not 0, of the natural residual of 0: a point counts that leaves no
-        more, as the step of a linearization, which need be no solution.
+        hides a term of a row, as `auto` requires.
+    seconds : the time limit of proofs.
+    refutation : a proof that the problem is infeasible up to the rounding of M, if one
+        is known.
+    share : if it is not 0, a point is accepted if its natural residual is at most this
+        fraction of that of 0: it is a step of a linearization, and need not be a
+        solution.
     """
 
     last: int = UNREFUTED
@@ -90,7 +94,7 @@ BY_CRITERION = Extent(WITHOUT_ROUNDING)
 IN_FULL = Extent()
 HIDDEN = "rounding hides a term of a row, and no exact solution was found near it"
 DIFFERS = "it differs by {:.1e} from an exact solution with its states"
-UNEXPLAINED = ", which is more than rounding in a system with these states explains"
+UNEXPLAINED = ", which is more than rounding errors in the system of that basis explain"
 
 
 def accepted(
@@ -100,45 +104,40 @@ def accepted(
     extent: Extent = IN_FULL,
     basis: States | None = None,
 ) -> Acceptance | None:
-    """Return what the first acceptable point is worth; None if all are refused.
+    """Return the decision on the first point that is accepted; None if no point is.
 
     A point is accepted by the first of these decisions that holds:
 
     1. Its relative residual is at most tol.
-    2. That of the point is, once components are put on bounds that they are close to,
-       or freed from rounding (`Point.alternatives`).
-    3. It is so with entries of q counted as 0, as they are rounding of it, or sides of
-       rows without entries, although no z satisfies these as the numbers stand.
-    4. An exact solution is proved to exist near it: it is the sum of a reference point
-       and a distance that has more digits than doubles hold; or it violates no row by
-       its own terms, and the basic solution of its states is enclosed; or it is the
-       exact solution up to its last digits (`nearby_solutions`); or it differs from
-       that solution by no more than tol of its largest entry, where it decays
-       (`small_entries`).
-    5. And nothing speaks against that solution: where it might not exist for entries of
-       M that differ by their rounding, a proof that the problem is infeasible up to
-       rounding is sought. If there is one, the problem is ill-posed.
+    2. The relative residual is at most tol after components are moved to bounds that
+       they are close to, or after rounding errors are removed from zeros
+       (`Point.alternatives`).
+    3. The same holds with entries of q replaced by 0 if they are rounding errors of 0,
+       or sides of rows without entries, although no z satisfies these rows as stored.
+    4. An exact solution is proved to exist close to the point: the point is the rounded
+       sum of a reference point and a distance, with more digits than double precision
+       has; or it violates no row relative to the terms of that row, and the basic
+       solution of its active set is enclosed; or it is the exact solution up to its
+       last digits (`nearby_solutions`); or it differs from an exact solution by at most
+       tol times the largest entry, in a solution that decays (`small_entries`).
+    5. There is no proof against the solution of decision 4: if that solution might not
+       exist for entries of M that differ by their rounding errors, a proof is sought
+       that the problem is infeasible up to rounding. If there is one, the problem is
+       ill-posed.
 
-    The first three are tried for one point after the other, then the others.
+    Decisions 1 to 3 are made for all points in turn, then 4 and 5. Four choices matter:
 
-    Before they were made here, they were made in eight places, in other orders. Where
-    these disagreed, this is what is right, and why:
+    - Decision 4 holds for `check` as for a run: a rounded sum is a solution to the
+      tolerance, whoever asks. It is made for the points of decision 2 as well, as
+      rounding errors in other components do not make a solution less close.
+    - Decision 5 is part of verification, and not left out for results of methods.
+    - Every point is tested by all decisions, as the last iterate or the best one may be
+      the one that is accepted.
+    - `Extent.last` says how far a caller goes; it does not change which points are
+      solutions.
 
-    - A run accepted a rounded difference, and `check` did not: it is a solution to the
-      tolerance, with digits that doubles do not hold, whoever asks.
-    - A result counted as verified without the fifth decision. It is part of the claim.
-    - `check` proved solutions also near cleaned points, a run only near its iterates.
-      Noise in other components does not make a solution less near.
-    - A run asked only of its last iterate whether it is a rounded difference, and of
-      the best one for the rest. Each may be the better one.
-    - `auto` tried no cleaned points of few unknowns but its own; those of `Point` are
-      tried as well. What is accepted is exact there in any case.
-    - The first stages of `auto` leave entries of q that count as 0 to later ones, which
-      may do without; its convex programs did not. That is a matter of how far a caller
-      goes (`Extent.last`), as it does not change what is true.
-
-    points : of this problem, each as it is or with its measures.
-    basis : the states of a single point, if they are not those that it shows.
+    points : of this problem, as vectors z or as `Point`.
+    basis : the basis of a single point, if it differs from the one that z shows.
     """
     made: list[Point] = []
     for candidate in points:
@@ -160,7 +159,7 @@ def accepted(
 def _by_criterion(
     point: Point, extent: Extent, basis: States | None
 ) -> Acceptance | None:
-    """Return what the first three decisions say of a point."""
+    """Return the decision by 1 to 3 on a point; None if they do not accept it."""
     if extent.share:
         is_step = point.leaves(extent.share)
         return Acceptance(point, basis=basis) if is_step else None
@@ -170,8 +169,8 @@ def _by_criterion(
         reason = point.remark if point.negligible else ""
         return Acceptance(point, reason, basis=basis)
     nearby = next((o for o in alternatives(point, extent) if o.solves()), None)
-    # Of a point that is given only the first one counts: the more a point is changed,
-    # the less it says about the given one, whatever the distance.
+    # If the decision is about the point itself, only the first alternative is used: the
+    # more a point is changed, the less its residual says about the original.
     if nearby is None or (extent.as_given and not nearby.is_near(point)):
         return None
     return Acceptance(nearby, nearby.remark, basis=basis)
@@ -179,7 +178,8 @@ def _by_criterion(
 
 def alternatives(point: Point, extent: Extent) -> Iterator[Point]:
     """Yield the points that may be accepted in place of one that does not meet the
-    criterion, or that show that it is near a solution."""
+    tolerance, or that show that it is close to a solution.
+    """
     if extent.last < CLEANED or not (extent.as_given or point.nearly_solves()):
         return
     for other in point.alternatives():
@@ -189,14 +189,15 @@ def alternatives(point: Point, extent: Extent) -> Iterator[Point]:
 
 
 def _exactly(point: Point, extent: Extent, basis: States | None) -> Acceptance | None:
-    """Return what the first two decisions say of a point of a problem with few
-    unknowns, where exact arithmetic decides what rounding hides."""
+    """Return the decision by 1 and 2 on a point of a problem with few unknowns, where
+    exact arithmetic decides what rounding hides.
+    """
     criterion, problem = point.criterion, point.criterion.problem
     nearby: Point | None = point
     if not point.solves():
         nearby = None
         if extent.last >= CLEANED and point.nearly_solves():
-            # A row may be filled by rounding alone.
+            # All terms of a row may be rounding errors, which are removed first.
             clean = Point(criterion, problem.box.project(without_rounding(point.z)))
             others = chain((clean,), alternatives(point, extent))
             nearby = next((other for other in others if other.solves()), None)
@@ -212,8 +213,7 @@ def _exactly(point: Point, extent: Extent, basis: States | None) -> Acceptance |
 
 
 def _by_proof(points: Sequence[Point], extent: Extent) -> Acceptance | None:
-    """Return what the last two decisions say of points that do not meet the
-    criterion."""
+    """Return the decision by 4 and 5 on points that do not meet the tolerance."""
     if extent.refutation is not None:
         return _ill_posed(points, extent.refutation)
     doubt: Acceptance | None = None
@@ -228,8 +228,9 @@ def _by_proof(points: Sequence[Point], extent: Extent) -> Acceptance | None:
 def _by_nearby_solution(
     point: Point, points: Sequence[Point], extent: Extent
 ) -> Acceptance | None:
-    """Return what an exact solution near a point, or near one of its alternatives, says
-    of it; of several points, if the problem is ill-posed."""
+    """Return the decision on a point by an exact solution close to it, or to one of its
+    alternatives; if the problem is ill-posed, by one close to any of the points.
+    """
     with imports:
         from lcpcli.verify import nearby_solutions
         from lcpcli.verify.certificate import proof_near
@@ -239,7 +240,7 @@ def _by_nearby_solution(
         z = other.z
         if other.negligible or not np.array_equal(problem.box.project(z), z):
             continue
-        # One that meets the criterion was too far from the point for decision 2.
+        # An alternative that meets the tolerance was too far away for decision 2.
         if other is not point and (other.solves() or not other.is_near(point)):
             continue
         nearby = nearby_solutions.nearby(problem, z, tol)
@@ -274,8 +275,9 @@ def _by_nearby_solution(
 def _up_to_small_entries(
     point: Point, points: Sequence[Point], extent: Extent
 ) -> Acceptance | None:
-    """Return what an exact solution says of a point that differs from it in small
-    entries."""
+    """Return the decision on a point by an exact solution that differs from it in small
+    entries only.
+    """
     with imports:
         from lcpcli.verify.certificate import proof_near
         from lcpcli.verify.small_entries import solution_up_to_small_entries
@@ -298,8 +300,9 @@ def _up_to_small_entries(
 
 
 def _ill_posed(points: Sequence[Point], refutation: Proof) -> Acceptance | None:
-    """Return the solution, beyond the criterion, of a problem that is infeasible but
-    for rounding."""
+    """Return the solution, which need not meet the tolerance, of a problem that is
+    infeasible up to rounding.
+    """
     with imports:
         from lcpcli.verify.nearby_solutions import large_solution
     criterion = points[0].criterion

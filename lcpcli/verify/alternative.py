@@ -1,5 +1,13 @@
-"""Farkas' alternatives by linear programs: a point of a system of inequalities, or a
-proof that there is none."""
+"""Farkas' lemma by linear programs: either a point that satisfies a system of
+inequalities, or multipliers that may prove that there is none.
+
+The system is A z + b >= 0 with z >= 0, or with bounds on z and the corresponding signs
+of A z + b. A small dense system is first solved by a dual simplex method. Otherwise up
+to three linear programs yield candidates for the multipliers y, as floating-point
+solutions need not be proofs: y of minimal total, y from the elastic program, which
+minimizes the sum of violations, and y with large margins. `farkas.refutes` verifies
+them.
+"""
 
 from __future__ import annotations
 
@@ -18,24 +26,29 @@ from lcpcli.model.problem import Problem
 from lcpcli.typing import Indices, Matrix, Vector
 from lcpcli.verify.farkas import SNAP, sides
 
-GRID = 2.0**20  # steps per largest entry of y, to which one candidate is rounded
-# Once a y is known, LPs for better ones may take so many times as long as the first
-# one.
+# One candidate is y rounded to multiples of its largest entry divided by this.
+GRID = 2.0**20
+# Once a y is known, linear programs for better ones may take this many times the effort
+# of the first one.
 PATIENCE = 4
 # Rows or columns up to which a dense dictionary takes less time than an LP solver for
 # any problem.
 MAX_DENSE_DICTIONARY_SIZE = 100
-# What is added to the A_ij that are not 0, in units of the largest, before proofs are
-# rounded
+# Multiples of the largest |A_ij| that are added to the nonzero A_ij, such that a proof
+# for the larger matrix remains one when y is rounded.
 ENTRY_MARGINS = 0.3, 0.1, 0.03, 0.01, 0.001
-LARGEST_SHIFT = 1000  # of two: b is multiplied by at most 2^1000, which is finite
+LARGEST_SHIFT = 1000  # b is multiplied by at most 2^1000, which is finite
 
 
 class Alternative(NamedTuple):
-    """One of Farkas' alternatives: a z with A z + b >= 0, z >= 0 to the tolerance of
-    the LP solver, which proves nothing, or a y that is a proof; both None if neither
-    was established. near : then the y that are none, but may be but for rounding.
-    system : what the dual simplex method has found the point by, or None."""
+    """The result of Farkas' lemma: a point z with A z + b >= 0, z >= 0 up to the
+    tolerance of the LP solver, which proves nothing, or a proof y; both are None if
+    neither was established.
+
+    near : then the multipliers that are no proofs as computed, but may be up to
+        rounding.
+    system : the dual simplex method that computed the point, or None.
+    """
 
     point: Vector | None
     proof: Vector | None
@@ -46,10 +59,13 @@ class Alternative(NamedTuple):
 def alternative(
     A: Matrix, b: Vector, holds: Callable[[Vector], bool], effort: float = math.inf
 ) -> Alternative:
-    """Return a point of A z + b >= 0, z >= 0, or a proof that there is none, by one to
-    three LPs of at most half the effort each; a small dense system is first tried
-    without them, as they take longer. A should be equilibrated; nothing is established
-    unless it is finite. holds : whether a y is a proof."""
+    """Return a point with A z + b >= 0, z >= 0, or a proof that there is none, by at
+    most three linear programs, each with at most half of the effort; a small dense
+    system is first solved by a dual simplex method, which takes less time.
+
+    A : should be equilibrated; nothing is established unless it is finite. holds :
+        whether a y is a proof.
+    """
     near_proofs = list[Vector]()
     for result in _searched(A, b, ORTHANT, effort, MAX_DENSE):
         if result.proof is None or holds(result.proof):
@@ -59,10 +75,11 @@ def alternative(
 
 
 def farkas_multipliers(problem: Problem, effort: float = math.inf) -> Iterator[Vector]:
-    """Yield vectors y that may prove that a problem is infeasible, the likeliest first,
-    by at most three LPs of half the effort each, for the equilibrated problem R M C,
-    R q, whose y' gives y = R y'; none if it is feasible, to the tolerance of the LP
-    solver."""
+    """Yield vectors y that may prove that a problem is infeasible, the most likely
+    first; none if the problem is feasible to the tolerance of the LP solver. At most
+    three linear programs, each with half of the effort, are solved for the equilibrated
+    problem R M C, R q, whose multipliers y' yield y = R y'.
+    """
     with np.errstate(all="ignore"):
         units = scale(problem)
     inner = units.problem
@@ -76,9 +93,12 @@ def farkas_multipliers(problem: Problem, effort: float = math.inf) -> Iterator[V
 def _searched(
     A: Matrix, b: Vector, box: Box, effort: float, max_dense_size: int
 ) -> Iterator[Alternative]:
-    """Yield y that may be proofs, the likeliest first, and perhaps a point, at which
-    this ends. max_dense_size : rows or columns up to which a dense system is first
-    tried by a dictionary."""
+    """Yield multipliers y that may be proofs, the most likely first, and end with a
+    point if one is computed.
+
+    max_dense_size : rows or columns up to which a dense system is first solved by a
+        dictionary.
+    """
     if not _are_finite(A, b):
         return
     if box.is_orthant and not is_sparse(A) and max(A.shape) <= max_dense_size:
@@ -105,12 +125,14 @@ def _searched(
 
 
 def _are_finite(A: Matrix, b: Vector) -> bool:
+    """Return whether A and b are finite, and the sum of A does not overflow."""
     return bool(np.isfinite(b).all() and np.isfinite(A.sum()))
 
 
 def with_margin(problem: Problem) -> Iterator[Vector]:
-    """Yield proofs that a small LCP is infeasible that hold for larger M too, so that
-    there is room to round."""
+    """Yield multipliers that prove that a small LCP is infeasible even with larger
+    entries of M, so that they remain proofs when they are rounded.
+    """
     if (
         not problem.box.is_orthant
         or is_sparse(problem.M)
@@ -132,8 +154,9 @@ def with_margin(problem: Problem) -> Iterator[Vector]:
 def dictionaries(
     A: Matrix, b: Vector
 ) -> Iterator[tuple[DualSimplex, Vector | None, Vector]]:
-    """Yield the dual simplex method for a dense A, with a margin and without, with a
-    point or None, and multipliers."""
+    """Yield the results of the dual simplex method for a dense A, once with a margin
+    for rounding and once without: the method, a point or None, and multipliers.
+    """
     for margin in (MARGIN, 0.0):
         simplex = DualSimplex(A, b, margin)
         y = simplex.feasible()
@@ -143,12 +166,14 @@ def dictionaries(
 
 
 class FarkasSystem:
-    """The system of A z + b with l <= z <= u and the signs that `farkas.refutes` asks
-    for, b and the bounds divided by a power of two, and its multipliers y. Each LP
-    takes at most half of the effort, or PATIENCE times that. In the LPs for y, A'y = v
-    - v' with v, v' >= 0, whose costs are the bounds; for a dense A, beside which an
-    identity would be as large, inequalities replace those v_j or v'_j whose bound is
-    0."""
+    """The system of A z + b with l <= z <= u and the signs that `farkas.refutes`
+    defines, and linear programs for its multipliers y.
+
+    b and the bounds are divided by a power of two. Each linear program takes at most
+    half of the effort, or PATIENCE times that. In the programs for y, A'y = v - v' with
+    v, v' >= 0, whose costs are the bounds; for a dense A, compared with which an
+    identity would be as large, inequalities replace the v_j or v'_j whose bound is 0.
+    """
 
     def __init__(self, A: Matrix, b: Vector, box: Box, effort: float) -> None:
         self._A, self._effort = A, effort / 2
@@ -160,22 +185,16 @@ class FarkasSystem:
         with np.errstate(all="ignore"):
             self._b, lower, upper = (np.ldexp(v, -self.power) for v in (b, *bounds))
         self._columns = lower, upper, low, high
-        may_fall, may_rise = (
-            (not is_sparse(A)) & (lower == 0),
-            (not is_sparse(A)) & (upper == 0),
-        )
+        may_fall = (not is_sparse(A)) & (lower == 0)
+        may_rise = (not is_sparse(A)) & (upper == 0)
         self._image_bounds = (
             np.where(may_fall, -np.inf, 0.0),
             np.where(may_rise, np.inf, 0.0),
         )
-        self._positive, self._negative = (
-            np.flatnonzero(~self.high),
-            np.flatnonzero(~self.low),
-        )
-        self._above, self._below = (
-            np.flatnonzero(high & ~may_rise),
-            np.flatnonzero(low & ~may_fall),
-        )
+        self._positive = np.flatnonzero(~self.high)
+        self._negative = np.flatnonzero(~self.low)
+        self._above = np.flatnonzero(high & ~may_rise)
+        self._below = np.flatnonzero(low & ~may_fall)
         of_y = self._b[self._positive], -self._b[self._negative]
         self._cost = np.concatenate((*of_y, upper[self._above], -lower[self._below]))
         self.is_finite = bool(
@@ -185,12 +204,13 @@ class FarkasSystem:
         )
 
     def multipliers(self, first: Optimum | None) -> Iterator[Vector]:
-        """Yield vectors that may be proofs, the likeliest first: the y of
-        `least_total`, if it has any; the y of the least violation, as the y of systems
-        that almost have a solution are large; and a y of total at most -1 with the
-        largest sum of margins, each at most 1, by which components of A'y lie beyond 0
-        where they cost nothing; for at a vertex y, many of them are 0 up to
-        rounding."""
+        """Yield vectors that may be proofs, the most likely first: the y of
+        `least_total`, if there is one; the multipliers of the least violation, as the y
+        of systems that almost have a solution are large; and the y with total at most
+        -1 and the largest sum of margins. A margin, of at most 1, is the distance by
+        which a component of A'y lies beyond 0 where that has no cost: at a vertex many
+        of them are 0 up to rounding, and rounding may give them the wrong sign.
+        """
         if first is not None:
             self._effort *= PATIENCE
             yield self._y(first)
@@ -207,16 +227,19 @@ class FarkasSystem:
             yield self._y(strict)
 
     def least_total(self) -> Optimum | None:
-        """Return the minimum of b'y + u'v - l'v' >= -1, over the y with the signs of
-        multipliers, where v_j = 0 if u_j is infinite and v'_j = 0 if l_j is. It is -1
-        or 0; if it is 0, its multipliers are minus a point with z >= 0."""
+        """Return the minimum of b'y + u'v - l'v' >= -1 over the y with the signs of
+        multipliers, where v_j = 0 if u_j is infinite, and v'_j = 0 if l_j is infinite.
+        The minimum is -1 if there is a proof, otherwise 0; then the multipliers of this
+        program are minus a point z.
+        """
         return self._minimum(self._cost, np.empty(0, dtype=int), (-1.0, np.inf))
 
     def _minimum(
         self, objective: Vector, margins: Indices, total: tuple[float, float]
     ) -> Optimum | None:
-        """Return the minimum of an objective of y, v, v' and some margins, with a total
-        between two numbers."""
+        """Return the minimum of an objective over y, v, v' and the margins of these
+        columns, where the total b'y + u'v - l'v' lies between two numbers.
+        """
         transposed, low = self._A.T, self._columns[2]
         parts, columns = (self._above, self._below, margins), self._A.shape[1]
         above, below, slopes = (
@@ -235,6 +258,7 @@ class FarkasSystem:
         )
 
     def _y(self, optimum: Optimum) -> Vector:
+        """Return y from its positive and negative parts in a program's solution."""
         y = np.zeros(self._b.size)
         positive = self._positive
         negative = self._negative
@@ -243,9 +267,10 @@ class FarkasSystem:
         return y
 
     def _least_violation(self) -> Optimum | None:
-        """Return the least sum of violations of the signs of A z + b, with multipliers
-        of at most 1 in size: the elastic program (J. W. Chinneck and E. W. Dravnieks,
-        ORSA Journal on Computing 3 (1991) 157-168)."""
+        """Return the least sum of violations of the signs of A z + b, whose multipliers
+        are at most 1 in size: the elastic program (J. W. Chinneck and E. W. Dravnieks,
+        ORSA Journal on Computing 3 (1991) 157-168).
+        """
         parts = self._positive, self._negative
         added, subtracted = (
             unit_columns(self._b.size, part, is_sparse(self._A)) for part in parts
@@ -270,8 +295,9 @@ class FarkasSystem:
 
 
 def simplest(y: Vector) -> Iterator[Vector]:
-    """Yield y without its small entries, and fractions or integers that y may
-    approximate."""
+    """Yield y without its small entries, and with entries rounded to fractions or
+    integers, as the exact proof often has simple numbers.
+    """
     largest = float(np.abs(y).max())
     snapped = np.where(np.abs(y) < SNAP * largest, 0.0, y)
     if snapped.any():

@@ -1,9 +1,10 @@
-"""The verification of x, with or without multipliers, for conditions with rows and
-bounds, as of a variational inequality.
+"""The verification of x, with or without multipliers, for optimality conditions with
+rows and bounds, as of a variational inequality.
 
-x is a solution if and only if d = 0 minimizes (Qx + c)'d over the x + d that satisfy
-rows and bounds, where rows of single players limit the d of these alone; the
-multipliers of this linear program are those of x.
+x is a solution if and only if d = 0 minimizes (Qx + c)'d over all d for which x + d
+satisfies the rows and bounds. If a row limits a single player only, it constrains the
+components of d of that player alone. The multipliers of this linear program are those
+of x.
 """
 
 from __future__ import annotations
@@ -23,12 +24,15 @@ from lcpcli.rational.numbers import over_one_denominator, rounded
 from lcpcli.typing import Vector
 from lcpcli.verify.verification import Proposed, Verification
 
-ZERO = 1e-9  # of the terms of a row: a smaller value is 0 but for rounding
+# A row whose value is below this relative to its terms is 0 up to rounding.
+ZERO = 1e-9
 
 
 @np.errstate(all="ignore")
 def verified(origin: BlockForm, proposed: Proposed) -> Verification:
-    """Verify z, x and y, or x alone, for which multipliers are sought."""
+    """Verify a solution proposed as z, as x and y, or as x alone, for which multipliers
+    are then computed.
+    """
     n = proposed.problem.n
     k = origin.variables
     values = list(proposed.values)
@@ -45,7 +49,9 @@ def verified(origin: BlockForm, proposed: Proposed) -> Verification:
 
 
 def _with_slacks(origin: BlockForm, proposed: Proposed, both: list[Any]) -> list[Any]:
-    """Return z for x and y: s is the value of its row, or the nearer side."""
+    """Return z for x and y: each s is the value of its row, or the closest side if the
+    value is beyond it.
+    """
     data, problem = proposed.data, proposed.problem
     zeros = [0 * both[0]] * origin.ranges
     if data is None:
@@ -64,8 +70,10 @@ def _with_slacks(origin: BlockForm, proposed: Proposed, both: list[Any]) -> list
 
 
 def _multipliers(origin: BlockForm, proposed: Proposed) -> list[Any]:
-    """Return multipliers of the rows at x, zeros if there are none in the range of
-    doubles; for exact data those with the same support, if there are any."""
+    """Return multipliers of the rows at x by the linear program, zeros if it has none
+    in the range of double precision; for exact data, exact multipliers with the same
+    support, if there are any.
+    """
     problem, data = proposed.problem, proposed.data
     blocks = origin.blocks(conditions_of(problem))
     assert blocks is not None
@@ -92,10 +100,12 @@ def _multipliers(origin: BlockForm, proposed: Proposed) -> list[Any]:
 
 
 def _of_program(problem: Problem, blocks: Blocks, x: Vector) -> Vector:
+    """Return the multipliers of the rows in the linear program for d at x; zeros if it
+    has no finite solution."""
     k, m = x.size, blocks.row_lower.size
     limiting = -problem.M[:k, k : k + m].T
     g, Ax = product(blocks.Q, x) + blocks.c, product(blocks.A, x)
-    # A box keeps the program bounded where x is no solution.
+    # The box |d| <= 1 + |x| keeps the program bounded if x is no solution.
     reach = 1.0 + np.abs(x)
     bounds = (
         np.clip(blocks.lower - x, -reach, 0.0),

@@ -1,5 +1,11 @@
-"""Proofs that a problem has no solution, each checked against the original M and q
-before it is accepted.
+"""Proofs that a problem has no solution, each verified with the original M and q before
+it is accepted.
+
+A proof is a Farkas vector (see `farkas`) or the exclusion of all complementary bases.
+The direction of a ray at which Lemke's method ends is reported in the same form, but
+proves nothing in general. Candidates for Farkas vectors are the claims of methods,
+multipliers of linear programs, and left null vectors of bases of points that tend to
+infinity.
 """
 
 from __future__ import annotations
@@ -32,15 +38,18 @@ from lcpcli.typing import Vector
 from lcpcli.verify import farkas
 from lcpcli.verify.measure import FEW_UNKNOWNS, Measure
 
-# For a search of all complementary sets: mostly milliseconds, half a second for some
-# with 20 unknowns.
+# Work limit for a search of all complementary sets: it mostly takes milliseconds, and
+# half a second for some problems with 20 unknowns.
 EXHAUSTION_EFFORT = 2.0
-# Relative to the natural size of w in a row: larger than the tolerance.
+# Violations relative to the cap of a row that a clear proof excludes: they are larger
+# than the tolerance 1e-10, so that no z close to a solution exists either.
 CLEAR_VIOLATION = 1e-9
 RAY = "that alone proves nothing"
-# Unknowns from which a proof up to rounding counts: fewer leave it to exact arithmetic.
+# Unknowns from which a proof up to rounding is accepted; for fewer, exact arithmetic
+# decides.
 MANY = FEW_UNKNOWNS + 1
-UNVERIFIED = {  # what is said of a claim of a kind that does not hold
+# The message for a claim of each kind that fails verification.
+UNVERIFIED = {
     "farkas": "the certificate of infeasibility failed exact verification",
     "exhaustion": (
         "the claim that every complementary set is excluded failed verification"
@@ -51,20 +60,21 @@ UNVERIFIED = {  # what is said of a claim of a kind that does not hold
 
 @dataclass(frozen=True, eq=False)
 class Proof:
-    """Why there is no solution, or why a method gave up: a claim until it `holds`.
+    """The reason why there is no solution, or why a method stopped: a claim until it
+    `holds`.
 
-    kind : "farkas", vector y with y >= 0, M'y <= 0 and q'y < 0: no z >= 0 has M z + q
-        >= 0. With bounds, the y that `farkas` describes. It consists of integers, for
-        which all this holds without rounding, if `verify_claim` finds them; else it is
-        rounded: where M'y is 0, its computed value may be positive (see
-        `farkas.refutes`). "exhaustion", every complementary basis is excluded, by
+    kind : "farkas", a vector y with y >= 0, M'y <= 0 and q'y < 0: no z >= 0 has M z + q
+        >= 0; with bounds, the y that `farkas` describes. If `verify_claim` can, it
+        makes y a vector of integers, for which all this holds without rounding;
+        otherwise y is rounded, and where M'y is 0, its computed value may be positive
+        (see `farkas.refutes`). "exhaustion", every complementary basis is excluded, by
         branch and bound or enumeration; no vector. "ray", Lemke's method has ended on a
-        ray with direction vector, if it is known; that alone proves nothing.
+        ray whose direction is the vector, if it is known; that alone proves nothing.
     vector : shape (n,), or None. statement : what it proves, as a clause for the user.
-    is_rounded : whether only the rounding of M keeps the vector from being a proof (see
+    is_rounded : whether the vector is a proof only up to the rounding of M (see
         `farkas.cancellation`).
-    exact : the proof in fractions, if it is known and no doubles were found that form a
-        proof; vector is near it.
+    exact : the proof in fractions, if it is known and no double precision vector is a
+        proof; vector is then close to it.
     """
 
     kind: Literal["farkas", "exhaustion", "ray"]
@@ -77,8 +87,9 @@ class Proof:
     def of_fractions(
         cls, data: ExactProblem, y: Sequence[Fraction], statement: str = ""
     ) -> Proof:
-        """Return the proof by an exact Farkas vector: by a multiple of it in doubles,
-        beside y itself if that is none."""
+        """Return the proof by an exact Farkas vector: by a multiple of it in double
+        precision, together with the exact y if that multiple is no proof.
+        """
         vector = rounded_direction(y)
         exact = None if data.refuted_by(fractions_of(vector)) else y
         statement = statement or data.problem.box.wording.farkas
@@ -86,11 +97,12 @@ class Proof:
 
     def holds(self, problem: Problem, excludes_exactly: bool = False) -> bool:
         """Return whether the claim is true of a problem: never for a feasible one,
-        however nearly infeasible, nor for a vector that is not of shape (n,).
+        however close to infeasible, nor for a vector that is not of shape (n,).
 
         excludes_exactly : whether the method that claims exhaustion excludes
-            complementary sets by exact arithmetic alone: of more than FEW_UNKNOWNS,
-            whose sets are not searched again, only such a method is believed.
+            complementary sets in exact arithmetic only. For more than FEW_UNKNOWNS,
+            where the search is not repeated, only the claim of such a method is
+            accepted.
         """
         if self.kind == "exhaustion":
             return _is_exhausted(problem, excludes_exactly)
@@ -105,8 +117,10 @@ class Proof:
         return bool(test(problem.M, problem.q, y, problem.box))
 
     def is_clear(self, problem: Problem) -> bool:
-        """Return whether the vector, if a proof, also excludes small violations, so
-        that it is no effect of rounding in the data."""
+        """Return whether the vector, if it is a proof, also excludes violations of
+        CLEAR_VIOLATION, so that infeasibility is not an effect of rounding errors in
+        the data.
+        """
         y = self.vector
         assert y is not None
         with np.errstate(all="ignore"):
@@ -118,8 +132,10 @@ class Proof:
 
 
 def _is_exhausted(problem: Problem, excludes_exactly: bool) -> bool:
-    """Return whether all complementary sets are excluded: by the tree in exact
-    arithmetic, for few unknowns and with some effort."""
+    """Return whether all complementary sets are excluded: for few unknowns by branch
+    and bound in exact arithmetic, within EXHAUSTION_EFFORT; otherwise if the method did
+    so.
+    """
     if problem.n <= FEW_UNKNOWNS:
         data = ExactProblem.of_floats(problem)
         with suppress(TimeIsUp):
@@ -129,14 +145,15 @@ def _is_exhausted(problem: Problem, excludes_exactly: bool) -> bool:
 
 @np.errstate(all="ignore")
 def _is_ray(problem: Problem, z: Vector) -> bool:
-    """Return whether Lemke's method may end on a ray in direction z, up to rounding: z
-    >= 0, not 0, and z'w = 0 for w = M z + t e >= 0 with some t >= 0, and no bound in
-    the way."""
+    """Return whether Lemke's method may end on a ray in the direction z, up to
+    rounding: z >= 0, z is not 0 and reaches no bound, and z'w = 0 for w = M z + t e >=
+    0 with some t >= 0.
+    """
     if z.shape != problem.q.shape or not (
         np.isfinite(z).all() and (z >= 0).all() and z.any()
     ):
         return False
-    # It leads beyond a bound.
+    # The ray leads beyond a finite upper bound.
     if np.where(z > 0, problem.box.upper, np.inf).min() < np.inf:
         return False
     w, largest = product(problem.M, z), float(absolute_product(problem.M, z).max())
@@ -153,13 +170,15 @@ def first_proof(
     rounded_from: float = math.inf,
     whole: bool = False,
 ) -> Proof | None:
-    """Return the proof by the first y that is one, times a power of two that keeps it
-    in range; if none is, by the first that is one but for the rounding of M (see
-    `farkas.cancellation`); else None.
+    """Return the proof by the first y that is one, multiplied by a power of two that
+    keeps it in the range of double precision. If there is none, return the proof by the
+    first y that is one up to the rounding of M (see `farkas.cancellation`); otherwise
+    None.
 
-    statement : by default, what its bounds refute. rounded_from : unknowns from which
-        rounding counts; by default the proof has to hold exactly. whole : whether a
-        vector of integers near a multiple of y is sought first.
+    statement : by default, the statement for the bounds of the problem. rounded_from :
+        the number of unknowns from which proofs up to rounding are accepted; by default
+        the proof has to hold exactly. whole : whether a vector of integers close to a
+        multiple of y is tested first.
     """
     rejected = list[Vector]()
     for y in ys:
@@ -180,18 +199,21 @@ def first_proof(
 
 
 def _in_range(problem: Problem, y: Vector) -> Vector | None:
+    """Return y times the power of two that scales it to about 1 if that is a proof;
+    otherwise None."""
     y = in_range(y)
     return y if Proof("farkas", y).holds(problem) else None
 
 
 def _whole(problem: Problem, y: Vector) -> Vector | None:
-    """Return a vector near a multiple of y that proves the problem infeasible; None if
-    y proves nothing.
+    """Return a vector close to a multiple of y that proves the problem infeasible; None
+    if y proves nothing.
 
-    The vector consists of integers for which the proof holds exactly, for the doubles
-    of the problem or, if no such integers are found, for their shortest decimals: small
-    ones near y or near another proof, or else up to 2^53. Else, as for large problems
-    and long numbers, it is y times a power of two.
+    If possible, it consists of integers for which the proof holds exactly, for the
+    double precision numbers of the problem or, failing that, for their shortest
+    decimals: small integers close to y or to another proof, or else integers up to
+    2^53. Otherwise, as for large problems and long numbers, it is y times a power of
+    two.
     """
     if y.shape != problem.q.shape or not (np.isfinite(y).all() and y.any()):
         return None
@@ -213,8 +235,9 @@ def _whole(problem: Problem, y: Vector) -> Vector | None:
 def verify_claim(
     problem: Problem, claim: Proof, excludes_exactly: bool = False
 ) -> Proof | None:
-    """Return what a method claims if it holds for the original M and q, with a Farkas
-    vector of integers if they are found (see `first_proof`); else None."""
+    """Return the claim of a method if it holds for the original M and q, with a Farkas
+    vector of integers if possible (see `_whole`); otherwise None.
+    """
     if claim.kind != "farkas":
         is_ray = claim.kind == "ray"
         sure = replace(claim, statement=RAY) if is_ray else replace(claim, vector=None)
@@ -231,9 +254,10 @@ def verify_claim(
 
 
 def _stated(problem: Problem, claim: Proof) -> Proof:
-    """Return the proof by a Farkas vector that is a proof as it is, if there is one in
-    doubles, else by one in fractions, for few unknowns; else with the statement that it
-    is rounded."""
+    """Return the claim if its Farkas vector is a proof exactly as it is; for few
+    unknowns, otherwise a proof in double precision or in fractions; failing these, the
+    claim with the statement that y is rounded.
+    """
     y, exact = claim.vector, None
     assert y is not None
     if farkas.is_exact(problem, y):
@@ -249,13 +273,16 @@ def _stated(problem: Problem, claim: Proof) -> Proof:
     return replace(claim, statement=f"{claim.statement}, up to rounding of y")
 
 
-EFFORT = 2.0  # of LPs for a proof, by the seconds that they usually take
+EFFORT = 2.0  # limit on linear programs for a proof, in seconds that they usually take
 
 
 def proof_near(problem: Problem, z: Vector) -> Proof | None:
     """Return a proof that the problem is infeasible, up to the rounding of M if there
-    is no other one; None if none is found. z : a run-off, or an exact solution, whose
-    basis leads to most of these proofs."""
+    is no other one; None if none is found.
+
+    z : a point that tends to infinity, or an exact solution; its basis leads to most of
+        these proofs.
+    """
     has_dictionary = (
         not matrices.is_sparse(problem.M)
         and problem.box.is_orthant
@@ -277,13 +304,15 @@ def proof_near(problem: Problem, z: Vector) -> Proof | None:
 def _candidates(
     problem: Problem, z: Vector, has_dictionary: bool
 ) -> Generator[Vector, None, None]:
+    """Yield candidates for Farkas vectors: the left null vector of the basis of z, then
+    the multipliers of dictionaries, both as computed and rounded to simple numbers."""
     with imports:
         from lcpcli.verify.alternative import dictionaries, simplest
     units = scale(problem)
     inner = units.problem
     y = _null_vector(inner, units.z_inside(z))
     others = dictionaries(inner.M, inner.q) if has_dictionary else ()
-    # Of the first, rounding decides the sign.
+    # The sign of the null vector is arbitrary, so that both are tested.
     multipliers = chain((y, -y), (y for _, _, y in others))
     for y in map(problem.box.as_multipliers, multipliers):
         size = float(np.abs(y).max())
@@ -292,9 +321,10 @@ def _candidates(
 
 
 def _null_vector(problem: Problem, z: Vector) -> Vector:
-    """Return the left null vector of the M_BB of the states of z, by a step of inverse
-    iteration from z, which is a null vector itself but for rounding; with a shift of
-    the size of rounding if M_BB is singular."""
+    """Return an approximate left null vector of M_BB for the basic variables B at z, by
+    one step of inverse iteration from z, which is a right null vector up to rounding;
+    with a shift of the size of rounding errors if M_BB is singular.
+    """
     y = np.zeros(problem.n)
     active = np.flatnonzero(problem.box.basis_at(z) == BASIC)
     M = problem.M

@@ -1,18 +1,18 @@
-"""Basic solutions of a band that is positive definite, enclosed in fixed-point numbers,
-however ill-conditioned it is.
+"""Enclosures of basic solutions of a positive definite band matrix in fixed-point
+arithmetic, for condition numbers beyond double precision.
 
-If elimination without row exchanges of S - c I, with S = (M + M') / 2 and some c > 0,
-has positive pivots, S - c I + E is positive definite for the E that rounding amounts
-to, so that the eigenvalues of S are at least c - |E|, and |M^-1| is at most the inverse
-of that (S. M. Rump, Verification of positive definiteness, BIT Numerical Mathematics 46
-(2006) 433-452). Integers of 192 binary digits leave |E| near 1e-57, so that c = 1e-24
-decides for condition numbers up to 1e23, where doubles do up to 1e13. Then a solution x
-of M_BB x = b, whose residual r is computed without rounding, is off by at most |r| / (c
-- |E|) in the 2-norm.
+If elimination without row interchanges of S - c I, with S = (M + M') / 2 and some c >
+0, has positive pivots, then S - c I + E is positive definite for the matrix E of the
+rounding errors, so that the eigenvalues of S are at least c - |E|, and |M^-1| <= 1 / (c
+- |E|) in the 2-norm (S. M. Rump, Verification of positive definiteness, BIT Numerical
+Mathematics 46 (2006) 433-452). With integers of 192 binary digits, |E| is about 1e-57,
+so that c = 1e-24 suffices for condition numbers up to 1e23, while double precision
+reaches 1e13. A solution x of M_BB x = b whose residual r is computed without rounding
+then has an error of at most |r| / (c - |E|) in the 2-norm.
 
-Each step of elimination, a_ij - l_ik u_kj, is rounded once, by less than a unit, and so
-is l_ik: E_ij is at most 2 + 2 |u_kj| units for each of the steps that change it, which
-are no more than the width of the band.
+Each step of elimination, a_ij - l_ik u_kj, is rounded once, by less than 2^-192, and so
+is l_ik: each of the steps that change an entry adds at most (2 + 2 |u_kj|) 2^-192 to
+E_ij, and there are no more of them than the width of the band.
 """
 
 from __future__ import annotations
@@ -32,14 +32,15 @@ from lcpcli.model.box import BASIC
 from lcpcli.model.problem import Problem
 from lcpcli.typing import Mask, Matrix, States, Vector
 
-# The least eigenvalue that is looked for, in units in which the diagonal is about 1.
+# The shift c, for the matrix scaled to a diagonal of about 1: about 1e-24.
 SHIFT = 2.0**-80
 UNIT = 2.0**-BITS
 
 
 class Enclosed(NamedTuple):
-    """The basic solution of a basis: z and its w, 0 where basic, and bounds on their
-    errors, each of shape (n,)."""
+    """The basic solution of a basis: z and its w, which is 0 for basic variables, and
+    bounds on their errors, each of shape (n,).
+    """
 
     z: DoubleDouble
     z_error: Vector
@@ -49,7 +50,8 @@ class Enclosed(NamedTuple):
 
 def units_of(problem: Problem) -> Vector | None:
     """Return D, powers of two, for which the diagonal of D M D is about 1; None if M is
-    not sparse, or its diagonal not positive."""
+    not sparse, or its diagonal not positive.
+    """
     M = problem.M
     if not is_sparse(M) or not M.diagonal().min(initial=1.0) > 0:
         return None
@@ -57,20 +59,24 @@ def units_of(problem: Problem) -> Vector | None:
 
 
 def is_definite(problem: Problem, rounding: float = 0.0) -> bool:
-    """Return whether M + M' is positive definite, for all M whose entries differ by so
-    much, relative to these; False if that is not shown."""
+    """Return whether M + M' is proved to be positive definite, for all matrices whose
+    entries differ from those of M by at most `rounding`, relatively; False if that is
+    not proved.
+    """
     D = units_of(problem)
     if D is None:
         return False
     M = scaled(problem.M, D, D)
-    # |E| is at most its largest row sum
+    # The 2-norm of the changes of M is at most the larger of their maximal row and
+    # column sums.
     sums = float(abs(M).sum(axis=1).max()), float(abs(M).sum(axis=0).max())
     return least_eigenvalue(M, None, SHIFT + rounding * max(sums)) > 0
 
 
 def least_eigenvalue(M: Matrix, basic: Mask | None, shift: float = SHIFT) -> float:
-    """Return a positive lower bound on the eigenvalues of (M_BB + M_BB') / 2 less this
-    shift, which is at least SHIFT; 0 if none is shown."""
+    """Return a positive lower bound on the eigenvalues of (M_BB + M_BB') / 2 - (shift -
+    SHIFT) I, for a shift of at least SHIFT; 0 if none is proved.
+    """
     S = (M + M.T) * 0.5
     band = Banded(S)
     if not band.has_fixed_point:
@@ -90,8 +96,9 @@ def least_eigenvalue(M: Matrix, basic: Mask | None, shift: float = SHIFT) -> flo
 
 @np.errstate(all="ignore")
 def enclosed(problem: Problem, basis: States) -> Enclosed | None:
-    """Return the basic solution of a basis; None if M_BB + M_BB' is not shown to be
-    positive definite, M is no narrow band, or z is beyond the range of doubles."""
+    """Return the basic solution of a basis with error bounds; None if M_BB + M_BB' is
+    not proved to be positive definite, M is no narrow band, or z overflows.
+    """
     D = units_of(problem)
     if D is None or not (basis == BASIC).any():
         return None
@@ -108,15 +115,19 @@ def enclosed(problem: Problem, basis: States) -> Enclosed | None:
 def _enclosed(
     problem: Problem, basis: States, band: Banded, min_eigenvalue: float
 ) -> Enclosed | None:
-    """Return what `enclosed` does. band : of M in its units. min_eigenvalue : at most
-    half of the least eigenvalue of M_BB + M_BB' there."""
+    """Return the basic solution with error bounds, as `enclosed` does.
+
+    band : the band of D M D. min_eigenvalue : a lower bound on the eigenvalues of the
+        symmetric part of (D M D)_BB.
+    """
     D = units_of(problem)
     assert D is not None
     basic = basis == BASIC
     M = scaled(problem.M, D, D)
     q = problem.q * D
     start = np.where(basic, 0.0, problem.box.nonbasic(basis) / D)
-    # Numbers of about 1
+    # Scaling by a power of two makes q and z at most about 1, as fixed-point numbers
+    # need.
     exponent = int(np.frexp(max(np.abs(q).max(), np.abs(start).max()))[1])
     rows = _Rows(M)
     z = fixed(np.ldexp(start, -exponent))
@@ -129,7 +140,7 @@ def _enclosed(
     for i, value in zip(order, x, strict=True):
         z[i] += value
     w = rows.product(z, constant)
-    # What is left, and what cutting off the entries of M and q has left
+    # The residual, and the effect of truncating the entries of M and q to fixed point.
     largest = float(max(map(abs, z))) * UNIT
     cut = (rows.longest * (largest + 1) + 2) * UNIT
     residual = max(
@@ -151,8 +162,9 @@ def _enclosed(
 
 
 def basic_solution(problem: Problem, basis: States) -> Vector | None:
-    """Return z of the basic solution of a basis, to its last digits; None if M_BB is
-    not positive definite, or refinement does not converge."""
+    """Return z of the basic solution of a basis, correct to its last digits; None if
+    M_BB is not positive definite, or refinement does not converge.
+    """
     D = units_of(problem)
     if D is None:
         return None
@@ -168,7 +180,9 @@ def basic_solution(problem: Problem, basis: States) -> Vector | None:
 
 
 class _Rows:
-    """The rows of a sparse M in fixed-point numbers. longest : the most entries."""
+    """The rows of a sparse M in fixed-point numbers. longest : the largest number of
+    entries in a row.
+    """
 
     def __init__(self, M: Matrix) -> None:
         self._entries, self._columns = fixed(M.data), M.indices.tolist()
@@ -176,7 +190,7 @@ class _Rows:
         self.longest = int(np.diff(M.indptr).max(initial=0))
 
     def product(self, z: list[int], q: list[int]) -> list[int]:
-        """Return M z + q without rounding, in units of 2^(-2 BITS)."""
+        """Return M z + q without rounding, as multiples of 2^(-2 BITS)."""
         entries = self._entries
         columns = self._columns
         products = []

@@ -1,28 +1,30 @@
-"""How many digits of a solution are determined by its data: how far it moves if each of
-their numbers is rounded.
+"""The number of digits of a solution that its data determine: how far the solution
+moves if every number of the data is rounded.
 
-With B the basic variables, changes dM and dq move the solution by -M_BB^-1 (dM z +
-dq)_B, to first order (N. J. Higham, Accuracy and Stability of Numerical Algorithms, 2nd
-ed., SIAM 2002, section 7.2). For changes like those by rounding, independent and up to
-half a unit in the last place of each number, the standard deviation of this motion is
-estimated by a few systems with random right-hand sides, which unlike a condition number
-does not depend on units; the part due to w_B, if equations are not solved exactly, is
-added. Changes |dM| <= eps |M|, |dq| <= eps |q| move z_B by at most eps |M_BB^-1| (|M|
-|z| + |q|)_B: no method that works on rounded data can be expected to do better.
+Changes dM and dq move z_B of the basic variables B by -M_BB^-1 (dM z + dq)_B, to first
+order (N. J. Higham, Accuracy and Stability of Numerical Algorithms, 2nd ed., SIAM 2002,
+section 7.2). For changes like those of rounding, independent and up to half a unit in
+the last place of each number, the standard deviation of this motion is estimated from a
+few systems with random right-hand sides. Unlike a condition number it does not depend
+on the scaling of the data. The part due to w_B, if the equations are not solved
+exactly, is added. Changes |dM| <= eps |M|, |dq| <= eps |q| move z_B by at most eps
+|M_BB^-1| (|M| |z| + |q|)_B: no method that works with rounded data can be expected to
+do better.
 
-Digits belong to components. If M_BB is singular to working precision, as with an
-equation that follows from others, z_B + v solves the same equations for all v with
-M_BB v = 0. A z_i with v_i != 0 for one of them is not unique. The others move by -G (dM
-z + dq)_B with any generalized inverse G of M_BB, for changes with which the equations
-still do not contradict each other, as the numbers of one follow from those of others.
+Digits are determined for each component separately. If M_BB is singular to working
+precision, for example because an equation follows from others, z_B + v solves the same
+equations for all v with M_BB v = 0. A z_i with v_i != 0 for one of them is not unique.
+The others move by -G (dM z + dq)_B with any generalized inverse G of M_BB, for changes
+that leave the equations consistent, as if dependent data were rounded consistently.
 
-At a kink, where z_i at a bound has a w_i, or z_i in B a distance from its bound, that
-is not safely larger than its own motion, rounding may exchange the two. With r the
-motions of these numbers, and T their derivatives by the other numbers of the pairs (a
-principal transform of M), those of an exchanged set F move by y_F = -T_FF^-1 r_F, and
-all others with them. How far they do is estimated for many F, and a number may become a
-kink by it in turn. If T_FF is singular, r_F is the same for y_F + v with T_FF v = 0,
-which move what is not unique then.
+A kink is an index at which z_i is at a bound and w_i is not safely larger than its
+motion, or at which z_i is basic and its distance from a bound is not: rounding may then
+exchange the roles of the two numbers. With r the motions of these numbers, and T their
+derivatives with respect to the other numbers of the pairs (a principal transform of M),
+the other numbers of an exchanged set F move by y_F = -T_FF^-1 r_F, and all components
+with them. The motions are estimated for many sets F, which may in turn create kinks. If
+T_FF is singular, r_F is the same for y_F + v with T_FF v = 0, and the components that v
+moves are not unique.
 """
 
 from __future__ import annotations
@@ -49,38 +51,42 @@ from lcpcli.model.changes import scale
 from lcpcli.model.problem import Problem
 from lcpcli.typing import Indices, Mask, Matrix, Vector
 
-DOUBLE_DIGITS = 16  # decimal digits of a double
-# Random right-hand sides: they give the standard deviation to within a factor of two or
-# so.
+DOUBLE_DIGITS = 16  # decimal digits of a double precision number
+# Random right-hand sides: they estimate the standard deviation to a factor of about
+# two.
 SAMPLES = 8
-# Variables up to which a factorization takes a few hundredths of a second.
+# Basic variables up to which a factorization takes a few hundredths of a second.
 MAX_BASIC, MAX_BASIC_SPARSE = 1000, 20_000
-# Variables of a singular system up to which pivots of its columns show, in as much
-# time, what it determines.
+# Basic variables of a singular system up to which a factorization with column pivoting
+# takes as little time.
 MAX_SINGULAR = 500
-# Of a pivot that is rounding, relative to the one before: in a matrix that is only
-# ill-conditioned pivots decrease gradually, and no rank is better than another.
+# The largest ratio of a pivot that is rounding error to the one before it. In a matrix
+# that is only ill-conditioned, pivots decrease gradually, and its rank is not defined.
 LARGEST_GAP = 1e-4
-# Standard deviation of a relative change by rounding, for mantissas as frequent as 1/m.
+# Standard deviation of the relative change of a number by rounding, for mantissas m
+# distributed with density proportional to 1 / m (Benford's law).
 ROUNDING_DEVIATION = 0.21 * EPS
-MEDIAN = 0.674  # of a normally distributed size, relative to its standard deviation
-# Standard deviations that rounding does not move a number: the largest motion of few
-# terms is three.
+MEDIAN = 0.674  # the median of |x| for a standard normal x
+# A number is a kink unless it is farther from 0 or its bound than this many standard
+# deviations of its motion: a sum of few rounding errors moves it by at most three of
+# them, so that the rest is a margin.
 SAFE = 100.0
-# That are exchanged: their linear systems take about a tenth of a second.
+# The largest number of kinks that are exchanged: their linear systems take about a
+# tenth of a second.
 MAX_KINKS = 100
-MAX_COMBINED = 8  # kinks up to which each set of them is exchanged
-RANDOM_PARTS = 250  # of more kinks, which are exchanged besides single ones
+MAX_COMBINED = 8  # kinks up to which every subset is exchanged
+RANDOM_PARTS = 250  # random subsets of more kinks, in addition to single kinks
 
 
 class Digits(NamedTuple):
-    """What the data determine of a solution z.
+    """The digits of a solution z that its data determine.
 
     counts : the number of digits of each z_i that the data determine, from 0 to
-        DOUBLE_DIGITS, shape (n,); all digits of a z_i at a bound, but NaN if rounding
-        may move it off, or if no digit is left where others do so; and NaN where z_i is
-        not unique.
-    not_unique : the z_i that differ, to working precision, among the solutions near z.
+        DOUBLE_DIGITS, shape (n,): all digits for a z_i at a bound. It is NaN if
+        rounding may move z_i off its bound, if an exchange of other components leaves
+        no digit, or if z_i is not unique.
+    not_unique : the z_i that differ, to working precision, among the solutions close to
+        z.
     """
 
     counts: Vector
@@ -89,8 +95,9 @@ class Digits(NamedTuple):
 
 @np.errstate(all="ignore")
 def digits(problem: Problem, z: Vector, w: Vector) -> Digits | None:
-    """Return what the data determine of a solution; None if M_BB is too large, or if
-    it is singular and it is not clear which equations follow from others."""
+    """Return the digits of a solution that its data determine; None if M_BB is too
+    large, or singular with a rank that is not clear.
+    """
     basic = (z != problem.lower) & (z != problem.upper)
     if np.count_nonzero(basic) > (
         MAX_BASIC_SPARSE if is_sparse(problem.M) else MAX_BASIC
@@ -116,6 +123,7 @@ def digits(problem: Problem, z: Vector, w: Vector) -> Digits | None:
 
 
 def _count(motion: Vector, z: Vector) -> Vector:
+    """Return the number of digits of z_i that a motion of this size does not change."""
     count = np.nan_to_num(-np.log10(motion / np.abs(z)), nan=0.0)
     return np.asarray(np.clip(np.rint(count), 0, DOUBLE_DIGITS))
 
@@ -123,8 +131,10 @@ def _count(motion: Vector, z: Vector) -> Vector:
 def determined(
     problem: Problem, z: Vector, w: Vector
 ) -> tuple[list[int | None], list[int]] | None:
-    """Return `digits` as whole numbers, with None for NaN, and the indices of the
-    components that are not unique; None if the time is up before."""
+    """Return the counts of `digits` as integers, with None for NaN, and the indices of
+    the components that are not unique; None if they are not known, or the time limit is
+    reached.
+    """
     with suppress(TimeIsUp):
         result = digits(problem, z, w)
         if result is None:
@@ -138,8 +148,9 @@ def determined(
 
 
 def fewest_digits(problem: Problem, z: Vector, determined: Vector) -> tuple[int, int]:
-    """Return the least number of digits of components that have one and are not 0 up to
-    rounding, and its index."""
+    """Return the smallest number of determined digits and the index of that component,
+    among the components that are not 0 up to rounding.
+    """
     sizes = np.log2(np.abs(z), where=z != 0, out=np.full(z.size, -np.inf))
     negligible = np.ones(z.size, dtype=bool)
     for powers in (sizes, sizes - problem.units.columns):
@@ -150,11 +161,12 @@ def fewest_digits(problem: Problem, z: Vector, determined: Vector) -> tuple[int,
 
 
 class _States:
-    """The basic variables B, and what their equations w_B = 0 determine.
+    """The basic variables B, and which z_i their equations w_B = 0 determine.
 
-    determined : the z_i that they determine, shape (n,); a z_i at a bound is one.
-    is_regular : whether M_BB, or the part of it that counts, has systems that are
-        solved to a few digits.
+    determined : the z_i that they determine, shape (n,); a z_i at a bound is
+        determined.
+    is_regular : whether systems with M_BB, or with its regular part, are solved to a
+        few digits.
     """
 
     def __init__(self, M: Matrix, basic: Mask) -> None:
@@ -194,21 +206,26 @@ class _States:
         return np.where(self.basic[:, np.newaxis], moves, others)
 
     def residual(self, changes: Vector, moves: Vector) -> Vector:
-        """Return what a response leaves of w_B = 0; 0 elsewhere."""
+        """Return the residuals of w_B = 0 for the responses `moves` to changes of q; 0
+        for nonbasic variables."""
         of_basic = np.where(self.basic[:, np.newaxis], moves, 0.0)
         remainder = changes + matrices.product(self.M, of_basic)
         return np.where(self.basic[:, np.newaxis], remainder, 0.0)
 
     def contradictions(self, changes: Vector) -> Vector:
-        """Return by how much changes of q, shape (n, k), contradict equations that
-        follow from others, relative to the changes, shape (j, k)."""
+        """Return by how much changes of q, shape (n, k), make dependent equations
+        inconsistent, relative to the changes, shape (j, k).
+        """
         if self._block is None:
             return np.zeros((0, changes.shape[1]))
         return self._block.contradictions(changes[self.B])
 
     def free(self, kinks: Mask) -> Mask:
         """Return which z_i differ among the solutions of w_B = 0 for which the w of
-        kinks at bounds, shape (n,), are 0 too."""
+        kinks at bounds are 0 too.
+
+        kinks : mask of shape (n,).
+        """
         is_free = np.zeros(self.basic.size, dtype=bool)
         if self._block is not None:
             rows = self.M[np.flatnonzero(kinks & ~self.basic)][:, self.B]
@@ -217,12 +234,12 @@ class _States:
 
 
 class _Motions(NamedTuple):
-    """How far rounding moves a solution; each of shape (n,).
+    """How far rounding of the data moves a solution; each of shape (n,).
 
     alone : the expected errors of z_i in B and of w_i elsewhere. exchanged : those with
-        the bases exchanged at kinks. may_reach_bound : where these numbers are so near
-        to their bounds, or to 0, that rounding may take them there. With too many
-        kinks, errors are infinite, and this is everywhere.
+        bases exchanged at kinks. may_reach_bound : the numbers so close to their
+        bounds, or to 0, that rounding may move them there. With too many kinks, errors
+        are infinite, and this is True everywhere.
     determined : as in `_States`. not_unique : as in `Digits`.
     """
 
@@ -235,20 +252,21 @@ class _Motions(NamedTuple):
 
 @np.errstate(all="ignore")
 def _motions(problem: Problem, z: Vector, w: Vector, basic: Mask) -> _Motions | None:
-    """Return how far rounding moves a solution; None if M_BB is singular, and its rank
-    is not clear."""
+    """Return how far rounding of the data moves a solution; None if M_BB is singular
+    with a rank that is not clear.
+    """
     try:
         states = _States(problem.M, basic)
         distances = state_slacks(problem.box, z, w, basic)
         violations = np.where(basic | (distances < 0), w, 0.0)
         changes = _changes(problem, z, violations, basic)
         moves = states.response(changes)
-        # What the solver leaves of the equations is an error of the motions.
+        # The residuals of the linear systems are converted to errors of the motions.
         errors = _sizes(states.response(states.residual(changes, moves)))
     except (SingularMatrix, ValueError):
         return None
     sizes = _sizes(moves)
-    # Of a number that does not move, as a multiplier that is 0, it is all there is.
+    # A component that does not move, as a multiplier of 0, has only this error.
     is_at_rest = (sizes <= 2 * errors).all(axis=0) & (z == 0) & basic
     alone = sizes = np.where(is_at_rest & states.is_regular, 0.0, sizes + errors)
     if not np.isfinite(alone[:, basic]).all():
@@ -259,16 +277,14 @@ def _motions(problem: Problem, z: Vector, w: Vector, basic: Mask) -> _Motions | 
         may_reach_bound = distances <= np.nan_to_num(
             sizes[0] + SAFE * sizes[1], nan=LARGEST_DOUBLE, posinf=LARGEST_DOUBLE
         )
-        # What is 0, and remains so, exchanges nothing; nor does what moves among the
-        # solutions, whose states these are not.
+        # A number that is 0 and does not move causes no exchange; nor does one that is
+        # not unique, as its basis status is not determined.
         at_bound |= may_reach_bound & np.isfinite(sizes).all(axis=0)
         new = at_bound & ~kinks & sizes.any(axis=0)
         kinks |= new
         if np.count_nonzero(kinks) > MAX_KINKS:
-            may_reach_bound, sizes = (
-                np.ones(z.size, dtype=bool),
-                np.full_like(sizes, np.inf),
-            )
+            may_reach_bound = np.ones(z.size, dtype=bool)
+            sizes = np.full_like(sizes, np.inf)
             break
         if not new.any():
             break
@@ -284,8 +300,10 @@ def _motions(problem: Problem, z: Vector, w: Vector, basic: Mask) -> _Motions | 
 
 
 def _changes(problem: Problem, z: Vector, violations: Vector, basic: Mask) -> Vector:
-    """Return what is added to w: the violations, and samples of the rounding of the
-    data; shape (n, 1 + SAMPLES)."""
+    """Return the changes of w whose effects are computed, shape (n, 1 + SAMPLES): the
+    violations in the first column, then random samples of the rounding errors of the
+    data.
+    """
     M = problem.M
     squares = M.power(2) @ z**2 if is_sparse(M) else np.einsum("ij,ij,j->i", M, M, z**2)
     random = np.empty((z.size, SAMPLES))
@@ -297,11 +315,11 @@ def _changes(problem: Problem, z: Vector, violations: Vector, basic: Mask) -> Ve
 
 
 class _Exchanges:
-    """The motions with parts F of the kinks P exchanged: the other number y_k of each
-    pair moves then, by as much as keeps this one at its bound, or at 0.
+    """The motions if subsets F of the kinks P are exchanged: the other number y_k of
+    each pair then moves by as much as keeps this number at its bound, or at 0.
 
-    free : the z_i that differ among the solutions near z, as far as such exchanges show
-        it, shape (n,).
+    free : the z_i that such exchanges show to differ among the solutions close to z,
+        shape (n,).
     """
 
     def __init__(
@@ -314,30 +332,33 @@ class _Exchanges:
         at_bound: Mask,
     ) -> None:
         basic, box, P = states.basic, problem.box, np.flatnonzero(kinks)
-        # The changes of q that stand for w_i = 1 for i in B, and for z_i = 1 elsewhere.
+        # The changes of q that have the effect of w_i = 1 for i in B, and of z_i = 1
+        # otherwise.
         identity = np.equal.outer(np.arange(z.size), P).astype(float)
         columns = np.where(basic[P], -identity, matrices.dense(problem.M[:, P]))
         effects = states.response(columns)
-        # In units of w_i and z_i, as numbers of both kinds are compared.
+        # Both w_i and z_i are scaled by R and C, as they are compared.
         R, C = problem.units.diagonals()
         self._units = np.where(basic, C, 1 / R)[:, np.newaxis]
         of_y = np.where(basic, 1 / R, C)[P]
         effects *= of_y / self._units
-        # What may be rounding of 0; of an ill-conditioned M_BB anything may be.
+        # Effects below this are rounding errors of 0. If M_BB is ill-conditioned, no
+        # threshold would separate them.
         rounding = z.size * ROW_ROUNDING if states.is_regular else 0.0
         self._noise = rounding * np.abs(effects).max(axis=0)
         self._effects = np.where(np.abs(effects) <= self._noise, 0.0, effects)
-        # With equations that follow from others, y_P may contradict them.
+        # If equations are dependent, y_P may make them inconsistent.
         self._contradictions = states.contradictions(columns)
         self._moves = moves / self._units
         self._P, self._basic, self._at_bound = P, basic, at_bound
-        # At which of its bounds each number is: neither may fall, or rise.
+        # 1 if a number is closer to its lower bound, and may not decrease; else -1.
         self._signs = np.where(box.upper - z < z - box.lower, -1.0, 1.0)
         self.free = np.zeros(z.size, dtype=bool)
 
     def largest_sizes(self) -> Vector:
-        """Return the largest sizes of the motions, with the basis as it is and with
-        parts of the kinks exchanged."""
+        """Return the largest motions over the basis itself and all exchanges of subsets
+        of kinks.
+        """
         largest, singular = _sizes(self._moves), list[Mask]()
         for part in _parts(self._P.size):
             F, effects = self._P[part], self._effects[:, part]
@@ -349,7 +370,7 @@ class _Exchanges:
             except SingularMatrix:
                 sizes = np.where(effects.any(axis=1), np.inf, 0.0)
                 is_singular = True
-            # A part that contains another singular one shows nothing more.
+            # A subset that contains a singular one yields no further information.
             if is_singular and any(part[other].all() for other in singular):
                 continue
             if is_singular or self._contradictions[:, part].any():
@@ -362,14 +383,15 @@ class _Exchanges:
         return largest * self._units[:, 0]
 
     def _of_singular(self, part: Mask) -> tuple[Vector, bool] | None:
-        """Return the sizes of the motions with a part F for which T_FF is singular or
-        y_F may contradict equations, infinite where the v with T_FF v = 0 that do not
-        move a number, and whether there are any, and see whether they lead to other
-        solutions; None if the rank is not clear."""
+        """Return the motions for a subset F for which T_FF is singular, or y_F may make
+        equations inconsistent, and whether there are v != 0 with T_FF v = 0; components
+        that such a v moves have infinite motions. Also record the components that
+        differ among the solutions on these v. None if the rank is not clear.
+        """
         F, effects = self._P[part], self._effects[:, part]
         noise = F.size * self._noise[part].max()
         others = self._contradictions[:, part]
-        # Both on one scale; where nothing else moves, contradictions still count.
+        # Effects and contradictions are made comparable in size.
         scale = np.abs(effects).max() or 1.0
         T = np.vstack((effects[F], others * scale))
         left, values, right = np.linalg.svd(finite(T))
@@ -389,9 +411,13 @@ class _Exchanges:
         return sizes, rank < F.size
 
     def _record_other_solutions(self, F: Indices, v: Vector, motion: Vector) -> None:
-        """See whether y_F = v leads to other solutions, on one side of 0 or the other;
-        this moves numbers that are not exchanged."""
-        # Also of numbers that rounding does not move: those that are 0 in the data.
+        """Record the components that are not unique if y_F = s v satisfies all sign
+        conditions for small s > 0 or for small s < 0.
+
+        motion : how v moves the numbers that are not exchanged.
+        """
+        # This includes numbers that rounding does not move, as those that are 0 in the
+        # data.
         at_bound = (motion * self._signs)[self._at_bound]
         others = np.where(np.abs(v) > F.size * ROW_ROUNDING, v, 0.0) * self._signs[F]
         for side in (1.0, -1.0):
@@ -401,8 +427,10 @@ class _Exchanges:
 
 
 def _parts(count: int) -> Mask:
-    """Return rows that select all parts of a few kinks; of many, all, each one, all
-    others, and RANDOM_PARTS more."""
+    """Return masks of subsets of the kinks as rows: all nonempty ones if there are few
+    kinks; otherwise the whole set, each single kink, each complement of one, and
+    RANDOM_PARTS random subsets.
+    """
     if count <= MAX_COMBINED:
         return (np.arange(1, 2**count)[:, np.newaxis] >> np.arange(count)) % 2 > 0
     each = np.eye(count, dtype=bool)
@@ -412,14 +440,16 @@ def _parts(count: int) -> Mask:
 
 
 def _sizes(moves: Vector) -> Vector:
-    """Return the motion by the error of w and the standard deviation of that by
-    rounding, shape (2, n)."""
+    """Return the size of the motion by the error of w, and the standard deviation of
+    the motion by rounding, shape (2, n).
+    """
     return np.stack((np.abs(moves[:, 0]), np.sqrt(np.mean(moves[:, 1:] ** 2, axis=1))))
 
 
 def state_slacks(box: Box, z: Vector, w: Vector, basic: Mask) -> Vector:
-    """Return how far each component is from violating the condition of its state;
-    infinite if it is fixed."""
+    """Return the distance of each component from violating the condition of its basis
+    status; infinite if l_i = u_i.
+    """
     return np.where(
         box.fixed,
         np.inf,
@@ -429,8 +459,9 @@ def state_slacks(box: Box, z: Vector, w: Vector, basic: Mask) -> Vector:
 
 @lru_cache(maxsize=8)
 def signs(n: int, samples: int = SAMPLES) -> Vector:
-    """Return columns of signs, shape (n, samples), that look random but are the same
-    each time; not to be changed."""
+    """Return columns of pseudo-random signs, shape (n, samples), the same at each call;
+    the array must not be modified.
+    """
     return np.sign(
         np.sin(np.outer((np.arange(n) + 1.0) ** 2, np.arange(samples) + 1.234))
     )

@@ -1,5 +1,5 @@
-"""Exact solutions of linear systems near given doubles, proved to exist by floats with
-bounds on their rounding.
+"""Exact solutions of linear systems close to floating-point ones, proved to exist in
+floating-point arithmetic with bounds on the rounding errors.
 
 If R is an approximate inverse of B with |I - R B| <= a < 1 in the maximum norm, B is
 nonsingular, and the c with B c = -g has |c| <= |R g| + a |c|: S. M. Rump, Verification
@@ -8,14 +8,15 @@ methods: rigorous results using floating-point arithmetic, Acta Numerica 19 (201
 Jansson, Computational experience with rigorous error bounds for the Netlib linear
 programming library, Reliable Computing 12 (2006) 303-321.
 
-For a solution near a z, with the basic variables B of z and the others at their bounds,
-M_BB z*_B = -(q + M z_N)_B has one solution if M_BB is regular. One correction of z_B,
-kept apart from it as doubles near z_B may not hold it, leaves a small residual g. An
-M_BB without positive entries off its diagonal has a nonnegative inverse if some v > 0
-has M_BB v > 0 (A. Berman and R. J. Plemmons, Nonnegative Matrices in the Mathematical
-Sciences, 1979, theorem 6.2.3); then the correction is off by at most t v if |g| <= t
-M_BB v. Any other M_BB takes an approximate inverse (see `enclosure`). If the signs of
-z*_B and w*_N are right within these bounds, z* solves the problem.
+For a solution z* close to a z, with the basic variables B of z and the others at their
+bounds, M_BB z*_B = -(q + M z_N)_B has a unique solution if M_BB is nonsingular. One
+correction of z_B, stored separately as z_B plus the correction may not be
+representable, leaves a small residual g. An M_BB without positive entries off its
+diagonal has a nonnegative inverse if some v > 0 has M_BB v > 0 (A. Berman and R. J.
+Plemmons, Nonnegative Matrices in the Mathematical Sciences, 1979, theorem 6.2.3); the
+correction then has an error of at most t v if |g| <= t M_BB v. Any other M_BB needs an
+approximate inverse. If the signs of z*_B and w*_N are right within these bounds, z*
+solves the problem.
 """
 
 from __future__ import annotations
@@ -46,15 +47,16 @@ from lcpcli.verify.measure import FEW_UNKNOWNS
 if TYPE_CHECKING:
     from lcpcli.verify.definite_enclosure import Enclosed
 
-# Equations, and their square times the unknowns: a second or so.
+# Limits on the equations, and on their square times the unknowns: about a second.
 LARGEST_ENCLOSED, MAX_WORK = 1000, 2e9
-# A last pivot below this times the first one: the equations may depend on each other.
+# If the last pivot is below this times the first one, the equations may be dependent.
 DEPENDENT = 1e-10
 
 
 def is_enclosable(equations: int, unknowns: int) -> bool:
-    """Return whether so many equations may have an enclosure, which takes at most a
-    second or so."""
+    """Return whether a system of this size is small enough for an enclosure, which then
+    takes at most about a second.
+    """
     return (
         equations <= min(unknowns, LARGEST_ENCLOSED)
         and equations**2 * unknowns <= MAX_WORK
@@ -64,10 +66,9 @@ def is_enclosable(equations: int, unknowns: int) -> bool:
 @np.errstate(all="ignore")
 def enclosure(G: Vector, y: Vector) -> Vector | None:
     """Return d >= 0, such that some y' with |y' - y| <= d has G y' = 0 exactly; None if
-    that is not shown.
+    that is not proved.
 
-    G : dense, of shape (k, n). Only k entries of y change, by preference the large
-        ones.
+    G : dense, of shape (k, n). Only k entries of y change, preferably large ones.
     """
     d = np.zeros(y.size)
     if not G.shape[0]:
@@ -75,7 +76,7 @@ def enclosure(G: Vector, y: Vector) -> Vector | None:
     if not is_enclosable(*G.shape) or not np.isfinite(G).all():
         return None
     rows, columns = _units(np.abs(G).max(axis=1)), 1 / _units(np.abs(y))
-    # Of powers of two, so that nothing is rounded.
+    # rows and columns are powers of two, so that nothing is rounded.
     G = rows[:, np.newaxis] * G * columns
     with imports:
         from scipy.linalg import qr
@@ -99,8 +100,10 @@ def _units(sizes: Vector) -> Vector:
 
 
 def regular_change(B: Vector, size: Vector) -> Vector:
-    """Return a bound on |c|, where B c = -g with |g| <= size; infinite if none is
-    found. It is compiled as well."""
+    """Return a bound on |c| for B c = -g with |g| <= size, whatever the rounding
+    errors; infinite if B is not proved to be nonsingular. The function is compiled as
+    well.
+    """
     k, nothing = size.size, np.full(size.size, np.inf)
     try:
         R = np.ascontiguousarray(np.linalg.inv(B))
@@ -115,10 +118,11 @@ def regular_change(B: Vector, size: Vector) -> Vector:
 
 
 def open_signs(M: Vector, q: Vector, B: Indices, z: Vector, digits: float) -> Mask:
-    """Return where rounding may decide w_i >= 0 for the exact solution, of an LCP with
-    dense M, that has the same basic variables B as z: nowhere else. All entries are
-    True where that solution is not shown to exist within `digits`, relatively, of each
-    z_i. It takes doubles alone, and is compiled as well."""
+    """Return where rounding errors may hide the sign of w_i for the exact solution with
+    the basic variables B of z, of an LCP with dense M. All entries are True if that
+    solution is not proved to exist within a relative distance `digits` of each z_i. It
+    uses floating-point arithmetic only, and is compiled as well.
+    """
     y, columns = z[B], M[:, B]
     sizes, w = np.abs(columns), columns @ y + q
     terms = sizes @ y + np.abs(q)
@@ -138,21 +142,22 @@ def open_signs(M: Vector, q: Vector, B: Indices, z: Vector, digits: float) -> Ma
 
 
 TOO_LARGE = (
-    f"its {{}} basic variables are more than the {LARGEST_ENCLOSED} of a system "
-    "that is enclosed"
+    "no rigorous bounds are computed for its {} basic variables (the limit is "
+    f"{LARGEST_ENCLOSED})"
 )
-SINGULAR = "the matrix of its basic variables is not shown to be regular"
+SINGULAR = "the matrix of its basic variables is not proved to be nonsingular"
 WIDE = "rounding of this system changes z by more than the tolerance"
 SIGNS = "rounding decides the sign of component {}"
 
 
 @np.errstate(all="ignore")
 def fault(problem: Problem, z: Vector, tol: float, rounding: float = 0.0) -> str:
-    """Return why no solution is shown to exist that has the states of an admissible z,
-    shape (n,), and differs from it by at most tol in each component, relative to z_i
-    and to its distance from the reference point; "" if one is.
+    """Return why no solution is proved to exist that has the basis of z, shape (n,) and
+    within its bounds, and differs from it by at most tol in each component, relative to
+    both |z_i| and its distance from the reference point; "" if one is.
 
-    rounding : as in `distances`."""
+    rounding : as in `distances`.
+    """
     distance = np.minimum(np.abs(z), np.abs(problem.from_reference(z)))
     return distances(problem, z, rounding, tol * distance)[1]
 
@@ -164,14 +169,14 @@ def distances(
     rounding: float = 0.0,
     largest: Vector | float = np.inf,
 ) -> tuple[Vector, str]:
-    """Return bounds on the distances of an admissible z, shape (n,), from the basic
-    solution of its states, and why that is not shown to be a solution, or not to be so
-    near; "" if it is.
+    """Return bounds on the distances of z, shape (n,) and within its bounds, from the
+    basic solution of its basis; and why that is not proved to be a solution within the
+    distances `largest`, "" if it is.
 
-    rounding : of the entries of M and q, relative: one is shown to exist for all
-        problems whose entries differ by so much; if it is not 0, only for an M_BB
-        without positive entries off its diagonal.
-    largest : how large the distances may be.
+    rounding : if it is not 0, a solution is proved to exist for all problems whose
+        entries of M and q differ by at most this, relatively; this is possible only if
+        M_BB has no positive entries off its diagonal.
+    largest : the largest distances allowed.
     """
     if may_be_stiff(problem.M) and not rounding:
         with imports:
@@ -195,10 +200,8 @@ def distances(
             correction = solver.factorized(block)(-w[B])
         except (SingularMatrix, OverflowError, ValueError):
             return change + np.inf, SINGULAR
-        residual, sizes = (
-            w[B] + product(block, correction),
-            np.abs(w[B]) + absolute_product(block, np.abs(correction)),
-        )
+        residual = w[B] + product(block, correction)
+        sizes = np.abs(w[B]) + absolute_product(block, np.abs(correction))
         bound = (
             np.abs(residual)
             + error[B]
@@ -229,18 +232,19 @@ def distances(
 
 
 def is_stable(problem: Problem, z: Vector) -> bool:
-    """Return whether there is a solution for all entries of M and q that differ by
-    their rounding from those of a problem with an exact solution near z. A proof of the
-    contrary would be one for other entries that differ by up to n EPS."""
+    """Return whether there is a solution for all entries of M and q that differ by n
+    EPS, relatively, from those of a problem with an exact solution close to z. A proof
+    of infeasibility up to rounding would be one for such entries.
+    """
     if is_surely_definite(problem):
         return True
     return not fault(problem, z, np.inf, problem.n * EPS)
 
 
 def is_surely_definite(problem: Problem) -> bool:
-    """Return whether M + M' of a narrow band is shown to be positive definite, also for
-    other entries that are rounded to those of M: then there is a solution for all of
-    them."""
+    """Return whether M + M' of a narrow band is proved to be positive definite for all
+    entries that are rounded to those of M: each such problem then has a solution.
+    """
     if not may_be_stiff(problem.M):
         return False
     with imports:
@@ -251,8 +255,9 @@ def is_surely_definite(problem: Problem) -> bool:
 def _distances_from(
     problem: Problem, z: Vector, largest: Vector | float, solution: Enclosed
 ) -> tuple[Vector, str]:
-    """Return what `distances` does, for the enclosed basic solution of the states of
-    z."""
+    """Return the distances and the reason of `distances` for an enclosed basic solution
+    of the basis of z.
+    """
     box, basis = problem.box, problem.box.basis_at(z)
     moved = np.abs((solution.z - z).high) * (1 + EPS) + solution.z_error
     if (moved > largest).any():
@@ -263,7 +268,7 @@ def _distances_from(
     wrong = np.where(basis == LOWER, solution.w < solution.w_error, False)
     wrong |= (basis == UPPER) & (-solution.w < solution.w_error)
     wrong &= ~box.fixed
-    # Of sums of two doubles
+    # z and the bounds are subtracted in double-double arithmetic.
     error = 2 * solution.z_error + EPS**1.9 * np.abs(z)
     wrong |= basic & has_low & ~((solution.z - low).high > error)
     wrong |= basic & has_high & ~((solution.z - high).high < -error)
@@ -271,8 +276,10 @@ def _distances_from(
 
 
 def _repeat(problem: Problem, z: Vector, rows: Mask, others: Indices) -> bool:
-    """Return whether w is 0 in these rows as it is in others, which differ but by the
-    sign in the columns of z."""
+    """Return whether each of these rows equals plus or minus one of the basic rows
+    `others` in the columns in which z is not 0, and in q: w is then exactly 0 there, as
+    in the basic row.
+    """
     M = np.column_stack((dense(problem.M)[:, z != 0], problem.q))
     known_rows = np.concatenate((M[others], -M[others]))
     return all((known_rows == row).all(axis=1).any() for row in M[rows])
@@ -282,8 +289,10 @@ def _change(
     block: Matrix, terms: Vector, sizes: Vector, bound: Vector, rounding: float
 ) -> Vector:
     """Return a bound on |c| for M_BB c = -g, |g| <= bound, whatever the rounding of
-    M_BB; infinite if none is found.
-    terms, sizes : those of rows and columns of M_BB."""
+    M_BB; infinite if none is proved.
+
+    terms, sizes : magnitudes of the rows and of the columns of M_BB.
+    """
     if matrices.has_no_positive_links(block):
         with suppress(SingularMatrix, OverflowError, ValueError):
             v = np.abs(PrincipalSolver(block).factorized(block)(terms))
@@ -303,13 +312,15 @@ def _change(
 
 
 def _width(M: Matrix) -> int:
-    """Return an upper bound on the terms that a row of M adds up, and a few more."""
+    """Return an upper bound on the number of terms in a row of M z, plus 4 for other
+    operations.
+    """
     max_terms = int(np.diff(M.indptr).max(initial=0)) if is_sparse(M) else M.shape[1]
     return max_terms + 4
 
 
 def _underflow(M: Matrix, z: Vector) -> Vector | float:
-    """Return how much products that underflow may leave of each row of M z."""
+    """Return a bound on the error by underflow of products in each row of M z."""
     return (
         4 * SMALLEST_NORMAL * matrices.products(M, z)
         if matrices.may_underflow(M, z)

@@ -1,5 +1,5 @@
-"""Rigorous bounds on the distance of any z from the solution, for the data in doubles,
-rounding errors included; and proofs that M is in the classes that have them:
+"""Rigorous bounds on the distance of any z from the solution of the problem as stored,
+rounding errors included; and proofs that M is in a class that has such bounds:
 H+-matrices, by a scaling u, and positive definite ones, by factors.
 
 X. Chen and S. Xiang, Computation of error bounds for P-matrix linear complementarity
@@ -31,13 +31,13 @@ sigma) <= 0, and as rho'T sigma >= 0,
 
     e'T M e <= g'e    with    g = T sigma + M'T rho.
 
-With bounds, y lies within them and v has the signs that they ask for at y: at l_i, v_i
+With bounds, y lies within them and v has the signs required at y: at l_i, v_i
 = max(w_i, 0); at u_i, v_i = min(w_i, 0); elsewhere y_i = mid(l, u, z)_i and v_i = 0.
 The rest is the same.
 
 So if the symmetric part of T M has smallest eigenvalue lambda > 0, |e|_2 <= |g|_2 /
-lambda, which for T = I is at most Pang's (1 + |M|_2) |min(z, w)|_2 / lambda. The bound
-is applied in units in which T M has a diagonal near 1, and around the centre of the
+lambda, which for T = I is at most Pang's (1 + |M|_2) |min(z, w)|_2 / lambda. It
+is applied after scaling T M to a diagonal of about 1, and around the centre of the
 ellipsoid, c = S^-1 g / 2 for the symmetric part S: f = e - c has f'S f <= (g - 2 S c)'f
 + c'(g - S c) for every c, so that c may be rounded. lambda is verified by Cholesky's
 factorization of the shifted matrix, which runs to completion only if no eigenvalue is
@@ -89,21 +89,23 @@ from lcpcli.model.changes import scale
 from lcpcli.model.problem import Problem
 from lcpcli.typing import Matrix, Vector, VectorLike
 
-# Of the diagonal: none, or one far above rounding, so that d passes the exact check,
-# and small beside most margins.
+# Fractions of the diagonal that are subtracted before d is computed: 0, then one far
+# above rounding errors, so that d passes the exact check, but small compared with most
+# margins.
 SLACKS = 0.0, 2.0**-30
-# Added to the Laplacian of the least-squares problem, which is singular.
+# The Laplacian of the least-squares problem is singular; this makes it regular.
 SCALING_RIDGE = 1e-9
-# Far more than are needed where rows have been multiplied by numbers.
+# Far more steps than needed if rows of a balanced matrix have been scaled.
 BALANCING_STEPS = 50
-# binary; matrices with entries further from 1 are left undecided, as products might
-# overflow.
+# Matrices whose diagonal exceeds 2^+-400 after taking roots are not decided, as
+# products might overflow.
 LARGEST_EXPONENT = 400
-KRYLOV_STEPS = 2000  # at most: the scaling found by then is verified in any case
+# The limit on the steps: the scaling computed by then is verified in any case.
+KRYLOV_STEPS = 2000
 
 Proof: TypeAlias = "tuple[bool, Vector | None]"
-"""Whether S is proved to be positive definite; if not, a v, shape (n,), that may have
-v'Sv <= 0, or None."""
+"""Whether S is proved to be positive definite; and if not, a v, shape (n,), that may
+have v'Sv <= 0, or None."""
 
 
 def scaling(
@@ -113,9 +115,12 @@ def scaling(
     slacks: tuple[float, ...] = SLACKS,
 ) -> Vector | None:
     """Return a d > 0 with <M> d > 0, for M of shape (n, n) with positive diagonal; None
-    if none was found. holds : whether <M> d > 0 is proved for a finite d > 0, as by
-    `lower_image`, or in exact arithmetic. check : called between steps; it may raise
-    TimeIsUp. slacks : those with which a d is sought."""
+    if none is found.
+
+    holds : whether <M> d > 0 is proved for a finite d > 0, by `lower_image` or in exact
+        arithmetic. check : called between steps; it may raise TimeIsUp. slacks : the
+        slacks with which a d is computed.
+    """
     candidates = _candidates(matrices.comparison(M), check, slacks)
     return next(
         (d for d in candidates if np.isfinite(d).all() and (d > 0).all() and holds(d)),
@@ -136,23 +141,23 @@ def lower_image(M: Matrix, diagonal: Vector, d: Vector) -> Vector:
 
 
 def factor(terms: int) -> float:
-    """Return gamma_k = k u / (1 - k u), the relative error of a sum of k products, and
-    of a few operations more."""
+    """Return an upper bound on gamma_k = k u / (1 - k u), the relative error of a sum
+    of k products (Higham, chapter 3), with a margin of 16 for further operations.
+    """
     return (terms + 16) * EPS
 
 
 def _candidates(
     C: Matrix, check: Callable[[], None], slacks: tuple[float, ...]
 ) -> Iterator[Vector]:
-    """Yield candidates for d: C d = L 1 or, where d varies widely, (C - slack L) d = L
-    1."""
+    """Yield candidates for d: the solution of C d = L e, or, if d varies widely, of (C
+    - slack L) d = L e, with L the diagonal of C.
+    """
     diagonal, direct = C.diagonal(), affordable(C)
     for slack in slacks:
         check()
-        A, all_of_it = (
-            matrices.plus_diagonal(C, -slack * diagonal) if slack else C,
-            np.arange(diagonal.size),
-        )
+        A = matrices.plus_diagonal(C, -slack * diagonal) if slack else C
+        all_of_it = np.arange(diagonal.size)
         d = np.full(diagonal.size, np.nan)
         with (
             np.errstate(over="ignore", invalid="ignore", divide="ignore"),
@@ -167,6 +172,8 @@ def _candidates(
 
 
 def _krylov(C: Matrix, diagonal: Vector, check: Callable[[], None]) -> Vector:
+    """Return an approximate solution d of C d = L e by a Krylov method."""
+
     def multiply(v: Vector) -> Vector:
         check()
         return product(C, v)
@@ -184,9 +191,10 @@ def _krylov(C: Matrix, diagonal: Vector, check: Callable[[], None]) -> Vector:
 
 
 def proof_of_definiteness(S: Matrix) -> Proof:
-    """Return the proof for an affordable S of shape (n, n), with positive diagonal,
-    symmetric up to rounding, which is first scaled by powers of two to a diagonal near
-    1."""
+    """Return whether S is proved to be positive definite, for an affordable S of shape
+    (n, n) with positive diagonal, symmetric up to rounding; S is first scaled by powers
+    of two to a diagonal of about 1.
+    """
     power = -half_power(S.diagonal())
     if np.abs(power).max() > LARGEST_EXPONENT:
         return False, None
@@ -201,9 +209,12 @@ def proof_of_definiteness(S: Matrix) -> Proof:
 
 
 def semidefinite_within(S: Matrix) -> float | None:
-    """Return a d, at the level of rounding, with which S + d diag(S) is proved to be
-    positive semidefinite, so that S is if its diagonal changes by as much, relatively;
-    None if there is none. S : affordable, of shape (n, n), symmetric up to rounding."""
+    """Return a d, at the level of rounding errors, such that S + d diag(S) is proved to
+    be positive semidefinite: S is semidefinite after a relative change d of its
+    diagonal. None if there is no such proof.
+
+    S : affordable, of shape (n, n), symmetric up to rounding.
+    """
     rows = np.flatnonzero(matrices.row_maxima(S))
     S = S[rows][:, rows]
     diagonal = S.diagonal()
@@ -228,10 +239,11 @@ def semidefinite_within(S: Matrix) -> float | None:
 
 @np.errstate(all="ignore")
 def semidefinite_by_rounding(M: Matrix) -> float | None:
-    """Return the d of `semidefinite_within` for M + M', if entries of M from which it
-    has its own are rounded numbers, and M + M' is not proved to be positive definite:
-    whether M is positive definite, semidefinite, or indefinite then is a matter of
-    rounding, as of a covariance or a product A'A. None for other M."""
+    """Return the d of `semidefinite_within` for M + M' if entries of M are rounded
+    numbers and M + M' is not proved to be positive definite; None for other M. Whether
+    such an M is positive definite, semidefinite or indefinite depends on rounding
+    errors of its data, as for a covariance matrix or a product A'A.
+    """
     with imports:
         from lcpcli.rational.numbers import are_rounded
     S = M + M.T
@@ -248,6 +260,9 @@ def semidefinite_by_rounding(M: Matrix) -> float | None:
 
 
 def _dense(A: Vector) -> Proof:
+    """Return whether a dense A with a diagonal of about 1 is proved to be positive
+    definite; if Cholesky's method fails at a pivot, v is the direction of that
+    pivot."""
     if _is_factorized(A, _lost(A)):
         return True, None
     with imports:
@@ -264,8 +279,9 @@ def _dense(A: Vector) -> Proof:
 
 def row_scalings(M: Vector) -> Iterator[Vector]:
     """Yield diagonals T > 0 of shape (n,) for which T M may be positive definite, for a
-    dense M with positive diagonal; with NaN where numbers overflow. All solutions of a
-    problem stay what they are."""
+    dense M with positive diagonal; with NaN if numbers overflow. Scaling the rows of a
+    problem does not change its solutions.
+    """
     for proposed in (_symmetrising, _balanced):
         with np.errstate(all="ignore"):
             T = proposed(M)
@@ -283,8 +299,9 @@ def _symmetrising(M: Vector) -> Vector:
 
 
 def _balanced(M: Vector) -> Vector:
-    """Return d > 0 for which rows of diag(d) M have about the norms of columns; NaN
-    where numbers overflow."""
+    """Return d > 0 for which each row of diag(d) M has about the norm of the column of
+    the same index; NaN if numbers overflow.
+    """
     d = np.ones(len(M))
     for _ in range(BALANCING_STEPS):
         scaled = d[:, None] * M
@@ -294,7 +311,8 @@ def _balanced(M: Vector) -> Vector:
 
 def least_eigenvalue(S: Vector) -> float | None:
     """Return a positive lower bound on the smallest eigenvalue of a dense symmetric S
-    with entries near 1 or smaller, each rounded once; None if none is proved."""
+    with entries of about 1 or smaller, each rounded once; None if none is proved.
+    """
     if (estimate := _called(lambda: np.linalg.eigvalsh(S)[0], S)) is None:
         return None
     lost = _lost(S)
@@ -307,8 +325,9 @@ def least_eigenvalue(S: Vector) -> float | None:
 
 
 def _lost(A: Vector) -> float:
-    """Return a bound on how far below 0 eigenvalues of A may be if its Cholesky
-    factorization is completed."""
+    """Return a bound delta such that all eigenvalues of A are at least -delta if its
+    Cholesky factorization in floating-point arithmetic runs to completion (Rump 2006).
+    """
     n = len(A)
     return (
         2 * (n + 4) * EPS * float(np.trace(A))
@@ -326,16 +345,20 @@ def _is_factorized(A: Vector, shift: float) -> bool:
 
 
 def _called(call: Callable[[], Any], A: Vector) -> Any:
-    """Return the value of a call of some n^3 operations, interruptible if these take
-    longer than a thread, or None."""
+    """Return the result of a function that takes about n^3 operations, called in an
+    interruptible thread if A is large; None if it raises SingularMatrix.
+    """
     with suppress(SingularMatrix):
         return interruptibly(call) if A.shape[0] > MAX_NUMPY_ROWS else call()
 
 
 def _sparse(A: Matrix, rounding: float) -> Proof:
+    """Return whether a sparse A, with errors of norm up to `rounding`, is proved to be
+    positive definite; otherwise also a direction in which it may not be."""
     proved, v = _by_doubles(A, rounding)
     if not proved:
-        # A narrow band may be definite by less than doubles can tell.
+        # A narrow band may be positive definite with eigenvalues below the rounding
+        # errors of double precision.
         with imports:
             from lcpcli.verify.definite_enclosure import SHIFT, least_eigenvalue
         if least_eigenvalue(A, None, SHIFT + rounding + 4 * EPS) > 0:
@@ -344,6 +367,7 @@ def _sparse(A: Matrix, rounding: float) -> Proof:
 
 
 def _by_doubles(A: Matrix, rounding: float) -> Proof:
+    """Return the result of `_sparse` by factors of A - c I in double precision."""
     n = A.shape[0]
     for shift in (2.0**-20, 2.0**-32):
         try:
@@ -356,8 +380,9 @@ def _by_doubles(A: Matrix, rounding: float) -> Proof:
 
 
 def _error(lu: Any, n: int) -> float:
-    """Return a bound on |S - c I - L D L'| in the maximum norm, for factors computed
-    without row interchanges."""
+    """Return a bound on |S - c I - L D L'| in the maximum norm, for factors of S - c I
+    computed without row interchanges.
+    """
     L, U = lu.L.tocsr(), lu.U.tocsr()
     D = U.diagonal()
     gamma = 2 * (n + 4) * EPS
@@ -374,7 +399,8 @@ def _error(lu: Any, n: int) -> float:
 
 def _direction(lu: Any, n: int) -> Vector | None:
     """Return v with L'v = e_k in the order of elimination, for which v'Sv is about the
-    k-th pivot, the smallest one."""
+    k-th pivot, where k has the smallest one.
+    """
     if not np.array_equal(lu.perm_r, lu.perm_c):
         return None
     with imports:
@@ -392,38 +418,38 @@ Distances: TypeAlias = Callable[[Vector, Vector], Vector]
 """Bounds on each |z - z*|_i, from z and w."""
 
 Theorem = Callable[..., float]
-"""An upper bound on |z - z*|_inf, possibly infinite, from z in range and w = M z + q
-with relative errors up to EPS; where M is definite also from bounds on other errors of
-w, whatever the signs of these are."""
+"""A function that returns an upper bound on |z - z*|_inf, possibly infinite, for z in
+range and w = M z + q with relative errors up to EPS; for positive definite M it also
+takes bounds on further errors of w."""
 
-H_PLUS, DEFINITE = (
-    "Chen and Xiang 2006, M is H+",
-    "Mathias and Pang 1990, M is positive definite",
-)
-# Products of two entries neither overflow nor underflow.
+H_PLUS = "Chen and Xiang 2006, M is H+"
+DEFINITE = "Mathias and Pang 1990, M is positive definite"
+# Products of two numbers in this range neither overflow nor underflow.
 LARGEST_ENTRY, SMALLEST_ENTRY = 2.0**450, 2.0**-450
 # Unknowns up to which a sparse M is converted to dense, for factors in a few seconds.
 MAX_DENSIFIED = 2000
-# Of T and of the units, so that products of these with M neither overflow nor
-# underflow.
+# Limit on T and on the scaling factors, so that their products with M neither overflow
+# nor underflow.
 LARGEST_UNIT = 2.0**250
-SLOW_JACOBI = 0.9  # the rate above which Jacobi's iteration is too slow
-JACOBI_STEPS = 60  # which reduce the error by 0.9^60 = 0.002 at least
-# After which the matrix counts as ill-conditioned and is factorized.
+SLOW_JACOBI = 0.9  # convergence rate above which Jacobi's iteration is too slow
+JACOBI_STEPS = 60  # they reduce the error at least by the factor 0.9^60 = 0.002
+# Steps after which the matrix is considered ill-conditioned and is factorized.
 BICGSTAB_STEPS = 100
 BICGSTAB_TARGET = 1e-8  # relative to the right-hand side: u needs only a few digits
 
 
 def in_range(A: Matrix, smallest: float = 0.0) -> bool:
-    """Return whether all entries are at most LARGEST_ENTRY, and those that are not zero
-    at least `smallest`."""
+    """Return whether all |entries| are at most LARGEST_ENTRY, and all nonzero ones at
+    least `smallest`.
+    """
     smallest_entry, largest = sizes(A.data if is_sparse(A) else A)
     return largest <= LARGEST_ENTRY and smallest_entry >= smallest
 
 
 def residual(problem: Problem, z: Vector) -> Vector | None:
-    """Return M z + q to a relative error of EPS in each row, for M in range; None if z
-    or this is out of range."""
+    """Return M z + q with a relative error of at most EPS in each row, for M in range;
+    None if z or the result is out of range.
+    """
     with suppress(OverflowError, ValueError):
         if in_range(z) and in_range(w := -accurate_residual(problem.M, z, -problem.q)):
             return w
@@ -431,8 +457,9 @@ def residual(problem: Problem, z: Vector) -> Vector | None:
 
 
 def h_plus_theorem(problem: Problem) -> Theorem | None:
-    """Return a bound on |z - z*|_inf, for M in range with positive diagonal; None if M
-    is not recognized as H+."""
+    """Return a function that bounds |z - z*|_inf, for M in range with positive
+    diagonal; None if M is not proved to be H+.
+    """
     distances = h_plus_distances(problem)
     if distances is None:
         return None
@@ -445,8 +472,9 @@ def h_plus_theorem(problem: Problem) -> Theorem | None:
 
 
 def h_plus_distances(problem: Problem) -> Distances | None:
-    """Return bounds for z and w as in a `Theorem`, for M in range with positive
-    diagonal; None if M is not recognized as H+."""
+    """Return a function that bounds each |z - z*|_i, for M in range with positive
+    diagonal; None if M is not proved to be H+.
+    """
     M, diagonal = problem.M, problem.M.diagonal()
     units = scale(problem)
     scaled_M = units.problem.M
@@ -466,7 +494,7 @@ def h_plus_distances(problem: Problem) -> Distances | None:
             return s
         if solve is None:
             t = (s / gain).max() * u
-            for _ in range(JACOBI_STEPS):  # from above down to nearly <M>^-1 s
+            for _ in range(JACOBI_STEPS):  # t decreases towards <M>^-1 s
                 t = np.maximum(
                     (matrices.absolute_product(M, t) + s) / diagonal - t, 0.0
                 )
@@ -480,9 +508,11 @@ def h_plus_distances(problem: Problem) -> Distances | None:
 
 
 def _scaling(M: Matrix) -> tuple[Vector, Solve | None] | None:
-    """Return a proof that M is H+, with a solver for <M> unless Jacobi's iteration for
-    it converges fast: with B = L - <M>, the ratios (B u)_i / (L u)_i enclose its rate
-    for every u > 0 (Collatz and Wielandt)."""
+    """Return u with <M> u > 0, which proves that M is H+, and a solver for <M>, which
+    is None if Jacobi's iteration converges fast; None if there is no proof. With B = L
+    - <M>, the ratios (B u)_i / (L u)_i enclose the convergence rate for every u > 0
+    (Collatz and Wielandt).
+    """
     e, diagonal = np.ones(M.shape[0]), M.diagonal()
     ratios = matrices.absolute_product(M, e) / diagonal - 1
     if ratios.max() < SLOW_JACOBI:
@@ -495,7 +525,7 @@ def _scaling(M: Matrix) -> tuple[Vector, Solve | None] | None:
 
     with suppress(SingularMatrix):
         C = matrices.comparison(M)
-        if not affordable(C):  # factors take long, so that a proof comes first
+        if not affordable(C):  # factors take long, so that u is computed without them
             u = scaling(M, holds)
             return None if u is None else (u, solver(C))
         solve = PrincipalSolver(C).at(np.arange(e.size))
@@ -510,8 +540,9 @@ def _scaling(M: Matrix) -> tuple[Vector, Solve | None] | None:
 
 
 def solver(A: Matrix) -> Solve:
-    """Return a solver for A with positive diagonal, by BiCGSTAB if sparse and fast,
-    else by factors, if there are."""
+    """Return a solver for A with positive diagonal: BiCGSTAB if A is sparse and it
+    converges fast, otherwise factors.
+    """
     if is_sparse(A):
         inverse = 1 / A.diagonal()
 
@@ -533,10 +564,14 @@ def solver(A: Matrix) -> Solve:
 
 
 def definite_theorems(problem: Problem, has_bound: bool = False) -> dict[str, Theorem]:
-    """Return bounds on |z - z*|_inf, for M in range with positive diagonal, keyed by
-    their sources: with T = I and with a T that makes T M symmetric; unless there is a
-    bound then, with any T for which T M is proved to be positive definite. There are
-    none if M is sparse and large."""
+    """Return functions that bound |z - z*|_inf for M in range with positive diagonal,
+    keyed by their sources: with T = I, and with a T that makes T M symmetric. If
+    neither T M is proved to be positive definite, another T is tested as well. There
+    are none if M is sparse and large.
+
+    has_bound : whether another theorem already has a bound, so that no other T is
+        needed.
+    """
     if is_sparse(problem.M) and problem.n > MAX_DENSIFIED:
         return {}
     M = matrices.dense(problem.M)
@@ -554,8 +589,10 @@ def definite_theorems(problem: Problem, has_bound: bool = False) -> dict[str, Th
 
 
 def _definite_theorem(M: Matrix, T: Vector, box: Box) -> Theorem | None:
-    """Return the bound in the units D in which A = D T M D has a diagonal between 1/2
-    and 2."""
+    """Return a function that bounds |z - z*|_inf by the theorem for T M, after scaling
+    by the D for which A = D T M D has a diagonal between 1/2 and 2; None if T M is not
+    proved to be positive definite.
+    """
     diagonal = M.diagonal()
     D = np.exp2(-half_power(T * diagonal))
     rows = D * T
@@ -599,8 +636,9 @@ def _definite_theorem(M: Matrix, T: Vector, box: Box) -> Theorem | None:
 def _around_centre(
     S: Matrix, min_eigenvalue: float, D: Vector, g: Vector, off: Vector
 ) -> float:
-    """Return a bound on all D_i |e_i|, from the ball around c = S^-1 g / 2 that has e;
-    g has errors up to `off`."""
+    """Return a bound on all D_i |e_i| from the ball around c = S^-1 g / 2 that contains
+    e; g has errors up to `off`.
+    """
     c = 0.5 * np.linalg.solve(S, g)
     image = S @ c
     image_off = (
@@ -618,8 +656,9 @@ def _around_centre(
 
 
 def _norm(v: Vector) -> float:
-    """Return an upper bound on |v|_2, for a largest entry up to LARGEST_ENTRY; it is at
-    least SMALLEST_NORMAL."""
+    """Return an upper bound on |v|_2, for |v_i| up to LARGEST_ENTRY; it is at least
+    SMALLEST_NORMAL.
+    """
     largest = max(float(np.abs(v).max()), SMALLEST_NORMAL)
     normalized = v / largest
     return (
@@ -628,14 +667,16 @@ def _norm(v: Vector) -> float:
     )
 
 
-# Of a basic solution: each gains several digits where the bound is of any use.
+# Refinement steps of a basic solution: each gains several digits unless M is so
+# ill-conditioned that the bound is useless.
 NEIGHBOUR_REFINEMENTS = 3
 
 
 @dataclass(frozen=True)
 class Bound:
-    """|z - z*|_inf <= value, in the problem's units, infinite if unknown; source : the
-    theorem and the class of M."""
+    """|z - z*|_inf <= value, in the scale of the problem's data; infinite if unknown.
+    source : the theorem and the class of M.
+    """
 
     value: float
     source: str
@@ -650,8 +691,9 @@ NO_BOUND = Bound(math.inf, "M is not known to be H+ or positive definite")
 
 
 def takes(problem: Problem) -> bool:
-    """Return whether the theorems apply to a problem with such numbers: its diagonal is
-    positive, and no product of M with distances from the bounds underflows."""
+    """Return whether the theorems apply to a problem: its diagonal is positive, and no
+    product of M with distances from the bounds underflows.
+    """
     bounds = np.concatenate(problem.box.vectors(problem.n))
     return bool(
         in_range(problem.M, SMALLEST_ENTRY)
@@ -708,7 +750,9 @@ def error_bound(problem: Problem, z: VectorLike) -> Bound | None:
 def _claim(
     problem: Problem, theorems: dict[str, Theorem], z: Vector, y: Vector
 ) -> Bound | None:
-    """Return the smallest of the bounds at y, plus the distance from z to y."""
+    """Return the smallest of the bounds on |y - z*|_inf plus |z - y|_inf; None if it is
+    out of range.
+    """
     y = np.where(np.abs(y) < SMALLEST_ENTRY, 0.0, y)
     if (w := residual(problem, y)) is None:
         return None
@@ -725,10 +769,14 @@ def _claim(
 
 
 def _neighbour(problem: Problem, z: Vector) -> Vector | None:
-    """Return a point y near z at which a bound is sharp, as |z - z*| <= |z - y| + |y -
-    z*|: about the basic solution of the states of z - w_i / M_ii, moved within the
-    bounds, which is z* up to rounding if z comes from a solver. With `System.at`, which
-    refines by residuals in doubles, bounds would be up to 20 times as large."""
+    """Return a point y close to z at which a bound is sharp, as |z - z*| <= |z - y| +
+    |y - z*|; None if its linear system is singular.
+
+    It is about the basic solution of the active set at z - w_i / M_ii, projected on the
+    bounds, and is z* up to rounding if z comes from a solver. Its residuals are
+    computed with one rounding: with residuals in double precision, bounds would be up
+    to 20 times as large.
+    """
     basis = problem.box.basis_of(0.5 * (z - problem.w(z) / problem.M.diagonal()))
     y, active = problem.box.nonbasic(basis), np.flatnonzero(basis == BASIC)
     if not active.size:

@@ -1,14 +1,15 @@
-"""The exact solution of the complementary basis of a point near a solution.
+"""The exact solution of a complementary basis suggested by an approximate solution.
 
 With P = {i : z_i > 0}, M_PP z_P = -q_P is solved in rational arithmetic, and the signs
-are checked. If P is not quite right, indices that violate them are flipped as in the
-block principal pivoting of `exchanges`. Where M_PP is singular, an LP finds a vertex of
-the solutions with that set.
+are checked. If P is almost right, indices that violate them are flipped as in block
+principal pivoting (`basis.exchanges`). If M_PP is singular, a linear program computes a
+vertex of the solutions with that set.
 
-In doubles, such a system is solved with iterative refinement, with residuals as if in
+In double precision, such a system is solved by iterative refinement with residuals in
 twice the precision (N. J. Higham, Accuracy and Stability of Numerical Algorithms, 2nd
-ed., SIAM 2002, section 12.1). Even so, rounding z may leave a residual that is not
-small. That such a z is the rounded solution is proved in rational arithmetic.
+ed., SIAM 2002, section 12.1). Even then, rounding z to double precision may leave a
+residual that is not small. Rational arithmetic proves that such a z is the rounded
+solution.
 """
 
 from __future__ import annotations
@@ -42,11 +43,11 @@ from lcpcli.verify.farkas import ACTIVE_COLUMN
 from lcpcli.verify.measure import Measure
 from lcpcli.verify.point import Criterion, Point
 
-# Of exact pivoting, for each initial set: a nearly right one needs a few.
+# Steps of exact pivoting from each basis: a few suffice if it is almost right.
 MAX_EXACT_STEPS = 30
-# Of a linear program, by the seconds that so many iterations usually take.
+# Limit on the linear program, in seconds that its iterations usually take.
 VERTEX_EFFORT = 2.0
-MAX_SOLVED_EXACTLY = 700  # positive components: a minute at worst
+MAX_SOLVED_EXACTLY = 700  # basic variables: a minute at worst
 
 
 def from_point(
@@ -56,8 +57,9 @@ def from_point(
     max_basic: int = MAX_SOLVED_EXACTLY,
 ) -> list[Fraction] | None:
     """Return the exact solution with the complementary basis of an approximate z, shape
-    (n,), or of one near it if its signs are wrong; None if none was found with this
-    effort, or more than `max_basic` components are solved for."""
+    (n,), or with one that pivoting from it leads to; None if none is found within this
+    effort, or more than `max_basic` variables are basic.
+    """
     effort = effort or Effort()
     for basis in _bases(data.problem, z):
         if (solution := _by_pivoting(data, basis, effort, max_basic)) is not None:
@@ -69,8 +71,9 @@ def from_point(
 
 
 def _bases(problem: Problem, z: Vector) -> Iterator[States]:
-    """Yield bases suggested by z: all z_i not at a bound, those farther from it than
-    w_i, those not close to it."""
+    """Yield bases suggested by z. The basic variables are all z_i not at a bound, those
+    farther from it than w_i from 0, or those not close to it.
+    """
     with np.errstate(all="ignore"):
         R, C = equilibrate(problem.M, problem.q, problem.row_maxima)
         box = problem.box.in_units(C)
@@ -88,6 +91,11 @@ def _bases(problem: Problem, z: Vector) -> Iterator[States]:
 def _by_pivoting(
     data: ExactProblem, basis: States, effort: Effort, max_basic: int
 ) -> list[Fraction] | None:
+    """Return the exact solution to which pivoting from a basis leads, or None.
+
+    All infeasible indices are exchanged while their number decreases, otherwise only
+    the first of them.
+    """
     min_violations = data.n + 1
     for _ in range(MAX_EXACT_STEPS):
         is_tried = np.count_nonzero(basis == BASIC) <= max_basic and effort.allows()
@@ -107,18 +115,20 @@ def _by_pivoting(
 
 
 def finitely_rounded(z: Sequence[Fraction]) -> Vector | None:
-    """Return an exact solution in doubles; None if it is beyond their range."""
+    """Return an exact solution rounded to double precision; None if it overflows."""
     return doubles if np.isfinite(doubles := rounded(z)).all() else None
 
 
-# Unknowns, up to which connected parts of M are solved exactly, each for itself.
+# Unknowns up to which the connected components of M are solved exactly, one by one.
 MAX_IN_PARTS = 10_000
 
 
 class ExactBasis(NamedTuple):
-    """A solution of M_BB z_B = -(q + M z_N)_B, with z_N at its bounds; whether it is
-    the only one, and by how much each component violates the problem: z_i beyond its
-    bounds, or w_i with the wrong sign."""
+    """A solution of M_BB z_B = -(q + M z_N)_B, with z_N at its bounds.
+
+    unique : whether it is the only one. gaps : by how much each component violates the
+        problem: z_i is beyond its bounds, or w_i has the wrong sign.
+    """
 
     z: list[Fraction]
     unique: bool
@@ -133,7 +143,8 @@ def exact_basis(
     data: ExactProblem, basis: States, effort: Effort | None = None
 ) -> ExactBasis | None:
     """Return the basic solution of a basis; None if there is none, or if solving takes
-    more than an effort."""
+    more than `effort`.
+    """
     active = np.flatnonzero(basis == BASIC)
     if (
         solved := _solved(data, active, active, _at_bounds(data, basis), effort)
@@ -155,7 +166,7 @@ def exact_basis(
 
 
 def _at_bounds(data: ExactProblem, basis: States) -> list[Fraction]:
-    """Return z at its bounds where it is not basic, and 0 elsewhere."""
+    """Return z at the bounds of nonbasic variables, and 0 for basic ones."""
     z = [Fraction(0)] * data.n
     for i in np.flatnonzero(basis != BASIC).tolist():
         z[i] = (data.upper if basis[i] == UPPER else data.lower)[i] or z[i]
@@ -169,9 +180,10 @@ def _solved(
     nonbasic_z: list[Fraction],
     effort: Effort | None,
 ) -> tuple[list[Fraction], bool] | None:
-    """Return z with w = 0 in those rows, which differs from `nonbasic_z` only in those
-    columns, where that is 0, and whether it is the only one; None if there is no such
-    z, or if solving would take too much effort."""
+    """Return z with w = 0 in those rows that differs from `nonbasic_z` only in those
+    columns, where that is 0, and whether it is unique; None if there is no such z, or
+    if solving takes more than `effort`.
+    """
     z = list(nonbasic_z)
     if not rows.size or not columns.size:
         return z, True
@@ -194,9 +206,10 @@ def _solved(
 
 @np.errstate(all="ignore")
 def vertex(problem: Problem, basis: States, effort: float) -> Vector | None:
-    """Return a vertex, up to rounding, of the set of z within their bounds with z_N at
-    these, w_P = 0, and w_N of the signs that the bounds ask for, by an LP, in a problem
-    that is equilibrated; None if none is found with an effort."""
+    """Return, up to rounding, a vertex of the set of z within their bounds with z_N at
+    these, w_P = 0, and w_N of the signs required by complementarity, by a linear
+    program; None if none is found within `effort`. The problem should be equilibrated.
+    """
     active, at_bounds = np.flatnonzero(basis == BASIC), problem.box.nonbasic(basis)
     columns, q = problem.M[:, active], problem.w(at_bounds)
     if not (active.size and np.isfinite(columns.sum()) and np.isfinite(q).all()):
@@ -219,7 +232,9 @@ def vertex(problem: Problem, basis: States, effort: float) -> Vector | None:
 def _at_vertex(
     data: ExactProblem, basis: States, effort: Effort
 ) -> list[Fraction] | None:
-    """Return a `vertex`: the z at their bounds by an LP, then the others exactly."""
+    """Return an exact solution at a `vertex`: a linear program determines which z are
+    at their bounds, then the others are computed exactly.
+    """
     with np.errstate(all="ignore"):
         scaled = scale(data.problem, moderate=0).problem
     z, active = vertex(scaled, basis, VERTEX_EFFORT), np.flatnonzero(basis == BASIC)
@@ -241,19 +256,22 @@ def _at_vertex(
     return None
 
 
-# With residuals in twice the precision: a digit or more each, unless M_BB is singular
-# in doubles.
+# Refinement steps with residuals in twice the precision: each gains a digit or more,
+# unless M_BB is singular to working precision.
 REFINEMENTS = 10
-SMALL_REFINEMENTS = 3  # of values that are small beside the largest one
+# Steps after which values that are much smaller than the largest one need not be
+# correct to their last digits.
+SMALL_REFINEMENTS = 3
 
 
 @np.errstate(all="ignore")
 def accurate_basic_solution(
     problem: Problem, z: Vector, basis: States | None = None
 ) -> Vector:
-    """Return the basic solution of a basis, by default the basis of z when M is
-    equilibrated, correct to its last digits; or z, an approximate solution of shape
-    (n,), if that is not better."""
+    """Return the basic solution of a basis, by default the basis of z in the
+    equilibrated problem, correct to its last digits; or the approximate solution z,
+    shape (n,), if that is not worse.
+    """
     units = changes.scale(problem)
     scaled_problem = units.problem
     if basis is None:
@@ -263,7 +281,7 @@ def accurate_basic_solution(
     if not active.size:
         return better
     if may_be_stiff(problem.M):
-        # Which doubles alone may not refine
+        # Refinement in double precision may not converge for these.
         with imports:
             from lcpcli.verify.definite_enclosure import basic_solution
         enclosed_z = basic_solution(problem, basis)
@@ -282,7 +300,8 @@ def accurate_basic_solution(
         for step in range(REFINEMENTS):
             change = solve(accurate_residual(block, values, b))
             values += change
-            # Beside a value of 1e16, those of 1 are right after further steps.
+            # If the largest value is 1e16, values of about 1 become correct only after
+            # further steps.
             if not np.abs(change).max() > EPS * np.abs(values).max() and (
                 step >= SMALL_REFINEMENTS
                 or (np.abs(change) <= EPS * np.abs(values)).all()
@@ -305,19 +324,20 @@ def accurate_basic_solution(
         return better
     terms = matrices.absolute_product(problem.M, np.abs(better)) + np.abs(problem.q)
     gaps = np.abs(problem.box.gaps(better, problem.w(better)))
-    # As small as rounding z allows.
+    # The residual may be larger, but it is as small as rounding z allows.
     return better if (gaps <= ROUNDING * terms).all() else z
 
 
 def is_rounded_solution(
     problem: Problem, z: Vector, effort: Effort | None = None
 ) -> bool | None:
-    """Return whether z, of shape (n,), is a solution up to its last digits, by rational
-    arithmetic: the exact basic solution of its states solves the problem, and no
-    component of z differs from it by more than ROUNDING of itself. So the answer is
-    never true where there is no solution; None if more than
-    `farkas.max_exact_unknowns()` are basic, or solving would take more than an
-    effort."""
+    """Return whether z, of shape (n,), is a solution up to its last digits, in rational
+    arithmetic: whether the exact basic solution of its basis solves the problem, and
+    each component of z differs from it by at most ROUNDING, relatively. So the result
+    is never True for a problem without solution. It is None if more than
+    `farkas.max_exact_unknowns()` variables are basic, or solving takes more than
+    `effort`.
+    """
     if not (np.isfinite(z).all() and _may_be_rounded(problem, z)):
         return False
     basis = problem.box.basis_at(z)
@@ -328,7 +348,7 @@ def is_rounded_solution(
     effort = Effort() if effort is None else effort
     if not is_large:
         return _is_rounded(data, z, basis, effort)
-    # Too many at once: each connected part for itself.
+    # There are too many for one system: each connected component is solved separately.
     for part in map(np.array, data.blocks):
         part_data = data.part(part.tolist()), z[part], basis[part]
         is_small = (
@@ -342,11 +362,12 @@ def is_rounded_solution(
 def _is_rounded(
     data: ExactProblem, z: Vector, basis: States, effort: Effort
 ) -> bool | None:
-    """Return whether z is the exact basic solution of a basis, but for ROUNDING, and
-    that solves the problem; None if solving would take more than an effort."""
+    """Return whether z is the exact basic solution of a basis up to ROUNDING, and that
+    solves the problem; None if solving takes more than `effort`.
+    """
     spent = effort.spent
     basic_solution = exact_basis(data, basis, effort)
-    if basic_solution is None:  # there is none if it has been sought
+    if basic_solution is None:  # if effort was spent, there is none
         return False if effort.spent > spent else None
     if not (basic_solution.unique and basic_solution.solves):
         return False
@@ -359,9 +380,11 @@ def _is_rounded(
 
 @np.errstate(all="ignore")
 def _may_be_rounded(problem: Problem, z: Vector) -> bool:
-    """Return whether a solution may differ from z by ROUNDING of itself: that changes w
-    by no more than ROUNDING |M| |z|, and so much may have a wrong sign. This takes a
-    product, where solving a system of hundreds of unknowns exactly takes minutes."""
+    """Return whether z may differ from a solution by a relative ROUNDING: that changes
+    w by at most ROUNDING |M| |z|, which bounds the violations. This necessary condition
+    takes one product with |M|, while solving a system of hundreds of unknowns exactly
+    takes minutes.
+    """
     if not Point(Criterion(problem), z).nearly_solves():
         return False
     if not problem.is_moderate:
@@ -376,9 +399,10 @@ def _may_be_rounded(problem: Problem, z: Vector) -> bool:
 @np.errstate(all="ignore")
 def is_rounded_difference(problem: Problem, z: Vector, tol: float) -> bool:
     """Return whether z is, up to its last digits, a point with a relative residual of
-    at most tol that has more digits: the reference point, if that is not 0, and a
-    difference from it that is no larger than z. With bounds far from 0, any z in
-    doubles may have a larger residual."""
+    at most tol that has more digits than double precision: the sum of the reference
+    point, if that is not 0, and a distance no larger than z. With bounds far from 0,
+    every z in double precision may have a larger residual.
+    """
     reference_z = problem.reference_z
     if reference_z is None or not problem.is_moderate:
         return False

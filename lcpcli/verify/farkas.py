@@ -4,15 +4,15 @@ J. Farkas, Theorie der einfachen Ungleichungen, Journal für die reine und angew
 Mathematik 124 (1902) 1-27: either some z >= 0 has A z + b >= 0, or there is y >= 0 with
 A'y <= 0 and b'y < 0, and never both, as 0 <= y'(A z + b) = (A'y)'z + b'y.
 
-With bounds l <= z <= u, let y_i >= 0 where w_i >= 0 is asked for (in a problem, where
-only l_i is finite), y_i <= 0 where w_i <= 0 is (where only u_i is), any y_i where w_i =
-0 is (where neither is), and y_i = 0 where w_i may have either sign. Then 0 <= y'(A z +
-b) <= b'y + sum_j sup {(A'y)_j t : l_j <= t <= u_j} for any such z: if the right-hand
-side is negative, there is none.
+With bounds l <= z <= u, let y_i >= 0 if w_i >= 0 is required (in a problem, if only l_i
+is finite), y_i <= 0 if w_i <= 0 is required (if only u_i is finite), y_i of any sign if
+w_i = 0 is required (if neither is finite), and y_i = 0 if w_i may have either sign.
+Then 0 <= y'(A z + b) <= b'y + sum_j sup {(A'y)_j t : l_j <= t <= u_j} for any such z:
+if the right-hand side is negative, there is none.
 
-A proof found in floats is accepted only after a check without rounding (D. Applegate,
-W. Cook, S. Dash and D. Espinoza, Exact solutions to linear programming problems,
-Operations Research Letters 35 (2007) 693-699).
+A proof computed in floating-point arithmetic is accepted only after a check without
+rounding (D. Applegate, W. Cook, S. Dash and D. Espinoza, Exact solutions to linear
+programming problems, Operations Research Letters 35 (2007) 693-699).
 """
 
 from __future__ import annotations
@@ -39,21 +39,24 @@ from lcpcli.rational.numbers import rounded
 from lcpcli.rational.tree import Unknowns
 from lcpcli.typing import Indices, Mask, Matrix, Vector
 
-# A column with |A'y| below this times |A|'|y| counts as one with A'y = 0.
+# A column with |A'y| below this times |A|'|y| is taken for one with A'y = 0.
 ACTIVE_COLUMN = 1e-8
-SNAP = 1e-9  # entries of y below this times the largest one count as 0
-# Of each entry of y: how far the exact proof that it stands for may be from it.
+SNAP = 1e-9  # entries of y below this times the largest one are taken for 0
+# The largest relative distance of each entry of y from the exact proof of which it is
+# an approximation.
 PROOF_RTOL = 1e-6
-# Of the terms of a row: six digits of a double are left of their sum.
+# The smallest ratio of the terms of a row to their sum for which the sum is considered
+# an effect of rounding: at most six digits of it are correct.
 MIN_CANCELLATION = 1e10
 # Unknowns of the largest linear system that is solved exactly: about a second at worst.
 LARGEST_EXACT = 48
 LARGEST_BY_FLINT = 400  # the same with FLINT
-# The number of entries times the bits of the largest: a second or two.
+# Limit on the number of entries times the bits of the largest: one or two seconds.
 MAX_BITS = 10_000_000
 
 
 def sides(box: Box, n: int) -> tuple[Vector, Vector, Mask, Mask]:
+    """Return the n lower and upper bounds of a box, and which of them are finite."""
     lower, upper = box.vectors(n)
     return lower, upper, np.isfinite(lower), np.isfinite(upper)
 
@@ -63,23 +66,27 @@ def refutes(
     A: Matrix, b: Vector, y: Vector, box: Box = ORTHANT, rows: Box | None = None
 ) -> bool:
     """Return whether y proves that no such z exists, for finite A of shape (m, n), b
-    and y (m,). box : the bounds of z.
-    rows : bounds that ask for the signs of w, by default the same: A is then square, or
-        all bounds are 0 and infinity.
+    and y (m,).
 
-    True only for a proof that holds without rounding, so never for a system that has a
-    solution; False proves nothing:
+    box : the bounds of z.
+    rows : the bounds that determine the required signs of w, by default the same: A is
+        then square, or all bounds are 0 and infinity.
 
-    - y has its signs, and its exact total, b'y with the suprema, is negative;
-    - the exact (A'y)_j is not positive where u_j is infinite, and not negative where
-      l_j is. Floats alone show this where the computed value is beyond a bound on its
-      rounding error; the other columns are summed in integers. A margin would not do
-      instead: with A'y = delta > 0 there may be a solution of size |b'y| / delta.
-    - If only that last test fails, by rounding of y, the proof is y corrected in
-      rational arithmetic: an exact solution of A'y = 0 in those columns, on the support
-      of y, has to pass all the tests, or if there is none, as rounding of A has made
-      them independent, one with A'y < 0 near y. y itself is then that proof rounded.
-      This is tried for at most LARGEST_EXACT columns and entries, or LARGEST_BY_FLINT.
+    The result is True only for a proof that holds without rounding, so never for a
+    system that has a solution; False proves nothing. The conditions are:
+
+    - y has the signs of multipliers, and its exact total, b'y with the suprema, is
+      negative;
+    - the exact (A'y)_j is not positive if u_j is infinite, and not negative if l_j is.
+      Floating-point arithmetic shows this if the computed value is farther from 0 than
+      a bound on its rounding error; the other columns are summed in integers. A margin
+      would not be enough: with A'y = delta > 0 there may be a solution of size |b'y| /
+      delta.
+    - If only the last test fails, because y is rounded, y is corrected in rational
+      arithmetic: an exact solution of A'y = 0 in those columns, on the support of y,
+      has to pass all tests; or, if there is none because rounding of A has made the
+      columns independent, one with A'y < 0 close to y. y is then that proof rounded.
+      This is done for at most LARGEST_EXACT columns and entries, or LARGEST_BY_FLINT.
     """
     of = Multiplied(A, b, y, box, rows)
     if (
@@ -111,13 +118,13 @@ def refutes(
 
 @np.errstate(all="ignore")
 def cancellation(A: Matrix, b: Vector, y: Vector, box: Box = ORTHANT) -> float:
-    """Return by how much the terms of A z exceed their sum, for every z as above and in
-    some row at least, if A'y has wrong signs that may be due to the rounding of A
-    alone; 0 if y shows none, or less than MIN_CANCELLATION.
+    """Return by how much the terms of A z exceed their sum, in at least one row and for
+    every z as above, if A'y has wrong signs that may be due to the rounding of A alone;
+    0 if y does not show this, or the ratio is below MIN_CANCELLATION.
 
-    For then 0 <= b'y + sum_j (A'y)_j z_j, where the second term is but rounding of its
-    own terms: data that have been rounded to doubles do not tell whether there is such
-    a z.
+    In that case 0 <= b'y + sum_j (A'y)_j z_j, where each (A'y)_j is a rounding error of
+    its terms: data that have been rounded to double precision do not determine whether
+    there is such a z.
     """
     of = Multiplied(A, b, y, box)
     wrong = of.excess > -of.error
@@ -131,8 +138,9 @@ def cancellation(A: Matrix, b: Vector, y: Vector, box: Box = ORTHANT) -> float:
     )
     if not total > 0:
         return 0.0
-    # y'(A z) is at least `total`, and at most the terms of b'y more, as A z + b has its
-    # signs
+    # y'(A z) is at least `total`, and exceeds it by at most the terms of b'y, as A z +
+    # b
+    # has the required signs.
     among = total / (total + 2 * of.terms)
     times = float(
         among * 0.5 / ((of.excess + of.error)[wrong] / of.size[wrong]).max(initial=EPS)
@@ -141,15 +149,15 @@ def cancellation(A: Matrix, b: Vector, y: Vector, box: Box = ORTHANT) -> float:
 
 
 class Multiplied:
-    """A'y in floats, with bounds on its rounding, on the support of a y that may be a
-    proof, as for `refutes`.
+    """A'y in floating-point arithmetic, with bounds on its rounding errors, on the
+    support of a y that may be a proof, as for `refutes`.
 
     has_signs : whether y is finite, not 0, and has the signs of multipliers. excess :
-    by how much (A'y)_j is beyond 0 on a side where z_j has no bound, -inf if it has
-    both bounds. is_active : in which columns A'y has the wrong sign, or is so small
-    that it may be 0, where it matters: without bounds, or with bounds so far away that
-    rounding of A'y decides. total, terms : b'y with the suprema, those aside in which
-    rounding decides, and the sizes of what this adds up.
+        by how much (A'y)_j exceeds 0 on a side where z_j has no bound, -inf if it has
+        both bounds. is_active : the columns in which A'y has the wrong sign, or is so
+        small that it may be 0, if z_j has no bound there, or one so far away that
+        rounding of A'y decides. total, terms : b'y plus the suprema, without those in
+        which rounding decides, and the sum of the |terms|.
     """
 
     @np.errstate(all="ignore")
@@ -168,7 +176,7 @@ class Multiplied:
         lower, upper, low, high = self._bounds = sides(box, A.shape[1])
         absolute, image = abs(self.rows), self.rows.T @ self.y
         self.size = absolute.T @ np.abs(self.y)
-        # Elsewhere A'y is exactly 0.
+        # In the other columns A'y is exactly 0.
         self.used = np.asarray(absolute.sum(axis=0)).ravel() > 0
         self.error = (
             4 * (self.y.size + 2) * (EPS * self.size + SMALLEST_NORMAL) * self.used
@@ -176,15 +184,15 @@ class Multiplied:
         self.excess = np.maximum(
             np.where(high, -np.inf, image), np.where(low, -np.inf, -image)
         )
-        largest_at = np.where(
-            image > 0, upper, lower
-        )  # at which (A'y)_j z_j is largest
+        # The bound at which (A'y)_j z_j is largest.
+        largest_at = np.where(image > 0, upper, lower)
         self.supremum = np.where(np.isfinite(largest_at), largest_at, 0.0) * image
         self.bound_sizes = np.maximum(
             np.where(low, np.abs(lower), 0.0), np.where(high, np.abs(upper), 0.0)
         )
         self.everywhere = np.ones(image.size, dtype=bool)
-        # Where A'y may be 0, times a bound so far away that this alone may decide.
+        # Columns in which A'y may be 0, but its rounding error times a distant bound
+        # may decide the sign of the total.
         is_hidden = self.used & (np.abs(image) <= self.error)
         certain_total = self.b @ self.y + self.supremum[~is_hidden].sum()
         is_hidden &= self.bound_sizes * self.error >= abs(certain_total) / (
@@ -205,15 +213,15 @@ class Multiplied:
         )
 
     def are_signs(self, y: Any) -> bool:
-        """Return whether numbers on the support have the signs of multipliers of its
-        rows."""
+        """Return whether numbers on the support have the signs of multipliers."""
         return not ((self._low & (y < 0)).any() or (self._high & (y > 0)).any())
 
     def largest_total(
         self, counted: Mask, change: Vector | float, error: Vector, margin: float = 0.0
     ) -> float:
-        """Return an upper bound on the total over some columns, for such changes of y,
-        errors of A'y and margin."""
+        """Return an upper bound on the total over these columns, for changes of y up to
+        `change` and errors of A'y up to `error`, with a relative margin.
+        """
         supremum, rounding = (
             self.supremum[counted],
             4 * (self.y.size + self.bound_sizes.size + 2),
@@ -232,8 +240,9 @@ class Multiplied:
 
     @np.errstate(all="ignore")
     def is_clear(self) -> bool:
-        """Return whether floats show that y is a proof as it is, beyond all bounds on
-        rounding."""
+        """Return whether floating-point arithmetic proves that y is a proof exactly as
+        it is, with a margin larger than all rounding errors.
+        """
         if (
             not self.has_signs
             or not ((self.excess + self.error < 0) | ~self.used).all()
@@ -243,9 +252,11 @@ class Multiplied:
 
     @np.errstate(all="ignore")
     def has_proof_nearby(self) -> bool:
-        """Return whether floats show that a y' near y is a proof: with A'y' = 0 exactly
-        in the columns where A'y is nearly 0 or has the wrong sign, as `enclosure`
-        finds, and beyond all bounds on rounding elsewhere."""
+        """Return whether floating-point arithmetic proves that a y' close to y is a
+        proof: A'y' = 0 exactly in the columns where A'y is almost 0 or has the wrong
+        sign, by an `enclosure`, and the other conditions hold with a margin larger than
+        all rounding errors.
+        """
         with imports:
             from lcpcli.verify.enclosure import enclosure, is_enclosable
         is_open = self.is_active
@@ -267,8 +278,11 @@ class Multiplied:
 
     def holds(self, y: Sequence[Fraction], certain: Mask | bool = False) -> bool:
         """Return whether a rational y on the support, with the right signs, is a proof,
-        in exact arithmetic; certain : columns that certainly have the right sign and
-        add nothing to the total."""
+        in exact arithmetic.
+
+        certain : columns that are known to have the right sign and add nothing to the
+            total.
+        """
         (multiple, _), (lower, upper, low, high) = (
             numbers.over_one_denominator(y),
             self._bounds,
@@ -286,16 +300,19 @@ class Multiplied:
 def corrected(
     A: Sequence[Sequence[int]], y: Sequence[Fraction], quickly: bool = True
 ) -> list[Fraction] | None:
-    """Return y changed, mainly in its large entries, so that A y = 0; if A is
-    nonsingular, so that A y < 0, provided that y is such a vector but for rounding.
-    None if none is found. quickly : only if A, of at least one row, is small enough to
-    be solved exactly in a second or so."""
+    """Return y changed, mainly in its large entries, so that A y = 0; or, if A is
+    nonsingular, so that A y < 0, provided that y approximates such a vector. None if
+    there is none.
+
+    quickly : whether only an A, of at least one row, that is small enough to be solved
+        exactly in about a second is attempted.
+    """
     if quickly and (
         max(len(A), len(A[0])) > max_exact_unknowns()
         or len(A) * len(A[0]) * elimination.bits(A) > MAX_BITS
     ):
         return None
-    # Large entries best absorb a correction.
+    # Pivots are chosen among the large entries, whose relative change is smallest.
     order = sorted(range(len(y)), key=lambda k: -abs(y[k]))
     rows, values = [[row[k] for k in order] for row in A], [y[k] for k in order]
     multiple, divisor = numbers.over_one_denominator(values)
@@ -307,7 +324,7 @@ def corrected(
         if changes is None
         else [v + change / divisor for v, change in zip(values, changes, strict=True)]
     )
-    # A is nonsingular.
+    # The only solution of A y = 0 is 0: A is nonsingular.
     if (
         corrected_values is not None
         and not any(corrected_values)
@@ -324,9 +341,10 @@ def corrected(
 def _beyond(
     rows: Sequence[Sequence[int]], y: Sequence[Fraction]
 ) -> list[Fraction] | None:
-    """Return a vector with A'y < 0 in the columns of a nonsingular part of A, the rows
-    here, if it is y but for rounding: where they are nearly dependent, it is nearly
-    their null vector, whose sign rounding of A decides."""
+    """Return the vector with A y < 0 in all rows of a nonsingular A if y is a multiple
+    of it up to rounding: if the rows are almost dependent, y is almost their null
+    vector, and rounding of A decides the sign of A y.
+    """
     terms = [
         sum(abs(value * factor) for value, factor in zip(row, y, strict=True))
         for row in rows
@@ -346,25 +364,30 @@ def _beyond(
 
 
 def max_exact_unknowns() -> int:
-    """Return how many unknowns the largest linear system has that is solved exactly."""
+    """Return the number of unknowns of the largest linear system that is solved
+    exactly.
+    """
     return LARGEST_BY_FLINT if elimination.library() else LARGEST_EXACT
 
 
-# Of M in the rows of a proof, and unknowns, up to which integers are sought.
+# Entries of M in the rows of a proof, plus unknowns, up to which integer proofs are
+# searched for.
 MAX_ENTRIES = 2_000
-# The same up to which it is found out whether y is a proof: a tenth of a second.
+# The same up to which y is tested exactly: a tenth of a second.
 MAX_TERMS = 20_000
-SIMPLE_DENOMINATORS = (100, 10**6)  # largest ones of simple fractions
-# Steps per largest entry of y in roundings to small integers.
+SIMPLE_DENOMINATORS = (100, 10**6)  # the largest denominators of simple fractions
+# Values of the largest entry of y before it is rounded to small integers.
 SMALL = np.arange(1.0, 65.0)
-# Steps per largest entry of y, to which those are rounded that others follow from.
+# Values of the largest entry of y before it is rounded and then corrected.
 GRIDS = (2**6, 2**12, 2**20, 2**30)
 
 
 def exact_proof(data: ExactProblem, y: Vector) -> list[Fraction] | None:
-    """Return a vector near a multiple of y, shape (n,), that proves the problem
-    infeasible, in integers without common divisor: small ones, simple fractions, or y,
-    perhaps changed so that M'y = 0 where it nearly is; or None."""
+    """Return a vector close to a multiple of y, shape (n,), that proves the problem
+    infeasible, in integers without common divisor; None if there is none. The
+    candidates are small integers, simple fractions, and y, perhaps changed so that M'y
+    = 0 where it almost is.
+    """
     if not (np.isfinite(y).all() and y.any()):
         return None
     candidates = chain(_small(data.problem, y), _simple(data, y, quickly=False))
@@ -373,16 +396,20 @@ def exact_proof(data: ExactProblem, y: Vector) -> list[Fraction] | None:
 
 
 def simplified(data: ExactProblem, y: list[Fraction]) -> list[Fraction]:
-    """Return small integers near a multiple of a proof y that are a proof, too; y, if
-    none are found."""
+    """Return small integers close to a multiple of a proof y that are a proof too; y if
+    there are none.
+    """
     return next(
         filter(data.refuted_by, _small(data.problem, numbers.rounded_direction(y))), y
     )
 
 
 def whole_proofs(problem: Problem, y: Vector, small: bool) -> Iterator[Vector]:
-    """Yield vectors of integers near a multiple of y that are proofs for the doubles of
-    a problem, or for their shortest decimals: up to 64, or else up to 2^53."""
+    """Yield vectors of integers close to a multiple of y that are proofs for the double
+    precision numbers of a problem, or for their shortest decimals.
+
+    small : whether integers up to 64 are yielded, or else those up to 2^53.
+    """
     support = np.flatnonzero(y)
     if _entries(problem, support) > MAX_ENTRIES:
         return
@@ -397,9 +424,10 @@ def whole_proofs(problem: Problem, y: Vector, small: bool) -> Iterator[Vector]:
 
 
 def is_exact(problem: Problem, y: Vector) -> bool:
-    """Return whether y is a proof as it is, for the doubles of a problem or their
-    shortest decimals; False, too, if it has so many terms that to find out would take
-    long."""
+    """Return whether y is a proof exactly as it is, for the double precision numbers of
+    a problem or their shortest decimals; also False if it has so many terms that a test
+    takes long.
+    """
     support = np.flatnonzero(y)
     problem_data = (
         _data_of_rows(problem, support)
@@ -411,8 +439,9 @@ def is_exact(problem: Problem, y: Vector) -> bool:
 
 
 def _data_of_rows(problem: Problem, support: Indices) -> Iterator[ExactProblem]:
-    """Yield some rows of a problem with its doubles as they are, then with their
-    shortest decimals if they differ."""
+    """Yield some rows of a problem as exact numbers: the double precision numbers
+    themselves, then their shortest decimals if they differ.
+    """
     for number in (Fraction, numbers.shortest_decimal):
         yield (data := ExactProblem.of_rows(problem, support, number))
         if all(scale == 1 for scale in data.scales):
@@ -420,7 +449,7 @@ def _data_of_rows(problem: Problem, support: Indices) -> Iterator[ExactProblem]:
 
 
 def _entries(problem: Problem, support: Indices) -> int:
-    """Return the number of entries of M in some rows, and of unknowns."""
+    """Return the number of entries of M in some rows, plus the number of unknowns."""
     rows = problem.M[support]
     return int(rows.nnz if is_sparse(rows) else rows.size) + problem.n
 
@@ -428,13 +457,14 @@ def _entries(problem: Problem, support: Indices) -> int:
 @np.errstate(all="ignore")
 def _small(problem: Problem, y: Vector) -> Iterator[list[Fraction]]:
     """Return multiples of y rounded to small integers, the smallest first, that are
-    proofs as far as doubles show."""
+    proofs as far as floating-point arithmetic shows.
+    """
     support = np.flatnonzero(y)
     roundings = np.rint(np.multiply.outer(SMALL, y[support] / np.abs(y).max()))
     rows, (lower, upper) = problem.M[support], problem.box.vectors(problem.n)
     products, sizes = roundings @ rows, np.abs(roundings) @ abs(rows)
     bounds = np.where(products > 0, upper, lower)
-    # Infinite for a wrong sign.
+    # The supremum is infinite if (A'y)_j has the wrong sign.
     suprema = np.where(
         np.abs(products) > EPS * problem.n * sizes, products * bounds, 0.0
     )
@@ -445,9 +475,12 @@ def _small(problem: Problem, y: Vector) -> Iterator[list[Fraction]]:
 
 
 def _simple(data: ExactProblem, y: Vector, quickly: bool) -> Iterator[list[Fraction]]:
-    """Yield vectors of simple fractions near y, and some with M'y = 0 exactly where it
-    may be 0, the simplest first; at last y itself. quickly : without that, by linear
-    systems that are small, while numbers stay short."""
+    """Yield vectors of simple fractions close to y, and some corrected so that M'y = 0
+    exactly where it may be 0, the simplest first.
+
+    quickly : whether to stop when integers exceed 2^53, and to correct by small linear
+        systems only; otherwise y itself is yielded last.
+    """
     snapped = fractions_of(np.where(np.abs(y) < SNAP * np.abs(y).max(), 0.0, y))
     of = Multiplied(data.problem.M, data.problem.q, y, data.problem.box)
     active = (
@@ -503,10 +536,12 @@ def farkas_vector(
     data: ExactProblem, check: Callable[[], None]
 ) -> list[Fraction] | None:
     """Return a y that passes `data.refuted_by`, in integers without a common divisor;
-    None if some z within its bounds has w with the signs that the bounds ask for. If
-    there is no such z, a row of a dictionary, whose coefficients y has, shows that one
-    of these signs is violated wherever all earlier ones hold. `check` may raise at each
-    pivot."""
+    None if some z within its bounds has w with the required signs.
+
+    If there is no such z, the phase 1 pivoting of a dictionary ends with a row that
+    shows that one of these signs is violated wherever all earlier ones hold; y consists
+    of its coefficients. `check` may raise at each pivot.
+    """
     unknowns, n = Unknowns(data, check), data.n
     rows, factors, nonfixed = unknowns.forms()
     for k in unknowns.boxes:

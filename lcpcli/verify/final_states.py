@@ -1,13 +1,12 @@
-"""Solutions in which rounding hides terms of a row, and what exact arithmetic decides
-about them, in their last states.
+"""Exact decisions for solutions in which rounding hides terms of a row.
 
-A term that rounding of another one hides, as in x_1 - x_2 = 3 with both near 1e16, may
-decide a sign and with it a state. First, bounds on all rounding errors show whether it
-does: where an exact solution with the same states surely differs from z by no more than
-its last digits, nothing is left to decide. Else the basic solution of these states is
-computed exactly, one system, and its signs tell. Bodies at rest have signs that only
-rounding makes wrong, such as velocities of 1e-17 beside impulses of 1; then the state
-that violates most is exchanged, a few times.
+A term that is lost in the rounding of another one, as in x_1 - x_2 = 3 with both of
+about 1e16, may decide a sign and with it the active set. First, bounds on all rounding
+errors show whether it matters: if an exact solution with the same basis is proved to
+differ from z only in its last digits, z is accepted. Otherwise the basic solution of
+that basis is computed exactly, and its signs are checked. Bodies at rest have signs
+that are wrong only by rounding, such as velocities of -1e-17 with impulses of 1; then
+the index with the largest violation is exchanged, a few times.
 """
 
 from __future__ import annotations
@@ -31,28 +30,32 @@ from lcpcli.model.problem import Problem
 from lcpcli.typing import States, Vector
 from lcpcli.verify.measure import FEW_UNKNOWNS, Measure
 
-MAX_DECIDED = 10  # unknowns for which all states can be searched in milliseconds
-# A number from which on units in the last place are no longer small fractions of one.
+MAX_DECIDED = 10  # unknowns for which all bases can be searched in milliseconds
+# Integers from here on may have been rounded, as a unit in the last place is 1/4 or
+# more.
 LONG_NUMBER = 2.0**50
-# Relative to the largest term of a row: rounding of the others leaves half of its
-# digits.
+# A term below this relative to the largest one of its row is hidden: rounding of the
+# larger terms leaves at most half of its digits.
 HIDDEN_TERM = 1e-8
-# relative: the largest distance of a component from that of the exact solution.
+# The largest relative distance of a component from the exact solution for which z needs
+# no exact decision.
 SURE_DIGITS = 1e-12
-# At exact basic solutions whose signs only rounding makes wrong; then the tree decides
-# as fast.
+# Exact basic solutions that are computed if only rounding makes signs wrong; branch and
+# bound takes no longer than more of them.
 MAX_EXACT_BASES = 3
 
 
 def is_doubtful(problem: Problem, z: Vector) -> bool:
-    """Return whether rounding hides a term of a row of a small problem at z, most of
-    the time without a look at M."""
+    """Return whether rounding hides a term of a row of a small problem at z; usually
+    this is decided without reading M.
+    """
     return may_hide_term(problem, z) and hides_term_of_row(problem, z)
 
 
 def may_hide_term(problem: Problem, z: Vector) -> bool:
-    """Return whether sizes alone leave it open whether rounding hides a term of a row
-    of a small problem, or integers may have been rounded."""
+    """Return whether, by the sizes of the numbers alone, rounding may hide a term of a
+    row of a small problem, or integers may have been rounded.
+    """
     if problem.n > FEW_UNKNOWNS:
         return False
     (least_z, largest_z), (least_q, largest_q) = sizes(z), problem.sizes_of_q
@@ -77,15 +80,17 @@ def hides_term_of_row(problem: Problem, z: Vector) -> bool:
 def without_rounding(
     z: Vector, units: Vector | float = 1.0, max_rounding: float = ROUNDED_ZERO
 ) -> Vector:
-    """Return z with 0 in place of components that may be rounding of 0: up to
-    `max_rounding` of the largest, in these units."""
+    """Return z with 0 in place of components that may be rounding errors of 0: those of
+    at most `max_rounding` times the largest, after multiplication by `units`.
+    """
     size = np.abs(z) * units
     return np.where(size <= max_rounding * size.max(), 0.0, z)
 
 
 class VerifiedPoint(NamedTuple):
-    """A z that solves a problem, and its states; the exact solution, rounded, if it is
-    not the given one."""
+    """A z that solves a problem, and its basis; z is the rounded exact solution if the
+    original point was not accepted.
+    """
 
     z: Vector
     basis: States | None
@@ -95,22 +100,23 @@ class VerifiedPoint(NamedTuple):
 def verified_or_exact(
     problem: Problem, z: Vector, basis: States | None = None
 ) -> VerifiedPoint | None:
-    """Return a z that solves a problem to the tolerance, or the exact solution near it;
-    None if more has to be decided: where rounding hides terms, and there is no exact
-    solution with the states of z or a few others.
+    """Return a z that solves a problem to the tolerance, or the exact solution close to
+    it; None if this does not decide it: rounding hides terms, and neither the basis of
+    z nor a few others have an exact solution.
 
-    basis : the states of z, by default as z shows them.
+    basis : the basis of z, by default the one that z shows.
 
-    For more than MAX_DECIDED unknowns, for which not all states can be searched, z
-    itself is returned also where only rounding makes signs of the exact basic solution
-    wrong, or its singular system contradictory."""
+    For more than MAX_DECIDED unknowns, for which not all bases can be searched, z
+    itself is also returned if only rounding makes signs of the exact basic solution
+    wrong, or its singular system inconsistent.
+    """
     unchanged = VerifiedPoint(z, basis)
     if not may_hide_term(problem, z):
         return unchanged
     with imports:
         from lcpcli.verify.enclosure import fault, open_signs
     is_long = max(problem.largest, problem.sizes_of_q[1]) > LONG_NUMBER
-    # Bounds in doubles take less time than to look for the term.
+    # Bounds in floating-point arithmetic take less time than the search for the term.
     if not (is_long or is_sparse(problem.M)) and problem.box.is_orthant:
         B = z.nonzero()[0]
         if not open_signs(problem.M, problem.q, B, z, SURE_DIGITS).any():
@@ -149,13 +155,11 @@ def verified_or_exact(
                 if is_finite(exact_z) and is_finite(problem.w(exact_z))
                 else None
             )
-        # Only rounding: of the largest z_j where a violation is by a basic z_i, else of
-        # the terms of the row, or of the numbers of its part of the problem, beside
-        # which rows may be filled by rounding alone.
-        is_basic, terms = (
-            basis == BASIC,
-            np.abs(matrices.dense(problem.M)) @ np.abs(exact_z) + np.abs(problem.q),
-        )
+        # A violation may be a rounding error: of the largest z_j if a basic z_i is
+        # beyond a bound, otherwise of the terms of the row. In rows whose terms are
+        # all rounding errors, it may be one of the other numbers of its component.
+        is_basic = basis == BASIC
+        terms = np.abs(matrices.dense(problem.M)) @ np.abs(exact_z) + np.abs(problem.q)
         max_violation = SIGN_ROUNDING * np.where(is_basic, np.abs(exact_z).max(), terms)
         if problem.is_moderate and problem.n > MAX_DECIDED:
             measure = Measure(problem)

@@ -1,46 +1,46 @@
-"""The one measure of how far points are from solving a problem: a componentwise
-backward error with a cap.
+"""The measure of how far a point is from solving a problem: a componentwise backward
+error with a cap.
 
-An admissible z violates row i by v_i: by |w_i| strictly between the bounds, by the part
-of w_i that has the wrong sign at a bound, by nothing where both bounds are equal. This
-is compared with the row's own terms, |q|_i + (|M| |z|)_i. If v_i is at most tol times
-these in all rows, z is the exact solution of a problem each of whose numbers differs by
-at most tol, relatively, from the given one: W. Oettli and W. Prager, Compatibility of
-approximate solution of linear equations with given error bounds for coefficients and
-right-hand sides, Numerische Mathematik 6 (1964) 405-409. Neither the units of rows and
-columns nor the sizes of other rows matter.
+A z within its bounds violates row i by v_i: by |w_i| strictly between the bounds, by
+the part of w_i that has the wrong sign at a bound, and by 0 if both bounds are equal.
+This is compared with the terms of that row, |q|_i + (|M| |z|)_i. If v_i is at most tol
+times these in all rows, z is the exact solution of a problem each of whose numbers
+differs by at most tol, relatively, from the original one: W. Oettli and W. Prager,
+Compatibility of approximate solution of linear equations with given error bounds for
+coefficients and right-hand sides, Numerische Mathematik 6 (1964) 405-409. Neither the
+scaling of rows and columns nor the sizes of other rows matter.
 
-With bounds far from 0, rows have large terms that cancel. So the terms t_i are those at
-the reference point of the problem, |q_ref|_i + (|M| |z - z_ref|)_i, if these are
-smaller, but not less than FINEST of the given ones.
+With bounds far from 0, rows have large terms that cancel. Therefore the terms t_i are
+those at the reference point of the problem, |q_ref|_i + (|M| |z - z_ref|)_i, if these
+are smaller, but at least FINEST times the terms above.
 
 That alone would accept a z that tends to infinity in a problem without solution. So
 each row also has a cap,
 
     c_i = max(|q_ref|_i, k / R_i),
 
-where k belongs to the connected component of M that the row is in, and R, C are the
-units of its rows and columns (`linalg.units`): k is the largest violation of a row j at
-z_ref, times R_j, or distance of a z_j at a bound from z_ref, over C_j. If all of these
-are 0, k is the largest R_j |q_ref|_j, or infinite if all of those are 0 too; a q_ref
-that is only rounding of the given terms counts as 0. The relative residual is the
-largest v_i / min(t_i, c_i), with 0/0 = 0. Rounding z, or the data, may leave ROUNDING
-of the given terms; a violation of up to this size counts as no more than ROUNDING,
-unless these terms are more than DROWNED c_i.
+where k belongs to the connected component of M that contains the row, and R, C are the
+scaling factors of its rows and columns (`linalg.units`): k is the largest violation of
+a row j at z_ref, times R_j, or distance of a z_j at a bound from z_ref, divided by C_j.
+If all of these are 0, k is the largest R_j |q_ref|_j, or infinite if all of those are 0
+too; a q_ref at the level of rounding errors of the terms is replaced by 0. The relative
+residual is the largest v_i / min(t_i, c_i), with 0/0 = 0. Rounding z, or the data, may
+cause violations of ROUNDING times the terms; a violation up to this size counts as at
+most ROUNDING, unless these terms exceed DROWNED c_i.
 
-A basic z_j below SMALLEST_NORMAL lies on the grid of doubles near 0, so that each row
-may besides be violated by NEAR_ZERO |M_ij|, if that is rounding beside the largest
-|q_ref|_i, else by 2^-1074 |M_ij|. That holds for z_j itself, not for products of larger
-numbers that underflow.
+A basic z_j below SMALLEST_NORMAL lies on the grid of subnormal numbers, so that each
+row may in addition be violated by NEAR_ZERO |M_ij| if that is a rounding error compared
+with the largest |q_ref|_i, otherwise by 2^-1074 |M_ij|. That holds for z_j itself, not
+for products of larger numbers that underflow.
 
 Every array has the shape (n,) for one point, or (m, n) for one point of each of m
 problems.
 
-For a large dense M, w = M z + q alone often decides, without |M| |z| and the units of
-M: the terms of row i lie between |q|_i and |q|_i + max |M_ij| |z|_1, and the cap is at
-least |q|_i. If no M_ij is 0, R is inverse to the geometric means of rows, so that a row
-with a violation v_j at z = 0 gives c_i >= v_j R_j / R_i for the few rows that this
-leaves open.
+For a large dense M, w = M z + q alone often decides, without |M| |z| and the scaling
+factors of M: the terms of row i lie between |q|_i and |q|_i + max |M_ij| |z|_1, and the
+cap is at least |q|_i. If no M_ij is 0, R_i is inverse to the geometric mean of row i,
+so that a row with a violation v_j at z = 0 implies c_i >= v_j R_j / R_i for the few
+rows that remain undecided.
 """
 
 from __future__ import annotations
@@ -73,27 +73,33 @@ from lcpcli.typing import Indices, Mask, Vector
 if TYPE_CHECKING:
     from lcpcli.model.right_hand_sides import Block
 
-FINEST = 0.01  # of the terms of a row as given: the least that its terms count as
-# Times the cap: terms of which ROUNDING is in the eighth digit of the cap.
+# The terms at the reference point are taken to be at least this fraction of the terms
+# |q| + |M| |z|.
+FINEST = 0.01
+# If the terms exceed the cap by this factor, their rounding errors reach the eighth
+# digit of the cap, and are no longer tolerated.
 DROWNED = 1e8
-# Up to which entries that may be rounding are taken literally, as exact arithmetic
-# decides in time.
+# Unknowns up to which numbers that may be rounding errors are taken literally, as exact
+# arithmetic decides in a short time.
 FEW_UNKNOWNS = 20
-# Of what is allowed, or of a violation: rounding errors that are ignored.
+# Rounding errors below this fraction of the tolerated violation, or of the violation,
+# are ignored.
 NEGLIGIBLE_ROUNDING = 0.1
-# Relative to the terms of a row and to q_ref: a violation that noise may have made.
+# A violation below this relative to the terms of its row and to q_ref may be removed by
+# cleaning rounding errors from z.
 NEAR_VIOLATION = 1e-8
 SMALLEST = math.ulp(0.0)
-# What systems with entries of different sizes make of the distance SMALLEST.
+# An error SMALLEST in a subnormal z_j may be amplified to this by linear systems with
+# entries of different sizes.
 NEAR_ZERO = SMALLEST_NORMAL * 2.0**-20
 
 
 class Rows(NamedTuple):
-    """w = M z + q at a point, its terms t, the given terms |q| + |M| |z|, and bounds on
+    """w = M z + q at a point, its terms t, the full terms |q| + |M| |z|, and bounds on
     the rounding errors in w.
 
-    grid : what the distances of doubles near 0 leave of each row; None if no z_j is so
-        small.
+    grid : the violations of each row that the spacing of subnormal z_j may cause; None
+        if no z_j is so small.
     """
 
     w: Vector
@@ -107,26 +113,27 @@ class Rows(NamedTuple):
         return Rows(*parts)  # type: ignore[arg-type]
 
     def satisfied(self, rows: Sequence[int]) -> Rows:
-        """Return these rows with exact zeros in place of w in some of them."""
+        """Return the rows with w = 0 in some of them, without rounding error."""
         w, error = self.w.copy(), self.error.copy()
         w[rows], error[rows] = 0.0, 0.0
         return self._replace(w=w, error=error)
 
 
 class Measure:
-    """The measure for a problem, or those of a block, with moderate numbers, of which
-    products are in range."""
+    """The measure for a problem, or for each problem of a block, with numbers whose
+    products are in the range of double precision.
+    """
 
     def __init__(
         self, data: Problem | Block, inside: Callable[[Vector], Vector] | None = None
     ) -> None:
-        """inside : returns the z of these data for a z of the problem, if they are in
-        other units."""
+        """inside : transforms a z of the problem to the scaling of these data, if that
+        differs."""
         self.data, self._inside = data, inside
 
     def rows(self, z: Vector, w: Vector | None = None) -> Rows:
-        """Return w by one product with M, from z or from its distance to the reference
-        point, whichever rounds less.
+        """Return the rows at z, with w by one product of M and z or its distance from
+        the reference point, whichever has the smaller rounding error.
 
         w : M z + q if it is known, and z_ref = 0.
         """
@@ -140,8 +147,11 @@ class Measure:
         return far._replace(w=w, error=np.minimum(error, far.error), grid=self.grid(z))
 
     def rows_from_reference(self, distance: Vector, row_magnitudes: Vector) -> Rows:
-        """Return w at z_ref + distance, a point that doubles may not represent.
-        row_magnitudes : |q| + |M| |z| for its z."""
+        """Return the rows at z_ref + distance, a point that double precision may not
+        represent.
+
+        row_magnitudes : |q| + |M| |z| for this point.
+        """
         w, far = self._w_and_terms(distance, self.data.q_ref)
         terms = np.minimum(row_magnitudes, np.maximum(far, FINEST * row_magnitudes))
         return Rows(
@@ -152,8 +162,9 @@ class Measure:
         )
 
     def grid(self, z: Vector) -> Vector | None:
-        """Return by how much rounding of basic z_j near 0 may change each row; None if
-        no z_j is so small."""
+        """Return by how much rounding of basic subnormal z_j may change each row; None
+        if no z_j is so small.
+        """
         box, units = self.data.box, np.ones(z.shape)
         units = units if self._inside is None else self._inside(units)
         tiny = (
@@ -171,19 +182,20 @@ class Measure:
     def _w_and_terms(
         self, z: Vector, q: Vector, w: Vector | None = None
     ) -> tuple[Vector, Vector]:
+        """Return w = M z + q, unless it is known, and |M| |z| + |q|."""
         w = product(self.data.M, z.T).T + q if w is None else w
         return w, absolute_product(self.data.M, np.abs(z).T).T + np.abs(q)
 
     def violations(self, z: Vector, w: Vector) -> Vector:
-        """Return the violation v of each row, for admissible z."""
+        """Return the violation v_i of each row, for z within its bounds."""
         return np.maximum(self.data.box.excess(z, w), 0.0)
 
     def surely_solves(self, z: Vector, rows: Rows, tol: float) -> Mask:
-        """Return whether the relative residual is at most tol, whatever the rounding
-        errors in w are; shape () or (m,).
+        """Return whether the relative residual is at most tol for all possible rounding
+        errors in w; shape () or (m,).
 
-        As c_i is at least |q_ref|_i, it is computed only if this lower bound leaves the
-        question open.
+        c_i is at least |q_ref|_i; it is computed only if this lower bound does not
+        decide.
         """
         worst, min_caps = (
             self.data.box.excess(z, rows.w) + rows.error,
@@ -206,9 +218,10 @@ class Measure:
     def allows(
         self, violations: Vector, z: Vector, rows: Rows, tol: float, factor: float = 1.0
     ) -> Mask:
-        """Return whether violations are at most a factor times what is `allowed`, with
-        caps only if it matters whether these are as small as they may be, |q_ref|_i, or
-        infinite; shape () or (m,)."""
+        """Return whether violations are at most `factor` times the tolerated ones;
+        shape () or (m,). Caps are computed only if the result differs between their
+        lower bound |q_ref|_i and infinity.
+        """
         surely = np.asarray(
             (
                 violations <= factor * self.allowed(rows, np.abs(self.data.q_ref), tol)
@@ -224,33 +237,39 @@ class Measure:
         )
 
     def surely_fails(self, z: Vector, rows: Rows, tol: float) -> Mask:
-        """Return whether the relative residual exceeds tol, whatever the caps and the
-        rounding errors in w are."""
+        """Return whether the relative residual exceeds tol for all possible caps and
+        rounding errors in w.
+        """
         min_violations = self.data.box.excess(z, rows.w) - rows.error
         return np.asarray(
             (min_violations > self.allowed(rows, np.inf, tol)).any(axis=-1)
         )
 
     def size(self, z: Vector, rows: Rows) -> float:
-        """Return the largest violation relative to the largest |q_ref|_i: cheap, to
-        compare points of one problem."""
+        """Return the largest violation relative to the largest |q_ref|_i: a cheap
+        number for comparing points of one problem.
+        """
         return float(
             quotients(self.violations(z, rows.w).max(), np.abs(self.data.q_ref).max())
         )
 
     def is_near(self, z: Vector, rows: Rows) -> bool:
-        """Return whether no violation is large beside its terms and the largest
-        |q_ref|_i: it may be noise."""
+        """Return whether no violation is large compared with the terms of its row and
+        the largest |q_ref|_i, so that it may be caused by rounding errors.
+        """
         terms = np.maximum(rows.terms, np.abs(self.data.q_ref).max())
         return bool((self.violations(z, rows.w) <= NEAR_VIOLATION * terms).all())
 
     def largest_ratio(self, z: Vector, rows: Rows) -> Vector:
-        """Return an upper bound on the relative residual, whatever the rounding errors
-        in w are; shape () or (m,)."""
+        """Return an upper bound on the relative residual for all possible rounding
+        errors in w; shape () or (m,).
+        """
         worst = np.maximum(self.data.box.excess(z, rows.w) + rows.error, 0.0)
         return np.asarray(self.ratios(worst, rows, self.caps(z)).max(axis=-1))
 
     def ratios(self, violations: Vector, rows: Rows, caps: Vector) -> Vector:
+        """Return v_i / min(t_i, c_i), at most ROUNDING for a v_i that rounding may
+        cause."""
         ratios = quotients(violations, np.minimum(rows.terms, caps))
         return np.where(
             violations <= self.allowed(rows, caps, 0.0),
@@ -259,7 +278,7 @@ class Measure:
         )
 
     def allowed(self, rows: Rows, caps: Vector | float, tol: float) -> Vector:
-        """Return the violations up to which a row counts as satisfied to tol."""
+        """Return the largest violation of each row that is tolerated for this tol."""
         rounding = np.minimum(
             np.minimum(rows.full_terms, DROWNED * caps), LARGEST_DOUBLE
         )
@@ -276,16 +295,18 @@ class Measure:
 
     @property
     def reference(self) -> Vector:
+        """Return z_ref."""
         reference_z = self.data.reference_z
         return np.zeros(self.data.q.shape) if reference_z is None else reference_z
 
     @cached_property
     def reference_violations(self) -> Vector:
+        """Return the violations at z_ref."""
         return self.violations(self.reference, self.data.q_ref)
 
     @cached_property
     def reference_w(self) -> Vector:
-        """Return q_ref, with 0 for entries that are only rounding."""
+        """Return q_ref, with 0 for entries at the level of rounding errors."""
         q_ref, reference_z = self.data.q_ref, self.data.reference_z
         if reference_z is None:
             return q_ref
@@ -297,8 +318,9 @@ class Measure:
 
     @np.errstate(divide="ignore")
     def unsolved_sizes(self, z: Vector) -> Vector:
-        """Return log2 of k for each component, minus infinity where nothing is violated
-        or moved."""
+        """Return log2 of k for each component by violations at z_ref and distances from
+        it, minus infinity if all of these are 0.
+        """
         box, units = self.data.box, self.data.units
         at_bound = ((z == box.lower) | (z == box.upper)) & (box.lower < box.upper)
         moved = np.where(at_bound, np.abs(z - self.reference), 0.0)
@@ -312,8 +334,9 @@ class Measure:
     @cached_property
     @np.errstate(divide="ignore")
     def _violated_sizes(self) -> Vector:
-        """Return the part of `unsolved_sizes` that comes from the violations at the
-        reference point."""
+        """Return the part of `unsolved_sizes` that the violations at z_ref
+        contribute.
+        """
         units, violations = (
             self.data.units,
             self.violations(self.reference, self.reference_w),
@@ -322,7 +345,9 @@ class Measure:
 
     @np.errstate(divide="ignore")
     def component_sizes(self, z: Vector) -> Vector:
-        """Return log2 of k for each component, shape (..., parts)."""
+        """Return log2 of k for each component, shape (..., parts); it may be
+        infinite.
+        """
         sizes, units = self.unsolved_sizes(z), self.data.units
         is_known = sizes > -np.inf
         if np.count_nonzero(is_known) == is_known.size:
@@ -338,23 +363,26 @@ class Measure:
 
     @np.errstate(over="ignore")
     def caps(self, z: Vector) -> Vector:
+        """Return the cap c_i of each row."""
         units = self.data.units
         sizes = np.exp2(self.component_sizes(z)[..., units.row_part] - units.rows)
         return np.maximum(sizes, np.abs(self.data.q_ref))
 
     @np.errstate(invalid="ignore")
     def natural_sizes(self, z: Vector) -> Vector:
-        """Return the size k C_j that is natural for each z_j in its component; 0 in a
-        component without a size."""
+        """Return the natural size k C_j of each z_j; 0 in a component whose k is
+        infinite.
+        """
         units = self.data.units
         sizes = self.component_sizes(z)[..., units.column_part]
         return np.where(sizes < np.inf, np.exp2(sizes + units.columns), 0.0)
 
     @np.errstate(divide="ignore", invalid="ignore")
     def distances(self, z: Vector, other: Vector) -> Vector:
-        """Return |z_j - other_j| relative to the natural size k C_j, or to the distance
-        of the bounds if that is smaller; where l_j = u_j, to |l_j| if that is larger.
-        Infinite in a component without a size."""
+        """Return |z_j - other_j| relative to the natural size k C_j, or to u_j - l_j if
+        that is smaller; if l_j = u_j, relative to the larger one of k C_j and |l_j|. It
+        is infinite in a component without a natural size.
+        """
         box, natural = self.data.box, self.natural_sizes(other)
         natural = np.minimum(
             natural, np.where(box.fixed, np.inf, box.upper - box.lower)
@@ -363,13 +391,15 @@ class Measure:
         return quotients(np.abs(z - other), natural)
 
     def is_rounding(self, z: Vector, rows: Rows) -> Mask:
-        """Return whether the violations are no more than the rounding errors in w;
-        shape () or (m,)."""
+        """Return whether all violations are at most twice what ROUNDING tolerates;
+        shape () or (m,).
+        """
         return self.allows(self.violations(z, rows.w), z, rows, 0.0, factor=2.0)
 
     def doubtful(self, z: Vector, rows: Rows, tol: float) -> Mask:
-        """Return where rounding errors in w might decide whether z solves the problem,
-        or are not small beside a violation, or beside a w that belongs to a bound."""
+        """Return the rows in which rounding errors in w may decide whether z solves the
+        problem, or are not small compared with a violation or a w_i at a bound.
+        """
         excess = self.data.box.excess(z, rows.w)
         worst = excess + rows.error
         allowed = self.allowed(rows, self.caps(z), tol)
@@ -384,14 +414,15 @@ class Measure:
 
 @np.errstate(divide="ignore", invalid="ignore", over="ignore")
 def quotients(violations: Vector, sizes: Vector) -> Vector:
-    """Return violations / sizes with 0/0 = 0; infinite where either is not a number."""
+    """Return violations / sizes with 0/0 = 0, and infinity if either is NaN."""
     quotients = np.where(violations == 0, 0.0, violations / sizes)
     return np.where(np.isnan(quotients), np.inf, quotients)
 
 
 def rounded_once(problem: Problem, z: Vector, rows: Indices) -> Vector | list[float]:
-    """Return (M z + q)_i for some rows, computed exactly and then rounded; infinite
-    beyond the largest double."""
+    """Return (M z + q)_i for some rows, computed exactly and then rounded; infinite if
+    that overflows.
+    """
     M, q = problem.M[rows], problem.q[rows]
     if (
         are_moderate(M.data if is_sparse(M) else M)
@@ -413,14 +444,17 @@ def rounded_once(problem: Problem, z: Vector, rows: Indices) -> Vector | list[fl
     ]
 
 
-MAX_ROWS = 0.25  # of all rows: for more of them, the whole of |M| |z| takes less time
-CERTAIN = 0.99  # of a cap by means of logarithms, which round
+# Fraction of the rows up to which selecting rows of M saves time in |M| |z|.
+MAX_ROWS = 0.25
+# Caps computed from means of logarithms are reduced by this factor for their rounding.
+CERTAIN = 0.99
 
 
 def decision(measure: Measure, z: Vector, w: Vector, tol: float) -> bool | None:
-    """Return whether the relative residual of an admissible z, with w = M z + q, is at
-    most tol whatever the rounding errors in w are; None if these bounds do not
-    decide."""
+    """Return whether the relative residual of a z within its bounds, with w = M z + q,
+    is at most tol for all possible rounding errors in w; None if these bounds do not
+    decide.
+    """
     problem = measure.data
     assert isinstance(problem, Problem)
     M = problem.M
@@ -439,9 +473,8 @@ def decision(measure: Measure, z: Vector, w: Vector, tol: float) -> bool | None:
         ROW_ROUNDING * (min_terms + problem.largest * float(sizes.sum()))
         + min_terms.size * SMALLEST_NORMAL
     )
-    rows = (excess + largest_error > tol * min_terms).nonzero()[
-        0
-    ]  # which |q|_i leaves open
+    # The rows that are not decided by |q|_i alone.
+    rows = (excess + largest_error > tol * min_terms).nonzero()[0]
     if rows.size <= MAX_ROWS * min_terms.size:
         min_terms = min_terms[rows]
         M = M[rows]
@@ -456,7 +489,7 @@ def decision(measure: Measure, z: Vector, w: Vector, tol: float) -> bool | None:
     largest = largest[is_open]
     if not rows.size:
         return True
-    # Caps may be infinite, too, in a component without a size.
+    # Even infinite caps, as in a component without natural size, do not decide.
     if not (largest <= tol * terms).all():
         return None
     violations = np.maximum(problem.box.excess(problem.reference_point, problem.q), 0.0)
@@ -467,10 +500,11 @@ def decision(measure: Measure, z: Vector, w: Vector, tol: float) -> bool | None:
 
 def least_caps(problem: Problem, violations: Vector, rows: Indices) -> Vector | None:
     """Return lower bounds on the caps of these rows, for a dense M without zeros and
-    the violations at the reference point; else None."""
+    the violations at the reference point; otherwise None.
+    """
     means = problem.facts.row_means
     if means is None:
         return None
     worst = int(violations.argmax())
-    # The units of the rows are inverse to their geometric means.
+    # The scaling factors of the rows are inverse to their geometric means.
     return np.asarray(CERTAIN * violations[worst] * np.exp2(means[rows] - means[worst]))

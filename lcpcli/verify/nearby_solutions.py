@@ -1,17 +1,16 @@
-"""Exact solutions that are proved to exist near a point, and what speaks against them.
+"""Exact solutions that are proved to exist close to a point, and proofs against them.
 
-A z whose residual exceeds what the criterion allows may be a solution all the same: its
-digits may not hold what the residual asks for, or its size may be beyond what the cap
-of the criterion takes for sure, which is there to keep out points that tend to infinity
-in a problem without a solution. So a solution near it is proved, from its states: by a
-linear system with bounds on its rounding (`enclosure`), or in fractions
-(`exact_solution`).
+A z whose residual exceeds the tolerance may still be a solution: its digits may not
+suffice for a small residual, or its size may exceed what the caps of `measure` allow,
+which exclude points that tend to infinity in a problem without solution. So a solution
+close to it, with the same basis, is proved to exist: by a linear system with bounds on
+its rounding errors (`enclosure`), or in rational arithmetic (`exact_solution`).
 
-Ill-posed problems have such a solution for their doubles, and are infeasible but for
-the rounding of M: the solution is then so large that rounding of its digits leaves more
-than the criterion allows; or, where exact arithmetic takes too long, it is a point that
-tends to infinity. The proof is one of `farkas.cancellation`. Which of the two holds for
-the data before they were rounded, the doubles do not tell.
+An ill-posed problem has such a solution for its double precision numbers, but is
+infeasible up to the rounding of M: the solution is so large that rounding its digits
+violates the tolerance. If exact arithmetic takes too long, it is a point that tends to
+infinity. The proof is one of `farkas.cancellation`. The rounded data do not determine
+which of the two holds for the data before rounding.
 """
 
 from __future__ import annotations
@@ -47,21 +46,21 @@ ROUNDED = (
     "relative residual of {:.1e}"
 )
 ENCLOSED = (
-    "an exact solution is proved to have the states of z, which is large beside q: "
-    "its relative residual is {:.1e}"
+    "an exact solution is proved to have the states of z, which is large relative to "
+    "q: its relative residual is {:.1e}"
 )
 EXACT = "z is an exact solution of size {size} up to its last digits, but {proof}"
 RUN_OFF = (
     "z of size {size} violates no row by more than {tol:g} of its terms, but {proof}"
 )
-# Of the terms of a row, for each unknown: what Gaussian elimination leaves of it (N. J.
-# Higham, Accuracy and Stability of Numerical Algorithms, 2nd ed., SIAM 2002, theorem
-# 9.4).
+# Gaussian elimination with n unknowns leaves a residual of at most n times this,
+# relative to the terms of a row (N. J. Higham, Accuracy and Stability of Numerical
+# Algorithms, 2nd ed., SIAM 2002, theorem 9.4).
 ELIMINATION = 3 * EPS / 2
-EFFORT = 2.0  # of an exact solution, by the seconds that it usually takes
+EFFORT = 2.0  # limit on an exact solution, in seconds that it usually takes
 DOUBT = (
-    "z satisfies each row by its own terms but is too large to be a solution beyond "
-    "doubt, and {}"
+    "z satisfies each row to the tolerance relative to the terms of that row, but is "
+    "so large that this may be an effect of rounding, and {}"
 )
 UNDECIDED = (
     "whether it is a solution up to its last digits {}, which takes long in exact "
@@ -71,13 +70,14 @@ NOT_TRIED = "is not decided"
 
 
 class Nearby(NamedTuple):
-    """An exact solution near a point.
+    """An exact solution close to a point.
 
     z : that solution, rounded, shape (n,), or a point that tends to infinity.
-    fault : why no solution is shown to exist; "" if one is.
-    reason : how one is shown, as a clause for the user with a place for the relative
-        residual of z, or for the fault.
-    is_stable : whether one exists for all entries that differ by their rounding.
+    fault : why no solution is proved to exist; "" if one is.
+    reason : how it is proved, as a clause for the user with a placeholder for the
+        relative residual of z, or for the fault.
+    is_stable : whether a solution exists for all entries that differ by their rounding
+        errors.
     """
 
     z: Vector
@@ -88,9 +88,11 @@ class Nearby(NamedTuple):
 
 @np.errstate(all="ignore")
 def nearby(problem: Problem, z: Vector, tol: float) -> Nearby | None:
-    """Return the exact solution near a z; or z with the fault, if it violates no row by
-    its own terms, and there is none with its states; else None. One system with the
-    states of z is solved, with bounds on its rounding or else exactly."""
+    """Return the exact solution close to z. If z violates no row relative to the terms
+    of that row, but its basis has no proved solution, return z with the fault.
+    Otherwise None. One system with the basis of z is solved, with bounds on its
+    rounding errors or else exactly.
+    """
     if is_rounded_difference(problem, z, tol):
         return Nearby(z, is_stable=True)
     fault = ""
@@ -118,8 +120,9 @@ def distance(problem: Problem, z: Vector, solution: Vector) -> tuple[float, bool
 
 @np.errstate(all="ignore")
 def is_run_off(problem: Problem, z: Vector, tol: float) -> bool:
-    """Return whether no row is violated by more than the measure allows by its own
-    terms, whatever its cap."""
+    """Return whether no violation exceeds what the measure tolerates with infinite
+    caps, relative to the terms of each row: z is a solution, or tends to infinity.
+    """
     if not (
         problem.is_moderate
         and np.isfinite(z).all()
@@ -136,11 +139,14 @@ def is_run_off(problem: Problem, z: Vector, tol: float) -> bool:
 def large_solution(
     problem: Problem, points: Sequence[Vector], proof: Proof, tol: float
 ) -> tuple[Vector, str] | None:
-    """Return a solution beyond the criterion, with why the problem is ill-posed then,
-    as a clause for the user: the exact solution of the basis of one of the points, or
-    of a basis near it, rounded; else a run-off: one of the points, or a basic solution
-    in doubles, whose sign rounding decides, of a point or of the proof. None if there
-    is neither."""
+    """Return a solution that need not meet the tolerance, and the reason why the
+    problem is then ill-posed, as a clause for the user; None if there is none.
+
+    It is the rounded exact solution of the basis of one of the points, or of a basis
+    that pivoting leads to. Otherwise it is a point that tends to infinity: one of the
+    points, or a basic solution in floating-point arithmetic, whose sign depends on
+    rounding, of the basis of a point or of the proof.
+    """
     points = [z for z in points if np.isfinite(z).all()]
     large, sentence = (
         next((z for z in points if is_rounded_solution(problem, z)), None),
@@ -175,8 +181,9 @@ def large_solution(
 
 
 def _basic_solutions(problem: Problem, point: Vector) -> Iterator[Vector]:
-    """Yield the basic solution of the states of a point, and its opposite with respect
-    to the reference point."""
+    """Yield the basic solution of the basis of a point, and its reflection at the
+    reference point, as rounding may determine its sign.
+    """
     with suppress(SingularMatrix):
         z = BasicSolutions(problem).at(problem.box.basis_at(point)).z
         yield from map(problem.box.project, (z, 2 * problem.reference_point - z))

@@ -1,5 +1,5 @@
-"""Proofs that a nonlinear problem has a solution near a point, and no other one as
-near, by interval arithmetic.
+"""The residuals of a point of a nonlinear problem, whether it is a solution, and proofs
+by interval arithmetic that there is a unique solution close to it.
 
 With the variables N at bounds held there, z_B solves F_B = 0. If K = z_B - Y F_B(z) +
 (I - Y J_BB(X)) (X - z_B) lies inside the box X around z_B, for any Y, then F_B has a
@@ -7,22 +7,20 @@ zero in K and no other one in X: R. Krawczyk, Newton-Algorithmen zur Bestimmung 
 Nullstellen mit Fehlerschranken, Computing 4 (1969) 187-201; R. E. Moore, A test for
 existence of solutions to nonlinear systems, SIAM Journal on Numerical Analysis 14
 (1977) 611-615. This zero is the only solution nearby if X lies between the bounds of
-z_B and F_N has the strict signs for the bounds of z_N, in X and near these bounds.
-
-Whether a point solves a nonlinear problem, and its residuals, by F evaluated there once
-more.
+z_B, and F_N has the strict signs required at the bounds of z_N, in X and close to these
+bounds.
 
 z solves the problem if and only if it solves the linearization there, whose w at z is
 F(z). So z is measured as a point of that linear problem (see `measure`): a row may be
-violated by tol of its terms |J| |z| + |q|, with q = F(z) - J z, or of its cap. J may be
-wrong, by a mistake or as a difference over a jump of F. So a row that is violated at
-all must have terms that are large enough by quotients of differences of F along
-directions, or J must agree with these in several directions (see `evaluations.Slopes`).
+violated by tol times its terms |J| |z| + |q|, with q = F(z) - J z, or times its cap. J
+may be wrong, by a mistake or as a difference quotient over a jump of F. So a row with a
+violation must have terms that are confirmed by difference quotients of F, or J must
+agree with these in several directions (see `evaluations.Slopes`).
 
-The terms of F itself are unknown. Where they cancel, as in exp(z) - 1 near 0, what is
-left of a row is rounding, and may be far more than tol of |J| |z|. So a violation also
-counts as none if it is no more than a few times the noise of F, as far as this is that
-of rounding (see `differences.noise`).
+The terms of F itself are unknown. If they cancel, as in exp(z) - 1 close to 0, the
+violation of a row is a rounding error that may be much larger than tol |J| |z|. So a
+violation is also accepted if it is at most a few times the noise of F, as far as that
+is the noise of rounding (see `differences.noise`).
 """
 
 from __future__ import annotations
@@ -59,15 +57,18 @@ UNPROVED = Bound(
     "Krawczyk's operator proves no solution nearby, or a component is at a "
     "bound with w = 0",
 )
-MAX_UNKNOWNS = 1000  # for which Y is formed
-ATTEMPTS, GROWTH = 8, 8.0  # boxes that are tried, and how much larger each is
+MAX_UNKNOWNS = 1000  # unknowns up to which the dense Y is formed
+ATTEMPTS, GROWTH = 8, 8.0  # the number of boxes, and the largest ratio of their sizes
 
 
 @np.errstate(all="ignore")
 def proved_bound(problem: NonlinearProblem, z: Vector) -> Bound:
     """Return a proved bound on |z - z*|_inf to a solution z*, the only one at this
-    distance; infinite if none is proved. z : shape (n,), admissible, with what is to be
-    at a bound exactly there."""
+    distance; infinite if none is proved.
+
+    z : shape (n,), within its bounds; components that are to be at a bound are exactly
+        there.
+    """
     if problem.interval is None:
         return NO_INTERVALS
     box, point = problem.box, problem.interval(z, z)
@@ -132,8 +133,9 @@ def _middle(lower: Vector, upper: Vector) -> tuple[Vector, Vector]:
 
 
 def _errors(Y: Vector, middle: Vector, width: Vector) -> Vector:
-    """Return bounds on the errors of the product of Y with midpoints, from rounding and
-    the half widths."""
+    """Return bounds on the errors of the product of Y with the midpoints, from rounding
+    and from the half widths.
+    """
     k, absolute = 4 * (middle.shape[0] + 2), np.abs(Y)
     return np.asarray(
         absolute @ width
@@ -142,25 +144,28 @@ def _errors(Y: Vector, middle: Vector, width: Vector) -> Vector:
 
 
 def _rounded_up(sums: Vector, terms: int) -> Vector:
-    """Return upper bounds on sums of so many numbers, none negative, from their values
-    in doubles."""
+    """Return upper bounds on sums of this number of nonnegative terms, from their
+    values in floating-point arithmetic.
+    """
     return np.asarray(sums * (1 + 4 * (terms + 4) * EPS))
 
 
-# Relative to the largest |F_i| at the points: what F_i computes is no noise if it is
-# more.
+# Differences of F_i above this relative to its largest value are not considered noise.
 MAX_NOISE = 1e-10
-# Relative to the largest |z_i|: a component so small may be what rounding leaves of 0.
+# A component below this relative to the largest one may be the rounding error of 0.
 VANISHED = 1e-12
-# The residual, also relative to that at x0, up to which a closer look is taken.
+# A residual of at most WORTH, or LITTLE times the residual at x0, may be due to noise
+# alone.
 WORTH, LITTLE = 1e-6, 1e-10
-LOOSE = 1e-8  # a tolerance that is asked for where F is noisy
-TOLD = 64 * EPS  # of the terms of a row: the noise from which on it is told
+LOOSE = 1e-8  # users request tolerances above this for noisy F
+TOLD = 64 * EPS  # the noise, relative to the terms of a row, from which it is reported
 
 
 class NonlinearCriterion(Criterion):
-    """What a point must satisfy to count as a solution of a nonlinear problem. problem
-    : the linearization at x0."""
+    """The tolerance that a point must meet to be a solution of a nonlinear problem.
+
+    problem : the linearization at x0.
+    """
 
     is_linear = False
     reference_solves = False
@@ -182,8 +187,9 @@ class NonlinearCriterion(Criterion):
         self.start = size(original_problem.box.gaps(original_problem.x0, F))
 
     def linearization(self, z: Vector, F: Vector) -> Problem:
-        """Return the linear problem with M = J(z), where entries that are not finite
-        count as 0, and w(z) = F."""
+        """Return the linear problem with M = J(z) and w(z) = F; entries that are not
+        finite are replaced by 0.
+        """
         return self._linearization(z, F).having(origin=self.problem.origin)
 
     def _linearization(
@@ -208,14 +214,16 @@ class NonlinearCriterion(Criterion):
         return linear.having(solutions=original_problem.solutions)
 
     def point(self, z: Vector) -> Point:
-        """Return the point of an admissible z or, if nearly a solution, one without
-        rounding that is a solution."""
+        """Return the point at a z within its bounds; if it almost solves the problem,
+        return the first point without rounding errors of zeros that does solve it.
+        """
         point = NonlinearPoint(self, z)
         if point.solves() or not point.is_small:
             return point
         return next((other for other in point.cleaned() if other.solves()), point)
 
     def residuals(self, Z: Vector) -> tuple[list[float], list[bool]]:
+        """Return the natural residuals of points; none is reported to be rounding."""
         problem = self.evaluations.problem
         return [size(problem.box.gaps(z, problem.values(z))) for z in Z], [False] * len(
             Z
@@ -229,8 +237,9 @@ class NonlinearCriterion(Criterion):
 
 
 class NonlinearPoint(Point):
-    """A z with its measures; w : F(z). noise : of each row of F, 0 as long as it is not
-    needed."""
+    """A z with its residuals; w : F(z). noise : of each row of F, 0 until it is
+    needed.
+    """
 
     is_linear = False
     slopes: Slopes | None
@@ -277,8 +286,9 @@ class NonlinearPoint(Point):
 
     @property
     def is_small(self) -> bool:
-        """Return whether the residual is so small that rounding and noise may be all
-        that is left of it."""
+        """Return whether the residual is so small that it may consist of rounding
+        errors and noise.
+        """
         return self.residual <= max(WORTH, LITTLE * self.original_criterion.start)
 
     @np.errstate(all="ignore")
@@ -289,7 +299,7 @@ class NonlinearPoint(Point):
             or not self._is_within()
         ):
             return False
-        # Of a claim, evaluated once more.
+        # A claim to be a solution is verified by a second evaluation of F.
         F = (
             self.F
             if self._is_new
@@ -303,6 +313,7 @@ class NonlinearPoint(Point):
         return self._is_confirmed()
 
     def _is_within(self) -> bool:
+        """Return whether the violations beyond noise meet the tolerance."""
         measure = self.criterion.measure
         violations = measure.violations(self._at_fixed, self.F)
         beyond_noise = np.where(violations > 4 * self.noise, violations, 0.0)
@@ -312,8 +323,9 @@ class NonlinearPoint(Point):
         )
 
     def _is_confirmed(self) -> bool:
-        """Return whether differences of F show terms beside which violations are small;
-        if not, they are the terms."""
+        """Return whether difference quotients of F confirm terms large enough for the
+        violations; if not, the terms are replaced by the confirmed ones.
+        """
         violations = self.criterion.measure.violations(self._at_fixed, self.F)
         needed = np.where(violations > 4 * self.noise, violations, 0.0) / max(
             self.criterion.tol, ROUNDING
@@ -342,9 +354,9 @@ class NonlinearPoint(Point):
 
     @np.errstate(all="ignore")
     def remarks(self) -> list[str]:
-        """Return what differences tell of F and J at z, as clauses: the noise of F, an
-        entry of J that is wrong, and for a z that is no solution a kink or a jump of
-        F."""
+        """Return what differences show about F and J at z, as clauses: the noise of F,
+        a wrong entry of J, and, if z is no solution, a kink or a jump of F.
+        """
         evaluations, solves = self.original_criterion.evaluations, self.solves()
         if not is_finite(self.F):
             return []
@@ -383,7 +395,7 @@ class NonlinearPoint(Point):
 
     @property
     def is_doubtful(self) -> bool:
-        """Return whether J, if it were right, would make z a solution."""
+        """Return whether z would be a solution if J were right."""
         return self.slopes is not None and not self.solves()
 
     @property
@@ -395,8 +407,9 @@ class NonlinearPoint(Point):
         return self.counted_as_0
 
     def solution(self) -> Point | None:
-        """Return this point if it solves the problem, if need be up to the noise of F;
-        else None."""
+        """Return this point if it solves the problem, if necessary up to the noise of
+        F; otherwise None.
+        """
         if self.solves():
             return self
         if not self.is_small:
@@ -416,8 +429,9 @@ class NonlinearPoint(Point):
         return other if other.solves() else None
 
     def alternatives(self) -> Generator[Point, None, None]:
-        """Yield points that may be accepted in place of this one: itself up to the
-        noise of F, and points without what rounding leaves of zeros."""
+        """Yield points that may be accepted instead of this one: the point itself up to
+        the noise of F, and points without rounding errors of zeros.
+        """
         solution = self.solution()
         if solution is not None:
             yield solution
@@ -425,9 +439,10 @@ class NonlinearPoint(Point):
 
     @each_step(all="ignore")
     def cleaned(self) -> Generator[NonlinearPoint, None, None]:
-        """Yield points without what rounding and the steps of a method leave of zeros,
-        as in `point`; then those without components that are rounding beside the
-        largest one, or no more than the natural residual."""
+        """Yield points in which zeros are restored that rounding and the steps of a
+        method have changed, as in `point`; then points without components that are
+        rounding errors compared with the largest one, or at most the natural residual.
+        """
         measure = self.criterion.measure
         problem = self.original_criterion.evaluations.problem
         seen = [self.z]
@@ -435,7 +450,7 @@ class NonlinearPoint(Point):
             np.where(np.abs(self.z) <= max_size, 0.0, self.z)
             for max_size in (VANISHED * size(self.z), self.residual)
         )
-        # Once the first one is no solution.
+        # A generator, so that it is computed only if the first point is no solution.
         nearer = (without_small_distances(measure, self.z) for _ in range(1))
         for start in chain((self.z,), nearer, map(problem.box.project, small)):
             w = self.original_criterion.evaluations.known_values(start)
@@ -446,4 +461,5 @@ class NonlinearPoint(Point):
 
 
 def _finite(values: Vector) -> Vector:
+    """Return values with 0 in place of NaN and infinity."""
     return np.where(np.isfinite(values), values, 0.0)

@@ -1,17 +1,18 @@
-"""How far the objective of a program may be from its minimum, at a solution of its
-first-order conditions.
+"""How far the objective of a convex program may be from its minimum, at a solution of
+its first-order conditions.
 
-The residual measures each row of the conditions by its own terms. With multipliers of
-1e11 it does not see that a violation of 1e-14 costs 1e-3 of the objective. The duality
-gap does: for min x'Qx / 2 + c'x with multipliers y, it is the sum of z_i w_i, or (z_i -
-b_i) w_i for the bound b_i that the sign of w_i asks for, over x, y and s (see
-`model.block_form`). Positive terms say by how much the objective may exceed the
-minimum, negative ones, of violated rows, by how much it may be below it: W. S. Dorn,
-Duality in quadratic programming, Quarterly of Applied Mathematics 18 (1960) 155-162.
+The residual compares each row of the conditions with the terms of that row. With
+multipliers of 1e11 it does not detect that a violation of 1e-14 costs 1e-3 of the
+objective. The duality gap does: for min x'Qx / 2 + c'x with multipliers y, it is the
+sum of z_i w_i, or (z_i - b_i) w_i for the bound b_i that the sign of w_i requires, over
+x, y and s (see `model.block_form`). Positive terms bound by how much the objective may
+exceed the minimum, and negative ones, of violated rows, by how much it may be below it:
+W. S. Dorn, Duality in quadratic programming, Quarterly of Applied Mathematics 18 (1960)
+155-162.
 
-Where there is no such bound, or one so far off that it stands for none, the gap is
-infinite as soon as w_i is not exactly 0. The term is then z_i w_i: what rounding of w_i
-costs if the minimizer has a z_i of this size.
+If there is no such bound, or one so large that it means infinity, the gap is infinite
+unless w_i is exactly 0. The term is then z_i w_i: the cost of the rounding error w_i if
+the minimizer has a z_i of this size.
 """
 
 from __future__ import annotations
@@ -28,15 +29,16 @@ from lcpcli.model.problem import Problem, conditions_of
 from lcpcli.typing import Vector
 from lcpcli.verify.point import Point
 
-# Of the terms of the objective: what it is at least compared with, as it may cancel.
+# The objective is compared with at least this fraction of its terms, as it may cancel.
 CANCELLED = 1e-6
-NEGLIGIBLE = 1e-9  # of the objective: an error that nobody is told of
+NEGLIGIBLE = 1e-9  # relative errors of the objective up to this are not reported
 
 
 def objective_error_at(problem: Problem, point: Point) -> float:
-    """Return by how much the objective at a solution of the problem of a convex program
-    may differ from the minimum, relative to its size. What rounding of w may be is left
-    out."""
+    """Return by how much the objective at a solution of the conditions of a convex
+    program may differ from the minimum, relative to its size, without the part that
+    rounding errors of w contribute.
+    """
     error = objective_error(problem, point.z, point.plain_w)
     if error > NEGLIGIBLE:
         error = objective_error(problem, point.z, point.w)
@@ -45,7 +47,7 @@ def objective_error_at(problem: Problem, point: Point) -> float:
 
 @np.errstate(all="ignore")
 def objective_error(problem: Problem, z: Vector, w: Vector) -> float:
-    """Return the same for a z and its w = M z + q."""
+    """Return the relative error of the objective for a z and its w = M z + q."""
     form, box = problem.block_form, problem.box
     assert form is not None
     side = np.where(w > 0, box.lower, box.upper)
@@ -65,13 +67,14 @@ def objective_error(problem: Problem, z: Vector, w: Vector) -> float:
     of_x = float(np.abs(data.c) @ x + x @ absolute_product(data.Q, x) / 2)
     whole = max(objective, CANCELLED * (of_x + abs(form.constant)))
     if not (whole or data.c.any()):
-        return 0.0  # the objective is 0 everywhere, or without linear terms
+        return 0.0  # the objective is 0 everywhere, or has no linear terms
     return error / whole if whole else math.inf
 
 
 def statement(error: float) -> str:
-    """Return how many digits of the objective such a relative error leaves, as a
-    clause; "" if that is most of them."""
+    """Return how many digits of the objective a relative error leaves correct, as a
+    clause; "" if the error is negligible.
+    """
     if not error > NEGLIGIBLE:
         return ""
     digits = max(0, math.floor(-math.log10(error))) if error < math.inf else 0
@@ -79,8 +82,10 @@ def statement(error: float) -> str:
 
 
 def _objective(form: BlockForm, q: Vector, z: Vector, w: Vector) -> float:
-    """Return the objective to be minimized, without products, as w has them: Qx + c -
-    A'y in the rows of x, Ax - b or Ax - s in those of y, and y in those of s."""
+    """Return the objective to be minimized from z'w, without products with the data, as
+    w consists of Qx + c - A'y in the rows of x, Ax - b or Ax - s in those of y, and y
+    in those of s.
+    """
     k, end = form.variables, z.size - form.ranges
     doubled = z @ w + z[:k] @ q[:k] - z[k:end] @ q[k:end]
     return float(doubled) / 2 + form.sign * form.constant

@@ -1,30 +1,30 @@
-"""Whether a point solves a problem, and its residuals, always for the original M and q;
-and whether the known solutions of a problem solve it, to the digits with which they are
-given.
+"""A point with its residuals, always for the original M and q; and whether the known
+solutions that a file contains solve its problem, to the digits in which they are
+written.
 
-A method leaves a z_j of 1e-17 where 0 is meant, and a row whose terms are all of that
-kind is violated by its own terms, however small these are beside the numbers of the
-problem. So points are tried in which such z_j are at their bounds or at the reference
-point, and multipliers of rows that are not active at 0; each of them is then measured
-as any other.
+A method may leave a z_j of 1e-17 where the solution is 0, and a row all of whose terms
+are of that kind violates the tolerance relative to its terms, however small these are
+compared with the numbers of the problem. So alternative points are tested in which such
+z_j are at their bounds or at the reference point, and multipliers of inactive rows are
+0; each of them is measured as any other point.
 
-The q of large problems from other sources has entries like 2e-16 beside 1 that are
-rounding of 0, as they were computed as sums that cancel. An entry counts as 0 if its
-row is violated, and
+The q of large problems from other programs has entries such as 2e-16 next to others of
+1 that are rounding errors of 0, as they were computed as sums that cancel. An entry is
+replaced by 0 if its row is violated, and
 
-- |q_i| is the only term of the row, so that no z_j of that size was computed wrong, and
-  no whole number,
-- it is at most ROW_ROUNDING of the cap of the row, as rounding of the other numbers of
-  its part of the problem may be,
-- as it is and in the units of M, it is by a factor in ROUNDING_OF_Q smaller than each
-  of the LARGER_SHARE largest |q_j| != 0 of this part, which are at least MIN_LARGER:
-  a few large numbers do not make rounding of the others,
-- and LITERAL_STEPS of block pivoting from the states of the point find no solution for
-  q as it is.
+- |q_i| is the only term of the row, so that it is not the error of a z_j of that size,
+  and it is no integer,
+- it is at most ROW_ROUNDING times the cap of the row, as rounding errors of the other
+  numbers of its component may be,
+- both as stored and after scaling by R, it is by a factor in ROUNDING_OF_Q smaller than
+  each of the LARGER_SHARE largest nonzero |q_j| of this component, of which there are
+  at least MIN_LARGER: a few large numbers do not make the others rounding errors,
+- and LITERAL_STEPS of block principal pivoting from the basis of the point find no
+  solution for q as stored.
 
-For up to FEW_UNKNOWNS exact arithmetic decides. Entries of M and bounds never count as
-0. Sides of rows without entries may, for any number of unknowns, as nothing else can be
-meant by them (`model.rounded_rows`).
+For up to FEW_UNKNOWNS unknowns exact arithmetic decides instead. Entries of M and
+bounds are never replaced. Sides of rows without entries may be, for any number of
+unknowns, as they cannot have another meaning (`model.rounded_rows`).
 """
 
 from __future__ import annotations
@@ -67,37 +67,41 @@ from lcpcli.verify.measure import (
 if TYPE_CHECKING:
     from lcpcli.model.rounded_rows import RoundedRows
 
-# The relative residual up to which z counts as a rounded solution, whatever its digits.
+# Relative residual up to which a known solution is accepted, whatever its digits.
 ROUGH = 1e-3
-# Digits that are attributed to a z: whole numbers are meant exactly, others may be
-# singles.
+# Limits on the digits that a known solution is assumed to have: at least 4, as integers
+# are exact, and at most 7, as it may have been computed in single precision.
 MIN_GIVEN_DIGITS, MAX_GIVEN_DIGITS = 4, 7
-MAX_CLEANINGS = 4  # of a point, one after another
+MAX_CLEANINGS = 4  # successive removals of rounding errors from a point
 MAX_NAMED = 3  # entries of q that a message names
 LARGEST_ROUNDED = 2.0**900  # terms of a row from which its sum may overflow
-# Of the least of the larger entries of q: an entry that may be rounding of 0.
+# The ratios of an entry of q to the smallest of the larger entries for which it may be
+# a rounding error of 0. Smaller entries are considered data.
 ROUNDING_OF_Q = 1e-24, 1e-12
-# Of the entries of q that are not 0, in a part of M.
+# The larger entries are this fraction of the nonzero entries of q in a component of M,
+# and at least so many.
 LARGER_SHARE, MIN_LARGER = 1 / 3, 8
-LITERAL_STEPS = 8  # of block pivoting, each at the cost of a factorization
+LITERAL_STEPS = 8  # steps of block pivoting, each at the cost of a factorization
 AcceptanceTest: TypeAlias = Callable[
     [Problem, Vector, float], "tuple[bool | None, Rows | None]"
 ]
 
 
 class Criterion:
-    """What a point must satisfy to count as a solution: its relative residual, as
+    """The tolerance that a point must meet to be a solution: its relative residual, as
     defined in `measure`, is at most tol.
 
-    A problem with numbers so large or small that products over- or underflow is
-    measured in other units, powers of two. If none are found, or z is out of range in
-    them, sums are exact instead wherever doubles may overflow. acceptance_test : says
-    for a mixed problem with sparse M and moderate numbers, a z within its bounds and a
-    tolerance whether they meet this criterion, and the rows of z, None for what is not
-    sure; by default there is none.
+    A problem with numbers so large or small that products overflow or underflow is
+    measured after scaling by powers of two. If no such scaling is found, or z is out of
+    range after it, sums are computed exactly wherever double precision may overflow.
+
+    acceptance_test : a function of a mixed problem with sparse M and moderate numbers,
+        a z within its bounds, and a tolerance. It returns whether they meet this
+        criterion, and the rows of z, None for what it does not decide; by default there
+        is none.
     """
 
-    is_linear = True  # whether the problem of its points is
+    is_linear = True  # whether the problem is linear
 
     def __init__(
         self,
@@ -120,6 +124,9 @@ class Criterion:
 
     @cached_property
     def units(self) -> changes.Scaled:
+        """Return the scaling in which residuals are measured, in general the
+        identity.
+        """
         problem = self.problem
         units = (
             None if problem.is_moderate or self._is_literal else changes.scale(problem)
@@ -132,7 +139,7 @@ class Criterion:
 
     @cached_property
     def data(self) -> Problem:
-        """Return the problem in the units in which residuals are measured."""
+        """Return the problem after the scaling in which residuals are measured."""
         return self.units.problem
 
     @cached_property
@@ -142,8 +149,9 @@ class Criterion:
         )
 
     def for_point(self, z: Vector) -> Criterion:
-        """Return the criterion to measure a point by: a literal one if its z is out of
-        range in other units."""
+        """Return the criterion with which a point is measured: one without scaling if z
+        is out of range after scaling.
+        """
         if self.units.is_identity or np.array_equal(
             self.units.z_outside(self.units.z_inside(z)), z
         ):
@@ -154,15 +162,16 @@ class Criterion:
         return Point(self, z)
 
     def original(self, z: Vector) -> Vector:
-        """Return z in the original units, within its bounds."""
+        """Return a scaled z in the scale of the problem, projected on its bounds."""
         return self.problem.box.project(
             z if self.units.is_identity else self.units.z_outside(z)
         )
 
     @np.errstate(all="ignore")
     def residuals(self, Z: Vector) -> tuple[list[float], list[bool]]:
-        """Return the natural residuals of m points, shape (m, n), and which of them are
-        no more than rounding."""
+        """Return the natural residuals of m points, shape (m, n), and whether each is
+        at the level of rounding errors.
+        """
         inside = self.units.z_inside(Z)
         rows = self.measure.rows(inside)
         natural = [
@@ -173,8 +182,9 @@ class Criterion:
 
     @cached_property
     def reference_solves(self) -> bool:
-        """Return whether the reference point of the problem solves it, whatever the
-        rounding errors in its w are."""
+        """Return whether the reference point solves the problem, for all possible
+        rounding errors in its w.
+        """
         problem = self.problem
         return bool(
             (
@@ -186,34 +196,35 @@ class Criterion:
 
     @cached_property
     def _caps(self) -> Vector:
-        """Return the caps at the reference point, in the original units."""
+        """Return the caps at the reference point, in the scale of the problem."""
         return self.units.w_outside(self.measure.caps(self.data.reference_point))
 
     @np.errstate(all="ignore")
     def bound(self, F: Vector) -> float:
         """Return the size of F(x) = M z - w' + q, with the z and w' of x, relative to
-        the caps at the reference point: where it is small, so is the natural residual
-        of z, as t -> mid(l, u, t) is nonexpansive."""
+        the caps at the reference point. If it is small, so is the natural residual of
+        z, as t -> mid(l, u, t) is nonexpansive.
+        """
         return size(F / self._caps) if np.count_nonzero(F) else 0.0
 
 
 class Point:
-    """A z of shape (n,) with its measures, each computed when it is first read.
+    """A z of shape (n,) with its residuals, each computed when it is first read.
 
-    w : M z + q, rounded once in rows where rounding errors decide whether z solves the
-        problem.
-    residual : the natural residual |min(z, w)|_inf in the problem's units, zero exactly
-        at the solutions; with bounds, min(z, w) is z - mid(l, u, z - w) = max(z - u,
-        min(z - l, w)).
-    relative_residual : as defined in `measure`. NaN and overflow count as infinity, and
-        so does a z beyond a bound, unless l_i = u_i.
+    w : M z + q, rounded only once in rows where rounding errors decide whether z solves
+        the problem.
+    residual : the natural residual |min(z, w)|_inf in the scale of the problem, zero
+        exactly at the solutions; with bounds, min(z, w) is z - mid(l, u, z - w) = max(z
+        - u, min(z - l, w)).
+    relative_residual : as defined in `measure`. It is infinite for NaN and overflow,
+        and for a z beyond a bound, unless l_i = u_i.
     is_admissible : whether z is known to lie within its bounds, as iterates do;
         otherwise this is checked.
-    negligible : the indices of entries of q that count as 0, as they are rounding of it
-        (see above).
+    negligible : the indices of the entries of q that are replaced by 0, as they are
+        rounding errors (see above).
     """
 
-    is_linear = True  # so that exact arithmetic may decide
+    is_linear = True  # exact arithmetic may decide
     _product: Vector | None = None
     negligible: Sequence[int] = ()
 
@@ -238,6 +249,7 @@ class Point:
 
     @classmethod
     def of_solution(cls, criterion: Criterion, z: Vector) -> Point:
+        """Return the point of a z that is known to meet the criterion."""
         point = cls.__new__(cls)
         point.criterion = criterion
         point.z = z
@@ -248,6 +260,9 @@ class Point:
 
     @cached_property
     def _plain(self) -> Rows:
+        """Return the rows by one floating-point product; errors are infinite if sums
+        may overflow.
+        """
         rows = self.criterion.measure.rows(self._inside, self._product)
         return rows._replace(
             error=np.where(rows.full_terms < LARGEST_ROUNDED, rows.error, np.inf)
@@ -256,8 +271,9 @@ class Point:
     @cached_property
     @np.errstate(all="ignore")
     def _rows(self) -> Rows:
-        """Return the rows, with sums that are rounded only once where rounding
-        matters."""
+        """Return the rows, with sums that are rounded only once where rounding errors
+        matter.
+        """
         plain = self._plain
         criterion = self.criterion
         z = self._inside
@@ -279,7 +295,7 @@ class Point:
 
     @property
     def plain_w(self) -> Vector:
-        """Return w by one product, which may be known."""
+        """Return w by one floating-point product, reused if it has been computed."""
         rows = self.__dict__.get("_plain")
         if rows is not None:
             return self.criterion.units.w_outside(rows.w)
@@ -288,8 +304,9 @@ class Point:
         )
 
     def solves(self) -> bool:
-        """Return whether the relative residual is at most the tolerance, by bounds on
-        it as far as they decide."""
+        """Return whether the relative residual is at most the tolerance; cheap bounds
+        on it decide if they can.
+        """
         if self._solves is None:
             self._solves = self._decision()
         return self._solves
@@ -342,8 +359,9 @@ class Point:
             )
 
     def leaves(self, share: float) -> bool:
-        """Return whether the natural residual is at most this share of that of 0, or
-        rounding."""
+        """Return whether the natural residual is at most this fraction of that of 0, or
+        at the level of rounding errors.
+        """
         problem, w = self.criterion.problem, self.plain_w
         at_0 = problem.box.gaps(np.zeros(problem.n), problem.q)
         beyond = np.abs(problem.box.gaps(self.z, w)) - share * size(at_0)
@@ -354,8 +372,9 @@ class Point:
 
     @property
     def counted_as_0(self) -> str:
-        """Return which entries of q count as 0, as a clause for the user; "" if there
-        are none."""
+        """Return which entries of q are replaced by 0, as a clause for the user; "" if
+        none are.
+        """
         named = self._entries
         if self.rounded_rows is not None:
             named.append("sides of empty rows")
@@ -363,8 +382,9 @@ class Point:
 
     @property
     def remark(self) -> str:
-        """Return which entries of q count as 0, and which rows do not hold as the
-        numbers stand, as a clause for the user; "" if there are none."""
+        """Return which entries of q are replaced by 0, and which rows are violated as
+        stored, as a clause for the user; "" if there are none.
+        """
         if not self.negligible:
             return ""
         said = [f"counting {listed(self._entries)} as 0"] if self._entries else []
@@ -374,12 +394,16 @@ class Point:
 
     @property
     def rounded_rows(self) -> RoundedRows | None:
-        """Return the rows without entries that count as satisfied, if any do."""
+        """Return the rows without entries that are considered satisfied, None if there
+        are none.
+        """
         return self.criterion.problem.rounded_rows if self.negligible else None
 
     @property
     def _entries(self) -> list[str]:
-        """Return the entries of q that count as 0, other than those of such rows."""
+        """Return the entries of q that are replaced by 0, other than those of rows
+        without entries.
+        """
         rounded = self.rounded_rows
         rows = [] if rounded is None else rounded.rows.tolist()
         entries = [i for i in self.negligible if i not in rows]
@@ -416,7 +440,7 @@ class Point:
 
     @cached_property
     def _at_fixed(self) -> Vector:
-        """Return z, as it is measured, with l_i in place of z_i where l_i = u_i."""
+        """Return the scaled z, with l_i in place of z_i where l_i = u_i."""
         box = self.criterion.data.box
         return (
             self._inside
@@ -427,8 +451,9 @@ class Point:
     @cached_property
     @np.errstate(all="ignore")
     def distances_beyond(self) -> Vector | float:
-        """Return by how much z is beyond its bounds: where l_i = u_i as
-        `Measure.distances`; else infinity or 0."""
+        """Return by how much z is beyond its bounds: relative as in `Measure.distances`
+        where l_i = u_i, otherwise infinity or 0.
+        """
         if self._beyond is None or not self._beyond.any():
             return 0.0
         distances = (
@@ -447,9 +472,10 @@ class Point:
     @property
     @np.errstate(all="ignore")
     def scaled_residual(self) -> float:
-        """Return for any z the measure that a solver with one tolerance for all rows
-        can reach: the larger one of the largest v_i / c_i of z put on the bounds, and
-        how far that moves z, as `is_near` measures it."""
+        """Return a residual for any z that a solver with one tolerance for all rows can
+        reach: the largest v_i / c_i of z after projection on the bounds, or the
+        distance to that projection, as `is_near` measures it, if that is larger.
+        """
         criterion, measure = self.criterion, self.criterion.measure
         if not np.isfinite(self.z).all():
             return np.inf
@@ -471,24 +497,27 @@ class Point:
         )
 
     def is_near(self, other: Point, tol: float | None = None) -> bool:
-        """Return whether another point differs by no more than its tolerance, or the
-        given one, in the units of M."""
+        """Return whether another point differs by at most tol, by default its
+        tolerance, relative to the natural sizes of components.
+        """
         max_distance = self.criterion.tol if tol is None else tol
         distances = self.criterion.measure.distances(other._inside, self._inside)
         return bool((distances <= max_distance + ROUNDING).all())
 
     @np.errstate(all="ignore")
     def nearly_solves(self) -> bool:
-        """Return whether no violation is large by `Measure.is_near`: the point is then
-        worth a closer look."""
+        """Return whether no violation is large by `Measure.is_near`, so that further
+        tests of the point are worthwhile.
+        """
         moved = self.criterion.problem.from_reference(self.z).any()
         return bool(moved and self.criterion.measure.is_near(self._inside, self._plain))
 
     @each_step(all="ignore")
     def alternatives(self) -> Generator[Point, None, None]:
-        """Yield points that differ from this one by what rounding and a method's
-        tolerance leave of zeros (see above): first points with other components, and
-        then those for which entries of q count as 0."""
+        """Yield points that differ from this one by rounding errors of zeros and by
+        what the tolerance of a method may leave (see above): first points with other
+        components, then those for which entries of q are replaced by 0.
+        """
         criterion = self.criterion
         measure = self.criterion.measure
         z = self._inside
@@ -531,13 +560,14 @@ class Point:
                 yield other
 
     def _at(self, z: Vector) -> Point:
-        """Return another point, for which the same entries count as 0."""
+        """Return another point for which the same entries of q are replaced by 0."""
         return Point(self.criterion, z, negligible=self.negligible)
 
     def _without_noise(self) -> Iterator[Point]:
-        """Yield points without idle multipliers and, in turn, with the reference point
-        in the rows that noise alone violates, as what is removed from some rows may
-        leave noise in others."""
+        """Yield points without idle multipliers and, alternately, with the reference
+        point in the rows that only rounding errors violate, as removing them from some
+        rows may leave them in others.
+        """
         point, measure = self, self.criterion.measure
         for _ in range(MAX_CLEANINGS):
             before = point
@@ -554,7 +584,9 @@ class Point:
 
     @property
     def _at_reference_in_noise(self) -> Vector:
-        """Return z with the reference point in the rows that noise alone violates."""
+        """Return z with the reference point in the rows that only rounding errors
+        violate.
+        """
         measure, moved = self.criterion.measure, np.array(self._inside)
         used = columns_of(measure, self._rows_of_noise)
         moved[used] = measure.reference[used]
@@ -562,8 +594,9 @@ class Point:
 
     @cached_property
     def _rows_of_noise(self) -> Indices:
-        """Return the rows that are violated although all their terms may be rounding of
-        0."""
+        """Return the rows that are violated although all their terms may be rounding
+        errors of 0.
+        """
         measure = self.criterion.measure
         z = self._inside
         rows = self._plain
@@ -580,8 +613,9 @@ class Point:
 
 
 def on_bounds(measure: Measure, z: Vector, w: Vector) -> Vector:
-    """Return the nearest admissible z, on the bounds that it is closer to than w_i is
-    to 0, in the units of M."""
+    """Return the closest z within its bounds after each z_i is moved to a bound that it
+    is closer to than w_i is to 0, both scaled by R and C.
+    """
     units, box = measure.data.units, measure.data.box
     powers = np.clip(units.rows + units.columns, -LARGEST_POWER, LARGEST_POWER)
     return box.on_bounds(z, w, np.exp2(-powers))[0]
@@ -589,11 +623,13 @@ def on_bounds(measure: Measure, z: Vector, w: Vector) -> Vector:
 
 @np.errstate(divide="ignore")
 def without_small_distances(measure: Measure, z: Vector) -> Vector:
-    """Return z with the reference point in place of components at distances from it
-    that are small beside k and beside the largest in their component of M, and 0 in
-    place of those that are as small themselves and may be 0; and with the reference
-    point in all components whose rows it satisfies, as they are with the other z_i in
-    place."""
+    """Return z cleaned of small distances from the reference point.
+
+    Components whose scaled distance is below SMALL_DISTANCE times both k and the
+    largest distance in their component of M are set to the reference point; those that
+    are as small themselves, and may be 0, are set to 0. Components of M whose rows are
+    all satisfied at the reference point, given the other z_i, are set to it.
+    """
     units, reference = measure.data.units, measure.reference
     distances, sizes = (
         np.log2(np.abs(z - reference)) - units.columns,
@@ -621,13 +657,14 @@ def without_small_distances(measure: Measure, z: Vector) -> Vector:
 
 
 def without_idle_multipliers(measure: Measure, z: Vector, w: Vector) -> Vector:
-    """Return z with 0 in place of those z_j that alone make up the w_i of a z_i between
-    its bounds.
+    """Return z with 0 in place of those z_j that are the only terms of the w_i of a z_i
+    strictly between its bounds.
 
-    In a program, z_j is the multiplier of a row between two sides, and z_i = s_i its
-    value. Of the two, one is at its end: s_i at a side, if it is closer to that than
-    z_j to 0 in the units of M, which `on_bounds` has seen to, or else z_j is 0. The row
-    has no other term, so that it is violated completely by the smallest z_j."""
+    In a program, z_j is the multiplier of a row with two sides, and z_i = s_i its
+    value. Complementarity requires one of them to be at its bound: s_i at a side, if it
+    is closer to that than z_j is to 0 after scaling, as `on_bounds` decides; otherwise
+    z_j = 0. As the row has no other term, even the smallest z_j violates it completely.
+    """
     data, box = measure.data, measure.data.box
     low, high = box.vectors(z.size)
     is_between = (low < z) & (z < high) & (data.q == 0) & (w != 0)
@@ -648,7 +685,7 @@ def without_idle_multipliers(measure: Measure, z: Vector, w: Vector) -> Vector:
 
 
 def columns_of(measure: Measure, rows: Indices) -> Indices:
-    """Return the components that these rows of M use."""
+    """Return the indices j of the z_j that these rows of M contain."""
     M = measure.data.M
     if not is_sparse(M):
         return np.flatnonzero(M[rows].any(axis=0))
@@ -658,9 +695,10 @@ def columns_of(measure: Measure, rows: Indices) -> Indices:
 
 
 def with_sides(criterion: Criterion, z: Vector) -> tuple[Vector, Vector, Vector]:
-    """Return q, and the same in the units in which z is measured, with the sides of
-    two-sided rows that their values are at in place of the q_i of these rows, which are
-    0; and z without these values."""
+    """Return q; q after the scaling in which z is measured; and z. In them, two-sided
+    rows whose value is at a side have that side in place of q_i, which is 0, and 0 in
+    place of the value.
+    """
     problem = criterion.problem
     q = problem.q
     rest = z
@@ -680,8 +718,11 @@ def with_sides(criterion: Criterion, z: Vector) -> tuple[Vector, Vector, Vector]
 def negligible_q(
     measure: Measure, q: Vector, inside: Vector, z: Vector, rows: Indices
 ) -> Indices:
-    """Return those of some violated rows, whose terms may be rounding of 0, whose q_i
-    count as 0; all, or none. inside : q in the units of the measure."""
+    """Return the rows, among violated ones whose terms may be rounding errors of 0,
+    whose q_i are replaced by 0: all of them, or none.
+
+    inside : q after the scaling of the measure.
+    """
     parts = measure.data.units.row_part
     if (
         q.size <= FEW_UNKNOWNS
@@ -708,9 +749,10 @@ def negligible_q(
 
 
 def with_small_components(problem: Problem, z: Vector) -> Iterator[Vector]:
-    """Yield the basic solution of the states of z if it differs from z by rounding, and
-    components of z are smaller than those of the reference point: as differences from
-    it they lose digits."""
+    """Yield the basic solution of the basis of z if it differs from z only by rounding,
+    and some components of z are smaller than those of the reference point: computed as
+    differences from it they lose digits.
+    """
     largest = max(size(z), size(problem.reference_point))
     is_smaller = (np.abs(z) < np.abs(problem.reference_point)).any()
     for solution in islice(
@@ -721,8 +763,9 @@ def with_small_components(problem: Problem, z: Vector) -> Iterator[Vector]:
 
 
 def block_pivoting_points(problem: Problem, basis: States) -> Iterator[Vector]:
-    """Yield the z of the first steps of block pivoting from a basis, as long as there
-    are any."""
+    """Yield the z of the first LITERAL_STEPS of block principal pivoting from a basis,
+    which end at a solution.
+    """
     with imports:
         from lcpcli.basis.exchanges import BasicSolutions
     solutions = BasicSolutions(problem)
@@ -736,12 +779,12 @@ def block_pivoting_points(problem: Problem, basis: States) -> Iterator[Vector]:
 
 
 def without_wrong_solutions(problem: Problem) -> tuple[Problem, list[str]]:
-    """Return the problem without its wrong known solutions, and what is wrong with each
-    of these, as a clause.
+    """Return the problem without its wrong known solutions, and a clause for each of
+    these that says why.
 
-    z is wrong if its relative residual is above ROUGH and no changes of its components
-    by a unit in the last digit, which matter where M is ill-conditioned, make it
-    satisfy the conditions on each z_i and w_i.
+    z is wrong if its relative residual is above ROUGH, and no changes of its components
+    by a unit in their last digit, which matter if M is ill-conditioned, satisfy the
+    conditions on each z_i and w_i.
     """
     if not problem.solutions:
         return problem, []
@@ -767,6 +810,7 @@ def without_wrong_solutions(problem: Problem) -> tuple[Problem, list[str]]:
 
 @np.errstate(over="ignore", invalid="ignore")
 def _fault(point: Point) -> str:
+    """Return why a known solution is wrong, as a clause; "" if it is not."""
     problem = point.criterion.problem
     z = point.z
     w = point.w
@@ -792,8 +836,9 @@ def _fault(point: Point) -> str:
 
 
 def _last_digit(z: Vector) -> Vector:
-    """Return one unit in the last digit of each z_i, if all have as many digits or
-    decimals as the longest."""
+    """Return one unit in the last digit of each z_i, if all have as many significant
+    digits, or decimals, as the longest one.
+    """
     spelt = [
         repr(value).removesuffix(".0").partition("e")
         for value in np.abs(z[z != 0]).tolist()

@@ -1,40 +1,40 @@
-"""Solutions beside a point whose small entries have no correct digit.
+"""Solutions that a point approximates except for small entries, which have no correct
+digit.
 
-Where a solution decays, as along a chain, in a diffusion or for an option far out of
-the money, entries of 1e-200 stand beside others of 1. The criterion measures each row
-by its own terms, and refuses a z that is right to the last digit of its largest entry,
-as the rows of small entries are violated completely. So a point also counts where an
-exact solution z* is proved to exist, with |z - z*|_j at most tol times the largest
-|z* - z_ref| in the connected part of M to which z_j belongs.
+If a solution decays, as along a chain, in a diffusion or for an option far out of the
+money, it has entries of 1e-200 together with others of 1. The criterion compares each
+row with its terms, and rejects a z that is correct to the last digit of its largest
+entry, as the rows of small entries are violated completely. So a point is also accepted
+if an exact solution z* is proved to exist with |z - z*|_j at most tol times the largest
+|z* - z_ref| in the connected component of M to which z_j belongs.
 
-No such z* exists for points that tend to infinity in problems without a solution. But
-the largest entry of a part is a measure of the others only where all of them are of one
-kind: in a program whose data are spread over 16 powers of ten, a variable of 1 may be
-all that matters beside one of 1e16.
+No such z* exists for points that tend to infinity in problems without solution. But the
+largest entry of a component is a measure of the others only if all of them are of one
+kind: in a program whose data are spread over 16 powers of ten, a variable of 1 may
+matter most although another one is 1e16.
 
-So a row with a datum of its own, q_ref, has to be satisfied by its own terms, unless
-that datum decays along with the solution: a neighbour with a larger entry contributes
-to the row, as in the tail of a source that decays itself.
+So a row with a nonzero datum q_ref has to meet the tolerance relative to its terms,
+unless that datum decays along with the solution: a neighbour with a larger entry
+contributes to the row, as in the tail of a source that decays itself.
 
 Entries are of one kind if M is an H+-matrix, and u = <M>^-1 L e, with L its diagonal,
-is even: <M> u > 0 is a maximum principle, by which the largest |z_i| / u_i without data
-of its own is that of a neighbour, and the inverse decays away from the diagonal (S.
+varies little. <M> u > 0 implies a maximum principle: the largest |z_i| / u_i in rows
+without data is that of a neighbour, and the inverse decays away from the diagonal (S.
 Demko, W. F. Moss and P. W. Smith, Decay rates for inverses of band matrices,
-Mathematics of Computation 43 (1984) 491-499). Entries are then compared as they are
-given.
+Mathematics of Computation 43 (1984) 491-499). Entries are then compared without
+scaling.
 
-For any other M, entries are compared in the units C of the columns of M
+For any other M, entries are compared after scaling by the C of the columns of M
 (`linalg.units`), which do not depend on the units of the data; every row with a datum
-has to be satisfied; and the sum of |z - z*|_j t_j, with the terms t of the rows, is at
-most tol times that of |z* - z_ref|_j t_j in each part. For programs this bounds the
-change of the objective.
+has to meet the tolerance; and the sum of |z - z*|_j t_j, with the terms t of the rows,
+is at most tol times that of |z* - z_ref|_j t_j in each component. For programs this
+bounds the change of the objective.
 
-z* is the end of block principal pivoting from the states of z, in which a component is
-basic unless w_i, beyond what an error of tol may make of it, has the sign of a bound:
-the states of z themselves are wrong where its small entries have been cut off. It is
-proved by the theorem of Chen and Xiang (`error_theorems`), which takes M to be H+ and
-does not mind signs that rounding decides, by the enclosure of a system (`enclosure`),
-or in fractions.
+z* is the result of block principal pivoting from the basis of z, in which a variable is
+basic unless w_i has the sign required at a bound even if z has an error of tol: the
+basis that z itself shows is wrong where small entries have been cut off. It is proved
+by the theorem of Chen and Xiang (`error_theorems`), which needs an H+-matrix and holds
+for any signs, by the enclosure of a system (`enclosure`), or in rational arithmetic.
 """
 
 from __future__ import annotations
@@ -71,25 +71,27 @@ from lcpcli.verify.exact_solution import exact_basis
 from lcpcli.verify.measure import Measure, quotients
 from lcpcli.verify.point import Point
 
-EFFORT = 2.0  # of an exact solution, by the seconds that it usually takes
-# Basic solutions from the states of z: a few where these are nearly right.
+EFFORT = 2.0  # limit on an exact solution, in seconds that it usually takes
+# Steps of block pivoting from the basis of z: a few suffice if it is almost right.
 MAX_STEPS = 12
-# By how much u may vary in a part in which entries are compared as they are given.
+# The largest ratio of the u_i in a component whose entries are compared without
+# scaling.
 MAX_UNEVENNESS = 1e4
-# Of a datum that decays along with the solution: what neighbours contribute to its row.
+# A datum decays along with the solution if larger neighbours contribute at least this
+# fraction of it to its row.
 MIN_SHARE = 1e-4
 # Entries with a larger relative error have fewer than three correct digits.
 FEW_DIGITS = 5e-4
 
 
 class SmallEntriesSolution(NamedTuple):
-    """An exact solution beside a z.
+    """An exact solution that a z approximates except for small entries.
 
     z : that solution, rounded, shape (n,). distance : the largest |z - z*|_j, relative
-        to the largest entry of its part.
-    uncertain : the sizes of those entries that have fewer than three correct digits.
+        to the largest entry of its component.
+    uncertain : the sizes of the entries that have fewer than three correct digits.
     is_stable : whether there is a solution for all entries of M and q that differ by
-        their rounding.
+        their rounding errors.
     """
 
     z: Vector
@@ -114,8 +116,9 @@ class SmallEntriesSolution(NamedTuple):
 
 
 class Comparison(NamedTuple):
-    """In which units entries are compared. columns : the unit of each z_j, shape (n,).
-    is_even : whether M is an H+-matrix with an even u."""
+    """The scaling in which entries are compared. columns : the scale of each z_j, shape
+    (n,). is_even : whether M is an H+-matrix with a u that varies little.
+    """
 
     columns: Vector
     is_even: bool
@@ -123,9 +126,11 @@ class Comparison(NamedTuple):
 
 @np.errstate(all="ignore")
 def solution_up_to_small_entries(point: Point) -> SmallEntriesSolution | None:
-    """Return the exact solution beside a point, if all that is said above holds."""
+    """Return the exact solution that a point approximates except for small entries;
+    None if the conditions above are not proved.
+    """
     problem, tol = point.criterion.problem, point.criterion.tol
-    # Small numbers only underflow.
+    # Large numbers might overflow; small ones only underflow, which the bounds include.
     sizes = problem.largest, problem.sizes_of_q[1], size(point.z)
     if not max(sizes) <= FAR_FROM_ONE:
         return None
@@ -133,7 +138,7 @@ def solution_up_to_small_entries(point: Point) -> SmallEntriesSolution | None:
     even = Comparison(np.ones(problem.n), is_even=True)
     comparison = Comparison(np.exp2(problem.units.columns), is_even=False)
     allowed = [tol * _sizes(problem, z, each) for each in (even, comparison)]
-    # Most points are too far off for either, which takes two products to see.
+    # Most points are too far from a solution in either scaling: two products show it.
     if _states(problem, z, np.maximum(*allowed)) is None:
         return None
     distances = _theorem(problem)
@@ -157,16 +162,18 @@ def solution_up_to_small_entries(point: Point) -> SmallEntriesSolution | None:
 
 
 def _theorem(problem: Problem) -> error_theorems.Distances | None:
-    """Return bounds on the distance from the solution by H+-matrices; None if M is not
-    one, or is out of range."""
+    """Return a function that bounds the distance from the solution by the theorem for
+    H+-matrices; None if M is not proved to be one, or out of range.
+    """
     if not error_theorems.takes(problem):
         return None
     return error_theorems.h_plus_distances(problem)
 
 
 def _is_even(problem: Problem) -> bool:
-    """Return whether some u > 0 with <M> u >= 0, for an H+-matrix M, varies little in
-    each part."""
+    """Return whether some u > 0 with <M> u >= 0, for an H+-matrix M, varies by at most
+    MAX_UNEVENNESS in each component.
+    """
     M = problem.M
     diagonal = problem.M.diagonal()
     units = problem.units
@@ -188,8 +195,9 @@ def _is_even(problem: Problem) -> bool:
 
 
 def _sizes(problem: Problem, z: Vector, comparison: Comparison) -> Vector:
-    """Return the largest distance from the reference point in the part of each z_j, in
-    the unit of z_j."""
+    """Return, for each z_j, the largest distance from the reference point in its
+    component of M, after scaling, in the scale of z_j.
+    """
     units, columns = problem.units, comparison.columns
     relative = np.abs(problem.from_reference(z)) / columns
     largest = units.largest(relative, units.column_part)
@@ -197,8 +205,10 @@ def _sizes(problem: Problem, z: Vector, comparison: Comparison) -> Vector:
 
 
 def _states(problem: Problem, z: Vector, error: Vector) -> States | None:
-    """Return the states that a solution may have which differs by no more than `error`
-    from an admissible z, basic where both are possible; None if there is none."""
+    """Return the basis that a solution may have which differs by at most `error` from a
+    z within its bounds; variables are basic if both are possible. None if there is no
+    such solution.
+    """
     box, M = problem.box, problem.M
     low, high = box.vectors(problem.n)
     w, is_fixed = problem.w(z), low == high
@@ -216,8 +226,9 @@ def _states(problem: Problem, z: Vector, error: Vector) -> States | None:
 def _solutions_by_pivoting(
     problem: Problem, basis: States, z: Vector
 ) -> Iterator[Vector]:
-    """Yield the ends of block pivoting from these states, and from those of z where
-    that leads to none, as where a system is singular."""
+    """Yield the solutions to which block pivoting leads from this basis, and from the
+    one that z shows, as the first may be singular.
+    """
     states_of_z = problem.box.basis_at(z)
     for start in (basis, np.where(basis == BASIC, states_of_z, basis)):
         with suppress(SingularMatrix):
@@ -234,8 +245,9 @@ def _solutions_by_pivoting(
 def _proved(
     problem: Problem, candidate: Vector, theorem: error_theorems.Distances | None
 ) -> tuple[Vector, Vector] | None:
-    """Return a z near an exact solution, with bounds on its distances from that; None
-    if none is proved."""
+    """Return a z close to an exact solution, with bounds on its distances from that;
+    None if none is proved.
+    """
     if theorem is not None:
         small = np.abs(candidate) < error_theorems.SMALLEST_ENTRY
         y = np.where(small, 0.0, candidate)
@@ -263,8 +275,11 @@ def _proved(
 def _compared(
     point: Point, clean: Point, solution: Vector, change: Vector, comparison: Comparison
 ) -> SmallEntriesSolution | None:
-    """Return the solution near a point if it is as near as is required. clean : the
-    point, with components on the bounds at which the solution is."""
+    """Return the solution close to a point if the distances and the data meet the
+    conditions above, otherwise None.
+
+    clean : the point, with the components at bounds that the solution has there.
+    """
     problem = point.criterion.problem
     z = point.z
     tol = point.criterion.tol
@@ -287,8 +302,9 @@ def _compared(
 
 
 def _decays(problem: Problem, solution: Vector, data: Vector) -> bool:
-    """Return whether in each row with such a datum neighbours with larger entries
-    contribute to it."""
+    """Return whether, in each row with a datum, neighbours with larger entries
+    contribute at least MIN_SHARE of it.
+    """
     moved, rows = np.abs(problem.from_reference(solution)), data.nonzero()[0]
     M = problem.M[rows]
     if not is_sparse(M):
@@ -305,8 +321,9 @@ def _decays(problem: Problem, solution: Vector, data: Vector) -> bool:
 def _is_worth_little(
     problem: Problem, distance: Vector, solution: Vector, tol: float
 ) -> bool:
-    """Return whether the distances, each times the terms of its row, are small beside
-    the solution, in each part."""
+    """Return whether the sum of the distances, each weighted with the terms of its row,
+    is at most tol times that of the solution, in each component.
+    """
     units, moved = problem.units, np.abs(problem.from_reference(solution))
     terms = np.abs(problem.q_ref) + absolute_product(problem.M, moved)
     weights = np.exp2(units.rows - units.columns) * terms

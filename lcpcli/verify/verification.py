@@ -3,8 +3,8 @@
 The componentwise backward error of z is the smallest omega for which z solves a problem
 with data M + dM, q + dq such that |dM| <= omega |M| and |dq| <= omega |q|: these change
 w_i by up to omega (|M| |z| + |q|)_i, each independently (see `measure`). For a z_i
-beyond its bounds no change helps, unless l_i = u_i, which may change by omega of its
-size.
+beyond its bounds no such change helps, unless l_i = u_i, which may change by omega
+relatively.
 """
 
 from __future__ import annotations
@@ -35,10 +35,10 @@ from lcpcli.verify.point import Criterion, Point
 if TYPE_CHECKING:
     from lcpcli.model.nonlinear import NonlinearProblem
 
-# Unknowns up to which an error bound is always computed, which may take a second.
+# Unknowns up to which an error bound is computed, which may take a second.
 MAX_BOUNDED = 300
-# In the units of M: the largest one for putting components on their bounds, which is
-# reported.
+# The largest distance, relative to natural sizes, of a point that solves the problem
+# for which the message mentions it.
 SMALL_CHANGE = 1e-4
 MAX_LISTED = 10  # violations that a verification lists
 
@@ -48,8 +48,11 @@ Number = TypeVar("Number", float, Fraction)
 @dataclass(frozen=True)
 class Violation(Generic[Number]):
     """A component that prevents z from being a solution: its index, from 0, what it
-    violates, z_i and w_i; kind : as "z < 0", "w < 0", both with a comma between them,
-    or "z w > 0"; with bounds "z < lower", "z > upper" or "w > 0"."""
+    violates, z_i and w_i.
+
+    kind : as "z < 0", "w < 0", both with a comma between them, or "z w > 0"; with
+        bounds "z < lower", "z > upper", "w < 0" or "w > 0".
+    """
 
     index: int
     kind: str
@@ -73,12 +76,13 @@ class Verification:
         in no class for which a bound is known.
     violations, violated : the worst violations, and how many components violate a
         condition.
-    strategies : for a game, the strategies given, or those of z, with payoffs and
+    strategies : for a game, the proposed strategies, or those of z, with payoffs and
         gains; else None.
     statement : for a program, what x is, or what it violates; else "".
-    multipliers : the multipliers of the rows found for an x given without them, shape
+    multipliers : the multipliers of the rows computed for an x without them, shape
         (m,); else None.
-    answer : what else the formulation says, as why a program has no optimum; else None.
+    answer : further results of the formulation, as why a program has no optimum; else
+        None.
     """
 
     problem: Problem
@@ -108,12 +112,13 @@ class Verification:
 
 
 class Proposed(NamedTuple):
-    """What is proposed as a solution of a problem: z, or what a formulation takes in
-    its place.
+    """A proposed solution of a problem: z, or the values that a formulation takes
+    instead.
 
-    values : finite doubles, shape (k,), or fractions. tol : the tolerance, 0 in exact
-    arithmetic. data : the problem in exact numbers, None for doubles. of_z : verifies a
-    z. is_own : whether multipliers are known to be in the sense of the formulation.
+    values : finite floating-point numbers, shape (k,), or fractions. tol : the
+        tolerance, 0 in exact arithmetic. data : the problem in exact numbers, None for
+        floating point. of_z : verifies a z. is_own : whether multipliers are known to
+        have the sign convention of the formulation.
     """
 
     problem: Problem
@@ -131,9 +136,10 @@ class Proposed(NamedTuple):
 
 @np.errstate(all="ignore")  # overflow counts as infinite
 def verify(problem: Problem, z: Vector, tol: float) -> Verification:
-    """Verify z, finite and of shape (n,), in doubles, as `acceptance.accepted` judges a
-    point as it is given. Violations are those components whose own relative residual is
-    above tol, the largest first."""
+    """Verify z, finite and of shape (n,), in floating-point arithmetic, by
+    `acceptance.accepted` for the point itself. Violations are the components whose
+    relative residual is above tol, the largest first.
+    """
     point = Point(Criterion(problem, tol), z, is_admissible=False)
     bound = error_bound(problem, z) if problem.n <= MAX_BOUNDED else None
     return _verified(point, bound)
@@ -141,9 +147,10 @@ def verify(problem: Problem, z: Vector, tol: float) -> Verification:
 
 @np.errstate(all="ignore")
 def verify_nonlinear(problem: NonlinearProblem, z: Vector, tol: float) -> Verification:
-    """Verify z, finite and of shape (n,), as `verify` does, by F evaluated at z. The
+    """Verify z, finite and of shape (n,), as `verify` does, with F evaluated at z. The
     problem of the verification is the linearization there, which z solves if and only
-    if it solves the problem itself; no bound is known."""
+    if it solves the nonlinear problem; no bound is computed.
+    """
     with imports:
         from lcpcli.model.evaluations import Evaluations
         from lcpcli.verify.nonlinear_point import NonlinearCriterion, NonlinearPoint
@@ -170,7 +177,7 @@ def verify_nonlinear(problem: NonlinearProblem, z: Vector, tol: float) -> Verifi
 
 
 def _verified(point: Point, bound: Bound | None) -> Verification:
-    """Return the verification of a point, in doubles."""
+    """Return the verification of a point in floating-point arithmetic."""
     problem = point.criterion.problem
     z = point.z
     tol = point.criterion.tol
@@ -219,9 +226,9 @@ def _verified(point: Point, bound: Bound | None) -> Verification:
 
 
 def _measured(point: Point, tol: float) -> str:
-    """Return by how much a point fails to be a solution, as a clause: by its relative
-    residual, or, as no change of M and q helps there, by how far it is beyond a
-    bound."""
+    """Return how far a point is from a solution, as a clause: its relative residual,
+    or, as no change of M and q helps there, by how much it is beyond a bound.
+    """
     problem = point.criterion.problem
     z = point.z
     relative = point.relative_residual
@@ -240,7 +247,9 @@ def _measured(point: Point, tol: float) -> str:
 
 
 def _how_changed(nearby: Point, point: Point) -> str:
-    """Return how a point that meets the criterion differs from one, as a clause."""
+    """Return how `nearby`, which meets the tolerance, differs from `point`, as a
+    clause.
+    """
     ways = [nearby.counted_as_0] if nearby.counted_as_0 else []
     if not np.array_equal(nearby.z, point.z):
         ways.insert(0, "with components put on their bounds")
@@ -255,8 +264,10 @@ def verify_exactly(
     data: ExactProblem, z: list[Fraction], claimed_w: list[Fraction] | None = None
 ) -> Verification:
     """Verify z, of length n, in rational arithmetic: it is accepted if it is a
-    solution, and the claimed M z + q, if it is given, is right. Only the measures are
-    rounded. Violations are those components with min(z_i, w_i) not 0."""
+    solution, and `claimed_w`, unless it is None, equals M z + q. Only the reported
+    residuals are rounded. Violations are the components for which min(z_i, w_i) is not
+    0.
+    """
     w = data.w(z)
     each = data.gaps(z, w)
     violating = sorted(
@@ -303,10 +314,14 @@ def verify_exactly(
 def verify_farkas(
     problem: Problem, y: list[Fraction], data: ExactProblem | None, is_rounded: bool
 ) -> Verification:
-    """Verify a proof y, of length n, that no z >= 0 has M z + q >= 0: for exact data,
-    if given, with y as it is or, if known to be rounded, corrected; else for the
-    doubles of the problem, with y as it is or rounded, also up to the rounding of M: of
-    few unknowns only if y is known to be rounded, as that of an ill-posed problem."""
+    """Verify a proof y, of length n, that no z within its bounds has M z + q of the
+    required signs.
+
+    For exact data, y has to be a proof exactly, or, if it is known to be rounded, to be
+    one after correction. Without exact data, the double precision numbers of the
+    problem are used, and y may be a proof after rounding, or up to the rounding of M;
+    for few unknowns only if y is known to be rounded, as that of an ill-posed problem.
+    """
     exact, doubles = data is not None, rounded(y)
     problem = problem if data is None else data.problem
     message = f"proved infeasible: {problem.box.wording.refuted}"
@@ -333,7 +348,9 @@ def verify_farkas(
 
 
 def _failed_condition(data: ExactProblem, y: list[Fraction]) -> str:
-    """Return the first condition that a proof violates; "" if it violates none."""
+    """Return the first condition of a proof that y violates, as a clause; "" if it
+    violates none.
+    """
     if not data.problem.box.is_orthant:
         return (
             ""
@@ -358,6 +375,7 @@ def _failed_condition(data: ExactProblem, y: list[Fraction]) -> str:
 
 
 def _violation(problem: Problem, i: int, z: Number, w: Number) -> Violation[Number]:
+    """Return the violation of component i, which has these z and w."""
     if problem.box.is_orthant:
         negative = ", ".join(
             f"{name} < 0" for name, value in (("z", z), ("w", w)) if value < 0
@@ -375,6 +393,7 @@ def _violation(problem: Problem, i: int, z: Number, w: Number) -> Violation[Numb
 
 
 def _backward_error(point: Point, w: Vector) -> float:
+    """Return the componentwise backward error of a point, whose w is known."""
     problem = point.criterion.problem
     box = point.criterion.problem.box
     z = point.z
