@@ -287,9 +287,7 @@ def daqp(
     Q, c, A = dense(program.Q), program.c.copy(), dense(program.A)
     lower = np.concatenate((program.lower, program.row_lower))
     upper = np.concatenate((program.upper, program.row_upper))
-    sense = np.where((lower == upper) & (np.arange(lower.size) >= k), 5, 0).astype(
-        np.int32
-    )  # 5: always active
+    sense = np.where(lower == upper, 5, 0).astype(np.int32)  # 5: always active
     x, _, flag, more = daqp.solve(Q, c, A, upper, lower, sense, **settings)
     status = (
         dict(zip(range(2, -8, -1), ENDINGS_OF_DAQP.split(", "), strict=True)).get(flag)

@@ -255,7 +255,7 @@ class Machine:
         self.now += taken
         self.curves.append(with_curve)
         curve = [(0, taken, 1.0)] if with_curve and self._curve else None
-        return Claim(None, self._claim, taken, "", curve=curve)
+        return Claim(None, self._claim, taken, "", None, taken / 2, curve=curve)
 
     def sleep(self, seconds: float) -> None:
         self.now += seconds
@@ -284,7 +284,12 @@ RUNS: dict[str, tuple[Machine, float, list[float], list[bool]]] = {
         [0.01] * MIN_REPEATS,
         [*WARMED, *[True] * CURVES],
     ),
-    "a run longer than the budget": (Machine(repeat(2.0)), 1.0, [2.0], [True, False]),
+    "a run longer than the budget": (
+        Machine(chain([5.0], repeat(2.0))),
+        1.0,
+        [2.0],
+        [True, False],
+    ),
     "a failure": (Machine(repeat(0.001), claim=False), 1.0, [0.001], [True]),
     "a solver without a curve": (
         Machine(repeat(1.0), curve=False),
@@ -300,6 +305,7 @@ def test_runs_are_as_many_as_times_and_curve_need(name: str) -> None:
     machine, budget, expected, curves = RUNS[name]
     answer, times = machine.measure(budget)
     assert (times, machine.curves) == (expected, curves)
+    assert answer.setup_seconds == times[0] / 2
     assert (
         answer.curve is None
         if "without" in name

@@ -315,6 +315,12 @@ DAMAGED = "good.json that is damaged"
         ("", "", "good.json none.json --tol 1e-8", "tol 1e-10"),
         ("", "", "good.json none.json --method lemke", "method auto"),
         ("", "", "good.json none.json --exact", "exact none, but here it is True"),
+        (
+            '"given": {',
+            '"given": {"exact": "True", ',
+            "good.json none.json",
+            "exact True, but here it is none",
+        ),
         ('"status": "solved"', '"status": "fine"', "good.json none.json", DAMAGED),
         ('"status": "solved"', '"status": null', "good.json none.json", DAMAGED),
         ('"exact": null', '"exact": {}', "good.json none.json", DAMAGED),

@@ -113,6 +113,9 @@ def test_a_limit_ends_the_list_which_is_then_not_complete() -> None:
         1,
         False,
     )
+    unbegun = lcpcli.solutions(problem)
+    unbegun.stop()
+    assert (list(unbegun), unbegun.complete) == ([], False)
     segments = lcpcli.solutions(
         Problem(np.kron(np.eye(40), np.ones((2, 2))), -np.ones(80)), time_limit=0.2
     )

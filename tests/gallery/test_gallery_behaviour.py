@@ -317,6 +317,16 @@ def test_a_tower_comes_to_rest_in_place_and_a_heap_keeps_changing_contacts() -> 
     assert len(numbers) >= 4
 
 
+def test_boxes_touch_where_the_side_of_each_lies_on_that_of_the_other() -> None:
+    offset = 0.2
+    centres = np.array([[0.0, HALF[1]], [offset, 3 * HALF[1]]])
+    scene = Scene(centres, np.zeros(2), np.zeros((2, 3)))
+    points = [each.point for each in scene.contacts if each[:2] == (1, 2)]
+    ends = np.sort(points, axis=0)
+    assert ends[:, 0] == pytest.approx([offset - HALF[0], HALF[0]])
+    assert ends[:, 1] == pytest.approx(2 * HALF[1])
+
+
 def test_a_ceiling_that_comes_down_leaves_no_solution_in_the_end() -> None:
     scene, statuses = contact_in_time("crushed", 1), []
     while len(statuses) < 8:

@@ -385,6 +385,15 @@ def test_a_minor_that_is_0_in_doubles_only_excludes_nothing() -> None:
     ) == (NO, NO, YES)
 
 
+def test_a_block_that_is_no_h_matrix_excludes_one_of_any_size() -> None:
+    M = np.eye(70)
+    M[:2, :2] = [[1, 2], [1, 1]]
+    found = classify(M)["h_plus"]
+    assert found.word == NO
+    assert found.vector is not None
+    assert np.flatnonzero(found.vector).tolist() == [0, 1]
+
+
 @pytest.mark.parametrize(
     "M", [[[1, 2, 0], [0, 1, 2], [-0.25, 0, 1]], [[0, 1, 0], [0, 0, 1], [-1, 0, 0]]]
 )

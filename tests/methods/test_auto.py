@@ -28,14 +28,23 @@ from lcpcli.auto.attempts import (
     Structure,
     attempts_in_rounds,
 )
+from lcpcli.auto.policy import auto
 from lcpcli.gallery import families
 from lcpcli.linalg.patterns import has_friction
 from lcpcli.methods import lemke
 from lcpcli.methods.direct import MAX_PIVOTED
-from lcpcli.methods.stages import Finished, Iterate, MethodSequence, Stage
+from lcpcli.methods.stages import (
+    Ending,
+    Finished,
+    Iterate,
+    MethodSequence,
+    NoSolution,
+    Stage,
+)
 from lcpcli.options import Limits
 from lcpcli.solving import driver
 from lcpcli.typing import Vector
+from lcpcli.verify.certificate import Proof
 
 from .planted import planted, solvable
 from .stages import through
@@ -402,8 +411,13 @@ def test_attempts_with_large_matrices_are_not_held(
     assert turns_of(row("a", counting))[0] == [("a", 3)]
 
 
+@pytest.mark.parametrize(
+    "claim",
+    [Finished(), NoSolution(Proof("farkas", np.ones(PROBLEM.n), is_rounded=True))],
+    ids=["of a solution", "of a proof up to rounding"],
+)
 def test_a_row_that_is_added_is_tried_and_shown_and_its_claim_is_not_believed(
-    monkeypatch: pytest.MonkeyPatch,
+    claim: Ending, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """The first two rows of all end at a point that is no solution, and at one that is
     known beforehand."""
@@ -412,7 +426,7 @@ def test_a_row_that_is_added_is_tried_and_shown_and_its_claim_is_not_believed(
 
     def ending_at(z: Vector) -> Stage:
         yield Iterate(problem.box.x_of(z, problem.w(z)), None, "", 1)
-        return Finished()
+        return Finished() if z.any() else claim
 
     liar, known = (
         row(*each, math.inf)
@@ -426,3 +440,5 @@ def test_a_row_that_is_added_is_tried_and_shown_and_its_claim_is_not_believed(
     result = run(problem)
     assert (result.solved, result.route[-1]) == (True, "known")
     assert plan(problem)[1] == ("known", "", None, "it is known")
+    iterates, ending = through(auto(problem, np.zeros(problem.n)))
+    assert (type(ending), iterates[-1].method) == (Finished, "known")

@@ -19,6 +19,7 @@ from hypothesis import strategies as st
 from scipy.sparse import csr_array
 
 from lcpcli import Problem, Result, Status, read, run, solve
+from lcpcli.basis.dual_simplex import DualSimplex
 from lcpcli.files import contents
 from lcpcli.gallery import families
 from lcpcli.methods import milp as module
@@ -53,6 +54,35 @@ def is_right(problem: Problem, result: Result) -> bool:
     if exact.solution(problem) is None:
         return result.status in NONE
     return result.solved
+
+
+def test_forms_are_restricted_to_0_or_multipliers_prove_that_they_cannot_be() -> None:
+    proofs = points = 0
+    for seed in range(40):
+        random = np.random.default_rng(seed)
+        m, n = random.integers(1, 6, 2)
+        A, b = random.integers(-3, 4, (m, n)), random.integers(-4, 7, m)
+        simplex, restricted = DualSimplex(A, b, margin=0.0), np.zeros(n + m, bool)
+        y, point = simplex.feasible(), simplex.point()
+        for form in random.permutation(n + m).tolist():
+            if y is not None:
+                break
+            restricted[form] = True
+            y, point = simplex.vanish(form), simplex.point()
+            if y is None:
+                assert point is not None
+                z, w = point
+                assert w == pytest.approx(A @ z + b, abs=1e-9)
+                assert min(*z, *w) >= -1e-9
+                assert np.append(z, w)[restricted] == pytest.approx(0, abs=1e-9)
+                points += 1
+        if y is not None and y.any():
+            assert y @ b < -1e-9
+            assert (y >= 0)[~restricted[n:]].all()
+            assert (A.T @ y <= 1e-9)[~restricted[:n]].all()
+            proofs += 1
+    assert proofs > 30
+    assert points > 30
 
 
 ENDINGS: dict[str, tuple[Any, Any, str]] = {

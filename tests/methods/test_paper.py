@@ -26,7 +26,12 @@ from lcpcli import Problem, Status, read, run
 from lcpcli.files import contents
 from lcpcli.gallery import families
 from lcpcli.linalg import factors
-from lcpcli.methods.fixed_point import best_omega, fixed_point
+from lcpcli.methods.fixed_point import (
+    RESTART_GROWTH,
+    Anderson,
+    best_omega,
+    fixed_point,
+)
 from lcpcli.methods.josephy_newton import phi, slopes
 from lcpcli.methods.shi import (
     AVERAGE,
@@ -558,6 +563,17 @@ def test_auto_omega_and_anderson_each_save_iterations_on_the_obstacle_problem() 
     assert plain.iterations < published.iterations
     assert 2 * fast.iterations < plain.iterations
     assert np.allclose(fast.z, plain.z, rtol=0, atol=1e-9)
+
+
+def test_anderson_restarts_with_a_plain_step_from_the_best_point() -> None:
+    sequence = Anderson(3, 2)
+    images = np.array([[2.0, 0.0], [1.0, 0.5], [9.0, 9.0]])
+    sizes = (3.0, 1.0, 1.0 + 2 * RESTART_GROWTH)
+    for image, size in zip(images, sizes, strict=True):
+        following = sequence.next(image - [size, 0.0], image)
+    assert following.tolist() == images[1].tolist(), "what the best point leads to"
+    following = sequence.next(following, images[0])
+    assert following.tolist() == images[0].tolist(), "without an earlier difference"
 
 
 @settings(max_examples=25)

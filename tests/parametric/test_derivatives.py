@@ -228,16 +228,24 @@ def test_kinks_do_not_depend_on_units(scaled: bool) -> None:
     assert np.abs(found.z * C - other.z).max() <= 1e-9 * np.abs(other.z).max()
 
 
-def test_a_complement_that_may_be_rounding_gives_no_direction() -> None:
-    """1e-13 is far above rounding, 4e-16 is not: 1 over it is no derivative."""
+@pytest.mark.parametrize("unit", [2.0**-60, 1.0, 2.0**60])
+def test_a_complement_that_may_be_rounding_gives_no_direction(unit: float) -> None:
+    """1e-13 is far above rounding, 4e-16 is not: 1 over it is no derivative, in any
+    units of w."""
     nearly, singular = (
-        lcpcli.run(Problem([[0.1, 0.3], [1, 3 * (1 + far)]], [-0.1, -1]), z0=[1, 0])
+        lcpcli.run(
+            Problem(
+                [[0.1 * unit, 0.3 * unit], [unit, 3 * (1 + far) * unit]],
+                [-0.1 * unit, -unit],
+            ),
+            z0=[1, 0],
+        )
         for far in (1e-13, 4e-16)
     )
-    found = nearly.derivative(dq=[0, -1], one_sided=True)
+    found = nearly.derivative(dq=[0, -unit], one_sided=True)
     assert (found.kinks, found.strongly_regular) == ([1], True)
     with pytest.raises(DerivativeError, match="no derivative was found in this"):
-        singular.derivative(dq=[0, -1], one_sided=True)
+        singular.derivative(dq=[0, -unit], one_sided=True)
 
 
 @pytest.mark.parametrize("power", [-12, -6])

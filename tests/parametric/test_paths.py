@@ -496,6 +496,18 @@ def test_of_a_segment_of_solutions_the_nearer_end_is_the_start(
     )
 
 
+def test_a_fixed_component_stays_fixed_where_a_segment_of_solutions_ends() -> None:
+    """w_3 < 0 is no violation, as z_3 cannot move; z_1 = z_2 moves down to 0."""
+    M, q = [[1, -1, 0], [-1, 1, 0], [1, 0, 1]], [0, 0, -5]
+    problem = Problem(M, q, upper=[np.inf, np.inf, 0])
+    z = np.array([2.0, 2.0, 0.0])
+    is_fixed = np.array([False, False, True])
+    states = basic_states(problem, z, problem.w(z), is_fixed)
+    assert states is not None
+    assert sorted(states[:2].tolist()) == [-1, 0]
+    assert states[2] == -1
+
+
 # The ray in z1 is no proof, the multipliers of the rows are: z2 >= 4 and 2 - 2 z2 >= 0.
 RAY = [[0, -2], [0, 1]]
 PROVED = "the second problem is proved to have no solution"

@@ -237,6 +237,13 @@ def test_no_color_is_obeyed(
     assert cli_terminal.terminal()[1] is colored
 
 
+def test_a_vector_is_told_to_be_a_proof_by_its_products_only_without_bounds() -> None:
+    products = ": M'y = (0) and q'y = -1, so y'(Mz + q) < 0 for every z >= 0"
+    for bounds, y in (({}, f"(1){products}"), ({"lower": -np.inf}, "(-1)")):
+        problem = Problem([[0]], [1 if bounds else -1], **bounds)
+        assert outcome.proofs(run(problem, "auto")) == [f"Farkas certificate y = {y}"]
+
+
 def test_durations_have_a_unit_that_fits() -> None:
     shown = {
         0.0: "0 us",

@@ -339,6 +339,21 @@ def test_a_method_by_name_is_stalled_there_and_check_refuses_its_z() -> None:
     assert "but as strategies, not an equilibrium" in checked.message
 
 
+@pytest.mark.parametrize("constant", [0, 10**9])
+def test_what_a_gain_is_compared_with_is_the_same_if_all_payoffs_rise(
+    constant: int,
+) -> None:
+    lines = [
+        'EFG 2 R "choice" { "Ann" "Bob" }',
+        'p "" 1 1 "" { "worse" "better" } 0',
+        *(f't "" {gain + 1} "" {{ {constant + gain}, 0 }}' for gain in (0, 1)),
+    ]
+    game = game_of(lcpcli.from_efg("\n".join(lines)))
+    for share, are_best in ((0.0, True), (1e-3, False)):
+        behavior = Behavior.of(game, [[[share, 1.0 - share]], []])
+        assert behavior.are_best(game, 1e-10) == are_best
+
+
 @pytest.mark.parametrize("payoffs", ["1, 2", "-3, 1/3"])
 def test_strategies_are_checked_in_a_game_without_moves(payoffs: str) -> None:
     game = [

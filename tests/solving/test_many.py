@@ -258,6 +258,7 @@ def test_a_batch_is_a_sequence_of_results() -> None:
     assert again.z.tolist() == batch.z.tolist()
     assert again[0].iterations == batch[0].iterations
     assert not batch.z.flags.writeable
+    assert not batch.solved.flags.writeable
 
 
 @pytest.mark.usefixtures("way")
