@@ -17,7 +17,16 @@ from scipy.sparse import csr_array
 
 import lcpcli
 from lcpcli.errors import ProblemError
+from lcpcli.formulations.least_squares.active_set import (
+    Minimizer,
+    are_clear,
+    column_norms,
+)
+from lcpcli.formulations.least_squares.factors import Factors
+from lcpcli.formulations.least_squares.fit import Data
+from lcpcli.model.box import BASIC
 
+from .. import exact
 from ..cli.conftest import Lcp
 from ..seeds import few_of
 
@@ -87,6 +96,10 @@ def test_powers_of_two_change_nothing_but_the_powers(
     assert scaled.proved == answer.proved
 
 
+def dot(one: list[Fraction], two: list[Fraction]) -> Fraction:
+    return sum((a * b for a, b in zip(one, two, strict=True)), Fraction(0))
+
+
 def test_supports_are_those_of_fractions_where_A_A_has_no_digits_left() -> None:
     """cond(A) is 1e10: the square of it is beyond doubles."""
     rng = np.random.default_rng(3)
@@ -102,6 +115,36 @@ def test_supports_are_those_of_fractions_where_A_A_has_no_digits_left() -> None:
             assert result.answer.support.tolist() == support
         lost += result.answer.proved != "unique"
     assert lost < 5
+
+
+def test_a_point_is_not_clear_where_its_error_moves_it_beyond_a_bound() -> None:
+    """cond(A) is 1e7, and the residual as large as b: x has an error of up to 1e-2."""
+    moved = 0
+    for seed in range(20):
+        random = np.random.default_rng(seed)
+        left, _ = np.linalg.qr(random.standard_normal((6, 4)))
+        right, _ = np.linalg.qr(random.standard_normal((3, 3)))
+        A = left[:, :3] * [1, 1e-3, 1e-7] @ right
+        b = A @ np.ones(3) + left[:, 3]
+        columns = [list(map(Fraction, column)) for column in A.T.tolist()]
+        products = [[dot(one, two) for two in columns] for one in columns]
+        side = [dot(column, list(map(Fraction, b.tolist()))) for column in columns]
+        x = exact.regular(products, side)
+        assert x is not None
+        none = np.zeros((0, 3))
+        factors = Factors(A, none)
+        step = factors.step(b, np.zeros(3), np.zeros(0))
+        between = (step.dx + np.array(list(map(float, x)))) / 2
+        is_beyond = step.dx > between
+        moved += np.count_nonzero(is_beyond)
+        lower = np.where(is_beyond, between, -np.inf)
+        data = Data(A, b, lower, np.full(3, np.inf), none, np.zeros(0))
+        states = np.full(3, BASIC, np.int8)
+        point = Minimizer(step.dx, step.dr, np.zeros(0), states)
+        rows = column_norms(factors.inverse_of_R.T)
+        if is_beyond.any():
+            assert not are_clear(data, point, column_norms(A), rows)
+    assert moved > 20
 
 
 @pytest.mark.parametrize(

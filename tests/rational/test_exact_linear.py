@@ -109,6 +109,16 @@ def test_determinants_are_those_by_expansion(seed: int) -> None:
     assert elimination.determinant(A.tolist()) == exact.determinant(A.tolist())
 
 
+@pytest.mark.parametrize("seed", range(8))
+def test_principal_minors_are_determinants_each_once(seed: int) -> None:
+    """Of matrices with many zeros, where Schur complements lack pivots."""
+    A = np.random.default_rng(seed).integers(-1, 2, (5, 5))
+    minors = list(elimination.principal_minors(A.tolist(), lambda: None))
+    assert len(minors) == len(dict(minors)) == 2**5 - 1
+    for indices, minor in minors:
+        assert minor == exact.determinant(A[np.ix_(indices, indices)].tolist())
+
+
 @pytest.mark.parametrize("seed", range(24))
 def test_minors_that_prove_a_symmetric_matrix_indefinite_are_negative_or_zero(
     seed: int,

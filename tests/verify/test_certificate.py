@@ -20,6 +20,7 @@ import lcpcli
 from lcpcli import Problem, Result, Solver, from_qp, run, solve, solve_many
 from lcpcli.formulations.quadratic_program.no_minimum import Constraints
 from lcpcli.interrupts import TimeIsUp
+from lcpcli.model.box import ORTHANT, Box
 from lcpcli.model.problem import conditions_of
 from lcpcli.rational import elimination, numbers
 from lcpcli.rational.exact_problem import ExactProblem, fractions_of
@@ -29,7 +30,7 @@ from lcpcli.report import result_formats, wording
 from lcpcli.solving import proof as solving
 from lcpcli.verify.alternative import FarkasSystem, farkas_multipliers
 from lcpcli.verify.certificate import Proof, first_proof
-from lcpcli.verify.enclosure import enclosure
+from lcpcli.verify.enclosure import SIGNS, enclosure, fault
 from lcpcli.verify.farkas import exact_proof, refutes
 
 from .. import exact
@@ -240,6 +241,50 @@ def test_enclosure_holds_an_exact_solution(seed: int) -> None:
         abs(change) <= Fraction(d[j])
         for change, j in zip(found, changed.tolist(), strict=True)
     )
+
+
+def test_a_proof_nearby_has_the_signs_of_multipliers_too() -> None:
+    """A'y = 0 asks for y_3 = -1e-9, so that y_3 = 5e-9 is near no proof: z = (-2e9,
+    2e9 + 1.5) is feasible."""
+    A = np.array([[1.0, 1.0], [-(1 + 1e-9), -1.0], [0.0, 1.0]])
+    b, z = np.array([-1.0, 0.0, 0.0]), np.array([-2e9, 2e9 + 1.5])
+    assert (A @ z + b >= 0).all()
+    box = Box(np.array([-INF, 0.0]), np.full(2, INF))
+    assert not refutes(A, b, np.array([1.0, 1.0, 5e-9]), box, ORTHANT)
+
+
+def test_products_that_underflow_hide_the_sign_of_their_sum() -> None:
+    """(A'y)_1 = 2e-324 is positive, and -5e-324 in doubles; z = 5e123 is feasible."""
+    A = np.array([[2e-124], [2e-124], [2e-124], [-4e-124]])
+    b, z = np.array([-1.0, -1.0, -1.0, 2.2]), np.array([5.2e123])
+    assert (A @ z + b >= 0).all()
+    y = np.full(4, 1e-200)
+    assert (A.T @ y).item() < 0
+    assert not refutes(A, b, y, ORTHANT, ORTHANT)
+
+
+@pytest.mark.parametrize(
+    ("q", "upper", "reason"),
+    [
+        ([-1, -1 + 1e-5], INF, ""),
+        ([-1, -1 - 1e-7], INF, SIGNS.format(2)),
+        ([-1, -1 + 1e-5], 1 - 1e-7, SIGNS.format(1)),
+    ],
+)
+def test_no_solution_is_shown_where_the_distance_to_it_may_change_a_sign(
+    q: list[float], upper: float, reason: str
+) -> None:
+    """z_1 is 1 - 1e-6, and 1 where w_1 = 0: that changes w_2, or is beyond a bound."""
+    problem = Problem([[1, 0], [1, 1]], q, upper=[upper, INF])
+    for z in (np.array([1 - 1e-6, 0.0]), np.array([1 + 1e-6, 0.0])):
+        if z[0] < upper:
+            assert fault(problem, z, 1e-4) == reason
+
+
+@pytest.mark.parametrize(("upper", "is_ray"), [(INF, True), (5, False)])
+def test_a_ray_does_not_lead_beyond_a_bound(upper: float, is_ray: bool) -> None:
+    problem = Problem([[0]], [0], upper=[upper])
+    assert Proof("ray", np.ones(1)).holds(problem) == is_ray
 
 
 def test_dependent_equations_and_too_many_have_no_enclosure() -> None:
