@@ -400,3 +400,13 @@ def test_check_of_exact_numbers_is_exact() -> None:
     assert found.exact
     assert found.accepted
     assert sum(exact.answer.exact["costs"], Fraction(0)) < 0
+
+
+@pytest.mark.parametrize("payoffs", [[[3, 3], [3, 3]], [[0]], [[-1, 2], [2, -1]]])
+def test_costs_are_positive_whatever_the_payoffs_are(payoffs: list[list[int]]) -> None:
+    other = [[0] * len(payoffs) for _ in payoffs[0]]
+    problem = lcpcli.from_polymatrix({(0, 1): payoffs, (1, 0): other})
+    m, k = len(payoffs), len(payoffs) + len(payoffs[0])
+    assert (problem.M[:m, m:k] > 0).all()
+    assert (problem.M[m:k, :m] > 0).all()
+    assert lcpcli.run(problem).answer.payoffs[1] == pytest.approx(0)

@@ -104,6 +104,9 @@ def test_an_empty_set_is_left_to_the_methods_that_prove_it() -> None:
             (True, True, True),
         ),
         (lcpcli.from_avi(INDEFINITE, [0, 0], lower=1, upper=1), (True, True, True)),
+        # Every point of a line, and of a segment of one.
+        (lcpcli.from_avi([[0]], [0], lower=-np.inf), (True, True, False)),
+        (lcpcli.from_avi([[0]], [0], upper=1), (True, True, False)),
         (lcpcli.from_avi([[1]], [0], [[1]], [5], upper=2), (False, True, None)),
         (lcpcli.from_avi([[0]], [-1]), (False, True, None)),
         (lcpcli.from_avi([[-1]], [-1]), (False, False, None)),

@@ -321,6 +321,21 @@ def image(M: np.ndarray, d: np.ndarray) -> list[Fraction]:
     ]
 
 
+@pytest.mark.parametrize("power", [0, -161, -480, -530])
+def test_an_image_is_bounded_from_below_with_its_rounding_and_underflow(
+    power: int,
+) -> None:
+    unit, random = 2.0**power, np.random.default_rng(0)
+    for n in (2, 5, 9):
+        M = unit * random.standard_normal((n, n))
+        d = unit * random.random(n)
+        np.fill_diagonal(M, 0.0)
+        off = np.abs(M) @ d / d
+        np.fill_diagonal(M, off * (1 + 2.0**-50 * random.standard_normal(n)))
+        bounds = lower_image(M, M.diagonal(), d).tolist()
+        assert (np.array(list(map(Fraction, bounds))) <= image(M, d)).all()
+
+
 def test_scaling_is_found_where_it_varies_by_more_than_the_digits_of_a_double() -> None:
     """For the M with ones on the diagonal and 2 above it, C^-1 e = (3^(n-1), ..., 3,
     1), and C d is all rounding."""
