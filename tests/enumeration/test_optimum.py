@@ -177,6 +177,15 @@ def value_of(objective: dict[str, int], payoffs: tuple[Fraction, Fraction]) -> F
     )
 
 
+def test_a_multiplier_of_a_maximum_has_its_sign_by_name_and_that_of_z_by_place() -> (
+    None
+):
+    sides = {"row_upper": [1], "rows": ["row"], "columns": ["x", "y"], "sense": "max"}
+    problem = lcpcli.from_qp([[-2, 0], [0, -2]], [4, 4], [[1, 1]], **sides)
+    assert lcpcli.optimum(problem, {"row": 1}).value == 3
+    assert lcpcli.optimum(problem, {"z3": 1}).value == -3
+
+
 def test_objectives_are_sums_in_which_terms_of_one_unknown_add_up() -> None:
     problem = lcpcli.Problem(
         [[1, 2], [2, 1]], [-1, -1], names=["first price", "second"]

@@ -71,6 +71,15 @@ def test_weights_decide_what_changes_and_change_what_may() -> None:
     assert changes(weights={"need": 5, "a": "3/2"}) == {"b upper side": "3"}
 
 
+def test_no_change_of_a_number_that_has_no_part_in_the_conflict_is_enough() -> None:
+    problem = lcpcli.Problem([[0, 1, 0], [1, 0, 0], [0, 0, 1]], [-1, 1, 0])
+    beside, usual = lcpcli.why(problem, change="z3"), lcpcli.why(problem)
+    assert (beside.repair, beside.is_impossible) == (None, True)
+    assert beside.to_dict()["repairable"] is False
+    assert usual.repair is not None
+    assert not usual.is_impossible
+
+
 def test_bounds_of_variables_change_only_where_they_are_named() -> None:
     problem = lcpcli.from_qp(None, [1], [[1]], row_lower=[5], upper=[3], columns=["x"])
     usual = lcpcli.why(problem, keep="x upper bound").repair

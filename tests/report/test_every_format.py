@@ -319,6 +319,9 @@ def test_a_long_table_and_its_notes_have_one_caption_and_one_label() -> None:
         == text.count(r"\endhead")
         == 1
     )
+    first, others = text.partition(r"\endhead")[0].split(r"\endfirsthead")
+    assert r"$z_{1}$" in others, "on each page"
+    assert r"$z_{1}$" in first
 
 
 def test_numbers_are_powers_of_ten_and_nothing_is_advice_to_whoever_ran_it(

@@ -135,6 +135,14 @@ def test_range_of_a_row_has_the_name_of_the_row() -> None:
     assert str(terms.moving) == "return: 0.09 to 0.08"
 
 
+def test_a_jump_is_noted_where_it_arrives() -> None:
+    bounds = {"lower": [0], "upper": [1], "columns": ["x"]}
+    falling = lcpcli.path(*(lcpcli.from_qp(None, [c], **bounds) for c in (1, -1)))
+    assert list(falling.jumps) == [1]
+    notes = path_formats.notes_on(falling, ["x"], math.inf)
+    assert [note.startswith("jump") for note in notes] == [False, False, True, False]
+
+
 def test_a_path_of_one_point_has_it_once() -> None:
     first, last = (
         lcpcli.Problem(np.zeros((1, 1)), [0]),
