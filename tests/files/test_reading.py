@@ -47,6 +47,7 @@ SPELLINGS = {
     "blank-lines": b"\n \n2,-1,-1\n\t\n\n-0.5,2,0.25\n\n",
     "header": b"z1,z2,q\n2,-1,-1\n-0.5,2,0.25\n",
     "quoted-header": b'"z,1";"z,2";"q"\n2;-1;-1\n-0.5;2;0.25\n',
+    "header-with-inches": b'5";z2;q\n2;-1;-1\n-0.5;2;0.25\n',
     "header-of-blanks": b"z1 z2 q\n2 -1 -1\n-0.5 2 0.25\n",
     "header-below-a-comment": b"# a, b\nz1,z2,q\n2,-1,-1\n-0.5,2,0.25\n",
     "comments": b"# M; q Sch\xc3\xa4fer\n2,-1,-1\n  # the second row\n-0.5,2,0.25\n#\n",

@@ -387,6 +387,21 @@ def test_the_condition_numbers_of_structures_grow_as_their_notes_say() -> None:
         assert np.linalg.cond(M) == pytest.approx(expected, rel=0.2)
 
 
+@pytest.mark.parametrize("name", ["ben-gharbia-gilbert", "kostreva"])
+def test_cyclic_shifts_have_odd_orders_of_which_they_make_p_matrices(name: str) -> None:
+    problems = [gallery.make(name, n) for n in range(1, 7)]
+    assert [problem.n for problem in problems] == [3, 3, 3, 5, 5, 7]
+    for problem in problems:
+        assert inspect(problem).classes["p_matrix"].word == "yes"
+
+
+def test_an_even_load_on_a_frame_is_shared_by_its_nodes() -> None:
+    """Inner nodes have a half of the loads of two elements."""
+    one, two = (gallery.make("frame", 10, support="springs", load=k) for k in (1, 2))
+    loads = (two.q - one.q)[np.isfinite(one.lower)]
+    assert loads / loads[1] == pytest.approx([0.5, 1, 1, 1, 0.5])
+
+
 @pytest.mark.parametrize("support", ["clamped", "hinged", "cantilever", "springs"])
 def test_frames_bend_as_beams_do(support: str) -> None:
     """Of the same length, load and obstacle, by elements and by differences; only the

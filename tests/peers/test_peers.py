@@ -185,6 +185,20 @@ def test_a_new_peer_needs_only_its_call_and_its_line(
     assert (claim.solved, claim.statement) == (True, "guessed")
 
 
+@pytest.mark.parametrize(
+    ("lacking", "error"), [("daqp", OptionError), ("cdaqp", ModuleNotFoundError)]
+)
+def test_a_solver_is_missing_only_where_it_is_what_is_not_found(
+    lacking: str, error: type[Exception], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def find(_: str) -> None:
+        raise ModuleNotFoundError(f"No module named {lacking!r}", name=lacking)
+
+    monkeypatch.setattr(packages, "import_module", find)
+    with pytest.raises(error, match=f"needs {lacking}|module named '{lacking}'"):
+        peers.load("daqp").solve(INDEFINITE, TOL, 1.0)
+
+
 def test_a_prefix_selects_each_peer_once_and_an_unknown_peer_gets_a_hint() -> None:
     assert peers.select(["path-start", "path"]) == ["path-start"]
     assert peers.select([]) == []
