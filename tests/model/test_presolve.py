@@ -263,6 +263,27 @@ def test_sums_of_large_entries_are_not_exact() -> None:
         assert system.is_lossless is is_it
 
 
+def test_a_constant_that_counts_as_rounding_is_lost() -> None:
+    for size, is_it in ((2.0**20, True), (2.0**51, False)):
+        system = ReducedProblem(
+            Problem([[1, 1], [0, 1]], [size + 1, size], lower=[0, -INF])
+        )
+        system.pivot(np.array([1]), np.array([1]), np.ones(1))
+        assert system.q[0] == float(is_it)
+        assert system.is_lossless is is_it
+
+
+def test_what_counts_as_rounding_is_in_the_units_of_the_row() -> None:
+    """q_1 = 2^-40 is left of numbers of size 1, far above their rounding."""
+    system = ReducedProblem(
+        Problem([[1, 1, 1], [0, 1, 0], [0, 0, 1]], [1, 1 - 2.0**-40, 0], lower=-INF)
+    )
+    system.pivot(np.array([1]), np.array([1]), np.ones(1))
+    system.multiply(np.array([2.0**-20, 1, 1]))
+    system.pivot(np.array([2]), np.array([2]), np.ones(1))
+    assert system.q[0] == 2.0**-60
+
+
 def test_entries_that_rounding_moved_from_their_mirror_images_are_not_exact() -> None:
     size = 2.0**20
     for entry, is_it in ((size, True), (size + 2.0**-25, False)):
