@@ -85,6 +85,16 @@ def test_forms_are_restricted_to_0_or_multipliers_prove_that_they_cannot_be() ->
     assert points > 30
 
 
+def test_no_set_of_a_solution_is_excluded_whatever_the_parts_of_free_variables() -> (
+    None
+):
+    """z_1 = p_1 - t is free, and -1 at the solution, where p_1 = 0; z_2 is 1/2."""
+    problem = Problem([[1, 0], [1, 1]], [1, 0.5], lower=[-np.inf, 0])
+    parts = ComplementarySystem(standard_form(problem))
+    assert not parts.excluded(np.array([False, True, True]))
+    assert parts.excluded(np.array([False, False, True]))
+
+
 ENDINGS: dict[str, tuple[Any, Any, str]] = {
     "feasible without solution": (SWAP, [-1, 1], "unsolvable"),
     "infeasible": ([[0, -1], [1, 0]], [-1, -1], "infeasible"),

@@ -20,7 +20,7 @@ import lcpcli
 from lcpcli import Problem, run
 from lcpcli.errors import ProblemError
 from lcpcli.linalg.matrices import is_sparse
-from lcpcli.model.box import ORTHANT
+from lcpcli.model.box import BASIC, LOWER, ORTHANT
 from lcpcli.model.changes import scale
 from lcpcli.model.right_hand_sides import Columns, like_with
 
@@ -368,3 +368,21 @@ def test_scaling_in_which_a_bound_underflows_is_not_exact(side: str) -> None:
     assert not scale(small).is_exact
     large = Problem([[1e100, 0.0], [0.0, 1.0]], [-1.0, -1.0], **bounds)
     assert scale(large).is_exact
+
+
+@pytest.mark.parametrize("size", [1e-300, 1e-100, 0.0, 1.0, 1e100, 1e300])
+def test_a_problem_with_the_matrix_of_another_one_says_what_a_new_one_does(
+    size: float,
+) -> None:
+    q = np.array([-size, 1.0])
+    like, new = like_with(Problem(np.eye(2), [1, 1]), q, ORTHANT), Problem(np.eye(2), q)
+    for name in ("is_moderate", "sizes_of_q", "reference_z", "q_error"):
+        assert getattr(like, name) == getattr(new, name)
+
+
+def test_a_fixed_variable_is_at_its_lower_bound_whatever_the_sign_of_its_w() -> None:
+    for q in (-1.0, 1.0):
+        problem = Problem(np.eye(2), [q, -1], lower=[3, 0], upper=[3, 5])
+        result = run(problem)
+        assert result.basis == ["lower", "basic"]
+        assert problem.box.basis_at(result.z, result.w).tolist() == [LOWER, BASIC]
