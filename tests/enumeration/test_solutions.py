@@ -126,6 +126,12 @@ def test_a_limit_ends_the_list_which_is_then_not_complete() -> None:
     assert (next(late, None), late.complete) == (None, False)
 
 
+def test_a_game_with_upper_bounds_may_have_several_pieces_for_any_sums() -> None:
+    found = lcpcli.solutions(Problem([[0, 1], [1, 0]], [-1, -1], upper=5))
+    assert {each.vertices for each in found} == {((1, 1),), ((5, 0),), ((0, 5),)}
+    assert found.complete
+
+
 def test_as_many_as_were_asked_for_are_all_if_a_search_as_long_finds_no_other() -> None:
     problem = Problem([[1, 2], [2, 1]], [-1, -1])
     for most, others in ((2, True), (3, False), (4, False)):

@@ -18,6 +18,7 @@ from lcpcli.errors import ProblemError
 from lcpcli.files import writing
 from lcpcli.interrupts import TimeIsUp, deadline_after
 from lcpcli.rational import elimination, numbers
+from lcpcli.rational.dictionary import Dictionary
 from lcpcli.rational.elimination import Rows, particular, solve
 from lcpcli.rational.exact_problem import ExactProblem
 
@@ -234,3 +235,30 @@ def test_rounding_beyond_the_range_of_doubles_is_infinite() -> None:
     assert np.array_equal(
         numbers.rounded([Fraction(10**400), Fraction(-(10**400))]), [np.inf, -np.inf]
     )
+
+
+@pytest.mark.parametrize(
+    ("row", "signs", "is_it"),
+    [
+        ([0, 0, 0], (0, 0), True),
+        ([0, -1, 0], (0, -1), False),
+        ([0, 1, 0], (1, 0), False),
+        ([0, -1, 1], (1, -1), False),
+        ([1, -1, 0], (1, -1), False),
+    ],
+)
+def test_a_form_is_0_throughout_if_it_has_no_sign_anywhere(
+    row: list[int], signs: tuple[int, int], is_it: bool
+) -> None:
+    """Forms of x, y >= 0, which may have any sign, and then are required to have
+    one."""
+
+    def polyhedron() -> Dictionary:
+        return Dictionary({2: row}, [0, 1], [0, 1], lambda: None)
+
+    found = (polyhedron().can_have_sign(2, 1), -polyhedron().can_have_sign(2, -1))
+    assert found == signs
+    assert polyhedron().is_zero(2) == is_it
+    signed = polyhedron()
+    assert signed.require(2)
+    assert signed.is_zero(2) == (signs[0] == 0)
