@@ -431,16 +431,23 @@ def test_a_corner_at_a_third_lies_on_the_side_that_has_solutions() -> None:
         )
 
 
-def test_a_jump_at_a_third_is_verified_up_to_the_last_bit_of_t() -> None:
-    """min c x1 + 2 c x2, 0 <= x <= 1, as c goes from -1 to 2: x jumps at c = 0 in two
-    steps, between which x solves the program there only."""
+@pytest.mark.parametrize(
+    ("costs", "span", "at"),
+    [((-1, 2), (0, 1), 1 / 3), ((-1e6 + 0.123, 1.123), (-1e6, 1), -0.123)],
+    ids=["at a third", "near 0, far from the start"],
+)
+def test_a_jump_is_verified_up_to_the_last_bit_of_t(
+    costs: tuple[float, float], span: tuple[float, float], at: float
+) -> None:
+    """min c x1 + 2 c x2, 0 <= x <= 1, as c rises: x jumps at c = 0 in two steps,
+    between which x solves the program there only."""
     first, last = (
-        from_qp(None, [c, 2 * c], [[-1, 0], [0, -1]], [-1, -1]) for c in (-1, 2)
+        from_qp(None, [c, 2 * c], [[-1, 0], [0, -1]], [-1, -1]) for c in costs
     )
-    found = path(first, last)
+    found = path(first, last, start=span[0], stop=span[1])
     assert found.verified
     assert list(found.jumps) == [1, 2]
-    assert set(found.t.tolist()) == {0, 1 / 3, 1}
+    assert sorted({*found.t.tolist()}) == pytest.approx([span[0], at, span[1]], 1e-9)
 
 
 @pytest.mark.parametrize(("n", "exact"), [(40, False), (20, True)])

@@ -227,6 +227,15 @@ def test_rounding_of_zero_is_accepted_far_away_and_beside_redundant_rows() -> No
     assert accepted(problem, [point], criterion.tol, BY_CRITERION) is None
 
 
+@pytest.mark.parametrize("n", [1, 30])
+def test_a_w_at_the_bounds_that_is_only_rounding_gives_no_size(n: int) -> None:
+    """z = 0.1 is at its bound, with w = 3 z + q = -8e-17 for this q near -0.3."""
+    q = -np.nextafter(np.nextafter(0.3, 1), 1)
+    problem = Problem(3 * np.eye(n), np.full(n, q), lower=0.1)
+    assert problem.q_ref.max() < 0
+    assert Point(Criterion(problem), np.full(n, 0.1)).solves()
+
+
 def test_scaled_residual_counts_how_far_z_is_beyond_a_bound() -> None:
     criterion = Criterion(Problem([[2, 1], [1, 2]], [-2, 3]))
     for beyond in (1e-9, 0.5):
