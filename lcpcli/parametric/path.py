@@ -90,9 +90,9 @@ class Path:
         its states, so that every point between them solves its problem too, as the
         module `verified` explains. If `exact` is there, this is verified in fractions.
     direction : the direction of z, shape (n,), if the path ends on a ray; else None.
-    certificate : if the path ends on a ray, or at the start, and it is proved that no
-        problem beyond has a solution, a vector y of shape (n,) as in `Proof`;
-        else None.
+    certificate : a vector y of shape (n,), as in `Proof`, if the path ends on a ray and
+        y proves that the second problem has no solution, or if `end` is "infeasible"
+        and y proves that the first one has none; else None.
     exact : the breakpoints in fractions, if requested; else None.
     seconds : the time from the problems in memory to the verified path.
 

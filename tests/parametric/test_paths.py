@@ -333,6 +333,15 @@ def test_a_proof_at_a_ray_is_right() -> None:
             assert not list(solutions(last))
 
 
+def test_a_proof_at_the_start_is_about_the_first_problem_alone() -> None:
+    first, last = Problem([[0]], [-1]), Problem([[0]], [1])
+    found = path(first, last)
+    y = fractions_of(found.certificate)
+    assert found.end == "infeasible"
+    assert exact.refutes(first, y)
+    assert not exact.refutes(last, y)
+
+
 def test_exact_breakpoints_of_the_line_of_murty_are_its_whole_numbers() -> None:
     """K. G. Murty, Computational complexity of parametric linear programming,
     Mathematical Programming 19 (1980) 213-219, and for LCPs Linear Complementarity,
