@@ -376,11 +376,16 @@ class Reduction:
     def multipliers(self, u: Vector) -> Vector:
         """Return the y of all rows, with M_F' y = 0 for free variables F as nearly as
         possible, for multipliers u of the reduced rows."""
-        y, B = np.zeros(self.n), self.bounded
+        y, B, s = np.zeros(self.n), self.bounded, self._found.V.shape[1]
         y[self.kept[B]] = self.turn[B] * self.rows[B] * u[: B.size]
         if self.free.size:
             F = self.kept[self.free]
-            y[F] = -np.linalg.lstsq(
+            if s:
+                of_inequalities = u[B.size : B.size + s] - u[B.size + s :]
+                of_equations = self._found.of_equations.T @ u[: B.size]
+                combination = self._found.U @ (of_inequalities - of_equations)
+                y[F] = self.rows[self.free] * combination
+            y[F] -= np.linalg.lstsq(
                 self.M[np.ix_(F, F)].T, self.M[:, F].T @ y, rcond=DEPENDENT
             )[0]
         return y

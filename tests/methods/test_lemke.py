@@ -13,7 +13,7 @@ from hypothesis import strategies as st
 from numpy.typing import ArrayLike
 from scipy.sparse import eye_array
 
-from lcpcli import Problem, Status, Trace, read
+from lcpcli import Problem, Status, Trace, inspect, read
 from lcpcli.files import contents
 from lcpcli.gallery import families
 from lcpcli.methods.lemke import lemke
@@ -282,6 +282,40 @@ def test_monotone_problems_whose_free_variables_have_a_singular_block_are_solved
     M, q, free = SINGULAR[name]
     lower = np.append(np.zeros(len(q) - free), np.full(free, -np.inf))
     assert run(Problem(M, q, lower=lower), "lemke").solved
+
+
+INF = np.inf
+# M, q, lower, upper: positive semidefinite, and without a solution.
+CONTRADICTIONS = {
+    "an equation without unknowns": (
+        [[2, 1, 0], [1, 2, 0], [0, 0, 0]],
+        [1, 1, -2],
+        [0, -1, -INF],
+        [0, INF, INF],
+    ),
+    "an equation that a bound contradicts": (
+        [[1, -2, -1], [2, 0, 0], [1, 0, 0]],
+        [1, 2, 0],
+        [0, -INF, 0],
+        [0, INF, 2],
+    ),
+    "a bound from above": (
+        [[2, 3, 0], [1, 2, -1], [0, 1, 0]],
+        [-2, -1, 2],
+        [-1, 0, -INF],
+        [INF, 0, INF],
+    ),
+}
+
+
+@pytest.mark.parametrize("name", CONTRADICTIONS)
+def test_a_ray_proves_that_equations_of_free_variables_contradict_each_other(
+    name: str,
+) -> None:
+    M, q, lower, upper = CONTRADICTIONS[name]
+    problem = Problem(M, q, lower=lower, upper=upper)
+    assert inspect(problem).guarantees["lemke"].word == "yes"
+    assert run(problem, "lemke").status is Status.INFEASIBLE
 
 
 def test_a_path_solves_most_programs_with_equations_in_units_of_their_own() -> None:
