@@ -184,7 +184,7 @@ def optimum(
     Parameters
     ----------
     problem : a Problem, whose doubles are taken as exact, or an ExactProblem; at most
-        500 unknowns.
+        500 unknowns. Of a game, the payoffs are used, as in `solutions`.
     objective : shape (n,), numbers, also Fractions; or coefficients by the names of
         unknowns, the others 0; or an expression such as "z1 + 2 z3". In a program to be
         maximized, the name of a row stands for its multiplier in that sense, with the

@@ -97,24 +97,17 @@ def solutions(
     explicit_options = {"time_limit": time_limit, "max_solutions": max_solutions}
     options.check((options.TIME_LIMIT, options.MAX_SOLUTIONS), explicit_options)
     limit = options.TIME_LIMIT.value if time_limit is None else time_limit
-    return Solutions(_as_written(in_exact_numbers(problem)), limit, max_solutions)
-
-
-def _as_written(data: ExactProblem) -> ExactProblem:
-    """Return the conditions of the formulation, of which those of a problem may be
-    rounded."""
-    parts = data.problem.formulation.exact_conditions()
-    return data if parts is None else ExactProblem(data.problem, *parts)
+    return Solutions(in_exact_numbers(problem), limit, max_solutions)
 
 
 def in_exact_numbers(problem: Problem | ExactProblem) -> ExactProblem:
-    """Return a problem with its doubles taken as exact; raise ProblemError if
-    `refuse_large` does."""
-    if isinstance(problem, ExactProblem):
-        refuse_large(problem.problem)
-        return problem
-    refuse_large(as_problem(problem))
-    return ExactProblem.of_floats(problem)
+    """Return a problem with the numbers of its formulation, or else with its doubles
+    taken as exact; raise ProblemError if `refuse_large` does."""
+    data = problem if isinstance(problem, ExactProblem) else None
+    rounded = as_problem(problem) if data is None else data.problem
+    refuse_large(rounded)
+    exact = ExactProblem.of_formulation(rounded) or data
+    return ExactProblem.of_floats(rounded) if exact is None else exact
 
 
 def refuse_large(problem: Problem) -> None:

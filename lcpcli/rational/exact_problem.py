@@ -115,6 +115,14 @@ class ExactProblem:
         )
 
     @classmethod
+    def of_formulation(cls, problem: Problem) -> ExactProblem | None:
+        """Return the problem with the numbers of what it was made from, such as the
+        payoffs of a game, whose differences doubles round; None if those of the problem
+        are not rounded."""
+        parts = problem.formulation.exact_conditions()
+        return None if parts is None else cls(problem, *parts)
+
+    @classmethod
     def of_basis(cls, problem: Problem, basis: States) -> ExactProblem:
         """Return the same with zeros for the columns of M that the basic solution of a
         basis does not use."""

@@ -22,7 +22,6 @@ from collections.abc import Callable
 from contextlib import suppress
 from dataclasses import replace
 from fractions import Fraction
-from functools import partial
 
 import numpy as np
 
@@ -77,8 +76,9 @@ def exact(
 
     The doubles in M and q are taken as exact, so that 0.1 is
     3602879701896397/36028797018963968; the command takes the numbers of a file as
-    written. Up to n = 200 it takes seconds. A problem with few unknowns is always
-    decided.
+    written. The payoffs of a game, and numbers of planar contacts, are used in place of
+    M and q, as written or as their shortest decimals. Up to n = 200 it takes seconds. A
+    problem with few unknowns is always decided.
 
     Parameters
     ----------
@@ -110,7 +110,10 @@ def exact(
     chosen({"interrupts": interrupts}, ["interrupts"])
     limits = DEFAULTS if time_limit is None else Limits(time_limit=time_limit)
     result = driver.run(problem, "auto", limits=limits)
-    result = prove(partial(ExactProblem.of_floats, problem), result)
+    result = prove(
+        lambda: ExactProblem.of_formulation(problem) or ExactProblem.of_floats(problem),
+        result,
+    )
     return unless_interrupted(result, interrupts)
 
 

@@ -171,6 +171,23 @@ def test_the_best_equilibrium_by_payoffs_is_that_of_all_equilibria() -> None:
             )
 
 
+# The third row is the mean of the others: rounded costs make it worse.
+MEANS = ([[0.6, 0.7], [0.8, 0.6], [0.7, 0.65]], [[0.9, 0.8], [0.1, 0.9], [0.8, 0.4]])
+THIRDS = ([["1/3", "2/3"], ["1/3", "2/3"]], [["1/3", 0], [0, "1/3"]])
+
+
+@pytest.mark.parametrize("payoffs", [MEANS, THIRDS])
+def test_the_best_equilibrium_is_one_of_the_payoffs_as_written(payoffs: Any) -> None:
+    game = lcpcli.from_game(*payoffs)
+    everything = lcpcli.solutions(game)
+    list(everything)
+    values = [each.payoffs[1] for each in everything.equilibria.extreme]
+    for data in (game, ExactProblem.of_floats(game)):
+        for sense, best in (("min", min), ("max", max)):
+            found = lcpcli.optimum(data, '"payoff of column"', sense=sense)
+            assert (found.status, found.value) == ("optimal", best(values))
+
+
 def value_of(objective: dict[str, int], payoffs: tuple[Fraction, Fraction]) -> Fraction:
     return sum(
         (a * b for a, b in zip(objective.values(), payoffs, strict=True)), Fraction(0)

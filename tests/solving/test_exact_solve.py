@@ -117,6 +117,14 @@ def test_doubles_are_taken_as_they_are() -> None:
     assert lcpcli.exact(Problem(*NARROW)).exact.status is not Status.SOLVED
 
 
+def test_payoffs_of_a_game_are_taken_as_written() -> None:
+    A = [["1/3", 0], [0, "2/3"]]
+    for payoffs, share in ((A, Fraction(2, 3)), ([[0.1, 0], [0, 0.3]], Fraction(3, 4))):
+        game = lcpcli.from_game(payoffs, [[0, 1], [1, 0]])
+        exact: Any = lcpcli.exact(game).answer.exact
+        assert exact["column"] == [share, 1 - share]
+
+
 # Its z has states of its own.
 def test_a_solution_far_from_the_doubles_is_found_by_search_or_not_proved(
     lcp: Lcp, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
