@@ -153,12 +153,13 @@ def lemke_stage(
 
 
 def end_of_path(problem: Problem, follow: Follow) -> Stage:
-    """Yield the point at which the path ends, whether it is a solution or not; if it
-    is one, that of its basis, without the rounding of the pivots."""
+    """Yield the point at which the path ends, whether it is a solution or not.
+
+    It has the rounding of the pivots: a step of a nonlinear run needs no more digits,
+    and the solution of its basis would cost another factorization.
+    """
     path = path_to_end(problem, follow, reduced(problem))
     z, _, basis = path.point()
-    if path.end == SOLVED:
-        z, _ = solution_of_basis(problem, path.reduction.M, z, basis)
     yield _at(problem, z, path.pivots, basis)
     return Finished()
 
