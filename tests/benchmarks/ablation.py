@@ -5,13 +5,16 @@ of `tests/seams` whose run uses it are run again.
     python tests/benchmarks/ablation.py --data FOLDER --sample FILE -o TABLE
     # some of them
     python tests/benchmarks/ablation.py --only units presolve
+    # what changes if a number that is named in the code is half or double
+    python tests/benchmarks/ablation.py --constants --most 40
 
-A row of the table has the tokens of what would go (for a row of a table, of
-the whole table); how many of the sampled problems
-use it, and how many of these were run again; those whose verdict is lost (solved or
-proved before), gained, and otherwise different, and those that are false; the ratio of
-the iterations and of the processor time, off over on; and the problem with the largest
-ratio of time among those that take 3 ms or more, measured in repeated pairs.
+A row of the table has the tokens of what would go (for a row of a table, of the whole
+table); how many of the sampled problems use it, and how many of these were run again;
+those whose verdict is lost (solved or proved before), gained, and otherwise different,
+and those that are false; of how many anything in the outcome has changed; the ratio of
+the iterations and of the processor time, off over on; and, but for constants, the
+problem with the largest ratio of time among those that take 3 ms or more, measured in
+repeated pairs.
 """
 
 from __future__ import annotations
@@ -86,6 +89,46 @@ class Switch(NamedTuple):
     off: Callable[[Any], Any]
     goes: tuple[str, ...] = ()
     used: tuple[Callable[..., Any], ...] = ()
+    readers: frozenset[tuple[str, int]] = frozenset()
+
+
+def constants() -> Iterator[Switch]:
+    """Two switches for each number that a module of the package names: half and double.
+
+    They are rounded to whole numbers where they are, and a double is at least one more.
+    """
+    for path in sorted(Path(PACKAGE).rglob("*.py")):
+        tree = ast.parse(path.read_text())
+        module = ".".join(path.relative_to(PACKAGE).with_suffix("").parts)
+        for node in tree.body:
+            if not (
+                isinstance(node, ast.Assign) and isinstance(node.value, ast.Constant)
+            ):
+                continue
+            (target,) = node.targets
+            value = node.value.value
+            if not isinstance(target, ast.Name) or type(value) not in (int, float):
+                continue
+            readers = frozenset(
+                (
+                    str(path),
+                    min([each.lineno, *(d.lineno for d in each.decorator_list)]),
+                )
+                for each in ast.walk(tree)
+                if isinstance(each, ast.FunctionDef)
+                and any(
+                    isinstance(name, ast.Name) and name.id == target.id
+                    for name in ast.walk(each)
+                )
+            )
+            for word, factor in (("half of", 0.5), ("double", 2.0)):
+                changed = type(value)(value * factor)
+                yield Switch(
+                    f"{word} {module}.{target.id} = {value!r}",
+                    f"{module}:{target.id}",
+                    constant(changed),
+                    readers=readers,
+                )
 
 
 def never(_: Any) -> Any:
@@ -777,6 +820,8 @@ def is_verdict(entry: dict[str, Any]) -> bool:
 def used_by(switch: Switch, sampled: Sequence[Sampled]) -> list[Sampled]:
     """Return the problems whose run calls what the switch turns off, or what goes with
     it; all of them if it names no function."""
+    if switch.readers:
+        return [each for each in sampled if each.calls & switch.readers]
     codes = set()
     named = [inspect.getattr_static(*place(each)) for each in switch.goes]
     for found in (
@@ -813,6 +858,7 @@ def row(switch: Switch, sampled: Sequence[Sampled], most: int) -> str:
         chosen = [used[k] for k in sorted(picked)]
     lost, gained, other, false = (list[str]() for _ in range(4))
     counts, seconds, slow = np.zeros(2), np.zeros(2), []
+    changed = 0
     with switched(switch.target, switch.off):
         for each in chosen:
             entry, took = each.run()
@@ -826,14 +872,18 @@ def row(switch: Switch, sampled: Sequence[Sampled], most: int) -> str:
                 false.append(each.key)
             work = (each.entry.get("iterations", 0), entry.get("iterations", 0))
             counts += work
+            changed += entry != each.entry
             seconds += each.seconds, took
             if max(took, each.seconds) > CLEAR_SECONDS:
                 slow.append((took / each.seconds, each))
     slow.sort(key=lambda pair: -pair[0])
-    timed = [(ratio(each, switch), each.key) for _, each in slow[:REPEATED]]
+    # A constant is looked at for what changes.
+    repeated = 0 if switch.readers else REPEATED
+    timed = [(ratio(each, switch), each.key) for _, each in slow[:repeated]]
     worst, key = max(timed, default=(1.0, "-"))
     size = sum(map(tokens, switch.goes or (switch.target,)))
     numbers = [size, len(used), len(chosen), *map(len, (lost, gained, other, false))]
+    numbers.append(changed)
     words = "; ".join((*lost[:3], *(f"FALSE {each}" for each in false[:3])))
     iterations = counts[1] / max(counts[0], 1)
     times = f"{iterations:.2f} | {seconds[1] / max(seconds[0], 1e-9):.2f}"
@@ -850,8 +900,8 @@ def tried(switch: Switch, sampled: Sequence[Sampled], most: int) -> str:
 
 
 HEAD = (
-    "| switched off | tokens | use it | run | lost | gained | other | false "
-    "| iterations | time | slowest | which |\n|" + " --- |" * 12
+    "| switched off | tokens | use it | run | lost | gained | other | false | changed "
+    "| iterations | time | slowest | which |\n|" + " --- |" * 13
 )
 
 
@@ -861,14 +911,18 @@ def main() -> None:
     )
     parser.add_argument("--data", type=Path, help="a folder of problem files")
     parser.add_argument("--only", nargs="+", default=[""], help="beginnings of names")
+    parser.add_argument("--constants", action="store_true", help="half and double")
     parser.add_argument("--of-a-kind", type=int, default=OF_A_KIND)
     parser.add_argument("--sample", type=Path, help="a file that keeps the sample")
     parser.add_argument("--most", type=int, default=400, help="problems of a switch")
     parser.add_argument("-o", "--output", type=Path, help="the table is added to it")
     asked = parser.parse_args()
-    switches: Sequence[Switch] = [*SWITCHES, *rows()]
+    switches: Sequence[Switch] = (
+        list(constants()) if asked.constants else [*SWITCHES, *rows()]
+    )
     switches = [each for each in switches if each.name.startswith(tuple(asked.only))]
-    switches.sort(key=lambda each: -sum(map(tokens, each.goes or (each.target,))))
+    if not asked.constants:
+        switches.sort(key=lambda each: -sum(map(tokens, each.goes or (each.target,))))
     with TemporaryDirectory() as folder:
         sampled = sample(Path(folder), asked.data, asked.of_a_kind, asked.sample)
         total = sum(each.seconds for each in sampled)
