@@ -24,6 +24,7 @@ from lcpcli.gallery.rigid_bodies import contact_in_time
 from lcpcli.typing import Vector
 
 from ..refusals import Refusal, calls, contents, raised
+from ..seeds import few_of
 
 A, B = [[1, 0.2], [0.2, 2]], [-1, -3]
 LOWER, UPPER, FINDEX = [0, -0.5], [inf, 0.5], [-1, 0]
@@ -216,6 +217,35 @@ def test_a_mass_between_two_walls_is_jammed() -> None:
     assert result.status.has_no_solution
     assert result.answer.statement.startswith("jammed")
     assert result.answer.x is None
+
+
+def test_jammed_is_said_only_where_no_impulses_are_allowed() -> None:
+    """x = (1/5, 2/5) is within the cone of mu = 2, and its w_n = 0 is allowed, so that
+    the law of Coulomb alone has no solution."""
+    result = lcpcli.run(lcpcli.from_contact([[1, 2], [2, 4]], [-1, 1], 2))
+    assert result.status.word == "unsolvable"
+    assert result.answer.statement.startswith("no impulses satisfy the laws")
+
+
+@pytest.mark.parametrize("method", ["auto", "lemke", "milp"])
+@pytest.mark.parametrize("seed", few_of(range(40), 4))
+def test_bodies_at_rest_without_a_tangential_load_stick(method: str, seed: int) -> None:
+    """x_t = beta - mu x_n is 0 up to the rounding of both."""
+    random = np.random.default_rng(seed)
+    k = int(random.integers(1, 4))
+    q = np.zeros(2 * k)
+    q[::2] = -random.uniform(0.1, 10, k)
+    problem = lcpcli.from_contact(np.diag(random.uniform(0.1, 10, 2 * k)), q, 0.7)
+    result = lcpcli.run(problem, method)
+    assert result.solved
+    assert [each.state for each in result.answer.contacts] == ["sticking"] * k
+
+
+def test_a_contact_is_judged_apart_from_one_with_a_far_larger_impulse() -> None:
+    W = np.diag([1e-4, 1e-4, 1e6, 1e6])
+    result = lcpcli.run(lcpcli.from_contact(W, [-10, 0, -1, -0.8], 0.5))
+    states = [each.state for each in result.answer.contacts]
+    assert states == ["sticking", "sliding"]
 
 
 def test_boxes_under_a_ceiling_that_comes_down_are_jammed() -> None:

@@ -39,6 +39,37 @@ PEAKS = {
 }
 
 
+def exact_norm(A: Any, b: Any) -> float:
+    """The least |A x - b| of two independent columns without bounds, in fractions."""
+    one, two = (
+        [Fraction(value) for value in column] for column in zip(*A, strict=True)
+    )
+    right = [Fraction(value) for value in b]
+
+    def dot(u: list[Fraction], v: list[Fraction]) -> Fraction:
+        return sum((p * q for p, q in zip(u, v, strict=True)), Fraction(0))
+
+    a, c, d = dot(one, one), dot(one, two), dot(two, two)
+    f, g = dot(one, right), dot(two, right)
+    determinant = a * d - c * c
+    x, y = (f * d - c * g) / determinant, (a * g - c * f) / determinant
+    r = [t - x * p - y * q for p, q, t in zip(one, two, right, strict=True)]
+    return float(dot(r, r)) ** 0.5
+
+
+@pytest.mark.parametrize("seed", few_of(range(200), 20))
+def test_a_fit_is_unique_only_where_its_norm_is_the_least(seed: int) -> None:
+    """Of two columns that differ by a few rounding errors."""
+    random = np.random.default_rng(seed)
+    column = random.choice([-2.0, -1.0, 1.0, 2.0], 4)
+    error = 2.0 ** -random.integers(40, 48)
+    A = np.column_stack((column, column + error * np.array([0, 1, 0, -1])))
+    b = random.integers(-3, 4, 4).astype(float)
+    answer = lcpcli.lsq(A, b).answer
+    if answer.proved == "unique":
+        assert answer.norm == pytest.approx(exact_norm(A, b), rel=1e-4, abs=1e-9)
+
+
 def random_fit(seed: int) -> tuple[Any, Any]:
     """A and b of a random shape, columns in units up to 1e6 apart, some of them
     dependent."""

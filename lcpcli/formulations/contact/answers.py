@@ -36,10 +36,21 @@ JAMMED = (
     "jammed: no impulses within the cones of friction lead to velocities that the "
     "contacts allow; b is outside what impulses can reach"
 )
+WITHOUT_SOLUTION = (
+    "no impulses satisfy the laws of Signorini and Coulomb, whichever contacts stick, "
+    "slide or are separated"
+)
 NEARLY_JAMMED = (
     "jammed, up to rounding of the matrix: as it stands there are impulses, but too "
     "large to satisfy the laws of contact to the tolerance"
 )
+# Impulses within the cones of friction with velocities that the contacts allow exist
+# just when the conditions are feasible.
+WITHOUT_SOLUTION_BY_STATUS = {
+    Status.INFEASIBLE: JAMMED,
+    Status.UNSOLVABLE: WITHOUT_SOLUTION,
+    Status.ILL_POSED: NEARLY_JAMMED,
+}
 REASON = "z solves the problem to the tolerance, but x and w = A x + b do not"
 
 
@@ -128,9 +139,7 @@ def answer(contact: Contact, result: Result) -> Impulses:
     """Return the impulses, the velocities and the states of contacts if the result is
     solved."""
     if not result.solved:
-        statement = JAMMED if result.status.has_no_solution else UNSOLVED
-        if result.status is Status.ILL_POSED:
-            statement = NEARLY_JAMMED
+        statement = WITHOUT_SOLUTION_BY_STATUS.get(result.status, UNSOLVED)
         return Impulses(None, None, None, statement)
     x, w = impulses_at(contact, result.z)
     terms = terms_of(contact, x)
@@ -139,11 +148,12 @@ def answer(contact: Contact, result: Result) -> Impulses:
     if proved is not None and proved.z and proved.w and contact.is_planar:
         exact = _exactly(contact, proved.z, proved.w)
     if exact is not None:
-        states = _states(contact, exact["x"], exact["w"], 0, [0] * len(x))
+        zeros = [0] * len(x)
+        states = _states(contact, exact["x"], exact["w"], zeros, zeros)
     else:
+        small = _negligible(contact, x, result.tol * terms, result.tol)
         zeros = (result.tol * terms).tolist()
-        size = result.tol * abs(x).max(initial=0.0)
-        states = _states(contact, x.tolist(), w.tolist(), size, zeros)
+        states = _states(contact, x.tolist(), w.tolist(), small.tolist(), zeros)
     if contact.impact is not None:
         w -= contact.impact.shift
         if exact is not None:
@@ -153,8 +163,22 @@ def answer(contact: Contact, result: Result) -> Impulses:
     return Impulses(x, w, states, _statement(states), exact)
 
 
+def _negligible(contact: Contact, x: Vector, rounding: Vector, tol: float) -> Vector:
+    """Return the impulses that count as 0: they hardly change the velocity of their own
+    row, and are small beside the largest one. The second alone would call a contact
+    separated because of another one, however far away."""
+    diagonal = contact.A.diagonal()
+    of_rows = np.where(diagonal > 0, rounding / diagonal, np.inf)
+    smallest: Vector = np.minimum(of_rows, tol * abs(x).max(initial=0.0))
+    return smallest
+
+
 def impulses_at(contact: Contact, z: Vector) -> tuple[Vector, Vector]:
-    """Return x, with tangential impulses in their bounds, and w = A x + b."""
+    """Return x, with tangential impulses in their bounds, and w = A x + b.
+
+    x_t = beta - mu x_f is 0 where the difference is only rounding, which `terms_of`
+    counts too.
+    """
     x = np.asarray(product(contact.T, z))
     friction = contact.friction
     if contact.is_planar:
@@ -162,9 +186,9 @@ def impulses_at(contact: Contact, z: Vector) -> tuple[Vector, Vector]:
         max_friction = friction.coefficients * np.maximum(x[friction.normals], 0.0)
         # A lambda that is not 0 asks for the upper end, exactly.
         at_end = z[contact.b.size :] > 0
-        x[tangents] = np.where(
-            at_end, max_friction, np.clip(x[tangents], -max_friction, max_friction)
-        )
+        inside = np.clip(x[tangents], -max_friction, max_friction)
+        inside[abs(inside) <= ROUNDING * max_friction] = 0.0
+        x[tangents] = np.where(at_end, max_friction, inside)
     return x, np.asarray(product(contact.A, x) + contact.b)
 
 
@@ -185,16 +209,16 @@ def _states(
     contact: Contact,
     x: Sequence[Any],
     w: Sequence[Any],
-    size: Any,
+    small: Sequence[Any],
     rounding: Sequence[Any],
 ) -> list[ContactState]:
-    """Return the states of all contacts. size : of impulses that count as 0. rounding :
-    the velocities that count as 0."""
+    """Return the states of all contacts. small, rounding : the impulses and velocities
+    that count as 0."""
     contact_states, tangents = [], contact.friction.tangents.tolist()
     for normal, *pairs in contact.contacts:
         tangential = [i for pair in pairs for i in tangents[pair]]
         state = STICKING
-        if x[normal] <= size:
+        if x[normal] <= small[normal]:
             state = SEPARATED
         elif any(abs(w[i]) > rounding[i] for i in tangential):
             state = SLIDING
@@ -237,8 +261,18 @@ def _is_solved(contact: Contact, z: Vector, tol: float) -> bool:
 
 
 def terms_of(contact: Contact, x: Vector) -> Vector:
-    """Return |A| |x| + |b|, the terms of the rows of A x + b."""
-    return absolute_product(contact.A, abs(x)) + abs(contact.b)
+    """Return |A| |x| + |b|, the terms of the rows of A x + b.
+
+    A tangential x_t counts as mu x_f if that is larger, as it is the difference of beta
+    and mu x_f in z.
+    """
+    sizes = abs(x)
+    if contact.is_planar:
+        friction = contact.friction
+        tangents = friction.tangents[:, 0]
+        max_friction = friction.coefficients * sizes[friction.normals]
+        sizes[tangents] = np.maximum(sizes[tangents], max_friction)
+    return absolute_product(contact.A, sizes) + abs(contact.b)
 
 
 def point_of(contact: Contact, x: Vector) -> Vector:
