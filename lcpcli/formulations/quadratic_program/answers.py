@@ -66,12 +66,13 @@ class Minimum(Answer):
     exact : x and y as fractions if they are proved, else None.
 
     unique_multipliers : whether there are no other multipliers; None if it takes too
-        long to see, or the program is not known to be convex.
+        long to see, rounding hides it, or the program is not known to be convex.
     y_down, y_up, bound_multipliers_down, bound_multipliers_up : the derivatives of the
         optimal objective as the active bound falls and as it rises, of the shapes of y
         and bound_multipliers: the same number where multipliers are unique, and
         infinite where no such change is feasible. Equal bounds move together. None if
-        that takes too long, or the program is not known to be convex.
+        that takes too long, rounding hides it, or the program is not known to be
+        convex.
 
     These are computed when one of them is first read, and so are the following:
     statement : what x is, or what the absence of a solution means.

@@ -17,12 +17,19 @@ they are those known plus N t, for a basis N of the null space of A_F' of the ac
 rows; a polyhedron in t, which is a point if N has no columns. In few dimensions its
 vertices and rays are those of all systems of so many of its inequalities, and else two
 linear programs are solved for each multiplier that varies.
+
+Where a distance from a side, or a multiplier, is larger than rounding of its terms, but
+may be an error of x, all of that is begun again at the solution of the decimals of the
+data in rational arithmetic; where there is none in short time, nothing is said.
 """
 
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
+from contextlib import suppress
 from dataclasses import dataclass
+from fractions import Fraction
 from itertools import combinations
 from typing import NamedTuple
 
@@ -30,7 +37,13 @@ import numpy as np
 
 from lcpcli.clock import imports
 from lcpcli.formulations.quadratic_program.program import Program
-from lcpcli.linalg.doubles import ROW_ROUNDING, SIGN_ROUNDING, SMALL_DISTANCE
+from lcpcli.interrupts import TimeIsUp
+from lcpcli.linalg.doubles import (
+    ROUNDING,
+    ROW_ROUNDING,
+    SIGN_ROUNDING,
+    SMALL_DISTANCE,
+)
 from lcpcli.linalg.matrices import (
     absolute_product,
     dense,
@@ -50,9 +63,17 @@ MAX_SYSTEMS = 3000
 # Linear programs, of about a millisecond each; and the effort of each, in usual
 # seconds.
 MAX_PROGRAMS, PROGRAM_EFFORT = 40, 0.01
-# Relative to the terms: what a multiplier may be off where it is said not to vary, and
-# what inequalities may be violated by at a vertex.
+# Unknowns, and the effort in usual seconds, for a solution in rational arithmetic.
+MAX_EXACT_UNKNOWNS, EXACT_EFFORT = 100, 0.1
+# Relative to the terms: what a multiplier may be off in doubles, and what inequalities
+# may be violated by at a vertex.
 NEGLIGIBLE = 1e-9
+# Relative to its terms, or to the largest multiplier: what may be rounding alone.
+NOISE = 4 * ROW_ROUNDING
+
+
+class _Unclear(Exception):
+    """A number is neither 0 up to rounding nor safely another."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -88,21 +109,18 @@ class _Signs(NamedTuple):
         """Return the signs that multipliers have unless they are 0; 0 where any do."""
         return self.positive * 1.0 - self.negative * 1.0
 
-    @classmethod
-    def of(
-        cls,
-        values: Vector,
-        sides: tuple[Vector, Vector],
-        max_distance: Vector,
-        multipliers: Vector,
-    ) -> _Signs:
-        """values : of which those are active that are near to an end of their range, or
-        whose known multiplier shows it."""
-        low, high = sides
-        return cls(
-            (values - low <= max_distance) | (multipliers > 0),
-            (high - values <= max_distance) | (multipliers < 0),
-        )
+
+class _Optimum(NamedTuple):
+    """Which rows and bounds are active, and multipliers of both, at a solution.
+
+    error : what these multipliers may be off by, relative to the largest one.
+    """
+
+    rows: _Signs
+    bounds: _Signs
+    y: Vector
+    u: Vector
+    error: float
 
 
 @np.errstate(all="ignore")
@@ -110,22 +128,29 @@ def sensitivities(
     problem: Problem, program: Program, data: Blocks, z: Vector, tol: float
 ) -> Sensitivities | None:
     """Return the derivatives of the optimal value of a convex program at a solution z
-    of its conditions; None if it takes too long to see whether multipliers are unique.
+    of its conditions; None if it takes too long to see whether multipliers are unique,
+    or rounding hides it.
 
-    tol : how near to its side a row has to be, relative to its terms, to be active.
+    tol : how near to its side a row may be, relative to its terms, where it is active.
     """
-    x, y = program.parts(z)
+    with suppress(_Unclear):
+        optimum = _up_to_rounding(problem, program, data, z, tol)
+        return _derivatives(problem, program, data, optimum)
+    with suppress(_Unclear, TimeIsUp):
+        return _derivatives(problem, program, data, _exact(problem, program, data, z))
+    return None
+
+
+def _derivatives(
+    problem: Problem, program: Program, data: Blocks, optimum: _Optimum
+) -> Sensitivities | None:
+    """Return the derivatives at an optimum; None if they take too long. Raises
+    _Unclear."""
+    rows, bounds, y, u, error = optimum
     R, C = problem.units.diagonals()
-    of_x = C[: x.size]
-    of_y = C[x.size : x.size + y.size]
-    of_u = 1 / R[: x.size]
-    u = product(data.Q, x) + data.c - product(data.A.T, y)
-    y, u = _without_rounding(x, y, u, data)
-    max_distance = tol * np.abs(x) + SMALL_DISTANCE * of_x * np.abs(x / of_x).max()
-    bounds = _Signs.of(x, (data.lower, data.upper), max_distance, u)
-    max_distance = tol * absolute_product(data.A, np.abs(x))
-    sides = data.row_lower, data.row_upper
-    rows = _Signs.of(product(data.A, x), sides, max_distance, y)
+    of_x = C[: u.size]
+    of_y = C[u.size : u.size + y.size]
+    of_u = 1 / R[: u.size]
     P, F, J = (
         np.flatnonzero(each) for each in (rows.active, ~bounds.active, bounds.active)
     )
@@ -136,13 +161,13 @@ def sensitivities(
     changes = np.vstack((N, -(A[:, J] / of_u[J]).T @ N))
     values = np.concatenate((y[P] / of_y[P], u[J] / of_u[J]))
     required = np.concatenate((rows.required[P], bounds.required[J]))
-    ranges = _ranges(values, changes, required)
+    ranges = _ranges(values, changes, required, error)
     if ranges is None:
         return Sensitivities(False)
     sign = program.sign
     of_sides = []
     for extremes in ranges:
-        of_rows, of_bounds = np.zeros(y.size), np.zeros(x.size)
+        of_rows, of_bounds = np.zeros(y.size), np.zeros(u.size)
         of_rows[P] = sign * of_y[P] * extremes[: P.size]
         of_bounds[J] = sign * of_u[J] * extremes[P.size :]
         of_sides += [of_rows + 0.0, of_bounds + 0.0]
@@ -151,19 +176,94 @@ def sensitivities(
     return Sensitivities(are_unique, down, up, bounds_down, bounds_up)
 
 
-def _without_rounding(
-    x: Vector, y: Vector, u: Vector, data: Blocks
-) -> tuple[Vector, Vector]:
-    """Return the multipliers, 0 where they are small beside the terms of the columns in
-    which they are."""
-    terms = absolute_product(data.Q, np.abs(x)) + np.abs(data.c)
+def _up_to_rounding(
+    problem: Problem, program: Program, data: Blocks, z: Vector, tol: float
+) -> _Optimum:
+    """Return the optimum at z. Raises _Unclear."""
+    x, y = program.parts(z)
+    of_x = problem.units.diagonals()[1][: x.size]
+    sizes = np.abs(x)
+    u = product(data.Q, x) + data.c - product(data.A.T, y)
+    terms = absolute_product(data.Q, sizes) + np.abs(data.c)
     terms += absolute_product(data.A.T, np.abs(y))
-    min_size = NEGLIGIBLE * terms
     # The largest share of a row in the terms of a column.
-    shares = row_maxima(
-        scaled(data.A, np.abs(y), np.where(min_size > 0, 1 / min_size, 0.0))
+    shares = row_maxima(scaled(data.A, np.abs(y), np.where(terms > 0, 1 / terms, 0.0)))
+    y = np.where(_is_nonzero(shares, NOISE, NEGLIGIBLE), y, 0.0)
+    u = np.where(_is_nonzero(np.abs(u), NOISE * terms, NEGLIGIBLE * terms), u, 0)
+    largest = of_x * np.abs(x / of_x).max()
+    bounds = _active(
+        x,
+        (data.lower, data.upper),
+        (NOISE * sizes + ROUNDING * largest, tol * sizes + SMALL_DISTANCE * largest),
+        u,
     )
-    return np.where(shares > 1, y, 0.0), np.where(np.abs(u) > min_size, u, 0.0)
+    terms = absolute_product(data.A, sizes)
+    sides = data.row_lower, data.row_upper
+    rows = _active(product(data.A, x), sides, (NOISE * terms, tol * terms), y)
+    return _Optimum(rows, bounds, y, u, NEGLIGIBLE)
+
+
+def _is_nonzero(sizes: Vector, rounding: Vector | float, error: Vector | float) -> Mask:
+    """Return which sizes are larger than rounding; raise _Unclear if some of these are
+    no larger than an error may be."""
+    nonzero: Mask = sizes > rounding
+    if (nonzero & (sizes <= error)).any():
+        raise _Unclear
+    return nonzero
+
+
+def _active(
+    values: Vector,
+    sides: tuple[Vector, Vector],
+    distances: tuple[Vector, Vector],
+    multipliers: Vector,
+) -> _Signs:
+    """Return at which sides values are: those of a known multiplier, and those that are
+    near. distances : up to which they are, and up to which they may be."""
+    low, high = sides
+    near, far = distances
+    positive, negative = multipliers > 0, multipliers < 0
+    # A value with a multiplier is at its side, however far it seems to be.
+    below = np.where(positive, 0.0, np.abs(values - low))
+    above = np.where(negative, 0.0, np.abs(high - values))
+    return _Signs(~_is_nonzero(below, near, far), ~_is_nonzero(above, near, far))
+
+
+def _exact(problem: Problem, program: Program, data: Blocks, z: Vector) -> _Optimum:
+    """Return the optimum of the decimals of the data. Raises _Unclear, and TimeIsUp."""
+    with imports:
+        from lcpcli.rational.elimination import Effort
+        from lcpcli.rational.exact_problem import ExactProblem, decimal_parts_of
+        from lcpcli.verify.exact_solution import from_point
+    if problem.n > MAX_EXACT_UNKNOWNS:
+        raise _Unclear
+    exact = ExactProblem(problem, *decimal_parts_of(problem))
+    solution = from_point(exact, z, Effort(EXACT_EFFORT))
+    if solution is None:
+        raise _Unclear
+    k, m = program.variables, data.row_lower.size
+    signs_of_z, w = _signs(solution), exact.w(solution)
+    u, y, signs = _rounded(w[:k]), _rounded(solution[k : k + m]), _signs(w)
+    low, high = (
+        np.array([a == b for a, b in zip(solution, bound, strict=True)], dtype=bool)
+        for bound in (exact.lower, exact.upper)
+    )
+    bounds = _Signs(low[:k] | (signs[:k] > 0), high[:k] | (signs[:k] < 0))
+    # Of rows between two sides, s is the value; of others, w is the distance.
+    is_equal, of_y = signs[k : k + m] == 0, signs_of_z[k : k + m]
+    positive = is_equal & np.isfinite(data.row_lower)
+    negative = is_equal & np.isfinite(data.row_upper)
+    positive[data.ranges], negative[data.ranges] = low[k + m :], high[k + m :]
+    rows = _Signs(positive | (of_y > 0), negative | (of_y < 0))
+    return _Optimum(rows, bounds, y, u, SMALL_DISTANCE)
+
+
+def _signs(values: Sequence[Fraction]) -> Vector:
+    return np.array([(value > 0) - (value < 0) for value in values], dtype=np.int8)
+
+
+def _rounded(values: Sequence[Fraction]) -> Vector:
+    return np.array(list(map(float, values)), dtype=float)
 
 
 def _null_space(A: Vector) -> Vector:
@@ -183,10 +283,13 @@ def _null_space(A: Vector) -> Vector:
 
 
 def _ranges(
-    values: Vector, changes: Vector, required: Vector
+    values: Vector, changes: Vector, required: Vector, error: float
 ) -> tuple[Vector, Vector] | None:
     """Return the least and the greatest of values + changes t, shape (p,), for all t
-    for which these have the required signs; None if it takes too long."""
+    for which these have the required signs; None if it takes too long. Raises _Unclear.
+
+    error : of values, and of their range, relative to the largest one.
+    """
     lowest, greatest = values.copy(), values.copy()
     largest = np.abs(changes).max(axis=0, initial=0.0)
     changes = np.where(np.abs(changes) <= SIGN_ROUNDING * largest, 0.0, changes)
@@ -206,13 +309,12 @@ def _ranges(
     if bounded is None:
         return None
     below, above = bounded
-    scale = np.maximum(np.abs(values[rest]), np.abs(values).max())
-    for change in (below, above):
-        change[np.abs(change) <= NEGLIGIBLE * scale] = 0.0
-    lowest[rest] += below
-    greatest[rest] += above
-    for extremes in (lowest, greatest):
-        extremes[np.abs(extremes) <= SIGN_ROUNDING * np.abs(values).max()] = 0.0
+    scale = np.abs(values).max()
+    for extremes, change in ((lowest, below), (greatest, above)):
+        moves = _is_nonzero(np.abs(change), NOISE * scale, error * scale)
+        extremes[rest] += np.where(moves, change, 0.0)
+        stays = ~_is_nonzero(np.abs(extremes), NOISE * scale, error * scale)
+        extremes[stays] = 0.0
     return lowest, greatest
 
 
@@ -231,23 +333,32 @@ def _extremes(objectives: Vector, G: Vector, b: Vector) -> tuple[Vector, Vector]
     for all t with G t >= -b, which include 0 and have vertices."""
     if math.comb(len(G), G.shape[1]) > MAX_SYSTEMS:
         return _by_programs(objectives, G, b)
-    t, rays = objectives @ _vertices(G, b), objectives @ _rays(G)
+    vertices, is_clear = _vertices(G, b)
+    t, rays = objectives @ vertices, objectives @ _rays(G)
     lowest, greatest = t.min(axis=1, initial=0.0), t.max(axis=1, initial=0.0)
+    clear = t[:, is_clear]
+    certain = clear.min(axis=1, initial=0.0), clear.max(axis=1, initial=0.0)
+    for extremes, certain_extremes in zip((lowest, greatest), certain, strict=True):
+        if (np.abs(extremes - certain_extremes) > NEGLIGIBLE * np.abs(extremes)).any():
+            raise _Unclear
     lowest[(rays < -SIGN_ROUNDING).any(axis=1)] = -np.inf
     greatest[(rays > SIGN_ROUNDING).any(axis=1)] = np.inf
     return lowest, greatest
 
 
-def _vertices(G: Vector, b: Vector) -> Vector:
-    """Return the vertices of G t >= -b, in columns."""
+def _vertices(G: Vector, b: Vector) -> tuple[Vector, Mask]:
+    """Return the vertices of G t >= -b, in columns, and which of them violate no
+    inequality by more than rounding."""
     r = G.shape[1]
     chosen = np.array(list(combinations(range(len(G)), r)), dtype=np.intp)
     systems = G[chosen]
     regular = np.abs(np.linalg.det(systems)) > SIGN_ROUNDING
     sides = -b[chosen[regular]][:, :, np.newaxis]
     t = np.linalg.solve(systems[regular], sides)[:, :, 0].T
-    rounding = NEGLIGIBLE * (np.abs(G) @ np.abs(t) + b[:, np.newaxis])
-    return np.asarray(t[:, (G @ t + b[:, np.newaxis] >= -rounding).all(axis=0)])
+    slacks, terms = G @ t + b[:, np.newaxis], np.abs(G) @ np.abs(t) + b[:, np.newaxis]
+    is_vertex = (slacks >= -NEGLIGIBLE * terms).all(axis=0)
+    is_clear = (slacks >= -SMALL_DISTANCE * terms).all(axis=0)
+    return t[:, is_vertex], is_clear[is_vertex]
 
 
 def _rays(G: Vector) -> Vector:

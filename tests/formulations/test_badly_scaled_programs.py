@@ -1,0 +1,144 @@
+"""What is said about the minimizers and the multipliers of a program is true where
+numbers of very different sizes meet: by all solutions in fractions."""
+
+from __future__ import annotations
+
+from fractions import Fraction
+from typing import Any
+
+import numpy as np
+import pytest
+
+import lcpcli
+from lcpcli import Problem, from_qp, run
+from lcpcli.enumeration.search import Solutions
+
+INF = np.inf
+Range = tuple[float, float]
+
+
+def answer_of(program: Problem) -> Any:
+    result = run(program)
+    assert result.solved
+    return result.answer
+
+
+# The program, y and the multipliers of bounds: the least and the greatest of each.
+DERIVATIVES: dict[str, tuple[Problem, list[Range], list[Range]]] = {
+    "a row with a small slack": (
+        from_qp(None, [1, 1], [[1, -1]], row_upper=0.1, lower=1.7e9),
+        [(0, 0)],
+        [(1, 1), (1, 1)],
+    ),
+    "a row that leaves a small range": (
+        from_qp(None, [1], [[1]], row_upper=1.7e9 + 0.1, lower=1.7e9),
+        [(0, 0)],
+        [(1, 1)],
+    ),
+    "a small multiplier": (
+        from_qp(None, [1e9 + 1, 1e9], [[1, 1]], row_lower=1, row_upper=1),
+        [(1e9, 1e9)],
+        [(1, 1), (0, 0)],
+    ),
+    "a small range of multipliers": (
+        from_qp(
+            None,
+            [1e11, 1e11 + 1, 1e11 + 1],
+            [[1, 1, 1]],
+            row_lower=1,
+            row_upper=1,
+            upper=[1, 0.5, 0.5],
+        ),
+        [(1e11, 1e11 + 1)],
+        [(-1, 0), (0, 1), (0, 1)],
+    ),
+}
+
+
+@pytest.mark.parametrize("name", DERIVATIVES)
+def test_derivatives_are_those_of_the_active_sides(name: str) -> None:
+    program, of_rows, of_bounds = DERIVATIVES[name]
+    answer = answer_of(program)
+    assert [*zip(answer.y_down, answer.y_up, strict=True)] == of_rows
+    bounds = answer.bound_multipliers_down, answer.bound_multipliers_up
+    assert [*zip(*bounds, strict=True)] == of_bounds
+    is_unique = all(low == high for low, high in (*of_rows, *of_bounds))
+    assert answer.unique_multipliers is is_unique
+
+
+def test_a_slack_between_rounding_and_an_error_of_x_is_not_decided() -> None:
+    """Among so many unknowns, no solution in fractions is looked for."""
+    k = 120
+    rows = np.zeros((1, k))
+    rows[0, :2] = 1, -1
+    program = from_qp(None, np.ones(k), rows, row_upper=0.1, lower=1.7e9)
+    assert answer_of(program).unique_multipliers is None
+
+
+def number(random: np.random.Generator, size: float) -> float:
+    return float(random.integers(-1, 3) * size + random.choice([0, 0, 0, 1, -1, 2]))
+
+
+def random_program(seed: int) -> Problem:
+    """A program in whole numbers, exact as doubles, and often with a degenerate
+    vertex."""
+    random = np.random.default_rng(seed)
+    k, m = int(random.integers(1, 4)), int(random.integers(1, 3))
+    of_c, of_x = random.choice([1, 1, 10, 1e6, 1e9, 1e11, 1e13], 2)
+    B = random.integers(-1, 2, (1, k)).astype(float)
+    Q = B.T @ B if seed % 3 == 0 else np.zeros((k, k))
+    c = [number(random, of_c) for _ in range(k)]
+    low = np.array([number(random, of_x) for _ in range(m)])
+    high = np.where(random.random(m) < 0.4, low, INF)
+    lower = np.array([random.choice([0, 0, number(random, of_x)]) for _ in range(k)])
+    upper = lower + random.choice([1, 2, of_x, INF], k)
+    A = random.integers(-1, 3, (m, k))
+    return from_qp(Q, c, A, row_lower=low, row_upper=high, lower=lower, upper=upper)
+
+
+def ranges(found: Solutions, A: Any, b: Any) -> list[Range]:
+    """The least and the greatest of each component of A z + b over all solutions."""
+    points = [np.array(z) for piece in found for z in piece.vertices]
+    rays = [np.array(v) for piece in found for v in piece.rays]
+    lines = [np.array(v) for piece in found for v in piece.lines]
+    rays += [sign * v for v in lines for sign in (1, -1)]
+    exact = [[Fraction(a) for a in row] for row in np.asarray(A).tolist()]
+    rows = np.array(exact, dtype=object)
+    values = np.array([rows @ z + [Fraction(v) for v in b] for z in points])
+    slopes = np.array([rows @ v for v in rays]).reshape(-1, len(rows))
+    lowest, greatest = (
+        np.array(each, dtype=float) for each in (values.min(axis=0), values.max(axis=0))
+    )
+    lowest[(slopes < 0).any(axis=0)] = -INF
+    greatest[(slopes > 0).any(axis=0)] = INF
+    return [*zip(lowest.tolist(), greatest.tolist(), strict=True)]
+
+
+def test_what_is_said_of_random_programs_is_true_of_all_their_solutions() -> None:
+    said = decided = count = 0
+    for seed in range(120):
+        program = random_program(seed)
+        result = run(program)
+        if not result.solved:
+            continue
+        answer, found = result.answer, lcpcli.solutions(program)
+        n, k, m = program.n, answer.x.size, answer.y.size
+        of_z = ranges(found, np.eye(n), np.zeros(n))
+        of_w = ranges(found, program.M, program.q)
+        count += 1
+        if "one of several" in answer.statement:
+            assert any(low < high for low, high in of_z[:k])
+            said += 1
+        if answer.y_down is None:
+            continue
+        decided += 1
+        is_unique = all(low == high for low, high in of_z[k : k + m] + of_w[:k])
+        assert answer.unique_multipliers is is_unique
+        downs = answer.y_down, answer.bound_multipliers_down
+        ups = answer.y_up, answer.bound_multipliers_up
+        claimed = zip(np.concatenate(downs), np.concatenate(ups), strict=True)
+        for each, expected in zip(claimed, of_z[k : k + m] + of_w[:k], strict=True):
+            assert each == pytest.approx(expected, rel=1e-6, abs=1e-3)
+    assert count > 30
+    assert decided > 0.95 * count
+    assert said > 5
