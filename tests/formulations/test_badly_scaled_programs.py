@@ -75,6 +75,14 @@ def test_a_slack_between_rounding_and_an_error_of_x_is_not_decided() -> None:
     assert answer_of(program).unique_multipliers is None
 
 
+def test_a_point_that_only_rounding_makes_a_minimizer_is_none() -> None:
+    program = DERIVATIVES["a small range of multipliers"][0]
+    assert answer_of(program).statement == "x is a minimizer of the linear program"
+    c = [1e11, 1e11, 1e11 + 1]
+    program = from_qp(None, c, [[1, 1, 1]], row_lower=1, row_upper=1)
+    assert "one of several minimizers" in answer_of(program).statement
+
+
 def number(random: np.random.Generator, size: float) -> float:
     return float(random.integers(-1, 3) * size + random.choice([0, 0, 0, 1, -1, 2]))
 

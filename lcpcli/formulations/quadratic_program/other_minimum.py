@@ -14,6 +14,7 @@ a solution of the conditions, as x was.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
@@ -81,7 +82,7 @@ def has_other_minimum(
             other_z = program.z_of(other, y, data)
             point = Point(Criterion(problem, tol), other_z)
             if accepted(problem, [point], tol, BY_CRITERION) is not None:
-                return _may_move((x + other) / 2, data, C, exactly)
+                return _may_move(x, other, data, C, exactly)
     return False
 
 
@@ -139,17 +140,12 @@ def _rank(A: Vector, pivots: Vector) -> int:
 def _adjacent(direction: Vector, x: Vector, data: Blocks, C: Vector) -> Vector | None:
     """Return another minimizer at which the same rows and bounds are active, in about
     this direction; None if there is none."""
-    with imports:
-        from scipy.linalg import solve_triangular
     rows, free = _held(x, data, C)
     A = _scaled(stacked(data, rows, free), C[free])
     if not A.size:
         return None
     pivots, R, order = _pivots(A)
-    rank = _rank(A, pivots)
-    null = np.zeros((free.size, free.size - rank))
-    null[order[:rank]] = -solve_triangular(R[:rank, :rank], R[:rank, rank:])
-    null[order[rank:]] = np.eye(free.size - rank)
+    null = _null_vectors(R, order, _rank(A, pivots))
     d = np.zeros(x.size)
     d[free] = C[free] * (null @ (null.T @ (direction[free] * C[free])))
     if not d.any():
@@ -224,11 +220,13 @@ def _farthest(objective: Vector, x: Vector, data: Blocks, C: Vector) -> Vector |
     return np.where(_active(y, sizes, data.lower, data.upper), nearer, y)
 
 
-def _may_move(x: Vector, data: Blocks, C: Vector, exactly: bool) -> bool:
-    """Return whether Qd = 0, c'd = 0 and the active rows and bounds at x admit a d that
-    is not 0, for the decimals of the data in rational arithmetic, or up to rounding.
-    If not, rounding alone has made x seem one of several minimizers."""
-    rows, free = _held(x, data, C)
+def _may_move(x: Vector, other: Vector, data: Blocks, C: Vector, exactly: bool) -> bool:
+    """Return whether there is a minimizer beside x in about the direction of another
+    point, which may seem to be one by rounding alone: whether, at the point between
+    them, Qd = 0, c'd = 0 and the active rows and bounds admit a d that is not 0, for
+    the decimals of the data in rational arithmetic, or up to rounding, and one such d
+    leads from x about half the way."""
+    rows, free = _held((x + other) / 2, data, C)
     if not 0 < free.size <= MAX_FREE:
         return False
     parts = (
@@ -236,19 +234,47 @@ def _may_move(x: Vector, data: Blocks, C: Vector, exactly: bool) -> bool:
         data.c[np.newaxis, free],
         dense(data.A[rows])[:, free],
     )
-    A = _scaled(np.vstack(parts), C[free])
+    null = _null_space(parts, C[free], exactly)
+    if not null.shape[1]:
+        return False
+    d = null @ (null.T @ ((other - x)[free] / C[free]))
+    between = x.copy()
+    between[free] += 0.5 * C[free] * d
+    has_moved = np.abs(between - x) > 0.5 * MIN_DISTANCE * np.maximum(np.abs(x), C)
+    reached_rows, inside = _held(between, data, C)
+    return (
+        bool(has_moved.any())
+        and set(reached_rows) <= set(rows)
+        and set(free) <= set(inside)
+    )
+
+
+def _null_space(parts: Sequence[Vector], C: Vector, exactly: bool) -> Vector:
+    """Return an orthonormal basis of the d / C with A d = 0, for the rows of all parts
+    of A, shape (k, r); of the exact null space of their decimals, or up to rounding."""
+    A = _scaled(np.vstack(parts), C)
     if not A.size:
-        return True
-    pivots, _, columns = _pivots(A)
+        return np.eye(C.size)
+    pivots, R, order = _pivots(A)
     rank = _rank(A, pivots)
-    if rank == free.size or not exactly:
-        return rank < free.size
-    integers = np.vstack([_whole_rows(part) for part in parts])
-    chosen = np.sort(_pivots(A[:, columns[:rank]].T)[2][:rank])
-    proved = has_rank(integers, chosen, np.sort(columns[:rank]))
-    if proved is not None and (proved or rank == free.size - 1):
-        return proved
-    return _has_null_vector(integers)
+    null = _null_vectors(R, order, rank)
+    if exactly:
+        integers = np.vstack([_whole_rows(part) for part in parts])
+        chosen = np.sort(_pivots(A[:, order[:rank]].T)[2][:rank])
+        if not has_rank(integers, chosen, np.sort(order[:rank])):
+            null = _exact_null_vectors(integers) / C[:, np.newaxis]
+    return np.asarray(np.linalg.qr(null)[0])
+
+
+def _null_vectors(R: Vector, order: Indices, rank: int) -> Vector:
+    """Return a basis of the null space of a matrix with these factors, in columns."""
+    with imports:
+        from scipy.linalg import solve_triangular
+    k = order.size
+    null = np.zeros((k, k - rank))
+    null[order[:rank]] = -solve_triangular(R[:rank, :rank], R[:rank, rank:])
+    null[order[rank:]] = np.eye(k - rank)
+    return null
 
 
 def _whole_rows(A: Vector) -> Any:
@@ -264,8 +290,13 @@ def _whole_rows(A: Vector) -> Any:
     return np.array(rows, dtype=object)
 
 
-def _has_null_vector(A: Any) -> bool:
-    """Return whether the columns of whole numbers are dependent."""
+def _exact_null_vectors(A: Any) -> Vector:
+    """Return a basis of the null space of whole numbers, rounded once, in columns."""
     rows = [[int(value) for value in row] for row in A.tolist()]
-    n = A.shape[1]
-    return len(rows) < n or bool(elimination.solve(rows, [0] * len(rows))[1])
+    basis = elimination.solve(rows, [0] * len(rows))[1]
+    sizes = [max(map(abs, vector)) for vector in basis]
+    vectors = [
+        [float(value / size) for value in vector]
+        for vector, size in zip(basis, sizes, strict=True)
+    ]
+    return np.asarray(np.reshape(vectors, (len(vectors), A.shape[1])).T, dtype=float)
