@@ -75,6 +75,19 @@ def test_a_slack_between_rounding_and_an_error_of_x_is_not_decided() -> None:
     assert answer_of(program).unique_multipliers is None
 
 
+def test_multipliers_of_many_dependent_rows_may_be_unique() -> None:
+    """The only y >= 0 with A'y = 0 is 0, as the first column is positive; with another
+    sign there, there are many."""
+    A = np.random.default_rng(0).integers(-3, 4, (20, 5)).astype(float)
+    answers = []
+    for first in (1.0, np.where(np.arange(20) < 10, 1.0, -1.0)):
+        A[:, 0] = first
+        answers.append(answer_of(from_qp(np.eye(5), np.zeros(5), A, row_lower=0)))
+    unique, others = (answer.unique_multipliers for answer in answers)
+    assert unique is not False
+    assert others is False
+
+
 def test_a_point_that_only_rounding_makes_a_minimizer_is_none() -> None:
     program = DERIVATIVES["a small range of multipliers"][0]
     assert answer_of(program).statement == "x is a minimizer of the linear program"

@@ -43,6 +43,7 @@ from lcpcli.linalg.doubles import (
     ROW_ROUNDING,
     SIGN_ROUNDING,
     SMALL_DISTANCE,
+    generic,
 )
 from lcpcli.linalg.matrices import (
     absolute_product,
@@ -65,6 +66,9 @@ MAX_SYSTEMS = 3000
 MAX_PROGRAMS, PROGRAM_EFFORT = 40, 0.01
 # Unknowns, and the effort in usual seconds, for a solution in rational arithmetic.
 MAX_EXACT_UNKNOWNS, EXACT_EFFORT = 100, 0.1
+# Of each of two linear programs that show whether multipliers vary; and how far they
+# have to, relative to the largest slack, far above the tolerance of these programs.
+RANGE_EFFORT, MIN_RANGE = 0.1, 1e-5
 # Relative to the terms: what a multiplier may be off in doubles, and what inequalities
 # may be violated by at a vertex.
 NEGLIGIBLE = 1e-9
@@ -305,8 +309,11 @@ def _ranges(
     rest = np.flatnonzero(varies & ~is_free)
     if not rest.size or not rank:
         return lowest, greatest
-    bounded = _extremes(changes[rest], G @ right[:rank].T, b)
+    G = G @ right[:rank].T
+    bounded = _extremes(changes[rest], G, b)
     if bounded is None:
+        if not is_free.any() and not _has_range(G, b):
+            raise _Unclear
         return None
     below, above = bounded
     scale = np.abs(values).max()
@@ -399,3 +406,14 @@ def _by_programs(
                 return None
             extremes[k, i] = sign * optimum.value
     return extremes[0], extremes[1]
+
+
+def _has_range(G: Vector, b: Vector) -> bool:
+    """Return whether a linear program finds a t that is not 0 with G t >= -b."""
+    r, size = G.shape[1], float(b.max(initial=0.0)) or 1.0
+    limit, unlimited = np.full(r, size), np.full(len(b), np.inf)
+    optima = (
+        minimized(sign * generic(r), G, (-b, unlimited), (-limit, limit), RANGE_EFFORT)
+        for sign in (1.0, -1.0)
+    )
+    return any(each is not None and each.value < -MIN_RANGE * size for each in optima)
