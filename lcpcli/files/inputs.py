@@ -16,7 +16,7 @@ from typing import IO, TYPE_CHECKING, Any, NamedTuple, TypeAlias, cast
 
 import numpy as np
 
-from lcpcli.errors import ProblemError
+from lcpcli.errors import IS_EMPTY, ProblemError
 from lcpcli.files import contents
 from lcpcli.files.contents import STANDARD_INPUT, Source, checked, source_name, within
 from lcpcli.files.fields import BOUNDS, is_whole, made
@@ -316,10 +316,14 @@ def _unless_problem(path: str) -> bytes:
 
 
 def _lines(path: str, lines: Iterator[bytes]) -> Iterator[Input]:
+    """Yield the problems in the lines; raise ProblemError if all lines are blank."""
+    is_empty = True
     for number, line in enumerate(lines, 1):
         text = (contents.without_mark(line) if number == 1 else line).strip()
         if text:
+            is_empty = False
             yield Input((InputFile(path, text, number),))
+    refuse(is_empty, source_name(path), IS_EMPTY, WHOLE)
 
 
 def _head(path: str, file: IO[bytes], streams: bool) -> tuple[list[bytes], bool]:

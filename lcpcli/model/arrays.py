@@ -191,7 +191,7 @@ def as_square(
     bounds as of `_as_finite`."""
     M = values
     if type(M) is not np.ndarray or M.ndim != 2 or M.dtype != np.float64:
-        M = _as_rows(field, values)
+        M = _as_two_dimensional(field, values)
     if M.shape != (n, n):
         shape, is_square = f"is {M.shape[0]} x {M.shape[1]}", M.shape[0] == M.shape[1]
         reason = f"{shape} but {other} has {count(n, 'entry')}" if is_square else shape
@@ -202,7 +202,7 @@ def as_square(
 def as_matrix(field: str, values: Any, *, may_be_empty: bool = False) -> Matrix:
     """Return values as a float64 matrix, dense or in compressed sparse rows, or raise
     ProblemError. may_be_empty : whether it may have no rows or no columns."""
-    M = _as_rows(field, values)
+    M = _as_two_dimensional(field, values)
     if may_be_empty and 0 in M.shape:
         return np.zeros(M.shape)
     for size, reason in zip(M.shape, (IS_EMPTY, "has empty rows"), strict=True):
@@ -211,7 +211,19 @@ def as_matrix(field: str, values: Any, *, may_be_empty: bool = False) -> Matrix:
     return _as_finite(field, M)[0]
 
 
-def _as_rows(field: str, values: Any) -> Matrix:
+def as_rows(field: str, values: Any) -> Matrix:
+    """Return `as_matrix` of values, of which a list or an array of numbers is a single
+    row."""
+    is_array = isinstance(values, np.ndarray) and values.ndim == 1 and values.size > 0
+    is_row = is_array or (
+        isinstance(values, (list, tuple))
+        and len(values) > 0
+        and not has_rows(values[:1])
+    )
+    return as_matrix(field, [values] if is_row else values)
+
+
+def _as_two_dimensional(field: str, values: Any) -> Matrix:
     """Return values as a two-dimensional dense array, or unchanged if they are a sparse
     matrix."""
     M: Matrix = (
@@ -342,6 +354,12 @@ def _refuse_other_types(field: str, values: Any) -> None:
         )
 
 
+def has_rows(values: Sequence[Any]) -> bool:
+    """Return whether some of the values are lists or arrays."""
+    # Before numpy, which raises an error for rows of different lengths.
+    return any(isinstance(part, (list, tuple)) or np.ndim(part) for part in values)
+
+
 def as_nested(
     field: str,
     values: Any,
@@ -355,10 +373,7 @@ def as_nested(
     values = plain(field, values, expected)
     if not isinstance(values, (list, tuple)):
         return as_floats(field, values, expected)
-    if max_dimensions == 1 or not (
-        exactly
-        or any(isinstance(part, (list, tuple)) or np.ndim(part) for part in values)
-    ):
+    if max_dimensions == 1 or not (exactly or has_rows(values)):
         refuse_other_than_numbers(field, values)
         return as_floats(field, values)
     are_lists = (

@@ -33,7 +33,7 @@ from lcpcli.linalg.matrices import (
     largest_asymmetry,
     symmetric_part,
 )
-from lcpcli.model.arrays import as_matrix
+from lcpcli.model.arrays import as_rows
 from lcpcli.model.box import as_intervals
 from lcpcli.model.formulation import FULL, LABELS, Conditions, Formulation, names_of
 from lcpcli.typing import Mask, Matrix, Vector
@@ -437,15 +437,7 @@ def matrix_of_rows(
         raise ProblemError(
             next(iter(bounds)), IS_MISSING, f"give it with {field}, or leave both out"
         )
-    is_array = (
-        isinstance(raw_value, np.ndarray) and raw_value.ndim == 1 and raw_value.size > 0
-    )
-    is_row = is_array or (
-        isinstance(raw_value, (list, tuple))
-        and len(raw_value) > 0
-        and np.ndim(raw_value[0]) == 0
-    )
-    matrix = as_matrix(field, [raw_value] if is_row else raw_value)
+    matrix = as_rows(field, raw_value)
     if matrix.shape[1] != k:
         reason = numbers_for(matrix.shape[1], "column", k, "variable")
         raise ProblemError(field, reason, MAKE_AGREE)

@@ -439,7 +439,7 @@ def has_columns(field: str, bound: Any) -> bool:
     would count as a vector."""
     raw_value = plain(field, bound, arrays.NUMBERS)
     if isinstance(raw_value, (list, tuple)):
-        return any(isinstance(row, (list, tuple)) or np.ndim(row) for row in raw_value)
+        return arrays.has_rows(raw_value)
     return np.ndim(raw_value) > 1 and np.shape(raw_value)[1] != 1
 
 

@@ -25,7 +25,7 @@ from lcpcli.solving import proof
 
 from ..conftest import FACE
 from ..seeds import few_of
-from ..wordings import CANNOT_BE_WRITTEN, ENDS_TOO_EARLY, NO_LOG
+from ..wordings import CANNOT_BE_WRITTEN, EMPTY, ENDS_TOO_EARLY, NO_LOG
 from .conftest import GOOD, INFEASIBLE, Lcp, assert_refused, interrupt, records
 
 MALFORMED = GOOD[:-1]
@@ -94,6 +94,23 @@ def test_a_mixture_has_records_a_summary_and_the_exit_code_of_the_worst(
             record["item"] - 1 - sum(k < record["item"] - 1 for k in others)
         )
         assert np.allclose(record["z"], lcpcli.run(problem).z)
+
+
+@pytest.mark.parametrize("options", ["", "--jobs 2", "--sequence", "-o log.jsonl"])
+@pytest.mark.parametrize("lines", ["\n\n", "\ufeff \n"])
+def test_a_file_of_blank_lines_is_an_input_error(
+    options: str, lines: str, lcp: Lcp, files: Path
+) -> None:
+    (files / "blank.jsonl").write_text(lines)
+    error = f"lcp: blank.jsonl: {EMPTY}; give M and q, as JSON or CSV\n"
+    alone = lcp("solve", "blank.jsonl", *options.split())
+    assert alone.code == 2
+    assert alone.err.startswith(error)
+    Path("log.jsonl").unlink(missing_ok=True)
+    beside = lcp("solve", "blank.jsonl", "good.json", *options.split())
+    assert beside.code == 2
+    assert beside.err.startswith(error)
+    assert beside.err.endswith("lcp: 2 problems: 1 bad input, 1 solved\n")
 
 
 def test_files_of_M_and_q_and_whole_problems_come_in_any_order(lcp: Lcp) -> None:

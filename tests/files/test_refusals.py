@@ -453,6 +453,22 @@ PROGRAMS = contents(
 {"P": [[2, 0], [0, 2]], "q": [-1, -1], "G": [[1, 1]], "h": [1], "A": [[1, 1]], "b": \
 [1, 2]}
     => b: {ENTRIES:2 entries|1 row}; {AGREE}
+{"c": [1, 1], "A": [[1, [2]]], "row_lower": [1]}
+    => A[0][1]: {IS:a list}; {REAL}{FROM_0}
+{"c": [1, 1], "A": [1, [2]], "row_lower": [1]} => A[0][1]: {IS:a list}; {REAL}{FROM_0}
+{"P": [[2, 0], [0, 2]], "q": [-1, -1], "G": [[1, [2]]], "h": [1]}
+    => G[0][1]: {IS:a list}; {REAL}{FROM_0}
+{"P": [[2, 0], [0, 2]], "q": [-1, -1], "A": [[1, 1], [[1], 1]], "l": [1, 1], \
+"u": [2, 2]}
+    => A[1][0]: {IS:a list}; {REAL}{FROM_0}
+{"lsq": true, "A": [[1, 1]], "b": [1], "E": [[1, [2]]], "d": [1]}
+    => E[0][1]: {IS:a list}; {REAL}{FROM_0}
+{"lsq": true, "A": [[1, 1]], "b": [1], "E": [[1, 2], 3], "d": [1]}
+    => E[1]: {IS:a number}; {A_ROW}{FROM_0}
+{"lsq": true, "A": [[1, 1]], "b": [1], "E": [[1, 1]], "d": [1, [2]]}
+    => d[1]: {IS:a list}; {REAL}{FROM_0}
+{"lsq": [[1, 2], 3], "A": [[1, 1]], "b": [1]}
+    => lsq: is not true; write true, or leave it out
 """,
 )
 

@@ -20,7 +20,15 @@ from lcpcli.clock import imports
 from lcpcli.errors import MAKE_AGREE, ProblemError, numbers_for, refuse_unknown
 from lcpcli.files import fields as files
 from lcpcli.linalg.matrices import compressed, dense, is_sparse
-from lcpcli.model.arrays import as_columns, as_matrix, as_vector, by_label, texts
+from lcpcli.model.arrays import (
+    as_columns,
+    as_matrix,
+    as_rows,
+    as_vector,
+    by_label,
+    has_rows,
+    texts,
+)
 from lcpcli.model.box import as_bound, as_intervals
 from lcpcli.model.formulation import (
     FULL,
@@ -191,12 +199,11 @@ def _equations(E: Any, d: Any, n: int) -> tuple[Matrix, Vector]:
         if value is None:
             reason = f"is missing, though there is {other}"
             raise ProblemError(key, reason, f"add it, or leave {other} out")
-    E = E if is_sparse(E) else np.atleast_2d(np.asarray(E, dtype=object)).tolist()
-    matrix = as_matrix("E", E)
+    matrix = as_rows("E", E if has_rows([E]) else [E])
     if matrix.shape[1] != n:
         reason = numbers_for(matrix.shape[1], "column", n, COEFFICIENT)
         raise ProblemError("E", reason, MAKE_AGREE)
-    sides = as_vector("d", [d] if np.ndim(d) == 0 else d, matrix.shape[0], "row of E")
+    sides = as_vector("d", d if has_rows([d]) else [d], matrix.shape[0], "row of E")
     return matrix, sides
 
 
@@ -229,7 +236,7 @@ class LeastSquares(Formulation):
         arguments = files.without_nulls(fields)
         flag = arguments.pop("lsq", None)
         # An array of one number in MAT files.
-        if isinstance(flag, str) or np.size(flag) != 1 or not np.all(flag):
+        if isinstance(flag, (str, list)) or np.size(flag) != 1 or not np.all(flag):
             raise ProblemError("lsq", "is not true", "write true, or leave it out")
         for key in ("A", "b"):
             if key not in arguments:
