@@ -66,6 +66,14 @@ def test_derivatives_are_those_of_the_active_sides(name: str) -> None:
     assert answer.unique_multipliers is is_unique
 
 
+def test_a_multiplier_that_is_nearly_negative_at_a_vertex_is_not_said_to_be() -> None:
+    """u = c - y >= 0 for y <= c_1, which is less than c_2 by 1."""
+    c = [199999999999.0, 200000000000.0]
+    answer = answer_of(from_qp(None, c, [[1, 1]], row_lower=0, row_upper=0))
+    down = answer.bound_multipliers_down
+    assert down is None or down.tolist() == [0, 1]
+
+
 def test_a_slack_between_rounding_and_an_error_of_x_is_not_decided() -> None:
     """Among so many unknowns, no solution in fractions is looked for."""
     k = 120

@@ -346,7 +346,8 @@ def _extremes(objectives: Vector, G: Vector, b: Vector) -> tuple[Vector, Vector]
     clear = t[:, is_clear]
     certain = clear.min(axis=1, initial=0.0), clear.max(axis=1, initial=0.0)
     for extremes, certain_extremes in zip((lowest, greatest), certain, strict=True):
-        if (np.abs(extremes - certain_extremes) > NEGLIGIBLE * np.abs(extremes)).any():
+        difference = np.abs(extremes - certain_extremes)
+        if (difference > SMALL_DISTANCE * np.abs(extremes)).any():
             raise _Unclear
     lowest[(rays < -SIGN_ROUNDING).any(axis=1)] = -np.inf
     greatest[(rays > SIGN_ROUNDING).any(axis=1)] = np.inf
