@@ -5,6 +5,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Iterator
+from dataclasses import replace
 from fractions import Fraction
 from math import inf
 from pathlib import Path
@@ -22,6 +23,7 @@ from lcpcli.formulations.contact.cones import Friction
 from lcpcli.formulations.contact.friction import Contact
 from lcpcli.gallery.rigid_bodies import contact_in_time
 from lcpcli.typing import Vector
+from lcpcli.verify.point import Criterion, Point
 
 from ..refusals import Refusal, calls, contents, raised
 from ..seeds import few_of
@@ -518,6 +520,22 @@ def test_a_file_that_is_solved_has_the_answer_in_text_json_and_csv(
     rows = lcp("solve", file, "-f", "csv").out.splitlines()
     assert rows[2] == "component,z,w,name,impulse,velocity,contact"
     assert rows[3].endswith(",sliding")
+
+
+@pytest.mark.parametrize("change", [-1e-3, 0.0, 1e-3])
+def test_an_impulse_between_its_bounds_is_accepted_without_a_velocity_alone(
+    change: float,
+) -> None:
+    problem = lcpcli.from_findex(
+        [[1, 0.2], [0.2, 2]], [-1, -0.1], [0, -0.5], [inf, 0.5], [-1, 0]
+    )
+    result = lcpcli.run(problem)
+    assert result.answer.contacts[0].state == "sticking"
+    moved = result.z.copy()
+    moved[1] += change
+    point = Point(Criterion(problem), moved)
+    word = problem.origin.accepted(replace(result, point=point)).status.word
+    assert word == ("stalled" if change else "solved")
 
 
 @pytest.mark.parametrize("seed", [155, 279, 677, 1344])

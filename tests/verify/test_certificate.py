@@ -287,6 +287,15 @@ def test_a_ray_does_not_lead_beyond_a_bound(upper: float, is_ray: bool) -> None:
     assert Proof("ray", np.ones(1)).holds(problem) == is_ray
 
 
+@pytest.mark.parametrize(("high", "holds"), [(1 + 5e-6, True), (1 - 5e-7, False)])
+def test_sides_hold_near_a_point_wherever_the_enclosure_moves_it(
+    high: float, holds: bool
+) -> None:
+    """x = 1 follows from the equation, and is 1 - 1e-6 here."""
+    sides = Constraints(np.ones((2, 1)), np.array([1, -INF]), np.array([1, high]))
+    assert sides.hold_near(np.array([1 - 1e-6])) == holds
+
+
 def test_dependent_equations_and_too_many_have_no_enclosure() -> None:
     assert (
         enclosure(
