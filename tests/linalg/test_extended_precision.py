@@ -23,6 +23,7 @@ from lcpcli.linalg.definite_systems import (
 )
 from lcpcli.linalg.double_double import AccurateProduct, DoubleDouble
 from lcpcli.linalg.factors import SingularMatrix
+from lcpcli.linalg.matrices import row_errors
 
 from ..methods import bands
 
@@ -197,3 +198,16 @@ def test_a_value_is_deleted_by_the_thread_that_has_made_it() -> None:
     assert made is not None
     made.join(10)
     assert threads == [made, made]
+
+
+@pytest.mark.parametrize("power", [0, -500, -515, -525, -530, -537, -540])
+def test_bounds_on_rounding_cover_products_that_underflow_in_part(power: int) -> None:
+    random = np.random.default_rng(0)
+    for n in (1, 3, 30):
+        M, z = 2.0**power * random.random((n, n)), 2.0**power * random.random(n)
+        w = M @ z
+        errors = row_errors(M, z, w).tolist()
+        numbers = list(map(Fraction, z.tolist()))
+        for row, value, error in zip(M.tolist(), w.tolist(), errors, strict=True):
+            total = sum(Fraction(a) * b for a, b in zip(row, numbers, strict=True))
+            assert abs(Fraction(value) - total) <= Fraction(error)
