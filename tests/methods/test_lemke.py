@@ -14,6 +14,7 @@ from numpy.typing import ArrayLike
 from scipy.sparse import eye_array
 
 from lcpcli import Problem, Status, Trace, inspect, read
+from lcpcli.basis import tableau
 from lcpcli.files import contents
 from lcpcli.gallery import families
 from lcpcli.methods.lemke import lemke
@@ -351,3 +352,34 @@ def test_a_contradiction_that_the_tolerance_hides_does_not_end_a_run_of_auto() -
     M = np.block([[np.eye(n), -e.T, e.T], [np.vstack((e, -e)), none]])
     problem = Problem(M, np.append(np.linspace(-1, 1, n), [-1.0, 1.0 - 3e-11]))
     assert run(problem, "auto").solved
+
+
+def test_of_rows_that_tie_at_the_beginning_the_lexicographic_minimum_leaves() -> None:
+    d, cover = np.full(4, np.inf), np.ones(4)
+    for q in (np.array([-2.0, -1, -2, 0]), -np.ones(4)):
+        moved = q + 1e-3 ** np.arange(1.0, 5)
+        for lexicographic, each in ((True, q), (False, moved)):
+            made = tableau.tableau_of(np.eye(4), each.copy(), cover)
+            row = tableau.begin(made, d, cover, lexicographic)[0]
+            assert row == moved.argmin()
+
+
+def test_a_tableau_that_is_computed_anew_is_that_of_the_pivots() -> None:
+    """With variables at both bounds."""
+    random, n_upper = np.random.default_rng(0), 0
+    for n in (3, 6, 9):
+        B = random.standard_normal((n, n))
+        M, q = B @ B.T + np.eye(n), -random.random(n) - 0.1
+        d, cover = np.where(random.random(n) < 0.7, 0.05, np.inf), np.ones(n)
+        made = tableau.tableau_of(M, q, cover)
+        row, *following = tableau.begin(made, d, cover, False)
+        end = tableau.PAUSED
+        while end == tableau.PAUSED:
+            end, _, *following = tableau.follow(made, d, *following, row, False, 1)
+            T, values = made.T.copy(), made.values.copy()
+            n_upper += np.count_nonzero(made.at_upper)
+            tableau.refactorize(made, np.column_stack((M, cover)), q, d)
+            assert np.abs(made.T - T).max() <= 1e-9
+            assert np.abs(made.values - values).max() <= 1e-9
+        assert end == tableau.SOLVED
+    assert n_upper > 10

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from lcpcli import Problem
-from lcpcli.basis.exchanges import BasisSolver
+from lcpcli.basis.exchanges import BasisSolver, CorrectedSolutions
 from lcpcli.linalg.krylov import conjugate_gradients, identity, norm
 from lcpcli.methods.newton import newton
 from lcpcli.methods.stages import Finished, Iterate, advance
@@ -92,3 +92,14 @@ def iterate_to_the_end(system: BasisSolver) -> list[Vector]:
         if found.is_solution:
             break
     return states
+
+
+@pytest.mark.parametrize("near", [None, np.array([5.0, 5.0])])
+def test_basic_solutions_beside_bounds_are_those_of_the_problem(
+    near: Vector | None,
+) -> None:
+    problem = Problem([[2, 1], [1, 2]], [-9, -12], lower=[1, 2])
+    solutions = CorrectedSolutions(problem, problem.M, near)
+    for basis, z in (([BASIC, BASIC], [2, 5]), ([LOWER, BASIC], [1, 5.5])):
+        found = solutions.at(np.array(basis, np.int8))
+        assert found.z == pytest.approx(z)
