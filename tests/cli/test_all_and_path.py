@@ -29,14 +29,16 @@ def _files(in_folder: Path) -> None:
         (in_folder / f"{name}.json").write_text(text)
 
 
+@pytest.mark.parametrize("most", ["", "--max-solutions 3"])
 def test_list_that_is_stopped_while_numbers_are_read_is_none(
-    lcp: Lcp, monkeypatch: pytest.MonkeyPatch
+    most: str, lcp: Lcp, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     def reading_until_the_limit(*_: object) -> None:
         raise TimeIsUp
 
     monkeypatch.setattr(Input, "exactly", reading_until_the_limit)
-    late = lcp("solve", "murty.json", "--all", "--time-limit", "9", "--format", "json")
+    options = f"--all --time-limit 9 {most} --format json".split()
+    late = lcp("solve", "murty.json", *options)
     assert (late.code, record(late)["status"], record(late)["complete"]) == (
         1,
         "time_limit",
