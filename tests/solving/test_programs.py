@@ -425,3 +425,16 @@ def test_a_solver_tells_of_a_program_only_where_q_and_bounds_are_those_of_one() 
     assert solver.solve(lower=[0.0, 0.0, -1.0]).answer is None
     other = solver.solve(np.array([-2.0, -4.0, -2.0]))
     assert other.answer.x == pytest.approx([0.5, 1.5])
+
+
+@pytest.mark.parametrize(("sense", "sign"), [("max", 1), ("min", -1)])
+def test_derivatives_with_respect_to_bounds_have_the_sense_of_the_program(
+    sense: str, sign: int
+) -> None:
+    """The best is 3 x + y = 6 at (1, 3), and rises by 2 for each unit that x may."""
+    sides = {"row_upper": [4], "lower": 0, "upper": [1, 5], "sense": sense}
+    answer = run(from_qp(None, [3 * sign, sign], [[1, 1]], **sides)).answer
+    for name in ("bound_multipliers", "bound_multipliers_down", "bound_multipliers_up"):
+        assert getattr(answer, name) == pytest.approx([2 * sign, 0])
+    for name in ("y", "y_down", "y_up"):
+        assert getattr(answer, name) == pytest.approx([sign])
