@@ -493,6 +493,20 @@ def test_no_proof_is_believed_against_a_point_that_solves_the_problem(
             assert result.certificate is None
 
 
+def test_a_solution_has_no_proof_up_to_rounding_beside_it(liar: Liar) -> None:
+    """z_1 = z_2 = 2^52 is exact, and y = (1, 1) a proof but for the last bit of M; the
+    point is looked at only once the method has ended."""
+    M, q = np.eye(24), np.ones(24)
+    M[:2, :2], q[:2] = [[1, -1], [-1, 1 + 2.0**-52]], [0, -1]
+    z, y = np.zeros((2, 24))
+    z[:2], y[:2] = 2.0**52, 1.0
+    problem, proof = Problem(M, q), Proof("farkas", y, LIE, is_rounded=True)
+    assert proof.holds(problem)
+    steps = [*[at(0 * z, 1.0)] * 2, at(z, 1.0)]
+    result = liar.run(problem, steps, NoSolution(proof))
+    assert (result.status, result.certificate) == (Status.SOLVED, None)
+
+
 RAYS: dict[str, tuple[Problem, list[float]]] = {
     "zero": (TEXTBOOK, [0, 0]),
     "negative": (TEXTBOOK, [0, -1]),
