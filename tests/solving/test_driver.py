@@ -332,6 +332,19 @@ def _raise(row: TraceRow) -> None:
         raise StopIteration
 
 
+def test_the_time_of_a_callback_is_none_of_the_run() -> None:
+    now = [0.0]
+
+    def slow(_: Any) -> None:
+        now[0] += 3600
+
+    result = run(
+        Problem(M, Q), "fixed-point", callback=slow, clock=lambda: now[0], began=0.0
+    )
+    assert result.iterations > 3
+    assert result.seconds == 0
+
+
 @pytest.mark.parametrize(
     "callback", [lambda row: row.k == 3, _raise], ids=["true", "StopIteration"]
 )
