@@ -41,7 +41,8 @@ def outcome(
     """Search for every solution of a problem, or for the best one by an objective, with
     decimals as written; success means that the list is complete or has reached
     --max-solutions, or that the solution is proved to be the best."""
-    (problem,) = request.inputs.problems(input_item)
+    inputs = request.inputs._replace(as_written=True)
+    (problem,) = inputs.problems(input_item)
     where, remarks = File(input_item.sources[0]), problem.remarks
     if not isinstance(objective, str | None):
         others = (line.removesuffix(LEFT_OUT).removesuffix("; ") for line in remarks)

@@ -102,6 +102,7 @@ def check(request: Check) -> int:
         reject_conflicting_options(request.option_values, EXACT)
     destination = output.Destination.of(request)
     inputs = Inputs.of(request, paths[:-1], request.quiet, paths[-1:])
+    inputs = inputs._replace(as_written=exact)
     inputs.prepare({"--output": destination.path})
     read = inputs.read(takes_models=True)
     with Line("verifying", is_shown=shows_progress(destination.quiet)):

@@ -78,10 +78,12 @@ class PathRequest(ManyProblems, Reporting):
         refuse(len(files) not in (min_files, min_files + 1), where, reason, hint)
         others = [] if self.direction is None else [self.direction]
         all_inputs = Inputs.of(self, files, quiet, others)
+        all_inputs = all_inputs._replace(as_written=self.exact)
         if is_one:
             return all_inputs, [all_inputs]
+        endpoints = ([*files[:-2], each] for each in files[-2:])
         return all_inputs, [
-            Inputs.of(self, [*files[:-2], each], quiet) for each in files[-2:]
+            all_inputs._replace(files=each, others=()) for each in endpoints
         ]
 
 

@@ -102,6 +102,7 @@ class Inputs(NamedTuple):
     quiet : whether remarks on the input are left out.
     others : the values of other options that may name files to read, such as starting
         points. ahead : those of the files that have been read, by their names.
+    as_written : whether numbers are also read as written, as by --exact.
     """
 
     files: Sequence[str]
@@ -111,6 +112,7 @@ class Inputs(NamedTuple):
     of_folders: Collection[str] = ()
     others: Sequence[str] = ()
     ahead: Mapping[str, InputFile] = {}
+    as_written: bool = False
 
     @classmethod
     def of(
@@ -316,7 +318,7 @@ class Inputs(NamedTuple):
         return beside.with_bounds(input_item.first_problem(), self.bounds)
 
     def _single(self, input_item: Input) -> InputProblem:
-        original = changed = input_item.read()
+        original = changed = input_item.read(self.as_written)
         file, as_given = input_item.files[0], input_item.compact()
         bounds: dict[str, InputFile] = {}  # standard input can be read only once
         if any(bound is not None for bound in self.bounds.values()):
@@ -477,7 +479,8 @@ class Request(ManyProblems, Reporting):
         }
         inputs.prepare(outputs, self.threads)
         of_folders = set(files) - {*self.files, *default}
-        return replace(self, inputs=inputs._replace(of_folders=of_folders), **more)
+        inputs = inputs._replace(of_folders=of_folders, as_written=self.exact)
+        return replace(self, inputs=inputs, **more)
 
     def reading(self: R, ahead: Mapping[str, InputFile]) -> R:
         """Return the request with files that have been read, by their names."""

@@ -77,7 +77,7 @@ def why(request: Why) -> int:
     conditions cannot hold together and the least change that makes it solvable; if it
     has one, how far each number may move alone until something else changes."""
     destination = Destination.of(request)
-    inputs = Inputs.of(request, request.files, request.quiet)
+    inputs = Inputs.of(request, request.files, request.quiet)._replace(as_written=True)
     inputs.prepare({"--output": destination.path})
     costs = dict(map(_weight, request.weights))
     began, limit = clock.seconds(), request.time_limit or TIME_LIMIT.value

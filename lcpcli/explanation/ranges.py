@@ -100,6 +100,9 @@ class Position(RationalPivoting):
         states = basic_states(problem, rounded(z), w, is_fixed)
         if states is None:  # there is a line of solutions
             states = problem.box.basis_at(rounded(z), w)
+        # Beyond the range of doubles z_i is rounded to a bound that is not there.
+        has_no_upper = np.array([high is None for high in data.upper], bool)
+        states[(states == box.UPPER) & has_no_upper] = box.BASIC
         bounds = list(enumerate(zip(data.lower, data.upper, strict=True)))
         dictionary, columns = system.dictionary(_forms(data), effort)
         fixed = {n + i for i, (low, high) in bounds if low is not None and low == high}

@@ -211,6 +211,18 @@ class InputFile:
             "add q, or name the file of q after it",
         )
 
+    def refuse_underflow(self, field: str = "") -> None:
+        """Raise ProblemError if a number in the text is 0 as a double without being 0.
+        field : that of a file with a single vector; "" for a problem."""
+        from lcpcli.rational.numbers import MAY_UNDERFLOW, double_unless_lost
+
+        if self.kind.has_arrays or not MAY_UNDERFLOW.search(self.content):
+            return
+        if field:
+            self.values(field, double_unless_lost)
+        else:
+            self.fields_as(double_unless_lost)
+
     def values(self, field: str, number: Number = float) -> Any:
         """Return the numbers of a file with a single field, or of the given field."""
         reason = self.kind.has_no_vector

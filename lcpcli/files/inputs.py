@@ -59,10 +59,10 @@ class Input(NamedTuple):
     def size(self) -> int:  # in bytes
         return sum(len(file.content) for file in self.files)
 
-    def read(self) -> Problem:
-        """Return the problem; a ProblemError names the file."""
-        first, *others = self.files
-        return first.problem(*others)
+    def read(self, as_written: bool = False) -> Problem:
+        """Return the problem; a ProblemError names the file. as_written : whether the
+        numbers are also read by `exactly`, so that they may be 0 as doubles."""
+        return problem_of(self.files, as_written)
 
     def length(self) -> int:
         """Return the number of bytes of the texts among the contents, whose numbers may
@@ -146,6 +146,18 @@ class QColumns(NamedTuple):
 
 
 InputItem: TypeAlias = Input | QColumns
+
+
+def problem_of(files: Sequence[InputFile], as_written: bool = False) -> Problem:
+    """Return the problem in one file, or in those of M and of q. as_written : as for
+    `Input.read`."""
+    first, *others = files
+    problem = first.problem(*others)
+    if not as_written:
+        first.refuse_underflow()
+        for other in others:
+            other.refuse_underflow("q")
+    return problem
 
 
 def digest(*parts: bytes) -> str:
@@ -258,6 +270,8 @@ class _Files:
             "if it holds M and q, name it alone",
         )
         refuse(has_M, q.source_name, reason, hint)
+        file.refuse_underflow()
+        q.refuse_underflow("q")
         return QColumns((file.path, q.path), M, *columns, shared or {})
 
     def _refuse_swapped(self, file: InputFile) -> None:

@@ -9,6 +9,7 @@ from collections.abc import Sequence
 from lcpcli.files import contents
 from lcpcli.files.formats import refuse
 from lcpcli.files.input_file import LINE, WHOLE, InputFile
+from lcpcli.files.inputs import problem_of
 from lcpcli.model import formulations
 from lcpcli.model.problem import Problem
 
@@ -41,7 +42,7 @@ def read(
 
 def problem_in(files: Sequence[InputFile], infinity: float = math.inf) -> Problem:
     """Return the problem in one file or two; infinity : as in `read`."""
-    problem = files[0].problem(*files[1:])
+    problem = problem_of(files)
     if infinity == math.inf:
         return problem
     from lcpcli.model.changes import with_infinity

@@ -45,6 +45,7 @@ NOT_FINITE = (
     "is not a finite number in double precision",
     f"{GIVE_FINITE} {FROM_0}",
 )
+UNDERFLOWS = ("is 0 in double precision, but not 0", f"scale the data {FROM_0}")
 DENSE_HINT = "give a dense array, as by toarray()"
 UNLABELLED = "give them the same labels, or arrays, as by to_numpy()"
 TEXTS = (str, bytes, bytearray)
@@ -334,7 +335,7 @@ def as_floats(field: str, values: Any, expected: str = NUMBERS) -> Vector:
         _refuse_other_types(field, values)
     try:
         with np.errstate(over="ignore"):
-            return np.asarray(values, dtype=np.float64)
+            doubles = np.asarray(values, dtype=np.float64)
     except OverflowError:
         position = next(
             i
@@ -342,6 +343,11 @@ def as_floats(field: str, values: Any, expected: str = NUMBERS) -> Vector:
             if BEYOND_DOUBLES <= abs(value) < math.inf
         )
         raise ProblemError(f"{field}[{position}]", *NOT_FINITE) from None
+    if isinstance(values, (list, tuple)) and doubles.ndim == 1 and not doubles.all():
+        for i in np.flatnonzero(doubles == 0).tolist():
+            if values[i]:  # a Fraction
+                raise ProblemError(f"{field}[{i}]", *UNDERFLOWS)
+    return doubles
 
 
 def _refuse_other_types(field: str, values: Any) -> None:

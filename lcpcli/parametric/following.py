@@ -77,8 +77,8 @@ def basic_states(
         below = np.where(
             basic, z - low, np.maximum(np.where(states == UPPER, -w, w), 0.0)
         )
-        above = np.where(basic, high - z, np.inf)
         with np.errstate(divide="ignore", invalid="ignore"):
+            above = np.where(basic, high - z, np.inf)
             steps = np.array(
                 [
                     np.where(s * gaps < 0, below, np.where(s * gaps > 0, above, np.inf))

@@ -31,6 +31,7 @@ LARGEST_INTEGER = 2**53
 # down.
 LARGEST_EXPONENT = 5000
 MAX_SHOWN_DIGITS = 25  # of a fraction in a line of text
+KEEP_DIGITS = "scale the data; lcp solve --exact keeps all digits"
 MANTISSA = 53  # binary digits of a double
 SUBNORMAL = 1074  # the smallest positive double is 2 to the minus this
 RATIO = re.compile(r"[-+]?[0-9]+/[0-9]+")
@@ -39,6 +40,9 @@ NUMBER = re.compile(
     r"\s*[-+]?(?:(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[eE][-+]?[0-9]+)?"
     r"|[0-9]+/0*[1-9][0-9]*|(?i:inf(?:inity)?))\s*"
 )
+# What a text has if a number in it may be 0 in double precision without being 0: an
+# exponent of three digits, many zeros, or a long denominator.
+MAY_UNDERFLOW = re.compile(rb"[eE]-0*[1-9][0-9]{2}|[.,]0{200}|/[0-9]{200}")
 SURE_DIGITS = 15  # decimal ones that every double has
 LARGEST_POWER = 22  # of ten that a double represents
 FEW_NUMBERS = 1000  # of a matrix that are looked at first
@@ -84,6 +88,17 @@ def ratio(text: str) -> Fraction:
 def double(text: str) -> float:
     """Return the double nearest to the number in a text, as `NUMBER` has them."""
     return _rounded(ratio(text)) if "/" in text else float(text)
+
+
+def double_unless_lost(text: str) -> float:
+    """Return `double` of a text; raise ProblemError if it is 0 and the number is
+    not."""
+    value = double(text)
+    if not value and (ratio(text) if "/" in text else Decimal(text)):
+        raise ProblemError(
+            "", f"has {quoted(text)}, which is 0 in double precision", KEEP_DIGITS
+        )
+    return value
 
 
 def text(value: Fraction) -> str:

@@ -106,29 +106,30 @@ def check(
         raise ParameterError("y", "is given beside z", LEAVE_ONE_OUT)
     z, y = by_names(lambda: problem.names, z=z, y=y)
     if z is not None:
-        values = as_vector("z", z)
+        exact = _fractions("z", z) if tol is None else []
+        values = rounded(exact) if exact else as_vector("z", z)
         if values.size not in lengths(problem):
-            as_vector("z", z, n)
-        if tol is None and (exact := _fractions(z)):
+            as_vector("z", values, n)
+        if exact:
             return verified_exactly(ExactProblem.of_floats(problem), exact)
         return verified(problem, values, tol or TOL.value)
     if tol is not None:
         raise ParameterError("tol", "has no effect on a proof", LEAVE_OUT)
-    rounded_y = as_vector("y", y, n)
-    exact = _fractions(y)
-    return verified_proof(
-        problem, exact or fractions_of(rounded_y), is_rounded=not exact
-    )
+    if exact := _fractions("y", y, n):
+        return verified_proof(problem, exact)
+    return verified_proof(problem, fractions_of(as_vector("y", y, n)), is_rounded=True)
 
 
-def _fractions(values: Any) -> list[Fraction]:
-    """Return the numbers of a list or an array as fractions if one of them is a
-    Fraction; else an empty list."""
+def _fractions(field: str, values: Any, n: int | None = None) -> list[Fraction]:
+    """Return the numbers of a list or an array as fractions, which may be beyond the
+    range of doubles, if one of them is a Fraction; else an empty list. n : how many
+    numbers there have to be."""
     listed = values.tolist() if isinstance(values, np.ndarray) else values
     if not isinstance(listed, (list, tuple)) or not any(
         isinstance(value, Fraction) for value in listed
     ):
         return []
+    as_vector(field, [0 if isinstance(x, Fraction) else x for x in listed], n)
     return [
         Fraction(value) if isinstance(value, Rational) else Fraction(float(value))
         for value in listed

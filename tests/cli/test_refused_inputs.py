@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 from scipy import sparse
 
-from .conftest import Lcp, assert_refused
+from .conftest import Lcp, assert_refused, record
 
 LCP: dict[str, Any] = {"M": [[2, 1], [1, 2]], "q": [-5, -6]}
 QP: dict[str, Any] = {"Q": [[2, 0], [0, 2]], "c": [-2, -4]}
@@ -155,3 +155,52 @@ def test_table(text: str, words: str, lcp: Lcp, in_folder: Path) -> None:
 def test_arrays(arrays: dict[str, Any], words: str, lcp: Lcp, in_folder: Path) -> None:
     (in_folder / "bad.npz").write_bytes(archive(**arrays))
     assert_refused(lcp("solve", "bad.npz"), f"lcp: bad.npz: {words}")
+
+
+TINY = "1/1" + 400 * "0"
+# Files whose M is 1e-400, the first of them.
+LOST = [
+    {"t.json": '{"M": [[1e-400]], "q": [-1]}'},
+    {"t.json": json.dumps({"M": [[TINY]], "q": [-1]})},
+    {"t.json": json.dumps({"M": [["0." + 399 * "0" + "1"]], "q": [-1]})},
+    {"t.csv": "1e-400,-1\n"},
+    {"t.csv": f"{TINY},-1\n"},
+    {"t.mtx": "%%MatrixMarket matrix array real general\n1 1\n1e-400\n", "q": "-1\n"},
+]
+
+
+@pytest.mark.parametrize("files", LOST)
+@pytest.mark.parametrize("command", ["solve", "inspect", "compare"])
+def test_a_number_that_is_0_only_in_double_precision_is_refused(
+    command: str, files: dict[str, str], lcp: Lcp, in_folder: Path
+) -> None:
+    """So that nothing is proved of a problem with 0 in its place."""
+    for name, text in files.items():
+        (in_folder / name).write_text(text)
+    asked = lcp(command, *files)
+    assert_refused(asked, "0 in double precision", "lcp solve --exact keeps all digits")
+
+
+def test_a_q_that_is_0_only_in_double_precision_is_refused(
+    lcp: Lcp, in_folder: Path
+) -> None:
+    (in_folder / "M.csv").write_text("1\n")
+    for q in ("-1e-400\n", "-1,-1e-400\n"):  # one, and one in each column
+        (in_folder / "q.csv").write_text(q)
+        assert_refused(lcp("solve", "M.csv", "q.csv"), "lcp: q.csv: has '-1e-400'")
+
+
+@pytest.mark.parametrize("files", LOST)
+def test_exact_arithmetic_has_numbers_that_doubles_have_not(
+    files: dict[str, str], lcp: Lcp, in_folder: Path
+) -> None:
+    for name, text in files.items():
+        (in_folder / name).write_text(text)
+    solved = record(lcp("solve", "--exact", *files, "-f", "json"))
+    assert (solved["status"], solved["exact"]["z"]) == ("solved", [str(10**400)])
+
+
+def test_a_subnormal_number_is_no_0(lcp: Lcp, in_folder: Path) -> None:
+    (in_folder / "t.json").write_text('{"M": [[1e-320]], "q": [-1e-320]}')
+    solved = record(lcp("solve", "t.json", "-f", "json"))
+    assert (solved["status"], solved["z"]) == ("solved", [1.0])

@@ -190,3 +190,15 @@ def test_every_format_has_the_conflict(lcp: Lcp) -> None:
     assert outcome.out == ""
     assert outcome.err.startswith("lcp: diet.json: these 4 conditions cannot hold")
     assert lcp("why", "diet.json", "--quiet").out == ""
+
+
+def test_a_solution_beyond_the_range_of_doubles_has_ranges(
+    lcp: Lcp, folder: Path
+) -> None:
+    """z = 1e400 is at no upper bound, although it is rounded to infinity."""
+    problem = {"M": [["1e-400", 0], [0, 1]], "q": [-1, -1], "upper": [None, 5]}
+    (folder / "tiny.json").write_text(json.dumps(problem))
+    told = json.loads(lcp("why", "tiny.json", "-f", "json").out)
+    first, second = told["ranges"]["q"]
+    assert (first["lower"], first["upper"]) == (None, "0")
+    assert (second["lower"], second["upper"]) == ("-5", "0")

@@ -386,3 +386,15 @@ def test_a_fixed_variable_is_at_its_lower_bound_whatever_the_sign_of_its_w() -> 
         result = run(problem)
         assert result.basis == ["lower", "basic"]
         assert problem.box.basis_at(result.z, result.w).tolist() == [LOWER, BASIC]
+
+
+def test_fractions_beyond_the_range_of_doubles_are_checked() -> None:
+    problem = lcpcli.Problem([[2.0**-1000]], [-(2.0**1000)])
+    assert lcpcli.check(problem, [Fraction(2**2000)]).accepted
+    assert not lcpcli.check(problem, [Fraction(2**2000 - 1)]).accepted
+    separate = lcpcli.Problem([[1, 0], [0, 1]], [1, -1])
+    assert not lcpcli.check(separate, [Fraction(1, 10**400), 1]).accepted
+    without_solution = lcpcli.Problem([[-1]], [-2])
+    assert lcpcli.check(without_solution, y=[Fraction(10**400)]).accepted
+    with pytest.raises(ProblemError):
+        lcpcli.check(separate, [Fraction(1)])

@@ -12,6 +12,7 @@ from scipy.sparse import coo_array, csc_array
 from scipy.sparse.linalg import aslinearoperator
 
 from lcpcli import Problem, run
+from lcpcli.errors import ProblemError
 from lcpcli.model.changes import with_infinity
 
 from ..refusals import Refusal, calls, raised
@@ -186,3 +187,20 @@ def test_what_makes_no_problem_is_refused(refusal: Refusal) -> None:
 
 def test_names_may_be_empty() -> None:
     assert list(Problem(M, q, names=["", ""]).names) == ["", ""]
+
+
+@pytest.mark.parametrize(
+    ("M", "q", "where"),
+    [
+        ([[1, 0], [Fraction(1, 10**400), 1]], [-1, -1], "M[1][0]"),
+        ([[1]], [Fraction(-1, 10**400)], "q[0]"),
+    ],
+)
+def test_a_fraction_that_is_0_only_in_double_precision_is_refused(
+    M: Any, q: Any, where: str
+) -> None:
+    with pytest.raises(ProblemError) as refused:
+        Problem(M, q)
+    assert refused.value.where == where
+    assert "0 in double precision" in refused.value.fault
+    assert Problem([[Fraction(1)]], [Fraction(0)]).q[0] == 0

@@ -19,6 +19,7 @@ import numpy as np
 from lcpcli.errors import LEAVE_OUT, OptionError, count, likely, quoted, visible
 from lcpcli.files import atomic_write
 from lcpcli.files.input_file import WHOLE, InputFile
+from lcpcli.files.inputs import problem_of
 from lcpcli.formulations.nonlinear_model import nl_format
 from lcpcli.formulations.nonlinear_model.program import NlProgram
 from lcpcli.methods.registry import RESTARTS
@@ -137,7 +138,8 @@ def _answer(
             None if best_solution.z is None else rounded(best_solution.z),
         )
     else:
-        result = driver.run(file.problem(), "auto", limits=limits, **others)
+        problem = problem_of([file])
+        result = driver.run(problem, "auto", limits=limits, **others)
     sentence = (
         f"{result.message}; {count(result.iterations, 'iteration')}, residual "
         f"{result.residual:.3g}"
