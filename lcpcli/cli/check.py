@@ -3,6 +3,7 @@ of a problem."""
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
@@ -27,17 +28,20 @@ from lcpcli.cli.declarations import (
 from lcpcli.cli.main import of_end
 from lcpcli.cli.problems import InputProblem, Inputs
 from lcpcli.cli.terminal import Line, shows_progress
-from lcpcli.errors import Exit, OptionError
+from lcpcli.errors import Exit, OptionError, ProblemError
 from lcpcli.files import contents
 from lcpcli.files.contents import source_name
 from lcpcli.options import INSPECTION_SECONDS, TIME_LIMIT, TOL
 from lcpcli.report.document import RECORD_MEANINGS
 
 if TYPE_CHECKING:
+    from fractions import Fraction
+
     from lcpcli.cli.problems import AnyProblem
     from lcpcli.files import beside
     from lcpcli.inspection.inspection import Inspection, NonlinearInspection
     from lcpcli.rational.exact_problem import ExactProblem
+    from lcpcli.typing import Vector
     from lcpcli.verify.verification import Verification
 
 OF_INSPECTION = TIME_LIMIT._replace(
@@ -173,7 +177,6 @@ def _verified(
     """Return what is true of a proposed solution, or of a proof that there is none.
     data : the numbers as written, for a verification in fractions; None for doubles."""
     from lcpcli.model.problem import Problem
-    from lcpcli.rational.numbers import rounded
     from lcpcli.solving import checking
     from lcpcli.verify import verification
 
@@ -181,7 +184,7 @@ def _verified(
     if not isinstance(problem, Problem):
         reason = "is a proof, which a nonlinear model cannot have"
         refuse(is_proof, "SOLUTION", reason, "give z")
-        values = rounded(candidate.values)
+        values = _in_doubles(candidate.values, "give smaller numbers")
         return verification.verify_nonlinear(problem, values, tol or TOL.value)
     if is_proof:
         reject_conflicting_options({"--tol": tol}, PROOF)
@@ -197,13 +200,24 @@ def _verified(
         )
         remarks = [candidate.claim]
     else:
-        values = rounded(candidate.values)
+        values = _in_doubles(candidate.values, "add --exact")
         result = checking.verified(problem, values, tol or TOL.value, is_answer)
         larger = checking.accepting(problem, values, result, is_answer)
         hint = f"--tol {larger:g} accepts it" if larger else ""
         remarks = [hint, candidate.claim]
     message = "; ".join(filter(None, [result.message, *remarks]))
     return replace(result, message=message)
+
+
+def _in_doubles(values: Sequence[Fraction], hint: str) -> Vector:
+    """Return the nearest doubles; raise ProblemError with a hint if one is infinite."""
+    from lcpcli.rational.numbers import rounded
+
+    doubles = rounded(values)
+    for i, double in enumerate(doubles.tolist(), 1):
+        if math.isinf(double):
+            raise ProblemError(f"entry {i}", "is beyond the range of doubles", hint)
+    return doubles
 
 
 @dataclass(eq=False, repr=False)

@@ -263,3 +263,20 @@ def test_of_an_ill_posed_problem_the_proof_stands_and_no_solution(
     assert [
         checked(answer, problem="ill.json").code for answer in (result, result["z"])
     ] == [0, 1]
+
+
+def test_a_z_beyond_the_range_of_doubles_is_checked_in_fractions(
+    lcp: Lcp, checked: Lcp
+) -> None:
+    two = {"M": [[2, 1], [1, 2]], "q": [-5, -6]}
+    told = checked("[1e400, 1]", problem=two)
+    assert told.err == (
+        "lcp: answer: entry 1: is beyond the range of doubles; add --exact\n"
+    )
+    assert told.code == 2
+    assert checked("[1e400, 1]", "--exact", problem=two).code == 1
+    far = {"M": [[1e-300]], "q": [-1e300]}
+    assert checked("[1]", problem=far).code == 1
+    solution = record(lcp("solve", "p.json", "--exact", "-f", "json"))
+    assert checked(solution, problem=far).code == 2
+    assert checked(solution, "--exact", problem=far).code == 0
