@@ -9,6 +9,7 @@ import sys
 from collections.abc import Callable
 from dataclasses import replace
 from fractions import Fraction
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -23,6 +24,7 @@ from scipy.io import savemat
 import lcpcli
 from lcpcli import Problem, Result, Status, read
 from lcpcli.files import contents
+from lcpcli.formulations.quadratic_program.answers import Minimum
 from lcpcli.linalg.matrices import accurate_residual
 from lcpcli.options import Limits
 from lcpcli.rational.exact_problem import ExactProblem
@@ -282,3 +284,58 @@ def test_no_solution_of_the_doubles_proves_nothing_of_the_decimals() -> None:
         "solved",
         [1, 0, Fraction(1, 10)],
     )
+
+
+def program_with_rows(seed: int, sense: str) -> Problem:
+    """With rows of all kinds, of decimals whose sums are rounded, some of them
+    degenerate."""
+    random = np.random.default_rng(seed)
+    A = random.integers(-3, 4, (4, 4)) / 10
+    at = A @ (random.integers(0, 3, 4) / 10)
+    low = np.round(at - random.integers(0, 2, 4) / 10, 3)
+    high = np.round(low + random.integers(0, 3, 4) / 10, 3)
+    low[1], high[0] = -np.inf, np.inf
+    factor = random.integers(-3, 4, (4, 4)) / 10
+    Q = np.round(factor @ factor.T, 4) if seed % 3 else None
+    Q = -Q if Q is not None and sense == "max" else Q
+    return lcpcli.from_qp(
+        Q,
+        random.integers(-3, 4, 4) / 10,
+        A,
+        row_lower=low,
+        row_upper=high,
+        lower=np.zeros(4),
+        upper=np.ones(4),
+        sense=sense,
+        constant=0.1,
+    )
+
+
+@pytest.mark.parametrize("make", [ExactProblem.of_floats, ExactProblem.of_decimals])
+@pytest.mark.parametrize("sense", ["min", "max"])
+def test_measures_of_an_exact_minimum_are_rounded_once(
+    make: Callable[[Problem], ExactProblem], sense: str
+) -> None:
+    n_solved = 0
+    for seed in range(20):
+        problem = program_with_rows(seed, sense)
+        solved = run(problem, "auto")
+        result = prove(partial(make, problem), solved)
+        if result.exact is None or not result.exact.z:
+            continue
+        n_solved += 1
+        answer, z = result.answer, result.exact.z
+        assert isinstance(answer, Minimum)
+        objective = float(problem.formulation.meaning(make(problem)).objective(z))
+        assert abs(answer.objective - objective) <= 2e-16 * max(1, abs(objective))
+        A = problem.M[4:8, :4]
+        exact = [
+            sum(Fraction(str(a)) * b for a, b in zip(row, z[:4], strict=False))
+            for row in A.tolist()
+        ]
+        assert np.abs(answer.activities - np.array(exact, float)).max() <= 1e-16
+        assert (answer.slacks >= 0).all()
+        assert not answer.slacks[answer.y != 0].any()
+        # Those of the run are 0 too, not rounding of 0.
+        assert not solved.answer.slacks[solved.answer.y != 0].any()
+    assert n_solved >= 10

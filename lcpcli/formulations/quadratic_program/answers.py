@@ -9,7 +9,8 @@ from dataclasses import dataclass, field
 from fractions import Fraction
 from functools import cached_property, partial
 from itertools import islice
-from typing import Any, TypeVar, cast
+from operator import add, mul
+from typing import Any, TypeAlias, TypeVar, cast
 
 import numpy as np
 
@@ -23,9 +24,10 @@ from lcpcli.formulations.quadratic_program.conclusions import (
 from lcpcli.formulations.quadratic_program.no_minimum import Conclusion
 from lcpcli.formulations.quadratic_program.program import Program
 from lcpcli.formulations.quadratic_program.sensitivity import Sensitivities
-from lcpcli.linalg.matrices import product
+from lcpcli.linalg.matrices import absolute_product, product, row_errors
+from lcpcli.model.block_form import Blocks
 from lcpcli.model.formulation import Answer
-from lcpcli.rational.numbers import brief
+from lcpcli.rational.numbers import brief, rounded, shortest_decimal
 from lcpcli.report import wording
 from lcpcli.report.document import Table
 from lcpcli.solving.result import Result
@@ -302,29 +304,80 @@ def answer(program: Program, result: Result) -> Minimum:
         return Minimum(*nothing, program, False, (), *later)
     sign, data = program.sign, data_of(result.problem, program)
     x, y = program.parts(result.z)
-    w = program.parts(result.w)[0]
-    # Else w is rounding of 0.
-    active = np.where(w > 0, x - data.lower <= w, data.upper - x <= -w)
-    bounded = sign * np.where(active, w, 0.0) + 0.0
-    value = sign * data.objective(x) + program.constant
     exact, s = None, result.z[x.size + y.size :].tolist()
+    measures = _measured(data, x, program.parts(result.w)[0])
     if result.exact is not None and result.exact.z is not None:
         exact_x, exact_y = program.parts(result.exact.z)
         exact = {"x": list(exact_x), "y": [int(sign) * value for value in exact_y]}
         if result.exact.z and result.exact.w:
             s = result.exact.z[x.size + y.size :]
-    activities = product(data.A, x) + 0.0
-    slacks = np.minimum(activities - data.row_lower, data.row_upper - activities)
+            # Beyond the range of doubles x is that of the last run.
+            if np.isfinite(rounded(result.exact.z)).all():
+                measures = _exact(data, result.exact.z, result.exact.w)
+    bound_multipliers, activities, slacks, objective = measures
     return Minimum(
         x + 0.0,
         sign * y + 0.0,
-        bounded,
-        activities,
-        slacks,
-        value + 0.0,
+        sign * bound_multipliers + 0.0,
+        activities + 0.0,
+        slacks + 0.0,
+        sign * objective + program.constant + 0.0,
         program,
         result.solved,
         s,
         *later,
         exact,
     )
+
+
+# The multipliers of the bounds, the activities and slacks of the rows, and the
+# objective without its constant, of a program to be minimized.
+Measures: TypeAlias = tuple[Vector, Vector, Vector, float]
+
+
+def _measured(data: Blocks, x: Vector, w: Vector) -> Measures:
+    """Return the measures of x, with slacks within the rounding of their rows as 0. w :
+    Qx + c - A'y."""
+    # Else w is rounding of 0.
+    active = np.where(w > 0, x - data.lower <= w, data.upper - x <= -w)
+    activities = product(data.A, x)
+    slacks = np.minimum(activities - data.row_lower, data.row_upper - activities)
+    terms = absolute_product(data.A, np.abs(x)) + np.abs(activities)
+    slacks[np.abs(slacks) <= row_errors(data.A, x, terms)] = 0.0
+    return np.where(active, w, 0.0), activities, slacks, data.objective(x)
+
+
+def _exact(data: Blocks, z: list[Fraction], w: list[Fraction]) -> Measures:
+    """Return the measures of an exact solution z of the conditions, each rounded once.
+
+    w : of the conditions. As Qx = w - c + A'y for the w of x, the objective is
+    (x'w + c'x + y'Ax) / 2.
+    """
+    k, m = data.c.size, data.row_lower.size
+    s = iter(z[k + m :])
+    activities, slacks = list[Fraction](), list[Fraction | float]()
+    sides = zip(data.row_lower.tolist(), data.row_upper.tolist(), strict=True)
+    for (low, high), w_i in zip(sides, w[k : k + m], strict=True):
+        if -math.inf < low < high < math.inf:
+            activity = next(s) + w_i
+        else:
+            bound = next(filter(math.isfinite, (low, high)), 0.0)
+            activity = shortest_decimal(bound) + w_i
+        activities.append(activity)
+        slacks.append(
+            min(activity - _end(low, activity), _end(high, activity) - activity)
+        )
+    slopes = map(add, w[:k], map(shortest_decimal, data.c.tolist()))
+    doubled = sum(map(mul, z, [*slopes, *activities]))
+    of_bounds, of_rows, (objective,) = (
+        rounded(each) for each in (w[:k], activities, [Fraction(doubled) / 2])
+    )
+    return of_bounds, of_rows, np.array(slacks, float), float(objective)
+
+
+def _end(side: float, activity: Fraction) -> Fraction | float:
+    """Return the side of a row in the data of an exact solution with this activity,
+    which are the decimals, or the doubles themselves."""
+    if not math.isfinite(side):
+        return side
+    return activity if Fraction(side) == activity else shortest_decimal(side)
