@@ -492,8 +492,6 @@ def options_in_force(
     Raises OptionError as `check` does, whether or not the method will have anything to
     do.
     """
-    if name == "auto" and not chosen:
-        return OF_AUTO.copy()
     method = declared(name)
     if chosen:
         check(name, chosen)

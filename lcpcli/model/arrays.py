@@ -245,7 +245,7 @@ def _as_finite(field: str, M: Matrix) -> tuple[Matrix, tuple[float, float]]:
     They are the `sizes` of the row maxima or, where that is faster, of all entries, or
     of the diagonal and the largest.
     """
-    if is_sparse(M):
+    if type(M) is not np.ndarray and is_sparse(M):
         M = _as_sparse(field, M)
         smallest, greatest = sizes(M.data)
     elif M.size <= 2 * MAX_LOOPED_ENTRIES:

@@ -23,7 +23,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from lcpcli.errors import ProblemError, kind
-from lcpcli.linalg.doubles import LARGEST_DOUBLE, are_moderate, largest
+from lcpcli.linalg.doubles import LARGEST_DOUBLE, are_moderate, largest, number_of
 from lcpcli.linalg.matrices import (
     absolute_product,
     accurate_residual,
@@ -134,20 +134,22 @@ class Box:
         return LCP_WORDING if self.is_orthant else MIXED_WORDING
 
     @cached_property
+    def has_zero_lower(self) -> bool:
+        """Return whether all lower bounds are 0, so that the reference point is 0."""
+        return not number_of(self.lower != 0.0)
+
+    @cached_property
     def _has_upper(self) -> bool:
         """Return whether there is an upper bound; if not, no state is "at the upper
         bound"."""
-        return bool(np.isfinite(self.upper).any())
+        return number_of(np.isfinite(self.upper)) > 0
 
     @cached_property
     def is_far(self) -> bool:
         """Return whether a finite bound is so large that it may stand for an infinite
         one (see `far_sides`)."""
-        sizes = (np.abs(sides) for sides in (self.lower, self.upper))
-        return any(
-            np.count_nonzero(side >= MIN_FAR) > np.count_nonzero(np.isinf(side))
-            for side in sizes
-        )
+        sides = (self.upper,) if self.has_zero_lower else (self.lower, self.upper)
+        return any(largest(side[np.isfinite(side)]) >= MIN_FAR for side in sides)
 
     def mapped(self, change: Callable[[Vector], Vector]) -> Box:
         """Return the box with changed bounds; the bounds of a linear complementarity
@@ -378,7 +380,7 @@ def reference(M: Matrix, q: Vector, box: Box) -> Reference:
     """Return the z within the bounds nearest to 0, or with every z_i at a finite bound,
     whichever leaves the smaller residual; 0 if w overflows at both. Rows of w that
     cancel there are summed exactly. q : shape (n,), or (m, n)."""
-    if not np.count_nonzero(box.lower):
+    if box.has_zero_lower:
         return Reference(None, q, 0.0)
     z, corner = box.project(np.zeros(q.shape)), box.corner
     differ = np.count_nonzero(z != corner)
@@ -416,22 +418,16 @@ def _largest(gaps: Vector) -> Vector:
     return np.where(np.isfinite(sizes), sizes, np.inf)
 
 
-def bounds_of(
-    lower: Any, upper: Any, n: int, infinity: float
-) -> tuple[Vector, Vector] | None:
-    """Return l and u, of shape (n,), None if they are the bounds 0 and infinity of an
-    LCP; or raise ProblemError."""
-    if (
-        type(lower) in (int, float)
-        and lower == 0
-        and (upper is None or (type(upper) is float and upper == math.inf))
-    ):
-        return None
+def box_of(lower: Any, upper: Any, n: int, infinity: float) -> Box:
+    """Return the box with these bounds of n unknowns, or raise ProblemError."""
     low, high = as_intervals(("lower", "upper"), lower, upper, n, infinity=infinity)
-    is_orthant = not np.count_nonzero(low) and np.count_nonzero(high == math.inf) == n
-    return (
-        None if is_orthant else (readonly_copy(low, lower), readonly_copy(high, upper))
-    )
+    box = Box(low, high)
+    if box.has_zero_lower and number_of(high == math.inf) == n:
+        return ORTHANT
+    # Vectors that were made of numbers belong to nobody else.
+    box.lower = readonly_copy(low, [] if type(lower) is float else lower)
+    box.upper = readonly_copy(high, [] if type(upper) is float else upper)
+    return box
 
 
 def has_columns(field: str, bound: Any) -> bool:
@@ -453,20 +449,17 @@ def as_intervals(
 ) -> tuple[Vector, Vector]:
     """Return lower and upper bounds for each of n things of a kind, infinite if absent
     or if they have at least the size `infinity`, or raise ProblemError."""
-    are_plain = infinity == math.inf and _is_plain(lower, n) and _is_plain(upper, n)
-    if are_plain and np.all(_are_valid(lower, upper)):
-        if type(lower) is float:
-            lower = np.full(n, lower)
-        if type(upper) is float:
-            upper = np.full(n, upper)
-        return lower, upper
+    if infinity == math.inf:
+        low, high = _plain_vector(lower, n), _plain_vector(upper, n)
+        if low is not None and high is not None and _are_valid(low, high):
+            return low, high
     below, above = fields
     bounds = (
         as_bound(below, lower, n, of, -math.inf),
         as_bound(above, upper, n, of, math.inf),
     )
     low, high = (with_infinity(bound, infinity) for bound in bounds)
-    if np.count_nonzero(_are_valid(low, high)) == n:
+    if _are_valid(low, high):
         return low, high
     sides = (
         (below, bounds[0], low == math.inf, "", "-"),
@@ -495,17 +488,22 @@ def as_intervals(
     return low, high
 
 
-def _are_valid(lower: Vector | float, upper: Vector | float) -> Any:
-    """Return where bounds leave a number."""
-    return (lower <= upper) & (lower < math.inf) & (upper > -math.inf)
+def _are_valid(lower: Vector, upper: Vector) -> bool:
+    """Return whether all bounds leave a number."""
+    low = np.maximum(lower, -LARGEST_DOUBLE)
+    high = np.minimum(upper, LARGEST_DOUBLE)
+    return number_of(low <= high) == low.size
 
 
-def _is_plain(bound: Any, n: int) -> bool:
-    """Return whether a bound is a number or a vector of doubles, which need not be
-    converted."""
-    if type(bound) is np.ndarray:
-        return bool(bound.dtype == np.float64 and bound.shape == (n,))
-    return type(bound) is float
+def _plain_vector(bound: Any, n: int) -> Vector | None:
+    """Return a bound that is a number or a vector of doubles, which need not be
+    converted, as a vector of shape (n,); None for any other."""
+    if type(bound) is float:
+        vector = np.empty(n)
+        vector.fill(bound)
+        return vector
+    is_vector = type(bound) is np.ndarray and bound.shape == (n,)
+    return bound if is_vector and bound.dtype == np.float64 else None
 
 
 def with_infinity(bound: Vector, infinity: float) -> Vector:

@@ -27,7 +27,7 @@ from lcpcli.model.arrays import (
     readonly_copy,
     readonly_matrix,
 )
-from lcpcli.model.box import MIN_FAR, ORTHANT, Box, Reference, bounds_of, reference
+from lcpcli.model.box import MIN_FAR, ORTHANT, Box, Reference, box_of, reference
 from lcpcli.typing import BoundLike, Matrix, Vector, VectorLike
 
 if TYPE_CHECKING:
@@ -46,6 +46,9 @@ VERDICTS, WITHOUT_SOLUTION = (
     ("infeasible", "unsolvable", "ray"),
     ("infeasible", "unsolvable"),
 )
+
+
+LCP_BOUNDS = 0.0, math.inf
 
 
 class Facts:
@@ -191,22 +194,20 @@ class Problem:
             if not (has_names or origin is not None):
                 names = arrays.texts(M.columns)
                 has_names = bool(names)
-            solutions = arrays.plain("solutions", solutions, arrays.SOLUTIONS)
-            solutions = [
-                arrays.by_label(M, solution=solution)[0] for solution in solutions
-            ]
+            solutions = _solutions_by_label(M, solutions)
             M, q, lower, upper, x0, x1 = arrays.by_label(
                 M, M=M, q=q, lower=lower, upper=upper, x0=x0, x1=x1
             )
         vector_q, (smallest_q, largest_q) = as_sized_vector("q", q)
         n = vector_q.size
         matrix, (smallest_row, largest_entry) = as_square("M", M, n)
-        texts_of = {"name": name, "verdict": verdict, "source": source, "note": note}
-        are_texts = type(name) is type(verdict) is type(source) is type(note) is str
-        for field, text in () if are_texts else texts_of.items():
-            if not isinstance(text, str):
-                raise ProblemError(field, f"is {kind(text)}", GIVE_TEXT)
-        bounds = bounds_of(lower, upper, n, infinity)
+        texts = {"name": name, "verdict": verdict, "source": source, "note": note}
+        are_plain = type(name) is type(verdict) is type(source) is type(note) is str
+        if verdict or not are_plain:
+            _check_texts(texts)
+        box = ORTHANT
+        if not (type(lower) is type(upper) is float and (lower, upper) == LCP_BOUNDS):
+            box = box_of(lower, upper, n, infinity)
         x0 = None if x0 is None else as_vector("x0", x0, n)
         x1 = None if x1 is None else as_vector("x1", x1, n)
         known_solutions = (
@@ -229,36 +230,26 @@ class Problem:
         fields["x0"] = x0
         fields["x1"] = x1
         fields.update(
-            texts_of,
+            texts,
+            lower=box.lower,
+            upper=box.upper,
+            box=box,
             solutions=known_solutions,
             reference=reference,
             origin=None,
             is_moderate=is_moderate,
         )
         fields["largest"], fields["sizes_of_q"] = largest_entry, (smallest_q, largest_q)
-        if bounds is None:
-            fields.update(
-                lower=0.0,
-                upper=math.inf,
-                box=ORTHANT,
-                reference_z=None,
-                q_ref=vector_q,
-                q_error=0.0,
-            )
-        else:
-            fields.update(lower=bounds[0], upper=bounds[1], box=Box(*bounds))
+        if box is ORTHANT:
+            fields["lower"], fields["upper"] = LCP_BOUNDS
+        if box.has_zero_lower:
+            fields.update(reference_z=None, q_ref=vector_q, q_error=0.0)
         if origin is not None or has_names:
             with imports:
                 from lcpcli.model.origins import origin_of
             fields["origin"] = origin_of(origin, names, conditions_of(self))
             if self.block_form is not None:
                 fields["M"] = readonly_matrix(self.block_form.symmetric(matrix))
-        if verdict and verdict not in VERDICTS:
-            raise ProblemError(
-                "verdict",
-                unknown(verdict),
-                f"use one of {', '.join(VERDICTS)}",
-            )
 
     @classmethod
     def of_fields(cls, fields: Mapping[str, Any], **changed_fields: Any) -> Problem:
@@ -466,6 +457,23 @@ class Problem:
         w = product(self.M, self.from_reference(z))
         w += self.q_ref
         return w
+
+
+def _solutions_by_label(M: Any, solutions: Any) -> list[Any]:
+    """Return known solutions in the order of the labels of a data frame."""
+    plain_solutions = arrays.plain("solutions", solutions, arrays.SOLUTIONS)
+    return [arrays.by_label(M, solution=each)[0] for each in plain_solutions]
+
+
+def _check_texts(texts: Mapping[str, Any]) -> None:
+    """Raise ProblemError for a field that is no text, and an unknown verdict."""
+    for field, text in texts.items():
+        if not isinstance(text, str):
+            raise ProblemError(field, f"is {kind(text)}", GIVE_TEXT)
+    verdict = texts["verdict"]
+    if verdict and verdict not in VERDICTS:
+        hint = f"use one of {', '.join(VERDICTS)}"
+        raise ProblemError("verdict", unknown(verdict), hint)
 
 
 def as_problem(argument: Any) -> Problem:

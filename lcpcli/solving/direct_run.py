@@ -20,6 +20,7 @@ import numpy as np
 from lcpcli.clock import Stopwatch, imports
 from lcpcli.errors import OptionError, ParameterError
 from lcpcli.interrupts import TimeIsUp, deadline_after, hides_interrupt
+from lcpcli.linalg.doubles import number_of
 from lcpcli.methods import direct
 from lcpcli.methods.direct import (
     MAX_COMPILED,
@@ -211,24 +212,17 @@ class Session:
         steps, method = answer.steps, answer.method
         if not route and steps:
             route = ("newton", method)[steps < 2 or method == "newton" :]
-        of_run = steps, answer.evaluations, answer.end, reason
-        at: dict[str, Any] = {"problem": self.problem, "point": point}
-        return self.result(route or ("auto",), *of_run, **at)
-
-    def result(
-        self,
-        route: tuple[str, ...],
-        steps: int,
-        evaluations: int | None = None,
-        final_basis: States | None = None,
-        reason: str = "",
-        **attributes: Any,
-    ) -> Result:
-        """Return the result of the run, by default that of `auto` at a solution;
-        attributes : its problem and point, and what else is different."""
-        of_run = self.limits, self.options, self.stopwatch.parts, evaluations
         return Result.of_solution(
-            route, steps, *of_run, final_basis, reason, **attributes
+            route or ("auto",),
+            steps,
+            self.limits,
+            self.options,
+            self.stopwatch.parts,
+            answer.evaluations,
+            answer.end,
+            reason,
+            problem=self.problem,
+            point=point,
         )
 
 
@@ -243,12 +237,14 @@ class Quick(NamedTuple):
 
     min_unknowns, applies : for how many unknowns it is made, and for which sessions.
     steps : how. is_timed : whether it may take so long that a time limit has to end it.
+    needs_origin : whether it is made only for problems with a formulation.
     """
 
     min_unknowns: int
     applies: Callable[[Session], bool]
     steps: Callable[[Session], Steps]
     is_timed: bool = False
+    needs_origin: bool = False
 
 
 def answered(session: Session) -> Result | None:
@@ -446,14 +442,10 @@ def _answer(
             return answer
     elif start is None:
         # As far as the signs of w show whether it is a solution.
-        reference = problem.reference_point
-        is_solution = not np.count_nonzero(problem.q < 0) if box.is_orthant else None
-        if is_solution is None:
-            is_solution = np.array_equal(
-                box.project(reference - problem.q_ref), reference
-            )
-        if is_solution:
-            return DirectAnswer(np.array(reference), False, 0)
+        reference = 0.0 if problem.reference_z is None else problem.reference_z
+        nearest = box.project(reference - problem.q_ref)
+        if not number_of(nearest != reference):
+            return DirectAnswer(np.array(problem.reference_point), False, 0)
         if has_diagonal and is_small and not box.is_orthant:
             steps = direct.exchanges_within_bounds(problem, tol)
             return (yield from _answer_of_exchanges(session, problem, steps, False))
@@ -644,7 +636,7 @@ def _near(session: Session, basis: States, kept: Kept) -> Result | None:
     return session.result_if_accepted(DirectAnswer(z, False, steps))
 
 
-def prefers_lemke(session: Session) -> bool:
+def pivots_first(session: Session) -> bool:
     """Return whether a problem has so few unknowns and moderate numbers that pivoting
     comes first, perhaps by kernels, without a start of its own and with the bounds as
     they are."""
@@ -657,14 +649,6 @@ def prefers_lemke(session: Session) -> bool:
             problem.origin is None or not problem.has_far_sides
         )
     return problem.n <= MAX_PIVOTED and not problem.has_far_sides
-
-
-def _has_formulation(session: Session) -> bool:
-    return session.start is None and session.problem.origin is not None
-
-
-def _has_states(session: Session) -> bool:
-    return session.start is not None and session.problem.origin is not None
 
 
 def _is_program(session: Session) -> bool:
@@ -681,9 +665,15 @@ def _is_eliminated(session: Session) -> bool:
     return has_elimination and problem.is_moderate and problem.is_shifted_lcp
 
 
-PIVOTING = Quick(0, prefers_lemke, direct_steps)
+PIVOTING = Quick(0, pivots_first, direct_steps)
 QUICK = (
-    Quick(0, _has_formulation, proposed_steps, is_timed=True),
+    Quick(
+        0,
+        lambda s: s.start is None,
+        proposed_steps,
+        is_timed=True,
+        needs_origin=True,
+    ),
     Quick(
         MIN_FOR_PIQP,
         lambda s: not _has_quick_kernels(s) and _is_program(s),
@@ -701,14 +691,19 @@ QUICK = (
 # Of the problems of a sequence.
 IN_SEQUENCE = (
     Quick(2, _is_eliminated, elimination_steps),
-    Quick(0, _has_states, proposed_steps),
+    Quick(0, lambda s: s.start is not None, proposed_steps, needs_origin=True),
     PIVOTING,
-    Quick(0, lambda s: not prefers_lemke(s), near_steps),
+    Quick(0, lambda s: not pivots_first(s), near_steps),
 )
 
 
 def attempts(session: Session) -> Iterator[Quick]:
     """Yield the attempts that are made on the problem of a session, in their order."""
+    problem = session.problem
     for row in QUICK if session.kept is None else IN_SEQUENCE:
-        if session.problem.n >= row.min_unknowns and row.applies(session):
+        if problem.n < row.min_unknowns or (
+            row.needs_origin and problem.origin is None
+        ):
+            continue
+        if row.applies(session):
             yield row

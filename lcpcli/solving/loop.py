@@ -21,7 +21,7 @@ from lcpcli.methods.stages import Ending, Iterate, Stage
 from lcpcli.model.box import LARGEST_X, in_range
 from lcpcli.options import DEFAULTS
 from lcpcli.solving.observers import NOBODY, Seen
-from lcpcli.solving.result import Status
+from lcpcli.solving.result import Result, Status
 from lcpcli.typing import States, Vector
 from lcpcli.verify.acceptance import (
     AT_ONCE,
@@ -36,7 +36,6 @@ from lcpcli.verify.point import Criterion, Point
 
 if TYPE_CHECKING:
     from lcpcli.solving.direct_run import Session
-    from lcpcli.solving.result import Result
     from lcpcli.solving.trace import Callback, TraceRow
     from lcpcli.verify.certificate import Proof
 
@@ -380,9 +379,12 @@ class Loop:
         for trace in self.traces:
             trace.close(self.criterion)
         is_solved = status is Status.SOLVED
-        return self.session.result(
+        return Result.of_solution(
             tuple(self.route) or (self.method,),
             max(self.k, 0),
+            self.limits,
+            self.session.options,
+            self.stopwatch.parts,
             self.evaluations,
             self.end if is_solved else None,
             problem=point.criterion.problem,

@@ -585,9 +585,7 @@ def _answers(
     )
     kinds = np.where(block.are_moderate & (steps <= most_steps), kinds, NOTHING)
     routes = np.where(by_gradient, 2, np.minimum(steps, 1)).tolist()
-    options = methods.options_in_force(AUTO, like, {}) | (
-        {} if kernel is None else {"compiled": True}
-    )
+    options = methods.OF_AUTO | ({} if kernel is None else {"compiled": True})
     return BlockAnswers(
         block, z, kinds.tolist(), steps.tolist(), routes, limits, options, parts
     )

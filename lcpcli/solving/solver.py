@@ -16,7 +16,7 @@ from lcpcli.linalg.matrices import are_equal
 from lcpcli.linalg.threads import with_limited_threads
 from lcpcli.methods import registry as methods
 from lcpcli.model.arrays import as_vector, by_names
-from lcpcli.model.box import ORTHANT, Box, bounds_of
+from lcpcli.model.box import box_of
 from lcpcli.model.formulation import named
 from lcpcli.model.problem import Problem, as_problem
 from lcpcli.model.right_hand_sides import like_of_conditions, like_with
@@ -179,15 +179,9 @@ class Solver:
             lambda: self._like.names, q=q, lower=lower, upper=upper
         )
         if lower is not None or upper is not None:
-            raw_bounds = (
-                box.lower if lower is None else lower,
-                box.upper if upper is None else upper,
-            )
-            box = (
-                ORTHANT
-                if (bounds := bounds_of(*raw_bounds, n, self._infinity)) is None
-                else Box(*bounds)
-            )
+            lower = box.lower if lower is None else lower
+            upper = box.upper if upper is None else upper
+            box = box_of(lower, upper, n, self._infinity)
         problem = like_of_conditions(self._like, as_vector("q", q, n), box)
         return self.next(problem, warm, began)
 
@@ -198,7 +192,7 @@ class Solver:
         session = Session(
             problem,
             self._limits,
-            methods.options_in_force("auto", problem, {}),
+            methods.OF_AUTO.copy(),
             Stopwatch(seconds, seconds() if began is None else began),
             self.compiled,
             kept=self._kept,
