@@ -20,9 +20,6 @@ from lcpcli.model.problem import Problem
 from lcpcli.typing import Indices, Mask, Vector
 
 LARGEST_INTEGER = 2.0**50  # sums of a few are exact
-LARGEST_ENTRY = 2.0**25  # of integers in M: products of two are exact
-# Relative to the sum of their sizes: what rounding leaves of entries that cancel.
-CANCELLED = 1e-14
 
 
 def mask_of(n: int, indices: Indices) -> Mask:
@@ -100,11 +97,14 @@ class ReducedProblem:
     """The rows and columns that are left, with the indices that they have in the
     problem.
 
-    entries : those of M. q : what is left of it, with known values put in. lower, upper
-    : bounds. row_of : the row of each column, -1 for columns that are removed. factors
-    : by which rows were multiplied. terms : the sizes of what was added up to q, and
-    rounded. is_lossless : whether, if all are integers, nothing but 0 counted as
-    rounding, and no entry of M became so large that rounding may have changed it."""
+    entries : those of M. q : the constants of the rows, with the definitions of removed
+        variables put in.
+    lower, upper : bounds. row_of : the row of each column, -1 for columns that are
+        removed.
+    factors : by which rows were multiplied. terms : the sizes of the terms of which q
+        is the rounded sum.
+    is_lossless : whether, if all are integers, nothing but 0 counted as rounding.
+    """
 
     def __init__(self, problem: Problem) -> None:
         M, n = problem.M, problem.n
@@ -165,52 +165,36 @@ class ReducedProblem:
         )
 
     def pivot(self, rows: Indices, columns: Indices, pivots: Vector) -> PresolveStep:
-        """Solve equations a z_j + (other terms) + q = 0, which have no entry in the
-        column of another's variable, each for a free z_j, substitute it in the other
-        rows, and remove both."""
+        """Solve equations a z_j + (other terms) + q = 0, each for a free z_j, and
+        remove both. Column j has at most one other entry, which is the only one of its
+        row, so that the other terms take its place there and nothing is added up."""
         of_row, of_column = np.full(self.n, -1), np.full(self.n, -1)
-        of_row[rows], of_column[columns] = np.arange(rows.size), np.arange(rows.size)
-        in_rows, in_columns = (
-            of_row[self.entries.rows] >= 0,
-            of_column[self.entries.columns] >= 0,
-        )
-        row_entries, column_entries = (
-            self.entries.part(in_rows & ~in_columns),
-            self.entries.part(in_columns & ~in_rows),
-        )
+        of_row[rows] = of_column[columns] = np.arange(rows.size)
+        in_rows = of_row[self.entries.rows] >= 0
+        in_columns = of_column[self.entries.columns] >= 0
+        row_entries = self.entries.part(in_rows & ~in_columns)
+        column_entries = self.entries.part(in_columns & ~in_rows)
         q = self.q[rows]
-        ways = (
-            partial(_solve, rows, columns, pivots, q, row_entries),
-            partial(_balance, rows, columns, pivots, column_entries),
-        )
+        terms = self.terms[rows]
         self.pair(rows, columns)
         self.remove(columns)
         position = of_column[column_entries.columns]
-        factor = -column_entries.values / pivots[position]
-        self.q += summed(column_entries.rows, factor * q[position], self.n)
-        self._add_terms(
-            summed(
-                column_entries.rows, np.abs(factor) * self.terms[rows][position], self.n
-            )
+        factors, targets = np.zeros(rows.size), np.full(rows.size, -1)
+        factors[position] = -column_entries.values / pivots[position]
+        targets[position] = column_entries.rows
+        self.q[column_entries.rows] += factors[position] * q[position]
+        self.terms[column_entries.rows] += np.abs(factors[position]) * terms[position]
+        self._round_q()
+        source = of_row[row_entries.rows]
+        moved = Entries(
+            targets[source], row_entries.columns, factors[source] * row_entries.values
         )
-        row_entries = row_entries.part(
-            np.argsort(of_row[row_entries.rows], kind="stable")
+        self._append(moved.part((moved.rows >= 0) & (moved.values != 0)))
+        return PresolveStep(
+            bool((np.abs(pivots) == 1).all()),
+            partial(_solve, rows, columns, pivots, q, row_entries),
+            partial(_balance, rows, columns, pivots, column_entries),
         )
-        number = np.bincount(of_row[row_entries.rows], minlength=rows.size)
-        first, times = np.cumsum(number) - number, number[position]
-        source = np.repeat(
-            first[position] - (np.cumsum(times) - times), times
-        ) + np.arange(times.sum())
-        if source.size:
-            values = np.repeat(factor, times) * row_entries.values[source]
-            self._add(
-                Entries(
-                    np.repeat(column_entries.rows, times),
-                    row_entries.columns[source],
-                    values,
-                )
-            )
-        return PresolveStep(bool((np.abs(pivots) == 1).all()), *ways)
 
     def multiply(self, factors: Vector) -> PresolveStep:
         """Multiply rows by factors, those of bounded variables by positive ones; shape
@@ -225,34 +209,21 @@ class ReducedProblem:
             bool((np.abs(factors) == 1).all()), postsolve_dual=partial(_scale, factors)
         )
 
-    def _add_terms(self, sizes: Vector) -> None:
-        """Take note of the sizes of what was added to q; where only rounding is left of
-        it, it is 0."""
-        self.terms += sizes
+    def _round_q(self) -> None:
+        """Set each q_i to 0 of which only rounding is left, by the sizes of its
+        terms."""
         small = np.abs(self.q) <= ROW_ROUNDING * self.terms
         self.is_lossless &= not self.q[small].any()
         self.q[small] = 0.0
 
-    def _add(self, more: Entries) -> None:
-        """Add entries to those that are there, and leave out those that cancel."""
-        values = np.concatenate((self.entries.values, more.values))
-        existing_keys, added_keys = (
-            each.rows * self.n + each.columns for each in (self.entries, more)
+    def _append(self, more: Entries) -> None:
+        """Add entries where there are none, and sort all by rows."""
+        both = Entries(
+            np.concatenate((self.entries.rows, more.rows)),
+            np.concatenate((self.entries.columns, more.columns)),
+            np.concatenate((self.entries.values, more.values)),
         )
-        keys, position = np.unique(
-            np.concatenate((existing_keys, added_keys)), return_inverse=True
-        )
-        sums, sizes = (
-            summed(position, each, keys.size) for each in (values, np.abs(values))
-        )
-        all_entries = Entries(
-            (keys // self.n).astype(np.intp), (keys % self.n).astype(np.intp), sums
-        )
-        remains = np.asarray(np.abs(sums) > CANCELLED * sizes)
-        self.is_lossless &= (
-            not sums[~remains].any() and float(sizes.max()) <= LARGEST_ENTRY
-        )
-        self.entries = all_entries.part(remains)
+        self.entries = both.part(np.argsort(both.rows * self.n + both.columns))
 
     def pair(self, rows: Indices, columns: Indices) -> None:
         """Exchange rows, without removing any, until each of these is the row of its

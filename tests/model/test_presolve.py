@@ -250,17 +250,13 @@ def test_conditions_of_programs_that_are_not_convex_are_solved(seed: int) -> Non
     assert "milp" not in result.route
 
 
-def test_sums_of_large_entries_are_not_exact() -> None:
-    for size, is_it in ((3.0, True), (2.0**20, False)):
-        system = ReducedProblem(
-            Problem(
-                [[1, 0, 1], [-size, 1, 0], [1, -size, 1]],
-                np.ones(3),
-                lower=[0, -INF, -INF],
-            )
-        )
-        system.pivot(np.array([1]), np.array([1]), np.ones(1))
-        assert system.is_lossless is is_it
+def test_a_definition_takes_the_place_of_its_variable_without_sums() -> None:
+    """z2 = 4 z0 - 8 z1 + 3 is the only term of the row of z1."""
+    M = [[1.0, 0, 0], [0, 0, -2], [-4, 8, 1]]
+    change = presolved(Problem(M, [1, 0, -3], lower=[0, 0, -INF]))
+    assert change is not None
+    assert change.problem.M.tolist() == [[1, 0], [-8, 16]]
+    assert change.problem.q.tolist() == [1, -6]
 
 
 def test_a_constant_that_counts_as_rounding_is_lost() -> None:
