@@ -28,12 +28,12 @@ MAX_PIVOTS = 5
 
 
 class DualSimplex:
-    """The nonnegative z and w with w = A z + b, A of shape (m, n), where those forms
-    are 0 that are restricted to be.
+    """The nonnegative z and w with w = A z + b, A of shape (m, n), some of which are
+    fixed at 0.
 
-    Forms are numbered: z_j is j, and w_i is n + i. Each basic form is written in terms
-    of the cobasic ones; the objective, a sum of all z with weights between 1 and 2 by
-    which ties are broken, has nonnegative coefficients.
+    Variables are numbered: z_j is j, and w_i is n + i. Each basic variable is written
+    in terms of the nonbasic ones; the objective, a sum of all z with weights between 1
+    and 2 by which ties are broken, has nonnegative coefficients.
 
     margin : of the largest |A_ij|, what is added to A.
     """
@@ -47,8 +47,8 @@ class DualSimplex:
         self._dictionary = np.vstack(
             (np.column_stack((b / self._size, A + self._margin)), cost)
         )
-        self._basic, self._cobasic = np.arange(n, n + m), np.arange(n)
-        # The cobasic forms that are not restricted to 0.
+        self._basic, self._nonbasic = np.arange(n, n + m), np.arange(n)
+        # The nonbasic variables that are not fixed at 0.
         self._varies = np.ones(n, dtype=bool)
 
     @property
@@ -56,9 +56,9 @@ class DualSimplex:
         return self._dictionary[:-1]
 
     def point(self) -> tuple[Vector, Vector] | None:
-        """Return z and w where all cobasic forms are 0; None if z is so large that the
-        margin decides."""
-        n = self._cobasic.size
+        """Return z and w where all nonbasic variables are 0; None if z is so large that
+        the margin decides."""
+        n = self._nonbasic.size
         values = np.zeros(n + self._basic.size)
         values[self._basic] = self._rows[:, 0]
         if self._margin * values[:n].sum() > NEGLIGIBLE:
@@ -66,8 +66,9 @@ class DualSimplex:
         values *= self._size
         return values[:n], values[n:]
 
-    def vanish(self, variable: int) -> Vector | None:
-        """Restrict a form to 0, as `feasible` does for those before."""
+    def fix_at_zero(self, variable: int) -> Vector | None:
+        """Fix a variable at 0, move to a feasible point and return None; or return
+        multipliers, as `feasible` does."""
         if variable in self._basic:
             i = int(np.argmax(self._basic == variable))
             sign = -1.0 if self._rows[i, 0] > 0 else 1.0
@@ -79,7 +80,7 @@ class DualSimplex:
                     else np.zeros(self._basic.size)
                 )
             self._pivot(i, k)
-        self._varies[self._cobasic == variable] = False
+        self._varies[self._nonbasic == variable] = False
         return self.feasible()
 
     def feasible(self) -> Vector | None:
@@ -98,8 +99,8 @@ class DualSimplex:
         return np.zeros(self._basic.size)
 
     def _entering(self, row: Vector) -> int | None:
-        """Return the cobasic form whose growth raises a row and keeps the objective's
-        coefficients nonnegative."""
+        """Return the nonbasic variable whose growth raises a row and keeps the
+        objective's coefficients nonnegative."""
         usable = np.flatnonzero((row > ZERO) & self._varies)
         return (
             int(usable[np.argmin(self._dictionary[-1, 1:][usable] / row[usable])])
@@ -109,11 +110,11 @@ class DualSimplex:
 
     def _pivot(self, i: int, k: int) -> None:
         exchange(self._dictionary, i, k + 1)
-        self._basic[i], self._cobasic[k] = self._cobasic[k], self._basic[i]
+        self._basic[i], self._nonbasic[k] = self._nonbasic[k], self._basic[i]
 
     def _multipliers(self, i: int, sign: float) -> Vector:
         """Return the multipliers of w = A z + b in a row, times a sign."""
-        n = self._cobasic.size
+        n = self._nonbasic.size
         y = np.zeros(n + self._basic.size)
-        y[self._cobasic], y[self._basic[i]] = -sign * self._rows[i, 1:], sign
+        y[self._nonbasic], y[self._basic[i]] = -sign * self._rows[i, 1:], sign
         return y[n:]

@@ -80,9 +80,14 @@ DOUBTFUL = 8
 
 
 class _MilpNode:
-    """Decisions, the system of those before the last, None for sparse or large M, and
-    the form that the last one restricts to 0; once the node is examined, a set that its
-    point suggests, or None."""
+    """A node of branch and bound.
+
+    decided : what is decided of each pair z_i, w_i. simplex : the system of all
+        decisions but the last; None for sparse or large M. variable : which of the z_j
+        and w_i, numbered as in `DualSimplex`, the last decision fixes at 0.
+    suggested : once the node is examined, a complementary set that its point suggests,
+        or None.
+    """
 
     suggested: Mask | None = None
     is_w_larger: Mask
@@ -92,7 +97,7 @@ class _MilpNode:
     ) -> None:
         self.decided = decided
         self.simplex = simplex
-        self.form = variable
+        self.variable = variable
 
 
 class ComplementarySystem:
@@ -239,7 +244,11 @@ class _BranchAndBound:
         self.examined, self.cost = self.examined + 1, self.cost + 1
         if simplex is not None:
             raise_if_timed_out()
-            y = simplex.feasible() if node.form is None else simplex.vanish(node.form)
+            y = (
+                simplex.feasible()
+                if node.variable is None
+                else simplex.fix_at_zero(node.variable)
+            )
             if y is None and (point := simplex.point()) is not None:
                 return point
         if y is not None and self.system.refutes(decided, y):

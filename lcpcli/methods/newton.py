@@ -311,20 +311,18 @@ def finish(problem: Problem, x0: Vector | None, stage: Stage) -> Stage:
             before = basis
             basis = box.basis_of(step.x)
             evaluations = step.evaluations
-            is_near_solution = (
+            is_stable = (
                 before is not None
                 and np.count_nonzero(basis != before) <= MAX_CHANGE * problem.n
             )
-            stable = stable + 1 if is_near_solution else 0
+            stable = stable + 1 if is_stable else 0
             is_due = (
                 stable >= STABLE_ITERATES
                 and spent + _products(problem, basis) <= evaluations
             )
         if basis is not None and is_due and basis.tobytes() != visited_basis:
-            visited_basis, attempt = (
-                basis.tobytes(),
-                from_states(problem, basis, solutions),
-            )
+            visited_basis = basis.tobytes()
+            attempt = from_states(problem, basis, solutions)
             with np.errstate(over="ignore", invalid="ignore"):
                 while isinstance(outcome := advance(attempt), Iterate):
                     last, spent = outcome, spent + _products(problem, basis)

@@ -48,13 +48,10 @@ class RationalPivoting:
         self.states = list(states)
         self.parameter = 3 * n
         self.ray: int | None = None
-        self._order, self._signed_at = (
-            sorted(dictionary.rows),
-            [UPPER if state == UPPER else LOWER for state in states],
-        )
-        self._sign_changed: set[int] = (
-            set()
-        )  # the w_i whose signs are not those at the start
+        self._order = sorted(dictionary.rows)
+        self._signed_at = [UPPER if state == UPPER else LOWER for state in states]
+        # The w_i whose signs are not those at the start.
+        self._sign_changed = set[int]()
 
     def follow(
         self, entering: int, last: set[int], leaving: int | None = None

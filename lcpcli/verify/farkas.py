@@ -167,14 +167,15 @@ class Multiplied:
         self.support = np.flatnonzero(y)
         self.y, self.b = y[self.support], b[self.support]
         self.rows = A if self.support.size == y.size else A[self.support]
-        self._low, self._high = sides(
-            (box if rows is None else rows).part(self.support), self.y.size
-        )[2:]
+        row_box = box if rows is None else rows
+        *_, self._low, self._high = sides(row_box.part(self.support), self.y.size)
         self.has_signs = bool(
             self.support.size and np.isfinite(self.y).all() and self.are_signs(self.y)
         )
-        lower, upper, low, high = self._bounds = sides(box, A.shape[1])
-        absolute, image = abs(self.rows), self.rows.T @ self.y
+        self._bounds = sides(box, A.shape[1])
+        lower, upper, low, high = self._bounds
+        absolute = abs(self.rows)
+        image = self.rows.T @ self.y
         self.size = absolute.T @ np.abs(self.y)
         # In the other columns A'y is exactly 0.
         self.used = np.asarray(absolute.sum(axis=0)).ravel() > 0

@@ -432,12 +432,11 @@ def rounded_once(problem: Problem, z: Vector, rows: Indices) -> Vector | list[fl
         return np.asarray(0.0 - accurate_residual(M, z, -q))
     with imports:
         from lcpcli.rational import numbers
-    used = (
-        [slice(*M.indptr[i : i + 2]) for i in range(rows.size)] if is_sparse(M) else []
-    )
-    parts = [(M.data[part], z[M.indices[part]]) for part in used] or [
-        (row[row != 0], z[row != 0]) for row in M
-    ]
+    if is_sparse(M):
+        spans = [slice(*M.indptr[i : i + 2]) for i in range(rows.size)]
+        parts = [(M.data[span], z[M.indices[span]]) for span in spans]
+    else:
+        parts = [(row[row != 0], z[row != 0]) for row in M]
     return [
         numbers.rounded_sum(*part, value)
         for value, part in zip(q.tolist(), parts, strict=True)

@@ -310,7 +310,7 @@ def test_points_and_multipliers_agree_with_an_lp_solver(seed: int) -> None:
         np.testing.assert_allclose(w, A @ z + b, atol=1e-5 * max(1.0, float(z.max())))
         assert not np.concatenate((z, w))[zero].any()
         zero.append(form)
-        y = system.vanish(form)
+        y = system.fix_at_zero(form)
     if y is not None:
         product = A.T @ y
         assert b @ y < 0
@@ -329,7 +329,7 @@ def test_a_point_that_only_the_margin_admits_is_none() -> None:
     assert system.feasible() is None
     assert system.point() is not None
     # z_1 = 0, and w_1 = delta z_2 - 1 >= 0 for a z_2 of 5e8.
-    assert system.vanish(0) is None
+    assert system.fix_at_zero(0) is None
     assert system.point() is None
 
 
