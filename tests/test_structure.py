@@ -27,7 +27,6 @@ LONG = {
     "lcpcli.formulations.nonlinear_model.tape.Tape.__init__",
     "lcpcli.formulations.quadratic_program.mps_format._Reader.program",
     "lcpcli.kernels.measure_kernels._judgement",
-    "lcpcli.verify.final_states.verified_or_exact",
     "lcpcli.model.problem.Problem.__init__",
     "lcpcli.formulations.quadratic_program.reductions.from_qp",
     "lcpcli.solving.many.solve_many",

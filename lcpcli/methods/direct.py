@@ -409,20 +409,8 @@ def exchanges_within_bounds(
         wrong = violations > 0.0
         steps, count = steps + 1, number_of(wrong)
         if not count:
-            size = np.abs(q)
-            row_magnitudes = np.abs(M).dot(np.abs(z))
-            row_magnitudes += size
-            errors = ROW_ROUNDING * row_magnitudes
-            residual_sizes = np.abs(residual)
-            is_sure = False
-            if number_of(residual_sizes > errors[P]):
-                z[P] -= np.linalg.solve(block, residual)
-            else:
-                if problem.reference_z is not None:
-                    size = np.minimum(np.abs(problem.q_ref), FINEST * row_magnitudes)
-                is_sure = _is_sure(size, errors, residual_sizes, tol)
-            z = box.project(z)
-            return DirectAnswer(z, is_sure, steps, is_single=is_single)
+            is_sure = _refine_within_bounds(problem, z, P, block, residual, tol)
+            return DirectAnswer(box.project(z), is_sure, steps, is_single=is_single)
         yield z, w, is_single
         guard.choose(wrong, count)
         # A bound on the magnitude of all rows, without reading M.
@@ -438,6 +426,24 @@ def exchanges_within_bounds(
             is_upper = np.where(wrong, above, is_upper)
             n_upper = number_of(is_upper)
         is_single = guard.single
+
+
+def _refine_within_bounds(
+    problem: Problem, z: Vector, P: Indices, block: Vector, residual: Vector, tol: float
+) -> bool:
+    """Refine z in place if its residual w_P is more than rounding; else return whether
+    z surely solves the problem."""
+    size = np.abs(problem.q)
+    row_magnitudes = np.abs(problem.M).dot(np.abs(z))
+    row_magnitudes += size
+    errors = ROW_ROUNDING * row_magnitudes
+    residual_sizes = np.abs(residual)
+    if number_of(residual_sizes > errors[P]):
+        z[P] -= np.linalg.solve(block, residual)
+        return False
+    if problem.reference_z is not None:
+        size = np.minimum(np.abs(problem.q_ref), FINEST * row_magnitudes)
+    return _is_sure(size, errors, residual_sizes, tol)
 
 
 def _gives_up(guard: Safeguard, problem: Problem) -> bool:

@@ -102,14 +102,11 @@ def run(
     start = None
     if not (x0 is z0 is basis is None):
         start = _start(stored_problem, method, {"x0": x0, "z0": z0, "basis": basis})
-    options: dict[str, Any] = {}
-    if is_auto:
-        options = methods.OF_AUTO.copy()
-        if chosen:
-            options = methods.options_in_force(method, stored_problem, chosen)
-    has_trace = trace is not None or curve is not None
+    options = methods.OF_AUTO.copy() if is_auto else {}
+    if is_auto and chosen:
+        options = methods.options_in_force(method, stored_problem, chosen)
     seen = NOBODY
-    if has_trace or observe is not None or callback is not None:
+    if not (trace is curve is observe is callback is None):
         seen = Seen((trace, curve), observe, callback)
     session = Session(
         stored_problem,
@@ -129,13 +126,9 @@ def run(
             session.interrupted = True
     if result is None:
         result = _in_loop(session, method, seen, chosen, additions)
-    if result.problem is not problem:  # whose M `auto` has stored in another form
-        result = replace(result, problem=problem)
-    if compiled:
-        result.options["compiled"] = True
-    if problem.origin is None:
+    if result.problem is problem and problem.origin is None and not compiled:
         return result
-    return _checked_answer(result, is_auto or finish)
+    return _of(problem, result, compiled, is_auto or finish)
 
 
 def _in_loop(
@@ -236,12 +229,15 @@ def _with_status(result: Result, point: Point, status: Status, reason: str) -> R
     return replace(result, problem=problem, point=point, status=status, message=message)
 
 
-def _checked_answer(result: Result, finishes: bool) -> Result:
-    """Return the result if the answer of its formulation is right, too; else what the
-    formulation makes of it. finishes : whether all methods may take part, for a program
-    whose objective is known to few digits."""
-    problem = result.problem
-    assert problem.origin is not None
+def _of(problem: Problem, result: Result, compiled: bool, finishes: bool) -> Result:
+    """Return the result as that of the given problem, whose M `auto` may have stored in
+    another form, if its answer passes the check of the formulation. finishes : whether
+    all methods may take part, for a program whose objective is known to few digits."""
+    result = result if result.problem is problem else replace(result, problem=problem)
+    if compiled:
+        result.options["compiled"] = True
+    if problem.origin is None:
+        return result
     if not result.solved:
         again: Result = problem.origin.retried(result)
         return again

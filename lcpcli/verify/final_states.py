@@ -139,6 +139,14 @@ def verified_or_exact(
         basis[shown == BASIC], shown[shown == BASIC]
     ):
         basis = shown
+    return _exact_near(problem, basis, unchanged)
+
+
+def _exact_near(
+    problem: Problem, basis: States, unchanged: VerifiedPoint
+) -> VerifiedPoint | None:
+    """Return the exact solution of a basis, or of one of the few to which pivots on
+    exact violations lead; else `unchanged`, or None, as `verified_or_exact` says."""
     with imports:
         from lcpcli.rational.exact_problem import ExactProblem
         from lcpcli.rational.numbers import rounded
@@ -155,29 +163,28 @@ def verified_or_exact(
                 if is_finite(exact_z) and is_finite(problem.w(exact_z))
                 else None
             )
-        # A violation may be a rounding error: of the largest z_j if a basic z_i is
-        # beyond a bound, otherwise of the terms of the row. In rows whose terms are
-        # all rounding errors, it may be one of the other numbers of its component.
-        is_basic = basis == BASIC
-        terms = np.abs(matrices.dense(problem.M)) @ np.abs(exact_z) + np.abs(problem.q)
-        max_violation = SIGN_ROUNDING * np.where(is_basic, np.abs(exact_z).max(), terms)
-        if problem.is_moderate and problem.n > MAX_DECIDED:
-            measure = Measure(problem)
-            max_violation = np.maximum(
-                max_violation,
-                ROW_ROUNDING
-                * np.where(
-                    is_basic, measure.natural_sizes(exact_z), measure.caps(exact_z)
-                ),
-            )
-        if not (
-            rounded(list(exact_solution.gaps.values()))
-            <= max_violation[list(exact_solution.gaps)]
-        ).all():
+        gaps = exact_solution.gaps
+        allowed = _allowed_violations(problem, exact_z, basis)
+        if not (rounded(list(gaps.values())) <= allowed[list(gaps)]).all():
             return None
         if problem.n > MAX_DECIDED:
             return unchanged
         worst = np.zeros(problem.n, np.bool_)
-        worst[max(exact_solution.gaps, key=exact_solution.gaps.__getitem__)] = True
+        worst[max(gaps, key=gaps.__getitem__)] = True
         basis = problem.box.exchanged(basis, worst, exact_z)
     return None
+
+
+def _allowed_violations(problem: Problem, z: Vector, basis: States) -> Vector:
+    """Return up to which size violations at an exact basic solution, rounded to z, may
+    be rounding errors: of the largest z_j if a basic z_i is beyond a bound, otherwise
+    of the terms of the row. In rows whose terms are all rounding errors, it may be one
+    of the other numbers of its component."""
+    is_basic = basis == BASIC
+    terms = np.abs(matrices.dense(problem.M)) @ np.abs(z) + np.abs(problem.q)
+    allowed = SIGN_ROUNDING * np.where(is_basic, np.abs(z).max(), terms)
+    if problem.is_moderate and problem.n > MAX_DECIDED:
+        measure = Measure(problem)
+        part_sizes = np.where(is_basic, measure.natural_sizes(z), measure.caps(z))
+        allowed = np.maximum(allowed, ROW_ROUNDING * part_sizes)
+    return np.asarray(allowed)

@@ -9,6 +9,7 @@ import subprocess
 import sys
 from collections.abc import Callable
 from fractions import Fraction
+from types import FrameType
 
 import numpy as np
 import pytest
@@ -387,3 +388,28 @@ def test_it_is_said_once_that_kernels_are_compiled(
         listener.on_start(None)
         listener.on_start(None)
     assert [record.message for record in caplog.records] == [loading.ANNOUNCEMENT]
+
+
+def functions_of(call: Callable[[], object]) -> set[str]:
+    """The functions of the package through which a call passes."""
+    names = set[str]()
+
+    def note(frame: FrameType, event: str, _: object) -> None:
+        if event == "call" and "lcpcli" in frame.f_globals.get("__name__", ""):
+            names.add(frame.f_globals["__name__"] + "." + frame.f_code.co_name)
+
+    call()
+    sys.setprofile(note)
+    try:
+        call()
+    finally:
+        sys.setprofile(None)
+    return names
+
+
+def test_a_small_dense_call_passes_through_few_functions() -> None:
+    M = np.eye(4) + 1.0
+    q = np.array([-1.0, 2.0, -3.0, 4.0])
+    upper = np.array([0.5, np.inf, np.inf, np.inf])
+    assert len(functions_of(lambda: lcpcli.solve(M, q))) <= 35
+    assert len(functions_of(lambda: lcpcli.solve(M, q, upper=upper))) <= 48
