@@ -106,7 +106,7 @@ def run(
     if is_auto and chosen:
         options = methods.options_in_force(method, stored_problem, chosen)
     seen = NOBODY
-    if not (trace is curve is observe is callback is None):
+    if (trace, curve, observe, callback) != (None,) * 4:
         seen = Seen((trace, curve), observe, callback)
     session = Session(
         stored_problem,
