@@ -6,7 +6,6 @@ from __future__ import annotations
 import re
 from collections.abc import Iterable, Mapping, Sequence
 from enum import IntEnum
-from functools import lru_cache
 from typing import Any, TypeAlias
 
 
@@ -157,8 +156,6 @@ def meant(user_word: str, meanings: Mapping[str, str]) -> str:
     )
 
 
-# Many lines of a file may have the same unknown word.
-@lru_cache(maxsize=64)
 def nearest(user_word: str, valid_names: tuple[str, ...]) -> str | None:
     """Return the known word that begins with an unknown one, or is its beginning, or
     else resembles it; else None."""
@@ -186,21 +183,33 @@ def refuse_unknown(
 ) -> None:
     """Raise ProblemError for the first unknown key, with a likely one; `meant` has
     other words for known ones."""
-    for key in keys:
-        if key not in valid_names:
-            folded = {name.casefold(): name for name in valid_names} | dict(meant or {})
-            shown = key if len(key) <= LONGEST_QUOTE else f"{key[:LONGEST_QUOTE]}..."
-            close = nearest(key, tuple(folded))
-            hint = (
-                f"did you mean {folded[close]}?"
-                if close
-                else f"the keys are {', '.join(valid_names)}"
-            )
-            raise ProblemError(
-                f"{field}.{shown}" if field else shown,
-                f"is not a key of {subject}",
-                hint,
-            )
+    fault = unknown_key(field, keys, valid_names, subject, meant or {})
+    if fault is not None:
+        raise ProblemError(*fault)
+
+
+def unknown_key(
+    field: str,
+    keys: Iterable[str],
+    valid_names: Sequence[str],
+    subject: str,
+    meant: Mapping[str, str],
+) -> tuple[str, str, str] | None:
+    """Return the arguments of the error for the first unknown key, as `refuse_unknown`
+    raises it; None if all keys are known."""
+    key = next((key for key in keys if key not in valid_names), None)
+    if key is None:
+        return None
+    folded = {name.casefold(): name for name in valid_names} | dict(meant)
+    shown = key if len(key) <= LONGEST_QUOTE else f"{key[:LONGEST_QUOTE]}..."
+    close = nearest(key, tuple(folded))
+    hint = (
+        f"did you mean {folded[close]}?"
+        if close
+        else f"the keys are {', '.join(valid_names)}"
+    )
+    where = f"{field}.{shown}" if field else shown
+    return where, f"is not a key of {subject}", hint
 
 
 class File(str):
@@ -237,7 +246,10 @@ class LCPError(ValueError):
 
     @property
     def file(self) -> str | None:
-        return next((part for part in self.parts if isinstance(part, File)), None)
+        for part in self.parts:
+            if isinstance(part, File):
+                return part
+        return None
 
     def inside(self, outer_place: Where) -> LCPError:
         """Return this error with its location given from one level further out, such as

@@ -19,7 +19,7 @@ import threading
 from collections.abc import Iterable, Iterator, Sequence
 from typing import TYPE_CHECKING, Any, NoReturn
 
-from lcpcli.errors import Exit
+from lcpcli.errors import Exit, visible
 
 if TYPE_CHECKING:
     import click
@@ -275,8 +275,6 @@ def as_written(error: LCPError) -> LCPError:
 
 def say(message: str, code: int = Exit.BAD_INPUT) -> int:
     """Print one line on standard error, if possible, and return the exit code."""
-    from lcpcli.errors import visible
-
     if sys.stderr is not None:  # closed by the caller
         try:
             print(visible(message), file=sys.stderr, flush=True)

@@ -289,7 +289,8 @@ class Inputs(NamedTuple):
 
         if not isinstance(input_item, QColumns):
             file, *others = input_item.files
-            model = file.nonlinear if takes_models else None
+            is_model = takes_models and file.kind.is_model
+            model = file.nonlinear if is_model else None
             if model is None:
                 yield self._single(input_item)
                 return

@@ -195,12 +195,12 @@ def _written(
     outcomes = Counter[Kind]()
     with progress as line:
         try:
-            for record in records:
+            for number, record in enumerate(records, 1):
                 write(record.text)
                 outcomes[record.status, record.exit_code] += 1
                 for complaint in record.complaints:
                     line.note(f"lcp: {complaint}")
-                line.tell_number(outcomes.total())
+                line.tell_number(number)
                 if record.interrupted:
                     return outcomes, True
         except KeyboardInterrupt:

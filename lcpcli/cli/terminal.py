@@ -55,8 +55,7 @@ def emit(text: str, color: bool) -> None:
     if not color and sys.stdout.isatty():
         text = "\n".join(map(visible, text.split("\n")))
     try:
-        click.echo(text, nl=False, color=True)
-        sys.stdout.flush()
+        click.echo(text, nl=False, color=True)  # which also flushes
     except BrokenPipeError:
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
         raise click.exceptions.Exit(Exit.CLOSED_PIPE) from None

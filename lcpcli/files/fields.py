@@ -5,12 +5,12 @@ the fields of a formulation. Each may have name, source and note.
 from __future__ import annotations
 
 from collections.abc import Collection, Mapping
+from functools import lru_cache
 from itertools import product
 from typing import TYPE_CHECKING, Any
 
 from lcpcli import errors
 from lcpcli.errors import IS_MISSING, ProblemError
-from lcpcli.files.formats import refuse
 from lcpcli.model import formulations
 from lcpcli.model.formulations import TEXTS
 from lcpcli.options import INFINITY
@@ -94,37 +94,40 @@ def refuse_unknown(
 ) -> None:
     """Raise ProblemError for the first unknown key, suggesting the one that is likely
     meant."""
+    fault = _unknown_key(field, tuple(keys_in_file), valid_names, subject)
+    if fault is not None:
+        raise ProblemError(*fault)
+
+
+# Many lines of a file may have the same keys.
+@lru_cache(maxsize=64)
+def _unknown_key(
+    field: str,
+    keys_in_file: tuple[str, ...],
+    valid_names: tuple[str, ...],
+    subject: str,
+) -> tuple[str, str, str] | None:
+    """Return the arguments of the error that `refuse_unknown` raises; None if all keys
+    are known."""
     others = [key for key in keys_in_file if key not in valid_names]
     if not others:
-        return
+        return None
     keys = set(keys_in_file)
-    hint = "give M and q of a linear one, or a .nl model (lcp help models)"
-    refuse(
-        keys & NONLINEAR and not keys & {"M", "Q", "A"},
-        "",
-        "is a nonlinear problem",
-        hint,
-    )
-    refuse({"version", "status", "z"} <= keys, "", *A_RESULT)
+    if keys & NONLINEAR and not keys & {"M", "Q", "A"}:
+        hint = "give M and q of a linear one, or a .nl model (lcp help models)"
+        return "", "is a nonlinear problem", hint
+    if {"version", "status", "z"} <= keys:
+        return "", *A_RESULT
     bounds = PAIRS_OF_BOUNDS if "lower" in valid_names else set[str]()
     meanings = (
         *(row.meant for row in formulations.TABLE.values()),
         (bounds, "bounds as lower and upper, each a list"),
     )
     for (names, what), key in product(meanings, others):
-        refuse(
-            key.casefold() in names,
-            key,
-            f"is not a key of {subject}",
-            f"give the {what}",
-        )
-    errors.refuse_unknown(
-        field,
-        keys_in_file,
-        valid_names,
-        subject,
-        {k: v for k, v in OTHER_NAMES.items() if v in valid_names},
-    )
+        if key.casefold() in names:
+            return key, f"is not a key of {subject}", f"give the {what}"
+    other_names = {k: v for k, v in OTHER_NAMES.items() if v in valid_names}
+    return errors.unknown_key(field, others, valid_names, subject, other_names)
 
 
 def kind_of(keys: Collection[str]) -> str:

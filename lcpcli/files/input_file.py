@@ -112,20 +112,23 @@ class InputFile:
             error = ProblemError(where, error.fault, error.hint)
         return contents.inside((self.source_name, f"line {self.line}"), error)
 
-    @cached_property
+    @property
     def kind(self) -> Kind:
+        return JSON_FILE if self.line is not None else self._kind_of_file
+
+    @cached_property
+    def _kind_of_file(self) -> Kind:
         if self.error is not None:
             raise self.error
-        if self.line is not None:
-            return JSON_FILE
         return self.within(kind_in, self.path, self.content)
 
     @cached_property
     def data(self) -> Any:
         """Return what the module of the format makes of the content."""
-        if self.kind.is_model:
+        kind = self.kind
+        if kind.is_model:
             return self._called("parse", self.content, self.path)
-        has_parser = hasattr(self.within(load, self.kind.form), "parse")
+        has_parser = hasattr(self.within(load, kind.form), "parse")
         return self._called("parse", self.content) if has_parser else self.content
 
     @cached_property
@@ -139,9 +142,10 @@ class InputFile:
         if self.line is None:
             refuse(is_result(self.content), self.source_name, *A_RESULT)
         fields: dict[str, Any] = self._called("fields", self.data, number)
-        is_problem = isinstance(fields, dict) and (kind_of(fields) or "M" in fields)
-        reason = "has no M by the package of its format"
-        refuse(not is_problem, self.source_name, reason, OF_PACKAGE)
+        is_problem = isinstance(fields, dict) and ("M" in fields or kind_of(fields))
+        if not is_problem:
+            reason = "has no M by the package of its format"
+            raise ProblemError(self.source_name, reason, OF_PACKAGE)
         return fields
 
     @cached_property
@@ -193,7 +197,8 @@ class InputFile:
     def problem(self, q: InputFile | None = None, *, number: Number = float) -> Problem:
         """Return the problem in this file, or with M in this one and q in another one.
         number : converts the numbers in texts to doubles."""
-        fields = self.fields if number is float else self.fields_as(number)
+        is_kept = number is float and self.line is None  # a line is read once
+        fields = self.fields if is_kept else self.fields_as(number)
         if q is not None:
             reason = f"is not needed: {self.source_name} contains M and q"
             refuse(is_whole(fields), q.source_name, reason, NOT_SECOND)

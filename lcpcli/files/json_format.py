@@ -58,6 +58,10 @@ WITHOUT_NUMBERS |= {"origin", *formulations.WORDED}
 LOSSLESS = " or ".join(
     row.unrounded for row in formulations.TABLE.values() if row.unrounded
 )
+# The matrices that have such numbers, by the formulation.
+KEPT_AS_WRITTEN = {
+    kind: row.matrices for kind, row in formulations.TABLE.items() if row.unrounded
+}
 OF_COORDINATES = ("format", "shape", "rows", "cols", "values")
 # Decimals with so few digits are always the shortest decimals of their doubles.
 DIGITS = 15
@@ -100,14 +104,12 @@ class JsonText:
         with other keys, the numbers are not looked at."""
         if '"M"' in self.text:
             return False
-        for of, row in formulations.TABLE.items():
-            if not row.unrounded:
-                continue
-            if not all(f'"{key}"' in self.text for key in row.matrices):
+        for of, matrices in KEPT_AS_WRITTEN.items():
+            if not all(f'"{key}"' in self.text for key in matrices):
                 continue
             data = self.lossless
             if isinstance(data, dict) and kind_of(data) == of:
-                return all(_is_table(data.get(key)) for key in row.matrices)
+                return all(_is_table(data.get(key)) for key in matrices)
         return False
 
 
@@ -145,10 +147,10 @@ def fields(content: JsonText, number: Number = float) -> dict[str, Any]:
             for key in MATRICES
             if isinstance(data.get(key), dict)
         }
-        row = formulations.TABLE.get(of)
-        if row is None or not row.unrounded:
+        if of not in KEPT_AS_WRITTEN:
             return data
-        return data | _tables(_with_numbers(content.lossless, lossless), row.matrices)
+        tables = _with_numbers(content.lossless, lossless)
+        return data | _tables(tables, KEPT_AS_WRITTEN[of])
     refuse_unknown("", data, KEYS)
     data = without_nulls(_with_numbers(data, number))
     refuse("M" not in data, "M", IS_MISSING, "add the key M")

@@ -23,7 +23,13 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from lcpcli.errors import ProblemError, kind
-from lcpcli.linalg.doubles import LARGEST_DOUBLE, are_moderate, largest, number_of
+from lcpcli.linalg.doubles import (
+    LARGEST_DOUBLE,
+    are_moderate,
+    is_finite,
+    largest,
+    number_of,
+)
 from lcpcli.linalg.matrices import (
     absolute_product,
     accurate_residual,
@@ -461,6 +467,28 @@ def as_intervals(
     low, high = (with_infinity(bound, infinity) for bound in bounds)
     if _are_valid(low, high):
         return low, high
+    if not (is_finite(low) and is_finite(high)):
+        _refuse_infinite_sides(fields, bounds, (low, high), infinity)
+    for i in np.flatnonzero(low > high)[:1].tolist():
+        reason = f"is {low[i]:g}, above {above}[{i}] = {high[i]:g}"
+        raise ProblemError(
+            f"{below}[{i}]",
+            reason,
+            f"make every lower bound at most the upper one {FROM_0}",
+        )
+    return low, high
+
+
+def _refuse_infinite_sides(
+    fields: tuple[str, str],
+    bounds: tuple[Vector, Vector],
+    intervals: tuple[Vector, Vector],
+    infinity: float,
+) -> None:
+    """Raise ProblemError for the first lower bound that is infinity, or else the first
+    upper bound that is minus infinity. bounds : before those of at least the size
+    `infinity` have become infinite, in `intervals`."""
+    (below, above), (low, high) = fields, intervals
     sides = (
         (below, bounds[0], low == math.inf, "", "-"),
         (above, bounds[1], high == -math.inf, "minus ", ""),
@@ -478,14 +506,6 @@ def as_intervals(
                 reason,
                 f"give a number, or {none}inf for no bound {FROM_0}",
             )
-    for i in np.flatnonzero(low > high)[:1].tolist():
-        reason = f"is {low[i]:g}, above {above}[{i}] = {high[i]:g}"
-        raise ProblemError(
-            f"{below}[{i}]",
-            reason,
-            f"make every lower bound at most the upper one {FROM_0}",
-        )
-    return low, high
 
 
 def _are_valid(lower: Vector, upper: Vector) -> bool:
@@ -532,7 +552,7 @@ def as_bound(field: str, values: Any, n: int, of: str, absent: float) -> Vector:
     if isinstance(values, (list, tuple)):
         values = [absent if value is None else value for value in values]
     v = arrays.as_flat(field, values, n, of, expected, "a number, or ")
-    if (is_nan := np.isnan(v)).any():
+    if not is_finite(v) and (is_nan := np.isnan(v)).any():
         raise ProblemError(
             f"{field}[{is_nan.argmax()}]",
             "is not a number",

@@ -11,12 +11,11 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Mapping, Sequence
-from importlib import import_module
 from typing import TYPE_CHECKING, Any, ClassVar, NamedTuple
 
-from lcpcli.clock import imports
 from lcpcli.errors import MAKE_AGREE, ProblemError, kind, numbers_for, quoted
 from lcpcli.model.arrays import FROM_0
+from lcpcli.model.formulations import module_at
 from lcpcli.typing import Matrix, States, Vector
 
 if TYPE_CHECKING:
@@ -172,8 +171,7 @@ class Formulation:
     def sibling(cls, name: str) -> Any:
         """Return a module in the folder of this class, which is loaded on first use: as
         for the way back, of which reading a file has no need."""
-        with imports:
-            return import_module(f"{cls.__module__.rpartition('.')[0]}.{name}")
+        return module_at(f"{cls.__module__.rpartition('.')[0]}.{name}", cls.kind)
 
     @classmethod
     def of_fields(cls, fields: Mapping[str, Any]) -> Any:

@@ -296,8 +296,8 @@ def record_without_result(
 
 def field_in(error: LCPError, source: Source) -> str | None:
     """Return what the place of an error says besides the file and the line."""
-    shown_apart = error.file, f"line {source.item}", ""
-    return ": ".join(part for part in error.parts if part not in shown_apart) or None
+    shown_apart = (error.file, f"line {source.item}", "")
+    return ": ".join([part for part in error.parts if part not in shown_apart]) or None
 
 
 def data(result: Result, source: Source = NO_SOURCE) -> dict[str, Any]:

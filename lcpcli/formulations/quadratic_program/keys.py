@@ -5,6 +5,7 @@ row_lower, row_upper, lower, upper or the names of qpsolvers or of OSQP.
 from __future__ import annotations
 
 from collections.abc import Mapping
+from functools import lru_cache
 from itertools import combinations
 from typing import Any
 
@@ -55,14 +56,34 @@ FORMS = {
 
 def problem_of(data: Mapping[str, Any]) -> Problem:
     """Return the problem of the program with these keys, or raise ProblemError."""
-    if other := next((key for key in data if key in FOREIGN_FIELDS), None):
+    maker = _maker_of(tuple(data))
+    keys, vector, matrix = FORMS[maker]
+    refuse_unknown("", data, keys, "a program")
+    hint = f"add the objective, {vector}'x"
+    refuse(data.get(vector) is None, vector, IS_MISSING, hint)
+    hint = (
+        "add it, all zeros for a linear program; the matrix of a complementarity "
+        "problem is called M"
+    )
+    refuse(keys is OSQP and "P" not in data, "P", IS_MISSING, hint)
+    arguments = {matrix: None} | without_nulls(data)
+    problem: Problem = getattr(reductions, maker)(**arguments)
+    return problem
+
+
+# Many lines of a file may have the same keys.
+@lru_cache(maxsize=64)
+def _maker_of(keys_in_file: tuple[str, ...]) -> str:
+    """Return the name of the function that makes the problem of a program with these
+    keys, or raise ProblemError."""
+    if other := next((key for key in keys_in_file if key in FOREIGN_FIELDS), None):
         reason = (
             f"is not a key of a program; it is called {FOREIGN_FIELDS[other]} in "
             "the second of these ways"
         )
         raise ProblemError(other, reason, READINGS)
     recognized = [
-        key for key in data if any(key in keys for keys, *_ in FORMS.values())
+        key for key in keys_in_file if any(key in keys for keys, *_ in FORMS.values())
     ]
     recognized.sort(key=lambda key: key not in NATIVE)
     maker = next(
@@ -79,15 +100,4 @@ def problem_of(data: Mapping[str, Any]) -> Problem:
         raise ProblemError(
             other, f"and {one} belong to two ways to write a program", READINGS
         )
-    keys, vector, matrix = FORMS[maker]
-    refuse_unknown("", data, keys, "a program")
-    hint = f"add the objective, {vector}'x"
-    refuse(data.get(vector) is None, vector, IS_MISSING, hint)
-    hint = (
-        "add it, all zeros for a linear program; the matrix of a complementarity "
-        "problem is called M"
-    )
-    refuse(keys is OSQP and "P" not in data, "P", IS_MISSING, hint)
-    arguments = {matrix: None} | without_nulls(data)
-    problem: Problem = getattr(reductions, maker)(**arguments)
-    return problem
+    return maker
