@@ -84,6 +84,9 @@ DISTRIBUTIONS = {"flint": "python-flint"}
 VERY_CLOSE = 0.85
 # Characters of a known word with which an unknown word begins; fewer match by chance.
 SHORTEST_BEGINNING = 3
+# Between the lengths of words of which one may be a slip for the other: cost is none
+# for constant.
+LARGEST_DIFFERENCE = 2
 
 
 def visible(text: str) -> str:
@@ -166,12 +169,26 @@ def nearest(user_word: str, valid_names: tuple[str, ...]) -> str | None:
         word for word in valid_names if folded_word and word.startswith(folded_word)
     ]
     begun += get_close_matches(folded_word, valid_names, n=1, cutoff=VERY_CLOSE)
-    begun += [
+    begun += [word for word in valid_names if _is_stem(word, folded_word)]
+    if begun:
+        return begun[0]
+    similar = (
         word
-        for word in valid_names
-        if len(word.lstrip("-")) >= SHORTEST_BEGINNING and folded_word.startswith(word)
-    ]
-    return next(iter(begun or get_close_matches(folded_word, valid_names, n=1)), None)
+        for word in get_close_matches(folded_word, valid_names)
+        if abs(len(word) - len(folded_word)) <= LARGEST_DIFFERENCE
+    )
+    return next(similar, None)
+
+
+def _is_stem(word: str, longer: str) -> bool:
+    """Return whether a longer word begins with this one and has little else, or another
+    part: min is not the stem of minimize, but --output is that of --output-folder."""
+    rest = longer[len(word) :]
+    return (
+        longer.startswith(word)
+        and len(word.lstrip("-")) >= SHORTEST_BEGINNING
+        and (len(rest) < len(word) or not rest[0].isalpha())
+    )
 
 
 def refuse_unknown(

@@ -4,7 +4,8 @@ of a problem."""
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager, suppress
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
@@ -28,9 +29,10 @@ from lcpcli.cli.declarations import (
 from lcpcli.cli.main import of_end
 from lcpcli.cli.problems import InputProblem, Inputs
 from lcpcli.cli.terminal import Line, shows_progress
-from lcpcli.errors import Exit, OptionError, ProblemError
+from lcpcli.errors import Exit, OptionError, ProblemError, listed
 from lcpcli.files import contents
 from lcpcli.files.contents import source_name
+from lcpcli.model import formulations
 from lcpcli.options import INSPECTION_SECONDS, TIME_LIMIT, TOL
 from lcpcli.report.document import RECORD_MEANINGS
 
@@ -108,7 +110,8 @@ def check(request: Check) -> int:
     inputs = Inputs.of(request, paths[:-1], request.quiet, paths[-1:])
     inputs = inputs._replace(as_written=exact)
     inputs.prepare({"--output": destination.path})
-    read = inputs.read(takes_models=True)
+    with _hint_at_one_list(paths):
+        read = inputs.read(takes_models=True)
     with Line("verifying", is_shown=shows_progress(destination.quiet)):
         verifications = _verifications(read, inputs, paths[-1], request.tol, exact)
     accepted = sum(verification.accepted for verification in verifications)
@@ -125,6 +128,37 @@ def check(request: Check) -> int:
             f"{source_name(paths[0])}: {verdict}",
         )
     return max(of_end(verification.accepted) for verification in verifications)
+
+
+@contextmanager
+def _hint_at_one_list(paths: Sequence[str]) -> Iterator[None]:
+    """Open a context in which the error for a Q_FILE after a whole problem whose
+    solutions have parts, such as the strategies of two players, says how to give
+    these."""
+    try:
+        yield
+    except ProblemError as error:
+        parts = _parts_of_solution(paths[0])
+        if len(paths) != 3 or error.file != paths[1] or not parts:
+            raise
+        reason = f"is one file or list too many after {source_name(paths[0])}"
+        hint = (
+            f"give {listed(parts)} in one list, as in 1,0,0,1, or in one JSON file "
+            "with these keys"
+        )
+        raise ProblemError(error.file, reason, hint) from None
+
+
+def _parts_of_solution(path: str) -> Sequence[str]:
+    """Return the keys of the parts of a solution of the problem in a file; none if it
+    has no such parts, or cannot be read."""
+    from lcpcli.files.fields import kind_of
+    from lcpcli.files.input_file import WHOLE, InputFile
+
+    with suppress(ProblemError):
+        kind = kind_of(InputFile.read(path, WHOLE).fields)
+        return formulations.row_of(kind).parts if kind else ()
+    return ()
 
 
 def _verifications(

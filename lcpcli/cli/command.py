@@ -146,8 +146,13 @@ class Command(click.Command):
                 continue
             # A flag that says yes may be repeated.
             if not param.is_flag or param.secondary_opts:
-                name = param.opts[-1]
-                raise OptionError(name, f"is given {times} times", "give it once")
+                from lcpcli.cli.declarations import PAPER, SWEEP
+
+                hint = "give it once"
+                if param.name in PAPER:
+                    option_name = param.opts[-1].removeprefix("--")
+                    hint += f", or several values to lcp compare {SWEEP} {option_name}="
+                raise OptionError(param.opts[-1], f"is given {times} times", hint)
 
     def invoke(self, ctx: click.Context) -> Any:
         option_values = {name: _as_typed(value) for name, value in ctx.params.items()}

@@ -337,6 +337,8 @@ class Inputs(NamedTuple):
             from lcpcli.files import csv_format
 
             notes.append(csv_format.remark(problem))
+        if len(input_item.files) == 1 and file.line is None:  # once, not in each line
+            notes.append(problem.formulation.remark(file.fields))
         remarks.extend(f"{file.source_name}: {note}" for note in notes if note)
 
         @cache

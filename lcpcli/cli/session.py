@@ -116,6 +116,9 @@ def _run(request: Request, input_items: Iterator[InputItem], output: Output) -> 
         verdict = f"{sources[0].file}: {outcome.verdict(made[0])}"
     elif made:
         verdict = f"{sum(result.solved for result in made)} of {len(made)} runs solved"
+        has_solutions = not (output.kind.has_proofs or output.with_iterates)
+        if has_solutions and not (request.sweep or request.vary):
+            verdict += "; the file has their solutions, with --trace the iterates"
     output.show(lambda *_: text, verdict)
     output.draw_runs(results)
     if interrupted or any(result.interrupted for result in made):

@@ -147,14 +147,13 @@ class Compare(Request):
     examples=(
         "lcp compare",
         "lcp compare tridiagonal-100 --every 10",
-        "lcp compare --method newton --method lemke --method shi",
         "lcp compare --method shi --sweep k-star=1,5,20,100 --plot sweep.svg",
         "lcp compare --method shi --vary k-star=1,5,20,100 --plot k-star.svg",
-        "lcp compare --method shi --k-star 1 --format csv",
+        "lcp compare --method shi --k-star 1 --trace -o it.csv",
         "lcp compare paper-example-1 --plot errors.svg",
     ),
     request=Compare.of,
-    common=(*declarations.COMMON, "--sweep"),
+    common=(*declarations.COMMON, "--sweep", "--trace"),
     lists={"Methods": declarations.METHOD.meanings},
     exits={**EXITS, Exit.SOLVED: "every method solved every problem"},
     epilog="An option applies to the methods that have it. Errors refer to a known "

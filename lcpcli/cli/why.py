@@ -61,8 +61,9 @@ class Why(OneProblem, Reporting):
 @declarations.problem_file
 @option(
     "Explanation",
-    "--keep NAME  Never blame this condition: a name, or a name and what it is, as in "
-    "'z1 lower bound'; * stands for any text; repeatable.  [default: none]",
+    "--keep NAME  Never blame this condition for the conflict, though the cheapest "
+    "change may be one of its numbers: a name, or a name and what it is, as in 'z1 "
+    "lower bound'; * stands for any text; repeatable.  [default: none]",
     "--change NAME  Only this number may change in a repair, named likewise; "
     "repeatable.  [default: q, or costs and sides of rows]",
     "--weights NAME=NUMBER  A change of this number by 1 costs so much; repeatable.  "

@@ -49,8 +49,9 @@ def why(
     Parameters
     ----------
     problem : a Problem, whose doubles are taken as exact, or an ExactProblem.
-    keep : conditions that are never blamed, by name, as "protein", or by name and what
-        they are, as "z1 lower bound"; * stands for any text.
+    keep : conditions that are not reported in the conflict, by name, as "protein", or
+        by name and what they are, as "z1 lower bound"; * stands for any text. The
+        repair may change their numbers, unless `change` names others.
     change : numbers that may change in a repair, named likewise, as "x1 upper bound";
         by default the entries of q or, of a program, costs and sides of rows.
     weights : what a change by 1 costs, a positive number, by the names of numbers that

@@ -38,6 +38,12 @@ from lcpcli.report.result_formats import Report, keys_of, source_record
 from lcpcli.report.result_formats import record as plain_record
 
 SOLVED, UNDECIDED = "solved", "undecided"
+# What the sides of a row, as the tables call them, are in a sentence.
+OF_ROWS = {
+    "lower side": "the lower bound of row",
+    "upper side": "the upper bound of row",
+    "side": "the right-hand side of row",
+}
 MAX_NAMED = 4  # conditions, or changes, that a sentence names
 MAX_TERMS = 6  # of a row in a table
 MAX_ROWS = 400  # of a table on a screen or a page
@@ -216,9 +222,10 @@ def _cure(explanation: Explanation, cell: Cell) -> list[str]:
 
 
 def _change(number: Number, change: Fraction, cell: Cell) -> str:
-    verb = "raise" if change > 0 else "lower"
+    verb = "increase" if change > 0 else "decrease"
     what = number.what if number.what == "q" else f"the {number.what}"
-    return f"{verb} {what} of {number.name} by {cell(abs(change), 0)}"
+    named = OF_ROWS.get(number.what, f"{what} of")
+    return f"{verb} {named} {number.name} by {cell(abs(change), 0)}"
 
 
 def _document(explanation: Explanation, cell: Cell, form: str) -> Document:

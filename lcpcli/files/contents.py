@@ -52,6 +52,17 @@ class Source(NamedTuple):
     item: int | None = None
     # The further fields of its record in a log (`files/atomic_write.py`)
     mark: Mapping[str, Any] | None = None
+    q_file: str | None = None  # the file of q, if it is not in the file of the problem
+
+    @property
+    def words(self) -> str:
+        """Return the words for the files on a command line; FILE where another command
+        cannot name them."""
+        from shlex import join
+
+        files = list(filter(None, (self.file, self.q_file)))
+        is_alone = self.item is None and source_name(STANDARD_INPUT) not in files
+        return join(files) if files and is_alone else "FILE"
 
     def __str__(self) -> str:
         return f"{self.file}{'' if self.item is None else f':{self.item}'}"

@@ -70,6 +70,8 @@ OTHER_NAMES = {
     "b": "q",
     "solutions": "solution",
     "z": "solution",
+    **dict.fromkeys(("cost", "costs", "objective"), "c"),
+    **dict.fromkeys(("minimize", "maximize", "minimise", "maximise"), "sense"),
 }
 OTHER_NAMES |= (
     {"start": "x0"}

@@ -48,8 +48,9 @@ class Input(NamedTuple):
 
     @property
     def sources(self) -> list[Source]:  # the place of its problem
-        file = self.files[0]
-        return [Source(file.source_name, file.line, *self.log_entries)]
+        file, *others = self.files
+        q_file = others[0].source_name if others else None
+        return [Source(file.source_name, file.line, *self.log_entries, q_file=q_file)]
 
     @property
     def digests(self) -> list[str]:  # the digest of its problem as written

@@ -173,6 +173,11 @@ class Formulation:
         for the way back, of which reading a file has no need."""
         return module_at(f"{cls.__module__.rpartition('.')[0]}.{name}", cls.kind)
 
+    def remark(self, fields: Mapping[str, Any]) -> str:  # noqa: ARG002
+        """Return a line on keys of a file that may be read in two ways, and how they
+        were read; "" if there is none."""
+        return ""
+
     @classmethod
     def of_fields(cls, fields: Mapping[str, Any]) -> Any:
         """Return the Problem with the keys of a file, or raise ProblemError."""

@@ -119,9 +119,19 @@ COARSE = 1e-6
 WIDE_SPREAD = 2.0
 
 
+def proved_lines(result: Result) -> list[str]:
+    """Return the lines of the answer if they say of what the problem was made from why
+    it has no solution, as that a program is infeasible; else none."""
+    answer = result.answer
+    is_proved = result.status.word in SETTLED and answer is not None and answer.word
+    return answer.lines() if is_proved else []
+
+
 def verdict(result: Result) -> str:
     """Return a line on how the run ended, and by which methods, unless it is on the
     problem alone."""
+    if proved := proved_lines(result):
+        return proved[0]
     if result.solved:
         said = [*wording.headline(result), *_about_objective(result)]
         objective = "".join(f"; {text}" for text in said)
@@ -185,7 +195,9 @@ def facts(
         else [_work(result, result.status.word in PROBLEM_STATUSES), times]
     )
     if result.status.word in SETTLED:
-        return lines
+        proved = proved_lines(result)
+        of_conditions = [f"the problem in z {result.message}"] if proved else []
+        return [*proved[1:], *lines, *of_conditions]
     measures = (
         f"residual {residual(result)}, relative "
         f"{short(result.relative_residual, ROW_ROUNDING)}"

@@ -153,9 +153,16 @@ def results_report(
             runs,
             [
                 tables.build(
-                    run, width, compared, shows_all, format_name, columns, names
+                    run,
+                    width,
+                    compared,
+                    shows_all,
+                    format_name,
+                    columns,
+                    names,
+                    source.words,
                 )
-                for run in runs
+                for run, source in zip(runs, sources, strict=True)
             ],
         )
 

@@ -79,6 +79,7 @@ def build(
     format_name: str = "table",
     column_names: Sequence[str] = (),
     shown_names: Sequence[str] = (),
+    files: str = "FILE",
 ) -> Section:
     """Return the section on several methods' results on one problem, whose traces have
     the same components of z.
@@ -87,7 +88,8 @@ def build(
     `result_formats.results_report`. column_names : the columns of the iterates, as
     for `columns.selected_columns`; then there is no summary. shown_names : of the
     unknowns that are shown, as for `wording.selected_components`, and which traces
-    have, but of a game all; empty for as many as fit.
+    have, but of a game all; empty for as many as fit. files : the words for the files
+    of the problem on a command line.
     """
     first, problem = results[0], results[0].problem
     components = first.trace.components if first.trace else None
@@ -109,11 +111,12 @@ def build(
     if compared and not column_names:
         summary = [summary_of_costs(results, table_width)]
     meanings, strategies = list[str](), list[Table]()
-    if any(result.answer is not None for result in results):
+    is_proved_first = not compared and bool(outcome.proved_lines(first))
+    if any(result.answer is not None for result in results) and not is_proved_first:
         meanings = list(chain(*(_lines(result, compared) for result in results)))
         if not compared and first.answer is not None:
             strategies = first.answer.tables(whole=shows_all or format_name != "table")
-    remarks = _remarks(results, compared, format_name, shows_times) + meanings
+    remarks = _remarks(results, compared, format_name, shows_times, files) + meanings
     if elided and not FORMATS[format_name].is_printed:
         remarks.append(f"see all {n} components of z with --format csv")
     return Section(
@@ -245,10 +248,15 @@ def _lines(result: Result, compared: bool) -> list[str]:
 
 
 def _remarks(
-    results: Sequence[Result], compared: bool, format_name: str, shows_times: bool
+    results: Sequence[Result],
+    compared: bool,
+    format_name: str,
+    shows_times: bool,
+    files: str,
 ) -> list[str]:
     """Return lines below the verdict, or below the summary, without advice in formats
-    for print, and without reasons why some of many runs failed."""
+    for print, and without reasons why some of many runs failed. files : as for
+    `build`."""
     failed, hints = (
         [result for result in results if compared and not result.solved],
         not FORMATS[format_name].is_printed,
@@ -273,9 +281,8 @@ def _remarks(
             if compared and result.route != (result.method,)
             else ""
         )
-        advice = (
-            [wording.advice(result)] if hints and hints_at_auto and not are_many else []
-        )
+        is_advised = hints and hints_at_auto and not are_many
+        advice = [wording.advice(result, files)] if is_advised else []
         if result.status.has_no_solution:  # it follows the proof, once for all runs
             closing |= dict.fromkeys(filter(None, advice))
             advice = []

@@ -263,9 +263,9 @@ def flag(name: str) -> str:
     return "-n" if name == "n" else "--" + name.replace("_", "-")
 
 
-def advice(result: Result) -> str:
+def advice(result: Result, files: str = "FILE") -> str:
     """Return the advice of a result, in options of the command line; "" if there is
-    none."""
+    none. files : the words for the files of the problem on the command line."""
 
     def written(options: Options) -> str:
         from lcpcli.solving.advice import EXACT, WHY, value_text
@@ -273,7 +273,7 @@ def advice(result: Result) -> str:
         if options == EXACT:
             return "lcp solve --exact"
         if options == WHY:
-            return "lcp why FILE"
+            return f"lcp why {files}"
         if RESTARTS.name in options:
             value = value_text(options[RESTARTS.name], False)
             return f"--method {result.method}:{RESTARTS.name}={value}"

@@ -201,3 +201,38 @@ def test_a_changed_matrix_no_longer_fits_its_origin(
     ):
         with pytest.raises(ProblemError, match=f"origin: {OTHER_ORIGIN}"):
             replace(problem, **changes)
+
+
+def test_a_note_says_once_that_b_alone_is_a_lower_bound(
+    in_folder: Path, lcp: Lcp
+) -> None:
+    program = {"Q": [[2]], "c": [-3], "A": [[1]], "b": [1]}
+    note = "b is read as Ax >= b; name it row_upper for Ax <= b, and give it as "
+    note += "row_lower and as row_upper for Ax = b"
+    (in_folder / "b.json").write_text(json.dumps(program))
+    assert lcp("solve", "b.json").err == f"lcp: b.json: {note}\n"
+    assert lcp("check", "b.json", "1.5").err == f"lcp: b.json: {note}\n"
+    assert lcp("solve", "b.json", "-q").err == ""
+    others = {
+        "range": program | {"row_upper": [2]},
+        "qpsolvers": {"P": [[2]], "q": [-3], "A": [[1]], "b": [1]},
+        "lower": {"c": [1], "A": [[1]], "row_lower": [1]},
+    }
+    for name, data in others.items():
+        (in_folder / f"{name}.json").write_text(json.dumps(data))
+        assert lcp("solve", f"{name}.json").err == ""
+    lines = f"{json.dumps(program)}\n" * 2
+    (in_folder / "b.jsonl").write_text(lines)
+    assert note not in lcp("solve", "b.jsonl").err
+
+
+def test_a_comparison_in_csv_says_that_the_file_has_no_iterates(
+    in_folder: Path,  # noqa: ARG001
+    lcp: Lcp,
+) -> None:
+    said = "lcp: 2 of 2 runs solved"
+    hint = "; the file has their solutions, with --trace the iterates"
+    command = ("compare", "paper-example-1", "-o")
+    assert lcp(*command, "it.csv").err == f"{said}{hint}\n"
+    assert lcp(*command, "it.csv", "--trace").err == f"{said}\n"
+    assert lcp(*command, "it.txt").err == f"{said}\n"

@@ -65,7 +65,18 @@ make murty --seed => --seed: {NEEDS_ARGUMENT}; {SEE_HELP:make}
 solve good.json --quiet=3 => --quiet: does not take a value; {SEE_HELP:solve}
 solve good.json --tol 1 --tol 2 => --tol: {GIVEN_TWICE}; {GIVE_ONCE}
 check good.json 1,1 --tol -1 --tol -1 => --tol: {GIVEN_TWICE}; {GIVE_ONCE}
-compare good.json --method shi --p 10 --p 100 => --p: {GIVEN_TWICE}; {GIVE_ONCE}
+compare good.json --method shi --p 10 --p 100
+    => --p: {GIVEN_TWICE}; {GIVE_ONCE}, or several values to lcp compare --sweep p=
+solve good.json --k-star 1 --k-star 2
+    => --k-star: {GIVEN_TWICE}; {GIVE_ONCE}, or several values to lcp compare --sweep
+    k-star=
+check coordination-4 1,0,0,0 0,1,0,0
+    => 1,0,0,0: is one file or list too many after coordination-4; give row and column
+    in one list, as in 1,0,0,1, or in one JSON file with these keys
+solve good.json --maximum 3
+    => --maximum: {NO_OPTION:lcp solve}; {DID_YOU_MEAN:--maximize}
+solve good.json --output-folder a
+    => --output-folder: {NO_OPTION:lcp solve}; {DID_YOU_MEAN:--output}
 solve good.json --columns k,tme => --columns: 'tme' is not a column; {DID_YOU_MEAN:time}
 solve bimatrx => bimatrx: {NO_SUCH_FILE}; {DID_YOU_MEAN:bimatrix, which is shipped}
 solve paper-exmple-1.json

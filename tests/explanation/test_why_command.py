@@ -16,6 +16,7 @@ import pytest
 import lcpcli
 from lcpcli.explanation import conflicts, ranges, repair
 from lcpcli.files import writing
+from lcpcli.files.contents import Source
 
 pytestmark = pytest.mark.usefixtures("folder")
 Lcp = Callable[..., Any]
@@ -113,9 +114,33 @@ def test_runs_without_a_solution_end_with_the_hint(folder: Path, lcp: Lcp) -> No
         file = next(folder.glob(f"{name}.*")).name
         outcome = lcp("solve", file)
         assert outcome.code == 3
-        assert "\ntry lcp why FILE\n" in outcome.out
+        assert f"\ntry lcp why {file}\n" in outcome.out
+    (folder / "M.csv").write_text("0,1\n0,0\n")
+    (folder / "the q.csv").write_text("-1,-1\n")
+    assert "\ntry lcp why M.csv 'the q.csv'\n" in lcp("solve", "M.csv", "the q.csv").out
+    # Another command cannot read standard input again, or name a line.
+    assert Source("standard input").words == Source("many.jsonl", 3).words == "FILE"
     assert "try" not in lcp("solve", "two.json").out
     assert lcpcli.run(lcpcli.read("rows.csv")).advice == "try lcpcli.why(problem)"
+
+
+def test_what_is_proved_of_a_program_comes_before_the_proof_in_z(lcp: Lcp) -> None:
+    lines = lcp("solve", "diet.json").out.splitlines()
+    assert lines[1] == "the program is infeasible: no x satisfies its constraints"
+    assert lines[2].startswith("excluded within the bounds by its rows times (protein ")
+    (of_z,) = (line for line in lines if "has no solution" in line)
+    assert of_z.startswith("the problem in z has no solution: no z ")
+    assert lines.index(of_z) < lines.index("try lcp why diet.json")
+
+
+def test_a_kept_condition_is_not_blamed_but_its_numbers_may_change(lcp: Lcp) -> None:
+    keep = [word for name in ("protein", "weight") for word in ("--keep", name)]
+    _, said, *_ = lcp("why", "diet.json", *keep).out.splitlines()
+    blamed, _, change = said.partition("the cheapest change: ")
+    assert not {"protein", "weight"} & {*blamed.replace(";", "").split()}
+    assert change == "decrease the lower bound of row protein by 1.8"
+    _, said, *_ = lcp("why", "diet.json", *keep, "--change", "fat").out.splitlines()
+    assert not {"protein", "weight"} & {*said.replace(";", "").split()}
 
 
 def _raising(number: int) -> Callable[..., Any]:

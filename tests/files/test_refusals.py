@@ -187,6 +187,9 @@ KEYS = contents(
 "lower": [0, 2], "upper": [1, 1] => lower[1]: {ABOVE:2|upper[1]|1}; {IN_ORDER}{FROM_0}
 "lower": 0, "upper": [1] => upper: {ENTRIES:1 entry|2 unknowns}; {AGREE}
 "l": 0 => l: {NO_KEY:a problem}; {DID_YOU_MEAN:lower}
+"minimize": 0
+    => minimize: {NO_KEY:a problem}; the keys are name, source, note, M, q, lower,
+    upper, x0, x1, solution, verdict, origin, names
 "L": 0 => L: {NO_KEY:a problem}; {DID_YOU_MEAN:lower}
 "lb": 0 => lb: {NO_KEY:a problem}; {DID_YOU_MEAN:lower}
 "lo": 0 => lo: {NO_KEY:a problem}; {DID_YOU_MEAN:lower}
@@ -436,6 +439,9 @@ PROGRAMS = contents(
 {"Q": [[2, 0], [0, 2]], "A": [[1, 1]], "row_lower": [1]}
     => c: {MISSING}; add the objective, c'x
 {"P": [[2, 0], [0, 2]], "G": [[1, 1]], "h": [1]} => q: {MISSING}; add the objective, q'x
+{"Q": [[2]], "cost": [-1]} => cost: {NO_KEY:a program}; {DID_YOU_MEAN:c}
+{"Q": [[2]], "c": [-1], "minimize": 1}
+    => minimize: {NO_KEY:a program}; {DID_YOU_MEAN:sense}
 {"c": []} => c: {EMPTY}; {ONE_VARIABLE}
 {"H": [[1]], "f": [1]} => H: {CALLED:P}; {WAYS_TO_WRITE_PROGRAMS}
 {"q": [-1, -1], "l": [1], "u": [2], "M": [[1, 0], [0, 1]]}

@@ -71,6 +71,19 @@ def problem_of(data: Mapping[str, Any]) -> Problem:
     return problem
 
 
+def remark(data: Mapping[str, Any]) -> str:
+    """Return a line on how b was read, if it alone bounds the rows, as other programs
+    mean Ax <= b or Ax = b by it; else ""."""
+    if "b" not in data or data.get("row_upper") is not None:
+        return ""
+    if _maker_of(tuple(data)) != "from_qp":
+        return ""
+    return (
+        "b is read as Ax >= b; name it row_upper for Ax <= b, and give it as row_lower "
+        "and as row_upper for Ax = b"
+    )
+
+
 # Many lines of a file may have the same keys.
 @lru_cache(maxsize=64)
 def _maker_of(keys_in_file: tuple[str, ...]) -> str:

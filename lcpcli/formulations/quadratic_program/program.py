@@ -53,6 +53,10 @@ class Program(BlockForm):
     left_out = ("objective",)
     hint_for_bounds = "give the bounds of its variables in the file"
 
+    def remark(self, fields: Mapping[str, Any]) -> str:
+        remark: str = self.sibling("keys").remark(fields)
+        return remark
+
     @classmethod
     def of_fields(cls, fields: Mapping[str, Any]) -> Problem:
         problem: Problem = cls.sibling("keys").problem_of(fields)
