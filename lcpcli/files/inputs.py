@@ -49,8 +49,9 @@ class Input(NamedTuple):
     @property
     def sources(self) -> list[Source]:  # the place of its problem
         file, *others = self.files
+        mark = self.log_entries[0] if self.log_entries else None
         q_file = others[0].source_name if others else None
-        return [Source(file.source_name, file.line, *self.log_entries, q_file=q_file)]
+        return [Source(file.source_name, file.line, mark, q_file)]
 
     @property
     def digests(self) -> list[str]:  # the digest of its problem as written
