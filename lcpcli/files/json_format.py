@@ -143,9 +143,9 @@ def fields(content: JsonText, number: Number = float) -> dict[str, Any]:
     if of := kind_of(data):
         data = _with_numbers(data, number)
         data |= {
-            key: sparse_matrix(key, data[key])
-            for key in MATRICES
-            if isinstance(data.get(key), dict)
+            key: sparse_matrix(key, value)
+            for key, value in data.items()
+            if isinstance(value, dict) and key in MATRICES
         }
         if of not in KEPT_AS_WRITTEN:
             return data

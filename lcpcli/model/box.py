@@ -470,7 +470,7 @@ def as_intervals(
     if not (is_finite(low) and is_finite(high)):
         _refuse_infinite_sides(fields, bounds, (low, high), infinity)
     for i in np.flatnonzero(low > high)[:1].tolist():
-        reason = f"is {low[i]:g}, above {above}[{i}] = {high[i]:g}"
+        reason = f"is {low.item(i):g}, above {above}[{i}] = {high.item(i):g}"
         raise ProblemError(
             f"{below}[{i}]",
             reason,

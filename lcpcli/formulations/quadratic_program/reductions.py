@@ -257,9 +257,7 @@ def _objective(
     matrix, _ = as_square(field, quadratic, vector.size, other)
     if may_be_triangle:
         matrix = _mirrored_triangle(matrix)
-    dtype = np.dtype(getattr(quadratic, "dtype", float))
-    eps = float(np.finfo(dtype).eps) if dtype.kind == "f" else EPS
-    symmetric = symmetrized(matrix, max(eps, EPS))
+    symmetric = symmetrized(matrix, _rounding_of(quadratic))
     if symmetric is None:
         _, i, j = largest_asymmetry(matrix)
         reason = (
@@ -273,6 +271,13 @@ def _objective(
         )
         raise ProblemError(f"{field}[{i}][{j}]", reason, hint)
     return symmetric, vector
+
+
+def _rounding_of(matrix: Any) -> float:
+    """Return eps of the type of an array, and at least that of double precision."""
+    dtype = getattr(matrix, "dtype", None)
+    is_narrow = dtype is not None and np.dtype(dtype).kind == "f"
+    return max(float(np.finfo(dtype).eps), EPS) if is_narrow else EPS
 
 
 def _mirrored_triangle(matrix: Matrix) -> Matrix:
