@@ -216,8 +216,8 @@ def _decode(name: str, value: Any, kind: Any) -> Any:
 CONFIDENCE = 0.95  # the customary level of confidence intervals
 SHIFT = 1e-3  # seconds, so that times of microseconds do not dominate a geometric mean
 RESOLUTION = 1e-9  # seconds; a clock may show 0, which has no ratios and no logarithm
-# Sizes n for a fit of two parameters, so that two degrees of freedom remain for its
-# interval.
+# Different sizes n for a fit of two parameters, so that two degrees of freedom remain
+# for the interval of the exponent.
 MIN_SIZES = 4
 
 

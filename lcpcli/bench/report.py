@@ -39,8 +39,8 @@ COLUMNS = (
     (NATURAL, 1e-9),
 )
 NAMES = {RELATIVE: "rel.", ABSOLUTE: "abs.", NATURAL: "natural"}
-# Relative residual of a program up to which a time counts: about the default tolerance
-# of the peers.
+# The relative residual up to which a program is solved and its time used: about the
+# default tolerance of the peers.
 SOLVED_TO = 1e-6
 # Seconds, as programs take longer than complementarity problems of a few unknowns.
 PROGRAM_SHIFT = 1e-2
@@ -253,7 +253,7 @@ def _compared_with_peers(record: BenchRecord) -> Section:
 
 def _by_kind(record: BenchRecord) -> Section:
     """Return, for each kind of the suites' problems, how many of those that a solver
-    takes it answers rightly, and its time beside that of the first solver."""
+    takes it answers correctly, and its time relative to that of the first solver."""
     medians = times(record)
     false = {row.key for row in record.measurements if row.false_success}
     rows = []

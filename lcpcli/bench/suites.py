@@ -39,7 +39,7 @@ class Case:
     name : unique within a bench. family, n, seed, parameters : the arguments of
     `gallery.make`; "", 0, 0 and none for a file. Nonlinear problems have no seed and no
     parameters. file, q_file : the paths of its file, and of the file of q if separate.
-    infinity : bounds in its file of at least this size count as infinite; None if only
+    infinity : bounds in its file of at least this size are infinite; None if only
     infinite ones do.
     """
 

@@ -51,15 +51,15 @@ from lcpcli.verify.nonlinear_point import NonlinearCriterion
 from lcpcli.verify.point import Criterion, Point
 from lcpcli.version import VERSION
 
-# Of a curve in the record: enough for a figure, few enough for a small file.
+# Points of a curve in the record: enough for a figure, and few enough for a small file.
 MAX_POINTS = 200
 # A median of fewer may be an outlier; after more it hardly changes.
 MIN_REPEATS, MAX_REPEATS = 3, 25
-# half-width of the median's interval, relative to the median, at which the median
-# counts as known.
+# The half-width of the confidence interval of the median, relative to the median, at
+# which no further run is made.
 NARROW = 0.05
-# Seconds of untimed runs before brief runs are measured, while caches and clock rates
-# settle.
+# Seconds of untimed runs before brief runs are measured, after which caches are filled
+# and the clock rate is constant.
 WARM_UP = 0.02
 CURVES = 5  # runs of which the fastest has the curve, as it is disturbed the least
 REST = 0.05  # seconds after which idle BLAS threads have stopped spinning
@@ -163,7 +163,7 @@ def measure(
         return first, [first.seconds]
     warm = clock() + WARM_UP
     for _ in range(int(WARM_UP / first.seconds) if first.seconds else 0):
-        # A process of its own takes longer than the seconds of its answer.
+        # A run in a separate process takes longer than the seconds that it reports.
         if clock() >= warm:
             break
         solve(False)
@@ -177,8 +177,8 @@ def measure(
         if clock() - began >= budget or (
             len(times) % MIN_REPEATS == 0 and is_stable(times)
         ):
-            # The median is looked at seldom, as the next run finds the caches full of
-            # that.
+            # Not after each run, as computing the median evicts the problem from the
+            # caches.
             break
     if not first.curve:
         return first, times
@@ -198,12 +198,12 @@ def _lasting(seconds: float, run: Claim) -> Claim:
 
 
 ABSOLUTE, RELATIVE, NATURAL = "absolute", "relative", "natural"
-# Of the largest of the three: smaller terms are mere rounding of the solvers'
-# tolerances.
+# The smallest size to which a residual is relative, as a share of the largest of the
+# three: solvers with tolerances cannot make residuals of smaller terms small.
 MIN_TERMS = 1e-6
 
 
-@np.errstate(over="ignore", invalid="ignore")  # overflow counts as infinite
+@np.errstate(over="ignore", invalid="ignore")  # overflow is infinite, never accepted
 def checked(
     problem: Problem | NonlinearProblem, answer: Claim, accept: float
 ) -> dict[str, Any]:
@@ -211,11 +211,11 @@ def checked(
     for a number that is not finite.
 
     A claimed solution is a success if its scaled residual is at most `accept`, unless
-    it is known that there is none. The claim is false if even the natural residual, in
-    the problem's own units, exceeds `accept` times the largest term of w, in |M| |z| or
-    |q|; in between, the claim is inexact: z meets a common stopping criterion, but
-    small rows may have no correct digit. A claim that there is no solution is false if
-    one is known, else a success.
+    it is known that there is none. The claim is false if even the natural residual,
+    without scaling, exceeds `accept` times the largest term of w, in |M| |z| or |q|; in
+    between, the claim is inexact: z meets a common stopping criterion, but small rows
+    may have no correct digit. A claim that there is no solution is false if one is
+    known, else a success.
     """
     claimed, none = answer.solved, answer.status in WITHOUT_SOLUTION
     if none or answer.z is None:
@@ -267,10 +267,11 @@ def optimality(
     the Lagrangian, or duality gap, absolute and relative to its own terms, as in
     qpbenchmark (S. Caron et al.), and the natural residual relative to the terms of w.
     The result is None if the problem is not made from a program, and empty if there is
-    no z, or if numbers are out of range. z = (x, y, s), shape (n,). The multiplier of a
-    bound is w if the bound is near; otherwise w is left over, as a residual. The gap is
-    the sum of the products of distances and multipliers, which is the difference of the
-    objectives without its cancellation.
+    no z, or if numbers are out of range. z = (x, y, s), shape (n,). w is the multiplier
+    of a bound that is closer than max(|z|, 1), and otherwise part of the gradient of
+    the Lagrangian. The gap is the sum of the products of slacks and multipliers: at a
+    feasible point that is the difference of the primal and the dual objective, but it
+    is computed without their cancellation.
     """
     if not isinstance(problem, Problem) or (block_form := problem.block_form) is None:
         return None

@@ -61,7 +61,7 @@ MEASURING = (TOL, OF_EACH_RUN, ACCEPT, BUDGET)
 
 @dataclass(eq=False, repr=False)
 class Bench(Reporting):
-    """What lcp bench was asked."""
+    """The request of lcp bench."""
 
     suite: Sequence[str] = ()
     infinity: float | None = None

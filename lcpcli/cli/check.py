@@ -54,7 +54,7 @@ OF_INSPECTION = TIME_LIMIT._replace(
 
 @dataclass(eq=False, repr=False)
 class Check(Bounds, Reporting):
-    """What lcp check was asked; paths : of the problem, and the solution."""
+    """The request of lcp check; paths : of the problem, and the solution."""
 
     paths: Sequence[str] = ()
     tol: float | None = None
@@ -256,7 +256,7 @@ def _in_doubles(values: Sequence[Fraction], hint: str) -> Vector:
 
 @dataclass(eq=False, repr=False)
 class Inspect(OneProblem, Reporting):
-    """What lcp inspect was asked; shows_all : by --all."""
+    """The request of lcp inspect; shows_all : by --all."""
 
     time_limit: float | None = None
     shows_all: bool = False

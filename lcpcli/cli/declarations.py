@@ -80,7 +80,7 @@ FLAGS: dict[str, str] = {}  # of all options that are declared, by name
 # would take 15 ms to make at each start.
 @dataclass(eq=False, repr=False)
 class Writing:
-    """What a command that writes was asked: -o and --quiet."""
+    """The request of a command that writes: -o and --quiet."""
 
     output: str | None = None
     quiet: bool = False
@@ -93,7 +93,7 @@ class Writing:
 
 @dataclass(eq=False, repr=False)
 class Reporting(Writing):
-    """What a command that reports was asked; form : by --format, None for that of the
+    """The request of a command that reports; form : by --format, None for that of the
     suffix of -o."""
 
     form: str | None = None
@@ -103,9 +103,9 @@ class Reporting(Writing):
 class Bounds:
     """How problems are to be read.
 
-    lower, upper : bounds of z in place of the problem's own, numbers or a file.
-    infinity : bounds of at least this size count as infinite. tables : the formulation
-    of which the files are tables, "" if they are none.
+    lower, upper : bounds of z that replace those of the problem, numbers or a file.
+    infinity : bounds of at least this size are infinite. tables : the formulation of
+    which the files are tables, "" if they are none.
     """
 
     lower: str | None = None
@@ -116,7 +116,7 @@ class Bounds:
 
 @dataclass(eq=False, repr=False)
 class OneProblem(Bounds):
-    """A problem that was asked for, with q in a file of its own if it is separate."""
+    """The files of one problem: that of M and q, or that of M and another one of q."""
 
     file: str = ""
     q_file: str | None = None
@@ -128,7 +128,7 @@ class OneProblem(Bounds):
 
 @dataclass(eq=False, repr=False)
 class ManyProblems(Bounds):
-    """The files and folders that were asked for, of one problem or several."""
+    """Files and folders of one problem or several."""
 
     files: Sequence[str] = ()
 
@@ -136,8 +136,8 @@ class ManyProblems(Bounds):
 def option(heading: str, *rows: str | Option, **attributes: Any) -> Declaration:
     """Declare options under a heading of the help. A row has an option's names, that of
     its value in capitals unless it is a flag or has a type, and, after two blanks, what
-    it means; or it is numeric, in its range, and None where it is not given. The rest
-    is as for `click.option`."""
+    it means; or it is numeric, in its range, and None by default. The attributes are
+    those of `click.option`."""
     made = list[Any]()
     for row in rows:
         text, how = (
@@ -202,8 +202,8 @@ def argument(
 
 
 def declared(*declarations: Declaration) -> Declaration:
-    """Return a declaration that combines the given ones, in the order in which help
-    shows them."""
+    """Return a declaration that combines several, in the order in which help shows
+    them."""
     return lambda command: reduce(
         lambda made, declare: declare(made), reversed(declarations), command
     )
@@ -333,7 +333,7 @@ def chosen_variants(
     option_names: Collection[str] = (),
 ) -> list[Variant]:
     """Return the requested methods, or the default ones, for all values of --sweep or
-    of --vary, which may set no given option."""
+    of --vary, which must not set an option that the command line has too."""
     for axis in (*sweep, *vary):
         name = axis.partition("=")[0].strip().replace("-", "_")
         where = VARY if vary else SWEEP
@@ -554,8 +554,8 @@ class Refusal(NamedTuple):
 
 @dataclass(eq=False, repr=False)
 class Mode:
-    """What a command is asked for or has found, named as messages have it, and what it
-    cannot do."""
+    """A request or a kind of input that excludes options: its name in messages, and
+    what it excludes."""
 
     name: str
     refusals: Sequence[Refusal]
@@ -624,7 +624,7 @@ CLUSTER = Mode(
     [Refusal(Needs.LOCAL, "has no effect with {mode}, which has workers of its own")],
 )
 QUIET = Mode("--quiet", [Refusal(Needs.TEXT)])
-# JSON has all unknowns and, unless more are asked for, the same columns of iterates.
+# JSON has all unknowns and, unless --columns names more, the same columns of iterates.
 JSON = Mode("json", [Refusal(Needs.UNKNOWNS, "has no effect on {mode}, which has all")])
 ITERATES_IN_JSON = Mode(
     "the iterates in json",
@@ -667,9 +667,9 @@ FROM_GAME = Mode("--from-game", [Refusal(Needs.FAMILY, hint=LEAVE_ONE_OUT)])
 
 
 def reject_conflicting_options(option_values: Mapping[str, Any], *modes: Mode) -> None:
-    """Raise OptionError if one of these modes is asked for beside an option without
-    effect in it. option_values : the values of options by flag; None, False and an
-    empty tuple stand for one that is not given."""
+    """Raise OptionError for an option that has no effect in one of these modes.
+    option_values : the values of options by flag; None, False and an empty tuple mean
+    that the command line does not have the option."""
     names = [
         name
         for name, value in option_values.items()
@@ -683,5 +683,5 @@ def reject_conflicting_options(option_values: Mapping[str, Any], *modes: Mode) -
 
 
 def among(modes: Mapping[Mode, bool]) -> list[Mode]:
-    """Return those modes that are asked for."""
+    """Return the modes whose condition holds."""
     return [mode for mode, is_asked in modes.items() if is_asked]

@@ -53,7 +53,8 @@ from lcpcli.report import columns
 
 # One page per topic, in Markdown; its title is shown as its meaning.
 FOLDER = Path(__file__).parent.parent / "topics"
-# The row of a table that stands for the keys of a record, which its schema explains.
+# The row of a table that is replaced by the keys of a record, as its schema explains
+# them.
 KEYS = re.compile(r"^\| keys of \| `schemas/(.+)\.json` \|$", re.MULTILINE)
 
 
@@ -356,7 +357,7 @@ def _pages_with(phrase: str) -> list[tuple[str, str]]:
     has_word, pages = _pattern(_plain(phrase), plural="s?"), []
 
     def rank(name: str) -> tuple[bool, int, int]:
-        """First where it often stands as it is asked for."""
+        """Return a key by which pages with many exact occurrences come first."""
         page = folded(PAGES[name])
         as_asked = len(_pattern(phrase).findall(page))
         return name in LAST, -as_asked, -len(has_word.findall(page))

@@ -27,10 +27,11 @@ if TYPE_CHECKING:
     from lcpcli.errors import LCPError
     from lcpcli.solving.result import Result, Status
 
-# Objects before garbage is searched for, more than modules make; solves leave none.
+# Objects before the garbage collector runs, more than the modules make: a solve leaves
+# no cycles to be collected.
 MAX_UNCOLLECTED = 100_000
 
-# A run of several problems has the first.
+# The exit code of several problems is the first of these that one of them has.
 BY_PRECEDENCE = (
     Exit.INTERRUPTED,
     Exit.BAD_INPUT,
@@ -46,7 +47,7 @@ NO_THREAD = "can't start new thread"  # the message of a RuntimeError
 OUTPUT_OPTION = re.compile(r"-q?([fo])(.*)|--(format|output)(?:=(.*))?", re.DOTALL)
 QUIET = re.compile(r"--quiet|-q.*", re.DOTALL)
 
-# Threads that may wait for input for ever; the process ends without them.
+# Threads that may wait for input without end; the process does not wait for them.
 reading: list[threading.Thread] = []
 
 

@@ -57,7 +57,7 @@ KINDS = {bool: "true or false", int: "a whole number", float: "a number"}
 
 @dataclass(eq=False, repr=False)
 class Make(Writing):
-    """What lcp make was asked; listed, settings : by --list and --set."""
+    """The request of lcp make; listed, settings : by --list and --set."""
 
     family: str | None = None
     listed: bool = False
@@ -195,7 +195,7 @@ def _parameters(family: str, settings: Sequence[str]) -> dict[str, Any]:
 
 @dataclass(eq=False, repr=False)
 class Convert(OneProblem, Writing):
-    """What lcp convert was asked."""
+    """The request of lcp convert."""
 
 
 @command(

@@ -32,7 +32,7 @@ if TYPE_CHECKING:
     from lcpcli.solving.trace import Trace
     from lcpcli.typing import Indices
 
-# Of one method in a table, about a page of paper, unless --every is given.
+# Iterates of one method in a table, about a page of paper, without --every.
 MAX_ROWS = 60
 # Rows shown even on a small screen; lines that the summary and the prompt take.
 MIN_ROWS, SUMMARY_LINES = 8, 12
@@ -145,7 +145,7 @@ class Output(Destination):
 
     @property
     def figures(self) -> dict[str, str]:
-        """Return the files of the figures that are asked for, by kind."""
+        """Return the files of the requested figures, by kind."""
         request = self.request
         by_plot = "variations" if request.vary else "convergence"
         asked = {"paths": request.paths, by_plot: request.plot}
@@ -220,7 +220,7 @@ def require_plot(file: str | None, option: str = "plot") -> None:
 
 
 def hush() -> None:
-    """Keep matplotlib from telling on standard error that it has no folder for its
+    """Keep matplotlib from warning on standard error that it has no folder for its
     cache."""
     import logging
 

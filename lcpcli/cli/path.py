@@ -46,7 +46,7 @@ OF_POINTS = TOL._replace(
 
 @dataclass(eq=False, repr=False)
 class PathRequest(ManyProblems, Reporting):
-    """What lcp path was asked; start, stop : by --from and --to."""
+    """The request of lcp path; start, stop : by --from and --to."""
 
     direction: str | None = None
     start: str | None = None

@@ -27,26 +27,30 @@ from lcpcli.errors import OptionError, ResourceError, missing
 from lcpcli.interrupts import REQUESTS, deferring_signals
 
 TASKS = "/proc/self/task"  # on Linux, the threads of this process
-# That are made at once, as they are all made before the first one works.
+# Processes that are forked: all are made before the first one works, so that many
+# would delay it.
 MAX_COPIES = 32
-# To a scheduler, which answers within a second unless the address is wrong.
+# Seconds to wait for a scheduler, which answers within a second unless the address is
+# wrong.
 SECONDS_TO_CONNECT = 10
-# Of a scheduler's workers, which come and go seldom; a count costs a message.
+# Seconds between counts of the workers, which come and go seldom; a count costs a
+# message.
 SECONDS_BETWEEN_COUNTS = 4.0
-# Without workers until a warning: two counts, as workers that start connect late.
+# Seconds without workers until a warning: two counts, as workers that start connect
+# late.
 SECONDS_ALONE = 9.0
 
 
-# What says that there is no room for a process: no file, no memory, no semaphores, no
-# thread, or that a new one has ended.
+# Errors by which a process cannot be started, as there is no file, memory, semaphore or
+# thread left, or by which a new one has ended.
 NO_PROCESS = (OSError, NotImplementedError, RuntimeError, TimeoutError, BrokenExecutor)
 SECONDS_TO_START = 60.0  # a process, on a machine that is very busy
 
 
 class Local:
     """Processes on this machine. They are copies of this one, which start at once,
-    where that is safe: on Linux, beside no other threads, be it of linear algebra, and
-    unless they are very many.
+    where that is safe: on Linux, while there is no other thread, also of linear
+    algebra, and unless they are very many.
 
     size : their number. max_items : inputs that are handed over to a process at once.
     kill_error : of a future whose process was killed. end_errors, end : errors of

@@ -1,10 +1,9 @@
-"""The request of a command, of which lines tell what is wrong with known solutions and
-the like; its problems; and runs of methods on a problem: each with the options that it
-has, timed, with proofs.
+"""The request of a command that solves: its problems, with remarks on what was read,
+and the runs of methods on them, each with its options, its time and its proofs.
 
 No displayed time includes the extra cost of a first run: imports never count, and short
-runs are repeated, as the first one waits for memory and caches. Of runs that are
-compared, which are repeated more often, the least times count.
+runs are repeated, as the first one waits for memory and caches. Runs that are compared
+are repeated more often, and the smallest time of each is shown.
 """
 
 from __future__ import annotations
@@ -83,7 +82,8 @@ class InputProblem(NamedTuple):
     exactly : reads the numbers of a linear problem as written; None for a nonlinear
     one. remarks : lines on wrong known solutions, which are dropped, on far bounds and
     the like. length : returns the number of bytes of its text. file : the one that it
-    is in, unless many problems are.
+    is in, unless many problems are. paths : its files as another command may name them;
+    none if that cannot be.
     """
 
     problem: Any
@@ -91,13 +91,14 @@ class InputProblem(NamedTuple):
     remarks: list[str]
     length: Callable[[], int] = int
     file: InputFile | None = None
+    paths: Sequence[str] = ()
 
 
 class Inputs(NamedTuple):
     """The files of a command, and how they are to be read.
 
-    of_folders : those files that come from folders. bounds : of z in place of the
-    problem's own, numbers or a file, and the size from which on they are infinite, by
+    of_folders : those files that come from folders. bounds : of z, numbers or a file,
+    that replace those of the problem, and the size from which on they are infinite, by
     name. tables : the formulation of which the files are tables, "" if they are none.
     quiet : whether remarks on the input are left out.
     others : the values of other options that may name files to read, such as starting
@@ -128,8 +129,8 @@ class Inputs(NamedTuple):
 
     @property
     def paths(self) -> list[str]:
-        """Return the files, and the values given for bounds and the like, which are
-        numbers or files."""
+        """Return the files, and the values of options for bounds and starts, which may
+        name files too."""
         return [
             *self.files,
             *(text for text in map(self.bounds.get, fields.BOUNDS) if text is not None),
@@ -351,7 +352,8 @@ class Inputs(NamedTuple):
             data.problem = problem
             return data
 
-        return InputProblem(problem, exactly, remarks, as_given.length, file)
+        paths = () if self.tables else input_item.paths  # tables need their option
+        return InputProblem(problem, exactly, remarks, as_given.length, file, paths)
 
 
 def _may_be_table(path: str) -> bool:
@@ -424,7 +426,7 @@ Traces = Callable[[AnyProblem], "tuple[Trace | None, Trace | None]"]
 
 @dataclass(eq=False, repr=False)
 class Request(ManyProblems, Reporting):
-    """What a command that solves was asked.
+    """The request of a command that solves.
 
     method_options : the options of methods, the additions and the starts that are
     given, by name. numbers : likewise the limits of a run. max_solutions to sweep : of
@@ -678,7 +680,7 @@ class SingleRun(NamedTuple):
 
 
 def pop_options(option_values: dict[str, Any], names: Iterable[str]) -> dict[str, Any]:
-    """Return the options of these names that are given, and take them all away."""
+    """Remove the options of these names, and return those that the command line has."""
     values = {name: option_values.pop(name, None) for name in names}
     return {name: value for name, value in values.items() if value is not None}
 

@@ -1,10 +1,10 @@
-"""A run of many problems that goes on with its log: what the log has, and which
-problems are missing.
+"""A run of many problems that continues its log: what the log has, and which problems
+are missing.
 
-A record is found by the file of its problem and by a digest of the problem, wherever
-this stands in the run, so that files, lines and columns may have been added since. A
-log that has none of the files of the run, as when they have been moved, is followed by
-the numbers of the problems, all of which must agree.
+A record is recognized by the file of its problem and by a digest of the problem, at any
+position in the run, so that files, lines and columns may have been added since. If the
+log has none of the files of the run, as when they have been moved, records are
+recognized by the numbers of the problems, and all digests must agree.
 """
 
 from __future__ import annotations
@@ -33,16 +33,16 @@ OF_RUN = (
     *(*BOUND_OPTIONS, "exact", "bound", "sequence", "trace", "every"),
     "columns",
 )
-# q of one M whose marks are made at once: many, to share the cost; few, not to delay
-# the first.
+# The number of q with one M whose digests are computed at once: many share the cost for
+# M, but the first one has to wait for all of them.
 MARKED_TOGETHER = 4096
 MAX_NAMED = 5  # problems that one line names
 HINT = "give the same files, delete its line to solve it again, or begin a new log"
 
 
 class LogRecord(NamedTuple):
-    """A record of a log: the number of its problem in the run, its place, its digest,
-    and how its run ended."""
+    """A record of a log: the number of its problem in the run, where the problem was
+    read, its digest, and how its run ended."""
 
     number: int
     source: Source
@@ -71,8 +71,8 @@ class Past:
         )  # of those that are left
         self._last = max(self._numbers, default=0)
         self._added = 0  # the last number of a problem that has been added
-        # Of a record that an earlier problem of the same content has taken: this one,
-        # in whose place the problem is that has written the record.
+        # By the problem whose record an earlier problem of the same content has taken:
+        # the source and the position of that earlier one.
         self._lent: dict[tuple[tuple[Any, str], Source], tuple[Source, int]] = {}
         self.outcomes = Counter[Kind]()
 
@@ -118,8 +118,8 @@ class Past:
                 yield from _parts(input_item, log_entries, are_new)
 
     def remarks(self) -> list[str]:
-        """Return the line, if any, that names the problems with records that have not
-        come: they are gone or have changed."""
+        """Return the line, if any, on records whose problems are no longer in the files
+        of the run, or have changed."""
         unmatched = [each for records in self._unmatched.values() for each in records]
         if not unmatched:
             return []
@@ -137,9 +137,10 @@ class Past:
     def _stands_for(
         self, source: Source, position: int, digest: str
     ) -> tuple[Source, int]:
-        """Return the place and the position for which a problem stands: its own, unless
-        an earlier one that the log lacks has taken its record, as of equal lines in a
-        log that several processes have written."""
+        """Return the source and the position to record for a problem: its own ones,
+        unless an earlier problem of the same content, which the log lacks, has taken
+        its record. So it is for equal lines in a log that several processes have
+        written."""
         key = self._key(source, position, digest), source
         return self._lent.pop(key, (source, position))
 

@@ -82,9 +82,10 @@ def run(
 
 def _run(request: Request, input_items: Iterator[InputItem], output: Output) -> int:
     problems, sources, faults = _read(request.inputs, list(input_items))
+    paths = [each.paths for each in problems]
 
     def text_of(results: Results) -> str:
-        return _text(request, output, results, sources, faults)
+        return _text(request, output, results, sources, faults, paths)
 
     if not problems:
         output.show(lambda *_: text_of([]))
@@ -134,6 +135,7 @@ def _text(
     results: Results,
     sources: Sequence[contents.Source],
     faults: Faults,
+    paths: Sequence[Sequence[str]],
 ) -> str:
     if not (results or output.kind.has_records):
         return ""
@@ -147,6 +149,7 @@ def _text(
         iterates=output.with_iterates,
         columns=request.columns,
         names=request.names,
+        paths=paths,
     )
     if request.vary and results:
         from lcpcli.report import variations
@@ -179,7 +182,7 @@ def _with_others(results: Results, read: InputProblem) -> Results:
 def _read(
     inputs: Inputs, input_items: Sequence[InputItem]
 ) -> tuple[list[InputProblem], list[contents.Source], Faults]:
-    """Return the problems, their places, and the errors of unreadable ones; the error
+    """Return the problems, their sources, and the errors of unreadable ones; the error
     of a single problem is raised."""
     problems: list[InputProblem] = []
     sources: list[contents.Source] = []
@@ -214,8 +217,8 @@ def _results(
     """Return the results, by problem, with their proofs, and whether Ctrl-C has cut
     them short.
 
-    The list of inputs is emptied, to free the contents of the files. sources : the
-    places of the problems.
+    The list of inputs is emptied, to free the contents of the files. sources : of the
+    problems, for errors.
     """
     problems = [each.problem for each in inputs]
     data = [each.exactly if request.exact else None for each in inputs]

@@ -38,7 +38,7 @@ BY_DEFAULT = Variant(AUTO)
 
 @dataclass(eq=False, repr=False)
 class Solve(Request):
-    """What lcp solve was asked; all_of_them : by --all."""
+    """The request of lcp solve; all_of_them : by --all."""
 
     method: Variant = BY_DEFAULT
     all_of_them: bool = False
@@ -137,7 +137,7 @@ def _is_nonlinear(file: InputFile) -> bool:
 
 @dataclass(eq=False, repr=False)
 class Compare(Request):
-    """What lcp compare was asked."""
+    """The request of lcp compare."""
 
     methods: Sequence[Variant] = ()
 

@@ -63,12 +63,13 @@ def run(input_items: Iterator[InputItem], output: Output, request: Request) -> i
     task, past = _task(request, output), None
     missing_items = input_items
     with ExitStack() as stack:
-        # Processes would keep files that are open.
+        # Before files are opened: forked processes would keep these open.
         pool = _pool(request)
         if pool is not None:
             stack.enter_context(closing(pool))
         write: Write = len if output.silent else partial(emit, color=False)
-        # Each record as soon as it is known, but for problems that have one.
+        # To a log each record is written as soon as it is known; problems that have one
+        # there are not solved again.
         if log_path is not None:
             book = stack.enter_context(open_log(log_path, anew=not request.resume))
             write = book.add
@@ -145,7 +146,8 @@ def _pool(request: Request) -> Pool | None:
 def _summary(
     outcomes: Counter[Kind], is_interrupted: bool, log_path: str | None
 ) -> str:
-    """Return the line on how many problems ended how, and how to go on."""
+    """Return the line on how many problems ended how, and how to continue an
+    interrupted run."""
     statuses = Counter(status for status, _ in outcomes.elements())
     numbers = ", ".join(
         f"{number} {status.replace('_', ' ')}"
@@ -160,8 +162,8 @@ def _summary(
 
 
 def _total(inputs: Inputs) -> int | None:
-    """Return the number of problems in files that hold one each; None where it is known
-    only once all have been read, as of lines, or of M and q."""
+    """Return the number of problems in files that hold one each; None where a file may
+    hold several, or M alone, so that the number is known after the last one is read."""
     kinds = map(formats.kind_by_name, inputs.files)
     are_whole = all(
         kind is not None and (kind.of or kind.keeps in (formats.ALL, ""))
@@ -208,8 +210,8 @@ def _written(
     return outcomes, False
 
 
-# Of work that is handed over: long against the milliseconds that this costs, short for
-# the user.
+# The time for which a process works on one piece: long compared with the milliseconds
+# in which a piece is handed over, and short for a user who waits for results.
 PIECE_SECONDS = 0.1
 
 
@@ -217,9 +219,7 @@ class TaskRecord(NamedTuple):
     """The output for one problem.
 
     text : the result in the format of the output. status : how the run ended.
-    complaints
-        : lines for standard error.
-    interrupted : whether Ctrl-C ended the run.
+    complaints : lines for standard error. interrupted : whether Ctrl-C ended the run.
     """
 
     text: str
@@ -229,7 +229,7 @@ class TaskRecord(NamedTuple):
     interrupted: bool = False
 
 
-# Of several inputs, and the seconds that they took.
+# The records of several inputs, and the seconds that they took.
 Records: TypeAlias = tuple[list[list[TaskRecord]], float]
 
 
@@ -271,7 +271,7 @@ class Task(NamedTuple):
             for source, (result, remarks) in zip(sources, made, strict=False):
                 try:
                     text = self._text(result, source)
-                # Without the conclusions that the text asks for.
+                # The text then has no conclusions, whose search Ctrl-C has ended.
                 except KeyboardInterrupt:
                     result = replace(result, interrupted=True)
                     text = self._text(result, source)
@@ -284,7 +284,8 @@ class Task(NamedTuple):
                 )
                 number += 1
         except LCPError as error:
-            # An error that is kept here would keep this frame, and all below it.
+            # Only its text goes into records: an error has a traceback, which keeps the
+            # data of all its frames in memory.
             yield from self._records_of_fault(sources[number:], as_written(error))
         except MemoryError:
             yield from self.records_of_loss(
@@ -377,27 +378,28 @@ class Task(NamedTuple):
         return TaskRecord(text, status, exit_code, (message,))
 
 
-# Of waiting inputs and records, 32 MiB: memory must not grow with the number of
+# Of all inputs and records that wait, 32 MiB: memory must not grow with the number of
 # problems.
 MAX_BYTES = 2**25
 READ_AHEAD = 512  # inputs that wait for a process: two of the largest pieces
-# At which a piece takes no further input, 512 KiB: large inputs are work enough one by
-# one.
+# The size from which on a piece takes no further input, 512 KiB: a large input takes
+# long enough by itself.
 PIECE_BYTES = 2**19
 COLUMNS_TOGETHER = 64  # q of one M that are solved together
-# Problems, so that even the smallest ones are shown after at most that many.
+# Problems in a piece, after which even the results of the smallest ones are shown.
 MAX_IN_A_PIECE = 256
-# Pieces that each process has or finds next, so that none waits for the reader.
+# Pieces for each process, one at work and others queued, so that it never waits for the
+# reader.
 PIECES_EACH = 3
-RECORD_BYTES = 500  # of a record besides its text, about, as the interpreter stores it
-# Between looks at the processes while no record comes.
+RECORD_BYTES = 500  # memory of a record without its text, about
+# Between checks that the processes are alive, while no record comes.
 SECONDS_BETWEEN = 1.0
 KILLED = "the process that solved this problem was killed twice"
 
 
 class Ahead:
-    """Inputs that a thread reads ahead, as far as there is room; `news` is set for each
-    of them and at the end."""
+    """Inputs that a thread reads ahead, up to a number and a size; `news` is set for
+    each of them and at the end."""
 
     def __init__(self, input_items: Iterable[InputItem], news: Event) -> None:
         self._input_items, self._news, self._read = (
@@ -448,8 +450,8 @@ class Ahead:
 
 
 def _places_of(input_item: InputItem) -> int:
-    """Return as how many inputs one counts that is read ahead: those that wait have at
-    most MAX_BYTES together."""
+    """Return how many of the READ_AHEAD units an input takes while it waits: one, or
+    more by its size, so that all waiting inputs have at most MAX_BYTES together."""
     return min(READ_AHEAD, 1 + input_item.size * READ_AHEAD // MAX_BYTES)
 
 
@@ -470,8 +472,8 @@ def all_records(
 class _Distribution:
     """Inputs that a pool solves.
 
-    Only so many inputs are taken as keep the processes busy and leave room for records
-    that wait for an earlier one.
+    It takes no more inputs than keep the processes busy, so that memory is left for
+    records that wait for an earlier one.
     """
 
     def __init__(
@@ -559,8 +561,8 @@ class _Distribution:
 
 
 class _Piece:
-    """Inputs that are handed over together, and then their records; and the bytes of
-    these."""
+    """Inputs that are handed over together, then their records, and the size of either
+    in bytes."""
 
     def __init__(
         self, input_items: Sequence[InputItem], future: Future[Records]

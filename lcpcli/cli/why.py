@@ -26,7 +26,7 @@ MIN_SECONDS = 1e-6  # of the search, if reading has taken all the time
 
 @dataclass(eq=False, repr=False)
 class Why(OneProblem, Reporting):
-    """What lcp why was asked."""
+    """The request of lcp why."""
 
     keep: Sequence[str] = ()
     change: Sequence[str] = ()

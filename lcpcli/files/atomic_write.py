@@ -193,8 +193,8 @@ def open_alone(path: str | Path, name: str) -> IO[bytes]:
 @contextmanager
 def reserve(paths: Iterable[str]) -> Iterator[None]:
     """Open a context in which no other run writes these files; raise OptionError if
-    another run writes one of them. As each file is replaced as a whole, the locks are
-    on files beside them."""
+    another run writes one of them. Each file is replaced as a whole, so the locks are
+    on separate files in the same folder."""
     with ExitStack() as locks:
         targets = dict[Path, str]()
         for path in paths:
@@ -203,7 +203,7 @@ def reserve(paths: Iterable[str]) -> Iterator[None]:
                     targets[Path(path).resolve()] = path
         for target, path in targets.items():
             lock_file = target.with_name(f".{target.name}.lock")
-            # A folder that cannot be written, where nothing is going to be replaced.
+            # The folder cannot be written: then the file cannot be replaced either.
             with suppress(OSError):
                 locks.enter_context(open_alone(lock_file, path))
                 # As some systems keep a file that is open.

@@ -73,12 +73,12 @@ def with_bounds(
     files: dict[str, InputFile] | None = None,
     doubles: Doubles | None = None,
 ) -> Problem:
-    """Return the problem with the given bounds, lower and upper; a bound that is None
-    stays as it is. Known solutions are dropped if bounds change. A bound is a number,
-    inf, -inf or none, a list of these, or the name of a file with such a list; a bound
-    of size infinity or more is infinite. files : those with bounds that have been read,
-    by their names, to which others are added. doubles : makes doubles from the numbers
-    as written, in place of the nearest doubles."""
+    """Return the problem with other bounds, lower and upper; a bound that is None is
+    not changed. Known solutions are dropped if bounds change. A bound is a number, inf,
+    -inf or none, a list of these, or the name of a file with such a list; a bound of
+    size infinity or more is infinite. files : the files of bounds that have been read,
+    by name, to which this call adds those that it reads. doubles : the conversion of
+    numbers as written, if it is not rounding to the nearest double."""
     read = {} if files is None else files
     number = float if doubles is None else doubles.of
     texts = {
@@ -160,8 +160,8 @@ def _values(
     number: Callable[[Fraction], Any],
     names: Names,
 ) -> Any:
-    """Return the value of a bound, or the list of values; None stands for no bound.
-    files : those that have been read. number : converts a number."""
+    """Return the value of a bound, or the list of values; None means no bound. files :
+    the files that have been read. number : converts a number."""
     if _is_typed(text):
         texts = re.split(PARTING, text.strip().strip("[]").strip())
         values = [
@@ -223,9 +223,9 @@ def typed_vector(field: str, typed: list[str], n: int) -> Vector:
 def read_start(
     field: str, path: str, n: int, box: Box | None = None, names: Names = tuple
 ) -> Vector:
-    """Return a starting point of length n, given in numbers or in a file. The file has
-    the vector itself, or results of `lcp solve -o`; then the starting point is the
-    final iterate of the first result: x for the given bounds, or z."""
+    """Return a starting point of length n from typed numbers or from a file. The file
+    has the vector itself, or results of `lcp solve -o`; then the starting point is the
+    final iterate of the first result: x for the bounds in `box`, or z."""
     if (numbers := typed_numbers(path)) is not None:
         return typed_vector(field, numbers, n)
     file = InputFile.read(path)
@@ -240,12 +240,12 @@ def read_start(
 def read_candidates(
     path: str, lengths: Mapping[int, str], problem: Sought, names: Names = tuple
 ) -> list[Candidate]:
-    """Return the proposed solutions, given in numbers or in a file: a result, all
+    """Return the proposed solutions in typed numbers or in a file: a result, all
     solutions, or a vector in any format.
 
-    lengths : what a vector stands for, by its length: z and, for a program, x and y, or
-    x. problem : the problem whose result is chosen of several. names : those of the
-    unknowns, by which a table may be labelled.
+    lengths : what a vector is, by its length: z and, for a program, x and y, or x.
+    problem : the problem whose result is chosen from several. names : of the unknowns,
+    by which the rows of a table may be labelled.
     """
     if (numbers := typed_numbers(path)) is not None:
         file = InputFile(path, " ".join(numbers).encode())
@@ -266,8 +266,8 @@ def read_candidates(
 
 
 def read_states(text: str, problem: Problem) -> list[str]:
-    """Return the states, one for each variable, given in words or in a file, of a basis
-    that the problem has."""
+    """Return the states, one for each variable, from typed words or from a file; they
+    have to be a basis of the problem."""
     is_file, typed_words = os.path.exists(text), text.replace(",", " ").split()
     if not is_file and not set(typed_words) & set(WORDS.values()):
         reason = f"{text!r} is neither a file nor states"
@@ -375,11 +375,11 @@ class Candidate(NamedTuple):
     kind: Literal["solution", "answer", "farkas"]
     values: list[Fraction]  # the entries, with all digits
     exact: bool = False  # whether the values come from exact arithmetic, unrounded
-    # Which is given with z; with values that are not exact, only in CSV.
+    # w, where the file has it next to z; with values that are not exact, only in CSV.
     w: list[Fraction] | None = None
     # Of the result, which the vector cannot verify; "" if there is none.
     claim: str = ""
-    # The values by the names of their parts, where these are given separately.
+    # The values by the names of their parts, where the file has these separately.
     parts: Mapping[str, list[Fraction]] = {}
     # Which of several results this is, if another one may have been meant.
     remark: str = ""
@@ -389,10 +389,11 @@ Sought = tuple[str, str]  # the file and the name of the problem whose result is
 
 
 def record_of(text: str, problem: Sought) -> tuple[str, str]:
-    """Return one of several results, in lines or in a list: that of the problem by its
-    file, else the name of its file or its own name; if none is, `first_of` them, with a
-    remark. Raise ProblemError if several are, or if none is in a log. Return any other
-    text as it is, without a remark."""
+    """Return one of several results, in lines or in a list: the result of the problem,
+    which is recognized by its file, by the name of its file, or by its name. If no
+    result matches, return `first_of` them, with a remark. Raise ProblemError if several
+    match, or if none in a log does. Return any other text unchanged, without a
+    remark."""
     lines = objects_in(text)
     if len(lines) == 1:
         return lines[0], ""

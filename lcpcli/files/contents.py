@@ -39,7 +39,8 @@ if TYPE_CHECKING:
 STANDARD_INPUT = "-"
 GONE = "the working folder has been removed: change to another one"
 PAPER_EXAMPLES = ("paper-example-1.json", "paper-example-2.json")
-# Numbers that are not given: always allowed, and for each one that is given.
+# How many entries of a declared shape a file may leave out: in any case, and for each
+# entry that it has.
 FEW_ABSENT, MAX_ABSENT = 2**22, 1000
 
 T = TypeVar("T")
@@ -52,17 +53,6 @@ class Source(NamedTuple):
     item: int | None = None
     # The further fields of its record in a log (`files/atomic_write.py`)
     mark: Mapping[str, Any] | None = None
-    q_file: str | None = None  # the file of q, if it is not in the file of the problem
-
-    @property
-    def words(self) -> str:
-        """Return the words for the files on a command line; FILE where another command
-        cannot name them."""
-        from shlex import join
-
-        files = list(filter(None, (self.file, self.q_file)))
-        is_alone = self.item is None and source_name(STANDARD_INPUT) not in files
-        return join(files) if files and is_alone else "FILE"
 
     def __str__(self) -> str:
         return f"{self.file}{'' if self.item is None else f':{self.item}'}"
@@ -128,7 +118,7 @@ def _inside(folder: str, tell: Callable[[str], object]) -> list[str]:
         ]
     named = [entry for entry in inside if entry.name.casefold().endswith(PROBLEMS)]
     files = [file for file in named if file.is_file() or file.is_symlink()]
-    # The suffixes of files that stand beside a model.
+    # The suffixes of files that accompany a model, such as its names.
     of_models = [suffix for kind in FORMATS.values() for suffix in kind.beside]
     others = [
         entry
@@ -175,8 +165,8 @@ def source_name(path: str) -> File:
 
 
 def within(where: Where, parse: Callable[..., T], *arguments: Any) -> T:
-    """Call `parse` with the given arguments; prefix the place to the message of a
-    ProblemError that it raises."""
+    """Call `parse` with the arguments; a ProblemError that it raises gets the location
+    in front."""
     try:
         return parse(*arguments)
     except (ProblemError, MemoryError) as error:
@@ -184,8 +174,8 @@ def within(where: Where, parse: Callable[..., T], *arguments: Any) -> T:
 
 
 def inside(where: Where, error: ProblemError | MemoryError) -> LCPError:
-    """Return an error in a file with its place; a lack of memory, which ends no run of
-    several files, as one of this file."""
+    """Return an error in a file with its location; a lack of memory becomes an error of
+    this file, so that the other files are still read."""
     if isinstance(error, MemoryError):
         reason = "takes more memory than there is"
         return ProblemError(where, reason, "give matrices in sparse form")
@@ -333,9 +323,9 @@ def refuse_beyond_memory(field: str, shape: tuple[int, ...], itemsize: int = 8) 
 def refuse_mostly_absent(
     field: str, shape: tuple[int, ...], size: int, n_entries: int
 ) -> None:
-    """Raise ProblemError if work on `size` numbers would be done for a shape that a
-    file declares but hardly gives: a few bytes could otherwise take all memory. given :
-    the numbers in the file."""
+    """Raise ProblemError if a file declares a shape for which `size` numbers are
+    needed, and has entries for a small part of it alone: a few bytes could otherwise
+    take all memory. n_entries : the number of entries in the file."""
     reason = (
         f"is declared as {' x '.join(map(str, shape))} with {count(n_entries, 'entry')}"
     )

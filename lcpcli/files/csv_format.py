@@ -66,7 +66,7 @@ class Table(NamedTuple):
     delimiter: str  # between cells; "" for blanks
     indexed: bool  # whether the first column is an index
     commas: bool  # whether commas are decimal marks
-    rows: list[list[Any]]  # the numbers; in columns of bounds, None stands for no bound
+    rows: list[list[Any]]  # the numbers; in columns of bounds, None means no bound
     # The columns of q, lower and upper, from 0, if the header names bounds.
     column_of: dict[str, int]
 
@@ -331,7 +331,7 @@ def grid_of(content: bytes, all_bounds: bool = False) -> Table:
         "," in line for _, line in lines[len(lines) - len(rows) :]
     )
     widths = [(number, len(row)) for number, row in rows]
-    # The header is asked last.
+    # The number of cells of the header is compared last.
     for line, columns in [*widths[:1], *[(top, len(first))] * indexed]:
         number, n_columns = next(
             (width for width in widths if width[1] != columns), (0, columns)

@@ -23,7 +23,7 @@ if TYPE_CHECKING:
     from lcpcli.model.nonlinear import NonlinearProblem
 
 Number: TypeAlias = "Callable[[str], float]"  # converts a number in a text to a double
-# The numbers that doubles stand for, if not their shortest decimals.
+# The exact number that each double represents, where its shortest decimal does not.
 Exact: TypeAlias = "Mapping[float, Fraction]"
 
 ALL, BOUNDS, M_AND_Q = "everything", "M, q and bounds", "M and q"
@@ -36,7 +36,7 @@ class Kind(NamedTuple):
     # Of a problem: ALL, BOUNDS, M_AND_Q, or what it is made from, as of `of`; "" if
     # they are only read.
     keeps: str
-    # Whether numbers are written with any number of digits, rather than as doubles.
+    # Whether numbers are written with any number of digits, not in double precision.
     in_decimals: bool = False
     # Whether numbers that are no decimals are written too, as fractions.
     has_fractions: bool = False
@@ -55,7 +55,7 @@ class Kind(NamedTuple):
     # A regular expression for the content of such a file, where its suffix is unknown.
     pattern: bytes = b""
     # Of a model, whose module is a `ModelFormat`: the suffix of files with solutions,
-    # and those of other files that stand beside it.
+    # and those of other files that accompany it.
     beside: tuple[str, ...] = ()
 
     @property
@@ -140,19 +140,19 @@ LINES = (".jsonl", ".ndjson")  # one problem, or one result, in each line
 
 
 class Format(Protocol):
-    """Interface of a format's module. Errors do not name the file; the caller adds
-    that. content : what `parse(content: bytes)` of the module returns, which is called
-    once for each file, or the bytes of the file if it has no such function. number :
-    makes doubles from the numbers in a text, where the nearest ones are not wanted.
-    exact : what doubles stand for, as in `Exact`."""
+    """Interface of a format's module. Errors do not name the file; the caller adds its
+    name. content : what `parse(content: bytes)` of the module returns, which is called
+    once for each file; the bytes of the file if there is no such function. number : the
+    conversion of the numbers in a text, if it is not rounding to the nearest double.
+    exact : what doubles represent, as in `Exact`."""
 
     def fields(self, content: Any, number: Number = float, /) -> dict[str, Any]:
         """Return the fields in the file, as `lcpcli.files.fields` takes them; M alone
         if there is no q."""
 
     def values(self, field: str, content: Any, number: Number = float, /) -> Any:
-        """Return the numbers of a file with a single field, or of the given field: a
-        list or an array."""
+        """Return the numbers of a file with a single field, or those of `field`: a list
+        or an array."""
 
     def render(self, fields: Mapping[str, Any], exact: Exact, /) -> dict[str, bytes]:
         """Return the files to write: the file itself under "", others under what is
@@ -165,8 +165,8 @@ class Format(Protocol):
 
 class ModelFormat(Format, Protocol):
     """Interface of the module of a format whose problems may be nonlinear, or may have
-    an objective. It has a function `parse(content: bytes, path: str)`, which is told
-    the name of the file, as names may be beside it."""
+    an objective. Its function `parse(content: bytes, path: str)` also takes the name of
+    the file, as files with names may accompany it."""
 
     def nonlinear(self, content: Any, name: str, /) -> NonlinearProblem | None:
         """Return the problem with this name; None if it is linear, which `fields`

@@ -1,5 +1,5 @@
-"""A file that was read: where it came from, its kind, and what is in it, all of which
-is worked out once and handed on."""
+"""A file that was read: its name, its kind, and its fields, each of which is computed
+once, when it is first needed."""
 
 from __future__ import annotations
 
@@ -87,7 +87,7 @@ class InputFile:
 
     @property
     def name(self) -> str:
-        """Return the name of a problem without one of its own."""
+        """Return the name for a problem whose file does not name it."""
         if self.path == STANDARD_INPUT:
             name: str = self.source_name
         else:
@@ -95,16 +95,16 @@ class InputFile:
         return name if self.line is None else f"{name}:{self.line}"
 
     def within(self, parse: Callable[..., T], *arguments: Any) -> T:
-        """Call `parse` with the given arguments; prefix the place of this file to the
-        message of a ProblemError that it raises."""
+        """Call `parse` with the arguments; a ProblemError that it raises gets the
+        location of this file in front."""
         try:
             return parse(*arguments)
         except (ProblemError, MemoryError) as error:
             raise self._named(error) from None
 
     def _named(self, error: ProblemError | MemoryError) -> LCPError:
-        """Return an error with the place of this file; that it is in the first line of
-        a line is left out."""
+        """Return an error with the location of this file. Where the file is one line of
+        another, the line number 1 within it is left out."""
         if self.line is None:
             return contents.inside(self.source_name, error)
         if isinstance(error, ProblemError) and error.where.startswith(FIRST_LINE):
@@ -133,8 +133,8 @@ class InputFile:
 
     @cached_property
     def fields(self) -> Mapping[str, Any]:
-        """Return the fields of the problem in the file, or of M alone, with numbers as
-        the nearest doubles."""
+        """Return the fields of the problem in the file, or of M alone, with numbers
+        rounded to the nearest doubles."""
         return self.fields_as(float)
 
     def fields_as(self, number: Number) -> Mapping[str, Any]:
@@ -229,7 +229,7 @@ class InputFile:
             self.fields_as(double_unless_lost)
 
     def values(self, field: str, number: Number = float) -> Any:
-        """Return the numbers of a file with a single field, or of the given field."""
+        """Return the numbers of a file with a single field, or those of `field`."""
         reason = self.kind.has_no_vector
         hint = "name a file that holds a vector"
         self.within(refuse, reason, "", reason, hint)
@@ -267,7 +267,7 @@ class InputFile:
 
     def exactly(self, problem: Problem, q: InputFile | None = None) -> ExactProblem:
         """Return what `problem` has made of this file, and of one with q, with numbers
-        as written: arrays in their own type, texts with all decimals."""
+        as written: arrays in the type that they have, texts with all decimals."""
         from lcpcli.rational.exact_problem import ExactProblem
 
         # Of numbers that it keeps as written.
@@ -279,7 +279,7 @@ class InputFile:
         return ExactProblem(problem, M, exact_q, lower, upper)
 
     def _exact_parts(self, lacks_q: bool) -> ExactParts:
-        """lacks_q : whether q is in another file; zeros then take its place."""
+        """lacks_q : whether q is in another file; it is replaced by zeros here."""
         from lcpcli.rational import exact_problem
 
         def parse(number: Number) -> Any:

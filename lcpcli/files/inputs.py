@@ -38,9 +38,8 @@ FIRST_NAME = "q1"  # of several q without names
 
 class Input(NamedTuple):
     files: tuple[InputFile, ...]  # that of its problem, or those of M and of q
-    log_entries: Sequence[
-        Mapping[str, Any]
-    ] = ()  # the mark of the problem in a log, or none
+    # The further fields of the record of the problem in a log, or none.
+    log_entries: Sequence[Mapping[str, Any]] = ()
 
     @property
     def line(self) -> int | None:  # that of the problem in its file
@@ -48,10 +47,16 @@ class Input(NamedTuple):
 
     @property
     def sources(self) -> list[Source]:  # the place of its problem
-        file, *others = self.files
-        mark = self.log_entries[0] if self.log_entries else None
-        q_file = others[0].source_name if others else None
-        return [Source(file.source_name, file.line, mark, q_file)]
+        file = self.files[0]
+        return [Source(file.source_name, file.line, *self.log_entries)]
+
+    @property
+    def paths(self) -> Sequence[str]:
+        """Return its files as another command may name them; none if one is standard
+        input, or if the problem is in a line."""
+        paths = [file.path for file in self.files]
+        is_nameable = self.line is None and STANDARD_INPUT not in paths
+        return paths if is_nameable else ()
 
     @property
     def digests(self) -> list[str]:  # the digest of its problem as written
@@ -78,7 +83,7 @@ class Input(NamedTuple):
         return first.exactly(problem, *others)
 
     def compact(self) -> Input:
-        """Return the same input without what has been worked out, to free memory."""
+        """Return the same input without its cached values, to free memory."""
         return self._replace(files=tuple(map(replace, self.files)))
 
     def in_line(self, line: int | None) -> Input:
@@ -297,7 +302,7 @@ class _Files:
     def _is_q(self, n: int | None = None) -> bool:
         """Return whether the next file holds q and cannot be a problem, or M alone. n :
         the rows of the M before it, if any; then a vector of n entries is q whatever
-        else it could be, and several q may be given in columns."""
+        else it could be, and a table may have several q in columns."""
         path = self._remaining[0]
         if path == STANDARD_INPUT or has_lines(path):
             return False
@@ -373,7 +378,7 @@ def _without_q(
 ) -> tuple[Matrix | None, Mapping[str, Any] | None]:
     """Return M and what several q share with it in a file; None if it has q, and None
     twice if it is no problem."""
-    # A guess that leaves the parsing to the process that solves it.
+    # A guess, so that a large file is parsed by the process that solves the problem.
     has_q = file.content.lstrip().startswith(b"{") and b'"q"' in file.content
     with suppress(ProblemError):
         fields: Mapping[str, Any] = {} if has_q else file.fields

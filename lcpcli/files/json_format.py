@@ -54,7 +54,7 @@ if TYPE_CHECKING:
 # The keys whose values have no numbers, or are read by themselves.
 WITHOUT_NUMBERS = {*TEXTS, "rows", "columns", "names", "sense", "verdict"}
 WITHOUT_NUMBERS |= {"origin", *formulations.WORDED}
-# What numbers are called that are kept as they are.
+# What numbers are called in messages that are not rounded.
 LOSSLESS = " or ".join(
     row.unrounded for row in formulations.TABLE.values() if row.unrounded
 )
@@ -63,7 +63,8 @@ KEPT_AS_WRITTEN = {
     kind: row.matrices for kind, row in formulations.TABLE.items() if row.unrounded
 }
 OF_COORDINATES = ("format", "shape", "rows", "cols", "values")
-# Decimals with so few digits are always the shortest decimals of their doubles.
+# A decimal of at most so many digits is the shortest decimal of its double: double
+# precision has at least 15 decimal digits.
 DIGITS = 15
 SHOWN = 12  # characters of what is not JSON
 SEVERAL = (
@@ -77,7 +78,8 @@ class NumberText(str):
 
 
 class JsonText:
-    """The value in a JSON text, parsed once for doubles and once as written."""
+    """The value in a JSON text, parsed at most once into doubles and once as
+    written."""
 
     def __init__(self, content: bytes) -> None:
         self.text = decode(content)
@@ -100,8 +102,8 @@ class JsonText:
         return _converted(self._as_written, number)
 
     def is_lossless(self) -> bool:
-        """Return whether it has tables whose numbers are kept as they are. Of a text
-        with other keys, the numbers are not looked at."""
+        """Return whether it has tables whose numbers are not rounded. The numbers of a
+        text with other keys are not parsed for that."""
         if '"M"' in self.text:
             return False
         for of, matrices in KEPT_AS_WRITTEN.items():
@@ -182,8 +184,8 @@ def values(field: str, content: JsonText, number: Number = float) -> Any:
 
 
 def numbers_in(value: Any, number: Callable[[str], Any] = float) -> Any:
-    """Return a value with numbers in place of the texts that stand for one, such as
-    "1/3"; other texts stay, and are refused where numbers are needed."""
+    """Return a value in which texts that represent numbers, such as "1/3", are replaced
+    by these; other texts stay, and are refused where numbers are needed."""
     if isinstance(value, dict):
         return {key: numbers_in(part, number) for key, part in value.items()}
     if isinstance(value, list):
@@ -297,8 +299,8 @@ def load(text: str, number: Callable[[str], Any] = float) -> Any:
 
 
 def _syntax_error(text: str, error: json.JSONDecodeError) -> ProblemError:
-    """Return what is wrong where json has stopped. Its words, and the place of a comma
-    too many, differ between versions of Python."""
+    """Return what is wrong where json has stopped. Its messages, and where it reports
+    an extra comma, differ between versions of Python."""
     position = f"line {error.lineno}, column {error.colno}"
     rest = text[error.pos :].lstrip()
     if rest in ("", "-") or error.msg.startswith("Unterminated string"):
@@ -402,8 +404,8 @@ def of_coordinates(
     field: str, values: Vector, rows: Any, cols: Any, shape: tuple[int, int], first: int
 ) -> Matrix:
     """Return the sparse matrix in scipy's coordinate form; raise ProblemError for a
-    place outside, or one given twice.
-    rows, cols : the places of the values, counted from `first`."""
+    index out of range, or for an entry that occurs twice.
+    rows, cols : the indices of the values, counted from `first`."""
     from scipy.sparse import coo_array
 
     from lcpcli.linalg.patterns import invalid_indices

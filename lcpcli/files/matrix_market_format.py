@@ -66,7 +66,7 @@ def parse(content: bytes) -> Entries:
 
 
 def fields(content: Entries, number: Number = float) -> dict[str, Any]:
-    """Return M, dense or in scipy's coordinate form. The format has no place for q."""
+    """Return M, dense or in scipy's coordinate form. The format cannot hold q."""
     return {"M": _matrix("M", content, number)}
 
 

@@ -25,8 +25,8 @@ def read(
 
     The format is recognized by the suffix of the name (.mtx.gz is compressed .mtx) and
     by the content. Bounds, and sides of a program's rows, whose size is `infinity` or
-    more count as infinite; a usual value is 1e20. Raises ProblemError, which says where
-    the error is (file, field or line), what is wrong, and how to fix it.
+    more are infinite; a usual value is 1e20. Raises ProblemError, which says where the
+    error is (file, field or line), what is wrong, and how to fix it.
 
     >>> from lcpcli import Problem, read, write
     >>> write(Problem([[2, 1], [1, 2]], [-5, -6], name="small"), "small.json")

@@ -163,8 +163,8 @@ def with_exact_conditions(as_written: Written[Problem], path: str) -> Written[Pr
 
 
 def is_rounded(as_written: Written[Problem], path: str) -> bool:
-    """Return whether a file with the problem of `with_exact_conditions` has rounded
-    doubles in place of numbers that are known exactly."""
+    """Return whether a file with the problem of `with_exact_conditions` would have
+    rounded numbers where the exact ones are known."""
     problem, kind = as_written.distinct, kind_to_write(path)
     parts = problem.formulation.exact_conditions()
     if parts is not None:
@@ -221,7 +221,7 @@ def kind_to_write(path: str) -> formats.Kind:
 
 
 def file_of_q(path: str) -> str | None:
-    """Return the file for q that is written beside a file for M alone; None where there
-    is none."""
+    """Return the second file, for q, of a format whose files hold M alone; None for
+    other formats."""
     ending, is_beside = ending_of(path), kind_to_write(path).keeps == formats.M_AND_Q
     return f"{path.removesuffix(ending)}.q{ending}" if is_beside else None

@@ -91,7 +91,7 @@ class Form(NamedTuple):
     is_printed : whether it is for readers who do not run the program.
     has_figures : whether it has the figures. has_records : whether it has a record for
         each input, with all that is known. has_proofs : whether it has proofs.
-    takes_many : whether each of many problems has a part of its own.
+    takes_many : whether it can be written problem by problem.
     """
 
     meaning: str

@@ -157,9 +157,9 @@ def _about_objective(result: Result) -> list[str]:
 
 
 def _why(result: Result) -> str:
-    """Return why z counts as a solution although its residual does not say so, and what
-    does not hold of it, as a clause; "" if there is nothing to say, or if a proof says
-    it."""
+    """Return, as a clause, why z is accepted as a solution although its residual alone
+    does not show that, and with which reservation; "" if the residual shows it, or if a
+    proof says it."""
     before, _, reason = result.message.partition(": ")
     is_said = before != SAID_OF_SOLVED or result.exact is not None
     return "" if is_said or not reason else f"; {reason}"

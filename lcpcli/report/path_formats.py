@@ -91,7 +91,7 @@ def notes_on(path: Path, names: Sequence[str], max_changes: float) -> list[str]:
 
 
 class Points(NamedTuple):
-    """Points of a path: m values of t, and z and w of each, in doubles or in
+    """Points of a path: m values of t, and z and w of each, in double precision or in
     fractions."""
 
     t: list[Any]
@@ -322,7 +322,7 @@ MAX_ROWS = 500
 MAX_CHANGES = 3
 NOISE = 1e-12  # relative to the largest entry: what is shown as 0
 
-# Further values of t, for whose points a text has room too.
+# Further values of t, whose points a text shows too.
 At: TypeAlias = Sequence["float | Fraction"]
 
 

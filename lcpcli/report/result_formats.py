@@ -134,6 +134,7 @@ def results_report(
     iterates: bool = False,
     columns: Sequence[str] = (),
     names: Sequence[str] = (),
+    paths: Sequence[Sequence[str]] = (),
 ) -> Report:
     """Return the report on results.
 
@@ -143,7 +144,8 @@ def results_report(
     result comes first. swept : whether CSV has a row for each run. shows_all : whether
     a result that comes first shows all components of z. iterates : whether CSV is made
     of the iterates. columns : of the iterates in a table, as for `tables.build`. names
-    : of the unknowns that are shown, as for `wording.selected_components`.
+    : of the unknowns that are shown, as for `wording.selected_components`. paths : the
+    files of each problem, as advice names them.
     """
 
     def document(format_name: str, width: int | None) -> Document:
@@ -160,9 +162,9 @@ def results_report(
                     format_name,
                     columns,
                     names,
-                    source.words,
+                    files,
                 )
-                for run, source in zip(runs, sources, strict=True)
+                for run, files in zip(runs, paths, strict=False)
             ],
         )
 
@@ -246,9 +248,9 @@ def written(rows: Iterable[Sequence[Any]], comments: Iterable[str] = ()) -> str:
 
 
 class _Lines(StringIO):
-    """Lines of CSV that end by a line feed. The writer quotes what its own end of a
-    line has, so that no cell of its own begins a comment, or loses a carriage
-    return."""
+    """Lines of CSV that end by a line feed. The writer quotes cells with a character of
+    its line terminator, so a terminator with # and \\r has it quote all cells that
+    would begin a comment or lose a carriage return."""
 
     END = "#\r\n"
 
@@ -302,7 +304,8 @@ def record_without_result(
 
 
 def field_in(error: LCPError, source: Source) -> str | None:
-    """Return what the place of an error says besides the file and the line."""
+    """Return where an error is within the file and the line; None if it says no
+    more."""
     shown_apart = (error.file, f"line {source.item}", "")
     return ": ".join([part for part in error.parts if part not in shown_apart]) or None
 

@@ -79,7 +79,7 @@ def build(
     format_name: str = "table",
     column_names: Sequence[str] = (),
     shown_names: Sequence[str] = (),
-    files: str = "FILE",
+    files: Sequence[str] = (),
 ) -> Section:
     """Return the section on several methods' results on one problem, whose traces have
     the same components of z.
@@ -88,8 +88,8 @@ def build(
     `result_formats.results_report`. column_names : the columns of the iterates, as
     for `columns.selected_columns`; then there is no summary. shown_names : of the
     unknowns that are shown, as for `wording.selected_components`, and which traces
-    have, but of a game all; empty for as many as fit. files : the words for the files
-    of the problem on a command line.
+    have, but of a game all; empty for as many as fit. files : of the problem, as for
+    `wording.advice`.
     """
     first, problem = results[0], results[0].problem
     components = first.trace.components if first.trace else None
@@ -222,8 +222,8 @@ def _group(
     table_columns: Sequence[columns.Column],
     frame: columns.Frame,
 ) -> list[list[str]]:
-    """Return the rows of a result: the method where it begins, and these columns, of
-    which those of z are written beside its largest component."""
+    """Return the rows of a result: the method where it begins, and these columns. The
+    digits of z depend on its largest component."""
     largest = float(np.abs(result.z).max(initial=0.0))
     frame, earlier = frame._replace(largest=largest), ""
     group = list[list[str]]()
@@ -252,7 +252,7 @@ def _remarks(
     compared: bool,
     format_name: str,
     shows_times: bool,
-    files: str,
+    files: Sequence[str],
 ) -> list[str]:
     """Return lines below the verdict, or below the summary, without advice in formats
     for print, and without reasons why some of many runs failed. files : as for

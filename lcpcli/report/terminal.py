@@ -22,8 +22,8 @@ RULES = Box("    \n    \n -- \n    \n -- \n -- \n    \n    \n", ascii=True)
 UNLIMITED = 10_000
 PAGE_WIDTH = 120  # columns of a pipe within which no name of a method is written down
 MIN_OF_TEXT = 8  # characters of a column of sentences, however wide the others are
-# Of the width, for the columns that each part of a folded table repeats: others need
-# room too.
+# The largest share of the width for the columns that each part of a folded table
+# repeats; the others need the remaining width.
 REPEATED = 0.7
 # Legible on light and dark backgrounds.
 STYLES = {"solved": "green", "FALSE": "bold red"}

@@ -17,8 +17,8 @@ NOTE = "in parentheses: the run has not reached the tolerance"
 
 
 def variations(runs: Sequence[Sequence[Result]]) -> list[Variation]:
-    """Return the runs, grouped by problem, by the option that varies, as their labels
-    tell."""
+    """Return the runs, grouped by problem, and then by the option that varies according
+    to their labels."""
     options = list(
         dict.fromkeys(_setting(result)[1] for results in runs for result in results)
     )

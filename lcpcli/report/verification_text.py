@@ -67,7 +67,7 @@ def _section(verification: Verification) -> Section:
 
 
 def _of_origin(verification: Verification) -> list[str]:
-    """Return lines with strategies, or with what else the formulation has found."""
+    """Return lines with strategies, or with another answer of the formulation."""
     strategies, answer = verification.strategies, verification.answer
     lines = [verification.statement] * bool(verification.statement)
     if strategies is not None:

@@ -125,7 +125,7 @@ def folded(line: str, width: int | None) -> list[str]:
 def short_names(
     names: Sequence[str], max_length: float, letter: str = "z"
 ) -> list[str]:
-    """Return the names, with a name that is too long replaced by its place, as in
+    """Return the names, with a name that is too long replaced by its index, as in
     z1."""
     return [
         name if name and len(visible(name)) < max_length else f"{letter}{i}"
@@ -263,9 +263,9 @@ def flag(name: str) -> str:
     return "-n" if name == "n" else "--" + name.replace("_", "-")
 
 
-def advice(result: Result, files: str = "FILE") -> str:
+def advice(result: Result, files: Sequence[str] = ()) -> str:
     """Return the advice of a result, in options of the command line; "" if there is
-    none. files : the words for the files of the problem on the command line."""
+    none. files : of the problem, if another command can read them."""
 
     def written(options: Options) -> str:
         from lcpcli.solving.advice import EXACT, WHY, value_text
@@ -273,7 +273,9 @@ def advice(result: Result, files: str = "FILE") -> str:
         if options == EXACT:
             return "lcp solve --exact"
         if options == WHY:
-            return f"lcp why {files}"
+            from shlex import join
+
+            return f"lcp why {join(files) or 'FILE'}"
         if RESTARTS.name in options:
             value = value_text(options[RESTARTS.name], False)
             return f"--method {result.method}:{RESTARTS.name}={value}"
@@ -289,7 +291,7 @@ def advice(result: Result, files: str = "FILE") -> str:
 def made_by(results: Sequence[Result], one_at_a_time: bool = False) -> str:
     """Return, in one line, the version, the limits, which are the same, and the options
     that all runs of a method share; the names of runs have the others. one_at_a_time :
-    whether an option counts as shared if all runs share it that do not name it."""
+    whether an option is shared if all runs without it in their name share it."""
     parts = [f"{PROGRAM}, {_limits(results[0])}"]
     for method in dict.fromkeys(result.method for result in results):
         runs = [

@@ -442,6 +442,17 @@ def test_a_problem_that_has_changed_is_solved_again_once_its_line_is_gone(
     assert [each["number"] for each in records_of(written.read_text())] == [2, 1]
 
 
+def test_a_changed_q_of_two_files_is_not_taken_for_another_problem(
+    lcp: Lcp, folder: Path
+) -> None:
+    (folder / "q.csv").write_text("-1\n-1\n")
+    line = ("solve", "M.csv", "q.csv", "good.json")
+    assert lcp(*line, "-o", "log.jsonl").code == 0
+    (folder / "q.csv").write_text("-1\n-2\n")
+    told = "has a result of M.csv as it was before it changed"
+    assert_refused(lcp(*line, "--resume", "log.jsonl"), told)
+
+
 def place_of(record: dict[str, Any]) -> str:
     item = record["item"]
     return record["file"] + ("" if item is None else f":{item}")

@@ -16,7 +16,8 @@ import pytest
 import lcpcli
 from lcpcli.explanation import conflicts, ranges, repair
 from lcpcli.files import writing
-from lcpcli.files.contents import Source
+from lcpcli.files.input_file import InputFile
+from lcpcli.files.inputs import Input
 
 pytestmark = pytest.mark.usefixtures("folder")
 Lcp = Callable[..., Any]
@@ -119,7 +120,8 @@ def test_runs_without_a_solution_end_with_the_hint(folder: Path, lcp: Lcp) -> No
     (folder / "the q.csv").write_text("-1,-1\n")
     assert "\ntry lcp why M.csv 'the q.csv'\n" in lcp("solve", "M.csv", "the q.csv").out
     # Another command cannot read standard input again, or name a line.
-    assert Source("standard input").words == Source("many.jsonl", 3).words == "FILE"
+    piped, line = InputFile("-"), InputFile("many.jsonl", line=3)
+    assert [*Input((piped,)).paths, *Input((line,)).paths] == []
     assert "try" not in lcp("solve", "two.json").out
     assert lcpcli.run(lcpcli.read("rows.csv")).advice == "try lcpcli.why(problem)"
 
