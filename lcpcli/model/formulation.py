@@ -123,6 +123,7 @@ class Formulation:
 
     The way to M and q:
         of_fields    the problem for the keys of a file
+        remark       a note on keys that other programs read otherwise
         data, parse  this object as JSON, for files with M and q, and back
         fits         whether M and q are those of this object
         of_conditions  the object for another q with the same M
@@ -174,8 +175,8 @@ class Formulation:
         return module_at(f"{cls.__module__.rpartition('.')[0]}.{name}", cls.kind)
 
     def remark(self, fields: Mapping[str, Any]) -> str:  # noqa: ARG002
-        """Return a line on keys of a file that may be read in two ways, and how they
-        were read; "" if there is none."""
+        """Return a note on keys of a file that other programs read otherwise, and how
+        they were read; "" if there are none."""
         return ""
 
     @classmethod
