@@ -28,8 +28,7 @@ class Frame(NamedTuple):
     """What the cells of a table of iterates depend on besides their rows.
 
     names : of all unknowns, for headings. shown_components : the indices of the
-    components that are
-        shown, None for those that are omitted.
+        components that are shown, None for those that are omitted.
     signs : of the components in the rows, by which z is multiplied. largest : the size
         of the largest component of z at the end of a run.
     unit : of times, its length in seconds and its name. marks_selected : whether the
@@ -213,7 +212,7 @@ def require(names: Sequence[str], methods: Sequence[str]) -> None:
 
 
 def of_traces(names: Sequence[str]) -> tuple[str, ...]:
-    """Return those of the names for which a trace has to be asked."""
+    """Return the names of the columns that only a trace with them records."""
     return tuple(name for name in names if name in QUANTITIES or name == ALL)
 
 

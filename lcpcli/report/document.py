@@ -46,9 +46,9 @@ class Table(NamedTuple):
 class Section(NamedTuple):
     """A part of a report under a title.
 
-    verdict : the line that matters most, which begins the section; "" if the tables
+    verdict : the main result in one line, which begins the section; "" if the tables
         come first.
-    is_as_requested : whether the verdict is as requested.
+    is_as_requested : whether the verdict is what was requested, as a solution is.
     facts : lines below the verdict, or below the title.
     remarks : lines of advice, above the tables if there is a verdict, else below them.
     provenance : what made the section. figure : a function that returns its `Picture`;

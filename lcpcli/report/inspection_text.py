@@ -18,10 +18,10 @@ from lcpcli.report import result_formats, wording
 from lcpcli.report.document import Document, Section, Table
 
 UNKNOWN = "not computed: too expensive"
-# From here on, a contraction factor is shown by its distance from 1, as four digits
-# would hide it.
+# Contraction factors from here on are shown as 1 - d, since four digits would round
+# them to 1.
 CLOSE_TO_ONE = 0.999
-# An estimate above it is shown as "more than": nobody waits for so many.
+# An estimate of iterations above it is shown as "more than": the method is too slow.
 MAX_ITERATIONS = 999_999
 # For the choice of a method.
 DECISIVE = ("symmetric", "positive definite", "positive semidefinite", "P-matrix")

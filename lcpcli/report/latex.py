@@ -23,7 +23,7 @@ NEEDED = (
     r"\usepackage{longtable} for a table over pages"
 )
 PAGE_ROWS = 45  # of a table at most, so that it fits on a page with its caption
-# Of a number, before another one a name.
+# A number with an exponent. Before another number it belongs to a name.
 EXPONENT = re.compile(r"(?<![\w.])(\d(?:\.\d+)?)e([+-]?\d+)(?![\w.]| -?\d)")
 # Shrinks a wide table, enlarges none.
 FITTED = r"\resizebox{\ifdim\width>\textwidth\textwidth\else\width\fi}{!}{"

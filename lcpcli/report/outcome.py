@@ -100,8 +100,8 @@ def _as_proof(problem: Problem, y: Sequence[float | Fraction]) -> str:
 
 
 DIGITS = 7  # of z at most, as in the paper's tables
-# Of z: a line warns if the data determine fewer, as some printed digits then mean
-# nothing.
+# Digits of z: a line warns if the data determine fewer, as the other printed digits
+# would then change with the rounding of the data.
 ENOUGH_DIGITS = 6
 MAX_NAMED = 4  # components in a line on those that are not unique
 OTHERS_CLAUSES = {
@@ -113,9 +113,10 @@ UNSOLVABLE = "; with the numbers as written there is no exact solution"
 SETTLED = ("infeasible", "unsolvable")  # the statuses without a z of interest
 # The statuses whose message is about the problem, not about the run.
 PROBLEM_STATUSES = (*SETTLED, "ill_posed")
-# A tolerance of at least this alone explains an error in the leading digits.
+# From this tolerance on an error in the leading digits needs no warning: the tolerance
+# explains it.
 COARSE = 1e-6
-# The ratio of median to least time from which a line warns of disturbances.
+# The ratio of the median to the smallest time from which a line warns of disturbances.
 WIDE_SPREAD = 2.0
 
 

@@ -200,8 +200,8 @@ class Terms(EndpointProblems):
         return points
 
     def values(self, z: Sequence[Any]) -> Sequence[Any]:
-        """Return z, of a program x, y and s, with the multipliers y in its own
-        sense."""
+        """Return z; of a program x, y and s, where the multipliers y have the signs of
+        its sense, min or max."""
         reversed_indices = (
             range(0) if self.block_form is None else self.block_form.reversed(len(z))
         )
@@ -315,10 +315,10 @@ def _moving(
         yield Moving(names[i], what, float(first[i]), float(last[i]))
 
 
-# Of a table; typesetting takes a millisecond a row, and nobody reads on.
+# Rows of a table: typesetting takes a millisecond a row, and nobody reads a longer one.
 MAX_ROWS = 500
-# Named at a breakpoint; more, where pieces of no length have been left out, would make
-# a wide column.
+# Changes that are named at a breakpoint. There are more of them where pieces of no
+# length have been left out, and naming all would make the column wide.
 MAX_CHANGES = 3
 NOISE = 1e-12  # relative to the largest entry: what is shown as 0
 

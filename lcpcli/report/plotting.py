@@ -30,9 +30,9 @@ if TYPE_CHECKING:
     from lcpcli.solving.result import Result
 
 FORMS = ("png", "svg", "pdf")
-# Rows of axes on a page of A4, each about 1.5 inches high, with readable labels.
+# Rows of axes that fit on a page of A4 with readable labels, each 1.5 inches high.
 MAX_PANELS = 7
-MAX_PLANES = 6  # whose paths of iterates are on a page, two in a row
+MAX_PLANES = 6  # problems whose paths of iterates fit on a page, two in a row
 PLOT = "plot"
 
 
@@ -46,7 +46,7 @@ class Curve(NamedTuple):
     seconds, errors : of each iterate the run time, and the error or residual; None
         where it was not measured.
     solved : whether the run solved the problem; a cross marks the end of any other one.
-    x : the iterates of a problem in two unknowns, if they were kept.
+    x : the iterates of a problem in two unknowns, if they were recorded.
     """
 
     name: str
