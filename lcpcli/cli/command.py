@@ -146,13 +146,9 @@ class Command(click.Command):
                 continue
             # A flag that says yes may be repeated.
             if not param.is_flag or param.secondary_opts:
-                from lcpcli.cli.declarations import PAPER, SWEEP
-
-                hint = "give it once"
-                if param.name in PAPER:
-                    option_name = param.opts[-1].removeprefix("--")
-                    hint += f", or several values to lcp compare {SWEEP} {option_name}="
-                raise OptionError(param.opts[-1], f"is given {times} times", hint)
+                name = param.opts[-1]
+                reason = f"is given {times} times"
+                raise OptionError(name, reason, _hint_at_sweep(name))
 
     def invoke(self, ctx: click.Context) -> Any:
         option_values = {name: _as_typed(value) for name, value in ctx.params.items()}
@@ -293,6 +289,18 @@ class Command(click.Command):
             )
             helps = [(helps[0][0], more)]
         return {**tables, HELP: helps, **lists}
+
+
+def _hint_at_sweep(flag: str) -> str:
+    """Return the hint for an option that is given twice: for one of a method, how to
+    give several values."""
+    from lcpcli.methods.registry import METHODS, START_OPTIONS, known_options
+
+    name = flag.removeprefix("--")
+    of_methods = set[str]().union(*map(known_options, METHODS)) - {*START_OPTIONS}
+    if name.replace("-", "_") not in of_methods:
+        return "give it once"
+    return f"give it once, or several values to lcp compare --sweep {name}="
 
 
 def _as_typed(value: Any) -> Any:
