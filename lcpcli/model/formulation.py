@@ -11,11 +11,13 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Mapping, Sequence
+from functools import cache
+from importlib import import_module
 from typing import TYPE_CHECKING, Any, ClassVar, NamedTuple
 
+from lcpcli.clock import imports
 from lcpcli.errors import MAKE_AGREE, ProblemError, kind, numbers_for, quoted
 from lcpcli.model.arrays import FROM_0
-from lcpcli.model.formulations import module_at
 from lcpcli.typing import Matrix, States, Vector
 
 if TYPE_CHECKING:
@@ -28,6 +30,12 @@ LABELS = "labels"
 HEADINGS = "headings"
 CELLS = "cells"
 LEFT_OUT = "its objective counts only in lcp solve, for a single model"
+
+
+@cache  # as problems in many lines need the same module
+def _module(name: str) -> Any:
+    with imports:
+        return import_module(name)
 
 
 class Conditions(NamedTuple):
@@ -172,7 +180,7 @@ class Formulation:
     def sibling(cls, name: str) -> Any:
         """Return a module in the folder of this class, which is loaded on first use: as
         for the way back, of which reading a file has no need."""
-        return module_at(f"{cls.__module__.rpartition('.')[0]}.{name}", cls.kind)
+        return _module(f"{cls.__module__.rpartition('.')[0]}.{name}")
 
     def remark(self, fields: Mapping[str, Any]) -> str:  # noqa: ARG002
         """Return a note on keys of a file that other programs read otherwise, and how
