@@ -1,5 +1,6 @@
-"""What exact solutions of a problem mean for what it was made from: for tables, CSV and
-JSON of all solutions, and for objectives."""
+"""What exact solutions of a problem mean in terms of its formulation, such as a game:
+for objectives, and for tables, CSV and JSON of all solutions.
+"""
 
 from __future__ import annotations
 
@@ -21,8 +22,9 @@ Values = Sequence[Fraction]
 
 
 class Payoff(NamedTuple):
-    """A quantity that an objective may have in place of an unknown: constant - slope
-    z_i, i from 0."""
+    """A quantity that an objective may contain like an unknown: constant - slope z_i, i
+    from 0.
+    """
 
     unknown: int
     slope: Fraction
@@ -30,7 +32,9 @@ class Payoff(NamedTuple):
 
 
 class InPayoffs(NamedTuple):
-    """A problem in whose unknowns payoffs are linear, and the way back to a z."""
+    """A problem in whose unknowns payoffs are linear, and a function that returns z of
+    the original problem.
+    """
 
     data: ExactProblem
     z_of: Callable[[Values], list[Fraction]]
@@ -46,11 +50,11 @@ class Listing(NamedTuple):
 
 
 class Arrangement:
-    """The pieces of a solution set that were found, in the order in which they are
-    shown; a `Meaning` may return one of a derived class.
+    """Pieces of a solution set in the order in which they are shown; a `Meaning` may
+    return an object of a derived class.
 
     complete : whether they are proved to be all.
-    equilibria : what they are for a game; None for other problems.
+    equilibria : the equilibria of a game; None for other problems.
     """
 
     equilibria: Any = None
@@ -74,7 +78,7 @@ class Arrangement:
         return f"infinitely many solutions: {isolated}{count(faces, 'face')}"
 
     def record(self) -> dict[str, Any]:
-        """Return what JSON has of all of them together."""
+        """Return the entries of JSON about all solutions together."""
         return {"components": None, "degenerate": None}
 
     def table(
@@ -83,8 +87,10 @@ class Arrangement:
         most: float,  # noqa: ARG002
         cell: Callable[[Fraction], str],  # noqa: ARG002
     ) -> Listing | None:
-        """Return the table of what they mean; None for one of z and w. kept : the
-        components of z that are shown. most : the widest names."""
+        """Return the table of solutions in terms of the formulation; None for a table
+        of z and w. kept : the components of z that are shown. most : the largest width
+        of names.
+        """
         return None
 
     def cells(
@@ -92,22 +98,24 @@ class Arrangement:
         *,
         exact: bool,  # noqa: ARG002
     ) -> tuple[Sequence[str], Iterable[tuple[Any, ...]]] | None:
-        """Return the columns of CSV and its rows, for each solution one for each
-        component; None for those of z and w."""
+        """Return the columns of CSV and its rows, one for each component of each
+        solution; None for those of z and w.
+        """
         return None
 
 
 def vertices_of(pieces: Iterable[Piece]) -> list[RationalPoint]:
+    """Return the distinct vertices of pieces."""
     return list(dict.fromkeys(vertex for piece in pieces for vertex in piece.vertices))
 
 
 class Meaning:
-    """This is the meaning of a problem that is given by M and q; a formulation returns
-    an object of a derived class from its `meaning`.
+    """The meaning of a problem that is defined by M and q only; the `meaning` of a
+    formulation returns an object of a derived class.
 
     data : the problem in exact numbers.
-    vertices : what the solutions of a face are averages of, in a remark.
-    columns : in CSV, behind z and w.
+    vertices : the name, in a remark, of the points whose averages make up a face.
+    columns : the columns of CSV after z and w.
     """
 
     vertices = "its vertices"
@@ -125,11 +133,11 @@ class Meaning:
         return InPayoffs(self.data, list)
 
     def shown(self, indices: Sequence[int]) -> Sequence[int]:
-        """Return which of these components tables show."""
+        """Return which of these components are shown in tables."""
         return indices
 
     def headings(self, indices: Sequence[int]) -> list[str]:
-        """Return the headings of the columns behind those of these components."""
+        """Return the headings of the columns after those of these components."""
         return [f"w{i + 1}" for i in indices]
 
     def row(
@@ -140,27 +148,32 @@ class Meaning:
         indices: Sequence[int],
         cell: Callable[[Fraction], str],
     ) -> tuple[Values, list[str]]:
-        """Return the values of the components of z, and the cells behind them. kind :
-        vertex, ray or line."""
+        """Return the values of the components of z, and the cells of the columns after
+        them. kind : vertex, ray or line.
+        """
         del kind
         return z, [cell(w[i]) for i in indices]
 
     def equilibrium(self, z: Values) -> Any:
-        """Return the equilibrium that a solution stands for; None if there is none."""
+        """Return the equilibrium that a solution represents, or None if there is
+        none.
+        """
         del z
 
     def record(self, z: Values) -> dict[str, Any]:
-        """Return what JSON has of a solution besides z and w."""
+        """Return the entries of JSON about a solution in addition to z and w."""
         return {"equilibrium": self.equilibrium(z)}
 
     def cells(self, z: Values) -> Sequence[Sequence[Any]]:
-        """Return for each component of a solution, or of a direction, the cells of the
-        `columns`, numbers as fractions."""
+        """Return the cells of `columns` for each component of a solution or of a
+        direction, numbers as fractions.
+        """
         return [()] * len(z)
 
     def without_solution(self, proof: Proof | None) -> Answer | None:
-        """Return what it means that there is no solution, for which there may be a
-        proof in numbers; None if nothing else."""
+        """Return what it means for the formulation that there is no solution, for which
+        a proof may exist; None if it means nothing else.
+        """
         del proof
         return None
 
@@ -169,15 +182,16 @@ class Meaning:
         z: Values,
         moved: tuple[int, Fraction] | None = None,
     ) -> Fraction | None:
-        """Return what z minimizes or maximizes; None if nothing. moved : i and t, where
-        q_i has become q_i + t."""
+        """Return the objective value of z, or None if there is no objective. moved : i
+        and t if q_i is replaced by q_i + t.
+        """
         del z, moved
         return None
 
     def best(
         self, z: Values, cell: Callable[[Fraction], str]
     ) -> tuple[list[str], list[Any]]:
-        """Return lines and tables about the best solution."""
+        """Return lines and tables of text about the best solution."""
         del z, cell
         return [], []
 
@@ -185,14 +199,17 @@ class Meaning:
         self, vertices: Sequence[RationalPoint], check: Callable[[], None]
     ) -> None:
         """Prepare for vertices that a search has found. `check` counts a step of the
-        search, and may raise."""
+        search, and may raise.
+        """
 
     def arranged(self, pieces: Sequence[Piece], complete: bool) -> Arrangement:
-        """Return pieces, whose vertices `take` has received, in order. complete :
-        whether they are proved to be all."""
+        """Return pieces in the order in which they are shown; their vertices have been
+        passed to `take`. complete : whether they are proved to be all.
+        """
         return Arrangement(pieces, complete)
 
 
 def meaning_of(data: ExactProblem) -> Meaning:
+    """Return the meaning of a problem in terms of its formulation."""
     meaning: Meaning = data.problem.formulation.meaning(data) or Meaning(data)
     return meaning

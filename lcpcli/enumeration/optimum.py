@@ -1,12 +1,14 @@
-"""The best of all solutions of a problem, by a linear objective: `lcpcli.optimum`.
+"""The best of all solutions of a problem with respect to a linear objective:
+`lcpcli.optimum`.
 
-Branch and bound over the states of the unknowns: each node of the tree is a polyhedron
-in which some states are chosen. The least objective on it, by the simplex method in
-integers, is a bound, and where it is attained at a solution, the node has no better
-one. So there is no large constant for complementarity, and no tolerance.
+This is branch and bound over the basis status of the unknowns: each node of the tree is
+a polyhedron in which some statuses are chosen. The minimum of the objective on it,
+computed by the simplex method in integers, is a lower bound; if it is attained at a
+solution, the node has no better one. So neither a big-M constant for complementarity
+nor a tolerance is needed.
 
-Objectives may also be in the payoffs of a game: as far as they are linear in the
-unknowns of a problem that the formulation has for them.
+Objectives may also contain the payoffs of a game, if they are linear in the unknowns of
+a problem that the formulation provides for them.
 """
 
 from __future__ import annotations
@@ -41,17 +43,20 @@ PREFIX = "payoff of "
 
 
 def names_of_payoffs(data: ExactProblem) -> Sequence[str]:
-    """Return the names of the payoffs of both players of a game, none for another
-    problem."""
+    """Return the names of the payoffs of the players of a game; none for other
+    problems.
+    """
     return [PREFIX + player for player in meaning_of(data).payoffs()]
 
 
 def in_costs(
     data: ExactProblem, objective: Mapping[str, Fraction]
 ) -> tuple[InPayoffs, Mapping[str, Fraction], Fraction]:
-    """Return a problem, an objective in its unknowns and a constant in place of an
-    objective that has payoffs of the players of a game beside unknowns, or only
-    payoffs; the same ones, and 0, if it has none. Raises ProblemError."""
+    """Return a problem, an objective in its unknowns, and a constant, which replace an
+    objective with payoffs of the players of a game. An objective without payoffs is
+    returned unchanged, with the constant 0. Raises ProblemError if payoffs cannot be
+    combined with unknowns.
+    """
     meaning = meaning_of(data)
     payoffs = {PREFIX + player: each for player, each in meaning.payoffs().items()}
     others = {name: value for name, value in objective.items() if name not in payoffs}
@@ -74,23 +79,23 @@ def in_costs(
 
 
 OPTIMAL, UNBOUNDED = "optimal", "unbounded"
-MIN_SECONDS = 1e-6  # of that run, if the time is up already
-# Of the run that finds a first solution, and of its proof.
+MIN_SECONDS = 1e-6  # the time limit of the first run if no time is left
+# Limits on the run for a first solution, and on its verification in exact arithmetic.
 MAX_ITERATIONS, FIRST_EFFORT = 1000, 5.0
 WORDS = {"min": ("smaller", "lower"), "max": ("larger", "upper")}
 
 
 @dataclass(frozen=True, eq=False)
 class Optimum:
-    """The best solution that a search has found, with what is proved about all others,
-    in fractions.
+    """The best solution that a search has found, with proved bounds on the objective of
+    all others, in fractions.
 
     data, sense : the problem, and "min" or "max".
-    status : "optimal" if no solution is better; "unbounded" if there are better and
-        better ones; "unsolvable" if the problem has no solution; "time_limit" or
-        "interrupted" if the search ended before.
-    z, value : the best solution found, and its objective; None if none was found.
-    bound : the objective of no solution is better than this; None if no bound is known.
+    status : "optimal" if no solution is better; "unbounded" if the objective is
+        unbounded over the solutions; "unsolvable" if the problem has no solution;
+        "time_limit" or "interrupted" if the search was stopped.
+    z, value : the best solution found, and its objective; None if there is none.
+    bound : no solution has a better objective than this; None if no bound is known.
     gap : the distance between value and bound; None if one of them is not known.
     nodes : the nodes of the tree. seconds : the time of the search.
     """
@@ -118,14 +123,16 @@ class Optimum:
 
     @property
     def equilibrium(self) -> Any:
-        """Return the equilibrium that z stands for; None if the problem is no game."""
+        """Return the equilibrium that z represents; None if the problem is no game."""
         return meaning_of(self.data).equilibrium(self.z) if self.z else None
 
     @property
     def outward(self) -> dict[str, int]:
-        """Return the sides, 1 for upward and -1 for downward, to which value, bound and
-        gap may be rounded so that what is said of them remains true: a bound outward,
-        the objective of a solution that may not be the best inward."""
+        """Return the directions, 1 for upward and -1 for downward, in which value,
+        bound and gap may be rounded so that statements about them remain true: a bound
+        away from the value; and the objective of a solution that need not be the best
+        towards worse values.
+        """
         side = int(-SENSES[self.sense])
         return {
             "value": side if self.status == OPTIMAL else -side,
@@ -136,8 +143,9 @@ class Optimum:
     def message(
         self, cell: Callable[[Fraction, int], str] = lambda value, _: text(value)
     ) -> str:
-        """Return the outcome in one sentence, with numbers as `cell` shows them,
-        rounded in the given direction."""
+        """Return the outcome in one sentence, with numbers in the format of `cell`,
+        rounded in the direction passed to it.
+        """
         better, side = WORDS[self.sense]
         numbers = ((name, getattr(self, name)) for name in ("value", "bound"))
         value, bound = (
@@ -211,7 +219,7 @@ def optimum(
     sign, constant = int(SENSES[sense_of(sense)]), Fraction(0)
     searched = InPayoffs(data, list)
     if isinstance(objective, str):
-        # Which may have blanks, or be like a number.
+        # A name may contain blanks, or look like a number.
         is_name = objective.strip() in data.problem.names
         objective = {objective.strip(): 1} if is_name else coefficients(objective)
     if isinstance(objective, Mapping):
@@ -274,6 +282,7 @@ def _costs(data: ExactProblem, objective: Any) -> list[Fraction]:
 
 
 def _fractions(raw_values: Any, n: int) -> list[Fraction]:
+    """Return n numbers as fractions, exactly; raise ProblemError for anything else."""
     values = as_vector("objective", raw_values, n)
     pairs = zip(
         np.asarray(raw_values, dtype=object).ravel().tolist(),
@@ -286,8 +295,9 @@ def _fractions(raw_values: Any, n: int) -> list[Fraction]:
 
 
 def _index(data: ExactProblem, name: Any) -> int:
-    """Return the index of the unknown with a name, or with a place such as z1, or raise
-    ProblemError."""
+    """Return the index of the unknown with this name, or with a number as in z1; raise
+    ProblemError if there is none.
+    """
     names, positions = list(data.problem.names), [f"z{i}" for i in range(1, data.n + 1)]
     matching_names = next(
         (each for each in (names, positions) if name and name in each), None
@@ -309,7 +319,9 @@ def _index(data: ExactProblem, name: Any) -> int:
 
 
 class _Open(NamedTuple):
-    """A node with a bound and its number. violated : as in `Unknowns`."""
+    """A node that has not been branched on, with its bound and its number. violated :
+    as in `Unknowns`.
+    """
 
     bound: float | Fraction
     order: int
@@ -318,9 +330,12 @@ class _Open(NamedTuple):
 
 
 class Search:
-    """The search for the least objective: the number of nodes of its tree, the queue of
-    those that are to be branched on, the last one first, or once there is a solution
-    that with the least bound, and the best solution found."""
+    """The search for the smallest objective.
+
+    nodes : the number of nodes of the tree. z, value : the best solution found, and its
+        objective. The queue has the nodes that have not been branched on: the last one
+        is taken first until there is a solution, then the one with the smallest bound.
+    """
 
     def __init__(self, data: ExactProblem, costs: Sequence[Fraction]) -> None:
         self.data = data
@@ -335,8 +350,9 @@ class Search:
         self.check = self._unknowns.check
 
     def begin(self) -> None:
-        """Take a solution that a run in doubles finds, so that there is one if the time
-        is short."""
+        """Start with a solution that a run in floating-point arithmetic finds, so that
+        there is one even if the time is short.
+        """
         limits = Limits(
             max_iterations=MAX_ITERATIONS,
             time_limit=max(remaining() / 2, MIN_SECONDS),
@@ -354,8 +370,9 @@ class Search:
             )
 
     def run(self) -> str:
-        """Search until the best solution is proved to be the best; return how the
-        search ended."""
+        """Search until the best solution is proved to be the best; return the status of
+        the search.
+        """
         root = self._unknowns.root(self._form)
         self.extend([] if root is None else self._worth(root))
         if any(is_leaf for _, is_leaf in explored(self, self)):
@@ -363,8 +380,9 @@ class Search:
         return UNSOLVABLE if self.value is None else OPTIMAL
 
     def bound(self, status: str) -> Fraction | None:
-        """Return a number below which no objective is, at the end of a search with this
-        status."""
+        """Return a lower bound on the objective of all solutions, at the end of a
+        search with this status; None if there is none.
+        """
         if status == OPTIMAL:
             return self.value
         bounds = [each.bound for each in (*self._open, *self._current)]
@@ -374,6 +392,8 @@ class Search:
         return smallest_bound if self.value is None else min(smallest_bound, self.value)
 
     def __len__(self) -> int:
+        """Return the number of nodes in the queue, 0 if none can have a better
+        solution."""
         self._current = []
         is_over = (
             self.value is not None and self._open and self._open[0].bound >= self.value
@@ -400,8 +420,9 @@ class Search:
         return self._unknowns.branching_index(each.node)
 
     def children(self, parent: _Open, k: int) -> Iterator[_Open]:
-        """Yield the nodes with each state of the unknown that are not empty and may
-        have a better solution."""
+        """Yield the nodes for each state of the unknown that are not empty and may
+        contain a better solution.
+        """
         minimized_form = None if parent.bound == -math.inf else OBJECTIVE * self.data.n
         for state in self._unknowns.choices[k]:
             child = parent.node.copy()
@@ -409,8 +430,9 @@ class Search:
                 yield from self._worth(child)
 
     def _worth(self, node: Node) -> Iterator[_Open]:
-        """Yield a node, with its bound, if it may have a better solution than its
-        point; take that if it is one."""
+        """Yield a node with its bound if it may contain a better solution than its
+        minimizer; if the minimizer is a better solution itself, record it.
+        """
         self.nodes += 1
         unknowns = self._unknowns
         dictionary = node.dictionary

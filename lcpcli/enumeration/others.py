@@ -1,7 +1,7 @@
-"""Whether a solution is the only one: by a theorem in doubles, or for few unknowns by a
-search in exact arithmetic.
+"""Whether a solution is unique: by a theorem in floating-point arithmetic, or for few
+unknowns by a search in exact arithmetic.
 
-A solve waits for the answer, so that both end within a few milliseconds and load no
+A solve waits for the answer, so that both take only a few milliseconds and do not load
 scipy.
 """
 
@@ -25,32 +25,35 @@ if TYPE_CHECKING:
     from lcpcli.rational.exact_problem import ExactProblem
     from lcpcli.typing import Vector
 
-QUICK_UNKNOWNS = 10  # a search among so few takes up to 5 milliseconds
-# Of the search, by the seconds that it usually takes: it ends where numbers have very
+QUICK_UNKNOWNS = 10  # a search over this many unknowns takes up to 5 milliseconds
+# Limit on the search, in seconds that it usually takes: it ends if numbers have very
 # many digits.
 QUICK_EFFORT = 0.5
-MAX_UNKNOWNS = 50  # up to which the theorem takes less than a millisecond
-# As there is no limit on digits: longer texts may take seconds to compute with.
+MAX_UNKNOWNS = 50  # up to here the theorem takes less than a millisecond
+# The number of digits is not limited, and computing with longer texts may take seconds.
 MAX_TEXT_BYTES = 200_000
-# Solutions that errors refer to: each iterate is compared with each.
+# The largest number of solutions to which errors refer: each iterate is compared with
+# all.
 MAX_REFERENCES = 16
-# Of the largest component: two points that are this close are the same as they are
-# printed.
+# Two points that differ by less than this times the largest component look the same in
+# print.
 AGREEMENT = 1e-7
 
 
 class Findings(NamedTuple):
-    """Whether there are other solutions beside z, None if that is not decided, or if
-    the only solution differs from z as printed; and whether the problem has an exact
-    solution, None if that is not decided."""
+    """Whether there are solutions other than z: None if that is not decided, or if the
+    only solution differs from z in print; and whether the problem has an exact
+    solution, None if that is not decided.
+    """
 
     others: bool | None = None
     solvable: bool | None = None
 
 
 def is_asked(problem: Problem) -> bool:
-    """Return whether the problem is small enough for an answer at once, and other
-    solutions are worth a word."""
+    """Return whether the problem is small enough for an immediate answer, and its
+    formulation reports other solutions.
+    """
     if problem.n > MAX_UNKNOWNS or problem.origin is None:
         return problem.n <= MAX_UNKNOWNS
     return problem.origin.counts_solutions
@@ -62,12 +65,12 @@ def search_others(
     exactly: Callable[[], ExactProblem],
     length: Callable[[], int] = int,
 ) -> Findings:
-    """Return what is found out at once about solutions beside z, which solves the
-    problem up to rounding.
+    """Return whether there are solutions other than z, which solves the problem up to
+    rounding, if that can be decided in a few milliseconds.
 
-    exactly : makes the problem with its numbers as written. length : returns the number
-    of bytes of its text. An error in the search is ignored: the solution stands without
-    it.
+    exactly : a function that returns the problem with its numbers as written. length :
+        a function that returns the number of bytes of its text. An error in the search
+        is ignored, as the solution does not depend on it.
     """
     if is_only(problem, z):
         return Findings(others=False, solvable=True)
@@ -76,7 +79,7 @@ def search_others(
     try:
         search = quick_search(exactly())
         pieces = list(islice(search, 2))
-    except Exception:  # also of a number with an exponent that is not expanded
+    except Exception:  # for example, because an exponent is too large to be expanded
         return Findings()
     if len(pieces) > 1 or not all(piece.is_point for piece in pieces):
         return Findings(others=True, solvable=True)
@@ -86,29 +89,28 @@ def search_others(
         from lcpcli.enumeration.search import hangs_on_rounding
         from lcpcli.rational.numbers import rounded
     if hangs_on_rounding(search.problem):
-        return Findings(solvable=True)  # rounding alone may have left no others
+        return Findings(
+            solvable=True
+        )  # there may be others before rounding of the data
     exact = rounded(pieces[0].vertices[0])
-    # When they are printed.
     agree = size(exact - z) <= AGREEMENT * max(size(exact), size(z))
     return Findings(others=False if search.complete and agree else None, solvable=True)
 
 
 @np.errstate(all="ignore")
 def is_only(problem: Problem, z: Vector) -> bool:
-    """Return whether z is shown to agree with the only solution, also if each number is
-    rounded to double precision.
+    """Return whether z is proved to agree with the only solution to AGREEMENT, also for
+    all data that round to these numbers.
 
-    There is exactly one if M is H+ or positive definite, and how far it is from z then
-    follows from the residual.
+    There is exactly one solution if M is H+ or positive definite, and its distance from
+    z is bounded by means of the residual.
     """
     M, rounding = matrices.dense(problem.M), (problem.n + 16) * EPS
     diagonal = M.diagonal()
     if not (problem.n and problem.is_moderate and diagonal.min() > 0):
         return False
-    w, error = (
-        M @ z + problem.q,
-        2 * rounding * (np.abs(M) @ np.abs(z) + np.abs(problem.q)),
-    )
+    w = M @ z + problem.q
+    error = 2 * rounding * (np.abs(M) @ np.abs(z) + np.abs(problem.q))
     low, high = (
         np.abs(problem.box.gaps(z, end, diagonal)) for end in (w - error, w + error)
     )
@@ -128,8 +130,9 @@ def is_only(problem: Problem, z: Vector) -> bool:
 
 def with_all_references(problem: Problem) -> Problem:
     """Return a problem in few unknowns that has a computed exact solution with all of
-    its solutions, if these are few and isolated, so that errors refer to the nearest
-    one; any other problem as it is."""
+    its solutions, if these are few and isolated, so that errors refer to the closest
+    one; any other problem unchanged.
+    """
     if problem.reference != "exact" or problem.n > QUICK_UNKNOWNS:
         return problem
     with imports:
@@ -145,6 +148,7 @@ def with_all_references(problem: Problem) -> Problem:
 
 
 def quick_search(data: ExactProblem) -> Solutions:
+    """Return a search for all solutions with the limit QUICK_EFFORT."""
     with imports:
         from lcpcli.enumeration.search import Solutions
         from lcpcli.rational.elimination import Effort

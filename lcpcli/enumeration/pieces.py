@@ -1,13 +1,14 @@
-"""The pieces of the solution set of a problem, verified from its data, each once, as
-they are found; and proofs that there is at most one, mostly for every q.
+"""The pieces of the solution set of a problem, each verified from the data and yielded
+once, when it is found; and proofs that there is at most one piece.
 
-If M is positive semidefinite, the solutions are one polyhedron; if all principal minors
-are positive, there is at most one (R. W. Cottle, J.-S. Pang and R. E. Stone, The Linear
-Complementarity Problem, SIAM 2009, sections 3.1 and 3.3; the same holds with bounds).
-The minors are positive if those of the strongly connected parts of M are, and these if,
-scaled, they are positive definite or diagonally dominant. If the payoffs of a game sum
-to a constant, the equilibria are one polyhedron too (J. von Neumann, Mathematische
-Annalen 100 (1928) 295-320).
+If M is positive semidefinite, the solutions form one polyhedron; if all principal
+minors are positive, there is at most one solution (R. W. Cottle, J.-S. Pang and R. E.
+Stone, The Linear Complementarity Problem, SIAM 2009, sections 3.1 and 3.3; the same
+holds with bounds). The minors are positive if those of the strongly connected
+components of M are, and these are if a component is positive definite after scaling its
+rows, or diagonally dominant after scaling its columns. If the payoffs of a bimatrix
+game sum to a constant, the equilibria form one polyhedron too (J. von Neumann,
+Mathematische Annalen 100 (1928) 295-320).
 """
 
 from __future__ import annotations
@@ -35,31 +36,34 @@ from lcpcli.typing import Vector
 from lcpcli.verify.error_theorems import row_scalings, scaling
 
 FIXED = "fixed"
-SHOWN_PARTS = 6  # numbers of a point, and points, that are printed: they fit on a line
-# Vertices whose states are remembered, as they may be of several pieces: so many need
+# The most numbers of a point, and points, that are printed, so that they fit on a line.
+SHOWN_PARTS = 6
+# Vertices whose states are cached, as they may belong to several pieces: this many take
 # little memory.
 MAX_REMEMBERED = 10_000
-# A piece that takes more of them is listed after all other pieces.
+# A piece that takes more bases than this is listed after all other pieces.
 MAX_BASES_AT_FIRST = 1000
-# Unknowns up to which the tree finds a first solution as fast as a method does.
+# Unknowns up to which branch and bound finds a first solution as fast as a method in
+# floating-point arithmetic does.
 MAX_FOR_TREE = 10
 # The same for bimatrix games, which are known to have a solution.
 MAX_FOR_TREE_OF_GAME = 30
 POINT, PIECE = "a point", "a piece"
-# Unknowns up to which the tree is faster than a search for parts and multipliers.
+# Unknowns up to which branch and bound is faster than testing components for scalings
+# d.
 MAX_WITHOUT_THEOREM = 10
-# Binary digits of the smallest component of d: integers stay short.
+# Bits of the smallest component of d as an integer, so that integers stay short.
 MULTIPLIER_BITS = 30
 
 Rows = list[list[int]]
-Words = tuple[tuple[str, ...], ...]  # of the states that hold, for each unknown
+Words = tuple[tuple[str, ...], ...]  # the states that hold, for each unknown
 Points = tuple[RationalPoint, ...]
 
 
 @dataclass(frozen=True)
 class Piece:
-    """A polyhedron of solutions that lies in no other one: the convex hull of its
-    vertices, plus rays, plus lines.
+    """A maximal polyhedron of solutions: the convex hull of its vertices, plus rays,
+    plus lines.
 
     vertices, rays, lines : each of length n, exact; rays and lines are directions. An
         isolated solution is a piece with one vertex and nothing else. If there are
@@ -75,8 +79,9 @@ class Piece:
     states: Words
 
     def __str__(self) -> str:
-        """Return the piece in one line: its vertices, rays and lines, of many only the
-        first and the last."""
+        """Return the piece in one line: its vertices, rays and lines; if there are
+        many, only the first ones and the last.
+        """
         generators = (self.vertices, self.rays, self.lines)
         vertices, rays, lines = (
             _elided([_short(point) for point in each]) for each in generators
@@ -90,7 +95,7 @@ class Piece:
 
     @property
     def is_point(self) -> bool:
-        """Return whether it is an isolated solution."""
+        """Return whether the piece is an isolated solution."""
         return len(self.vertices) == 1 and not self.rays and not self.lines
 
     @classmethod
@@ -101,11 +106,17 @@ class Piece:
         rays: Points = (),
         lines: Points = (),
     ) -> Piece:
-        """Return the piece with these generators, whose `states_of` are given; raise
-        ArithmeticError if it is none."""
+        """Return the piece with these generators and the `states_of` each; raise
+        ArithmeticError if an unknown has no state on the whole piece, so that it does
+        not consist of solutions.
+        """
         common = (
-            tuple(name for name in own[0] if all(name in each for each in own))
-            for own in zip(*states, strict=True)
+            tuple(
+                name
+                for name in unknown_states[0]
+                if all(name in each for each in unknown_states)
+            )
+            for unknown_states in zip(*states, strict=True)
         )
         piece = cls(vertices, rays, lines, tuple(common))
         if not all(piece.states):
@@ -119,7 +130,8 @@ def states_of(
     data: ExactProblem, z: RationalPoint, is_direction: bool = False
 ) -> Words:
     """Return the states that each unknown has at a point, or keeps in a direction, for
-    this M, q and bounds."""
+    the data of a problem.
+    """
     Z, d = over_one_denominator(z)
     used = [(j, value) for j, value in enumerate(Z) if value]
     lower = data.lower
@@ -135,7 +147,7 @@ def states_of(
     for k, (row, value, low, high) in enumerate(
         zip(data.rows, z, lower, upper, strict=True)
     ):
-        # Up to a positive factor.
+        # w_k up to a positive factor.
         w = sum(row.get(j, 0) * factor for j, factor in used) + constants[k] * d
         if low is not None and data.lower[k] == data.upper[k]:
             states.append((FIXED,) * (value == low))
@@ -157,7 +169,8 @@ def combined(
     check: Callable[[], None],
 ) -> Piece:
     """Return the product of pieces of independent blocks, with these indices among n;
-    `check` may raise."""
+    `check` may raise.
+    """
     zero: list[Any] = [Fraction(0)] * n
 
     def put(parts: Iterable[tuple[Sequence[int], Sequence[Any]]]) -> tuple[Any, ...]:
@@ -183,10 +196,12 @@ def combined(
 
 
 def _short(point: RationalPoint) -> str:
+    """Return a point in a short form; most of many numbers are left out."""
     return f"({', '.join(_elided([brief(value) for value in point]))})"
 
 
 def _elided(parts: list[str]) -> list[str]:
+    """Return texts, of many only the first ones and the last."""
     return (
         parts
         if len(parts) <= SHOWN_PARTS
@@ -195,8 +210,8 @@ def _elided(parts: list[str]) -> list[str]:
 
 
 def pieces(data: ExactProblem, check: Callable[[], None]) -> Iterator[Piece]:
-    """Yield every maximal piece of the solution set once, in the order in which the
-    tree meets them.
+    """Yield every maximal piece of the solution set once, in the order in which branch
+    and bound finds them.
 
     `check` is called before each step and may raise.
     """
@@ -209,7 +224,7 @@ def pieces(data: ExactProblem, check: Callable[[], None]) -> Iterator[Piece]:
         yield Piece.of([states_of(data, tuple(z))], (tuple(z),))
         return
     unknowns = Unknowns(data, check)
-    # Takes fewer nodes where pieces are many.
+    # Branching on the last states first takes fewer nodes if there are many pieces.
     unknowns.allow([states[::-1] for states in unknowns.choices])
     root = unknowns.root()
     if root is None:
@@ -253,7 +268,7 @@ def _listed(
     states_at: Callable[[Direction], tuple[RationalPoint, Words]],
     max_bases: float = math.inf,
 ) -> Piece | None:
-    """Return the piece of a node; None if it takes more than `max_bases` bases."""
+    """Return the piece of a node, or None if it takes more than `max_bases` bases."""
     listed = generators(node.dictionary, range(unknowns.n), max_bases)
     if listed is None:
         return None
@@ -273,9 +288,10 @@ def _listed(
 
 
 def _largest(unknowns: Unknowns, root: Node, node: Node) -> tuple[Node, int]:
-    """Return a maximal node that contains a node all of whose points are solutions, and
-    the states that hold on it, as bits. Nodes with these states contain it, so that any
-    leaf that does not lie in it is larger."""
+    """Return a maximal node that contains a node of solutions, and the states that hold
+    on it, as bits. Every node with these states contains it, so that any leaf with them
+    that does not lie in it is larger.
+    """
     while True:
         common = unknowns.common_states(node)
         larger = None
@@ -289,8 +305,9 @@ def _largest(unknowns: Unknowns, root: Node, node: Node) -> tuple[Node, int]:
 
 
 def _choose_common(unknowns: Unknowns, node: Node, bits: int) -> None:
-    """Choose the state of each unknown with only one among these bits; the node has
-    solutions with these states."""
+    """Choose the state of each unknown with only one state among these bits; the node
+    must have solutions with these states.
+    """
     for k, mask in enumerate(unknowns.masks):
         if (bits & mask).bit_count() == 1 and node.states[k] is None:
             chosen = unknowns.choose(node, *unknowns.meaning[bits & mask])
@@ -298,8 +315,9 @@ def _choose_common(unknowns: Unknowns, node: Node, bits: int) -> None:
 
 
 def _solution(data: ExactProblem, check: Callable[[], None]) -> list[Fraction] | None:
-    """Return a solution from the methods in doubles, made exact; None if they find
-    none."""
+    """Return an exact solution from a solution by a method in floating-point
+    arithmetic; None if there is none.
+    """
     with imports:
         from lcpcli.rational import pivoting
         from lcpcli.solving import driver
@@ -316,15 +334,16 @@ def _solution(data: ExactProblem, check: Callable[[], None]) -> list[Fraction] |
 
 
 def shape_of(data: ExactProblem, check: Callable[[], None]) -> str:
-    """Return what the solutions are proved to be at most: POINT, PIECE or, if nothing
-    is proved, ""."""
+    """Return what the solution set is proved to be at most: POINT, PIECE or, if nothing
+    is proved, "".
+    """
     if m := _strategies(data):
         return PIECE if _is_constant_sum(data, m) else ""
     common, doubles = math.lcm(*data.scales), matrices.dense(data.problem.M)
     scaled_rows = zip(
         data.rows, (common // scale for scale in data.scales), strict=True
     )
-    # Integers, a multiple of M.
+    # A multiple of M in integers.
     M = [[row.get(j, 0) * k for j in range(data.n)] for row, k in scaled_rows]
     indices = _strong_parts(data) if all(M[i][i] > 0 for i in range(data.n)) else []
     parts = [
@@ -347,8 +366,9 @@ def shape_of(data: ExactProblem, check: Callable[[], None]) -> str:
 
 def _strategies(data: ExactProblem) -> int:
     """Return the number m of the row player's strategies if the solutions are the
-    equilibria of a bimatrix game: M = [0 R; C' 0] with m rows R > 0 and C > 0, q < 0
-    and z >= 0; else 0."""
+    equilibria of a bimatrix game: M = [0 R; C' 0] with m rows, R > 0 and C > 0, q < 0
+    and z >= 0; otherwise 0.
+    """
     n, m = data.n, min(data.rows[0], default=0)
     if not m or max(data.constants) >= 0 or any(data.lower):
         return 0
@@ -363,8 +383,9 @@ def _strategies(data: ExactProblem) -> int:
 
 
 def _is_constant_sum(data: ExactProblem, m: int) -> bool:
-    """Return whether the costs of both players have the same sum everywhere, in units
-    in which q = -1. m : the number of strategies of the row player."""
+    """Return whether the costs of both players have the same sum everywhere, after
+    scaling the rows to q = -1. m : the number of strategies of the row player.
+    """
     sums = (
         Fraction(data.rows[i][j], -data.constants[i])
         + Fraction(data.rows[j][i], -data.constants[j])
@@ -389,8 +410,9 @@ def _is_definite(M: Rows, doubles: Vector, check: Callable[[], None]) -> bool:
 
 
 def _is_dominant(M: Rows, doubles: Vector) -> bool:
-    """Return whether M_ii d_i > sum of |M_ij| d_j, j != i, for some d > 0, which is
-    proposed in doubles."""
+    """Return whether M_ii d_i > sum of |M_ij| d_j over j != i, for some d > 0, which is
+    computed in floating point and verified in integers.
+    """
 
     def is_dominant(proposed: Vector) -> bool:
         d = _whole(proposed)
@@ -403,8 +425,9 @@ def _is_dominant(M: Rows, doubles: Vector) -> bool:
 
 
 def _whole(d: Vector) -> list[int]:
-    """Return numbers times a common factor, rounded to integers; empty if they are not
-    all positive and finite."""
+    """Return numbers multiplied by a common factor and rounded to integers; an empty
+    list if they are not all positive and finite.
+    """
     if not (np.isfinite(d).all() and d.min() > 0):
         return []
     values = fractions_of(d)
@@ -413,8 +436,9 @@ def _whole(d: Vector) -> list[int]:
 
 
 def _strong_parts(data: ExactProblem) -> list[Sequence[int]]:
-    """Return the unknowns of the strongly connected parts of M; without scipy, of a
-    small problem, all as one."""
+    """Return the unknowns of each strongly connected component of M; all unknowns of a
+    small problem, for which scipy is not loaded.
+    """
     if data.n <= MAX_WITHOUT_THEOREM:
         return [range(data.n)]
     with imports:

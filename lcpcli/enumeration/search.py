@@ -1,4 +1,8 @@
-"""All solutions of a problem: `lcpcli.solutions`."""
+"""All solutions of a problem: `lcpcli.solutions`.
+
+The connected components of M are searched one by one (`pieces`), and their pieces are
+combined; a search ends when all pieces are found, or at a limit.
+"""
 
 from __future__ import annotations
 
@@ -23,12 +27,13 @@ from lcpcli.rational.elimination import Effort
 from lcpcli.rational.exact_problem import ExactProblem
 from lcpcli.verify.error_theorems import semidefinite_by_rounding
 
-# That depend on each other: the search among more would practically never end.
+# The largest connected component of M: a search in a larger one would practically never
+# end.
 MAX_BLOCK_UNKNOWNS = 500
-SHOWN_PIECES = 4  # pieces that are printed: they fit on a few lines
-# Proved to be all; proved that there are none.
+SHOWN_PIECES = 4  # pieces that are printed, so that they fit on a few lines
+# The pieces are proved to be all; it is proved that there are none.
 COMPLETE, UNSOLVABLE = "complete", "unsolvable"
-# What ended the search before.
+# The limit that ended the search.
 ENOUGH = "max_solutions"
 TIME_LIMIT = "time_limit"
 INTERRUPTED = "interrupted"
@@ -37,13 +42,14 @@ UNLISTED = {
     TIME_LIMIT: " by the time limit",
     INTERRUPTED: " before the search was interrupted",
 }
-# Added to what is proved, where it hangs on the rounding of entries of M.
+# Added to a proved statement that depends on the rounding of entries of M.
 ROUNDED = (
     " for the numbers as they stand, which are rounded: up to that, M is positive "
     "semidefinite"
 )
 OTHERS_WORDING = {True: "there are others", None: "there may be others"}
-# To look for one more piece than were asked for, if these took fewer.
+# Steps of the search for one more piece than requested, if the requested ones took
+# fewer.
 MIN_FURTHER_STEPS = 1000
 
 
@@ -59,19 +65,19 @@ def solutions(
 
     The set is a union of polyhedra, one for each choice of a state (at the lower bound,
     basic, at the upper bound) for every unknown. The pieces are the maximal polyhedra
-    among these: isolated solutions, and faces given by vertices, rays and lines, in
-    fractions. All are verified. Once the iterator has ended, `complete` says whether
-    the list is proved to be complete, and `others`, where that is known, whether there
-    are other pieces. The number of pieces, and the time, may double with each unknown.
-    The pieces found are kept, and a second loop yields them again.
+    among these: isolated solutions, and faces described by vertices, rays and lines,
+    in fractions. All are verified. Once the iterator has ended, `complete` says whether
+    the list is proved to be complete, and `others`, if that is known, whether there are
+    other pieces. The number of pieces, and the time, may double with each unknown. The
+    pieces are stored, and a second loop yields them again.
 
     Parameters
     ----------
-    problem : a Problem, whose doubles are taken as exact, or an ExactProblem. If its
+    problem : a Problem, whose floats are taken as exact, or an ExactProblem. If its
         origin is a game or a game tree, the payoffs are used, as written or as their
-        shortest decimals; of a game, `equilibria` has the equilibria.
+        shortest decimals; `equilibria` then has the equilibria of a game.
     time_limit : seconds after which to stop; by default there is no limit.
-        max_solutions : the most pieces to list.
+    max_solutions : the largest number of pieces to list; by default there is no limit.
 
     Raises
     ------
@@ -101,8 +107,9 @@ def solutions(
 
 
 def in_exact_numbers(problem: Problem | ExactProblem) -> ExactProblem:
-    """Return a problem with the numbers of its formulation, or else with its doubles
-    taken as exact; raise ProblemError if `refuse_large` does."""
+    """Return a problem with the exact numbers of its formulation, if it has any;
+    otherwise with its floats taken as exact. Raises ProblemError if `refuse_large` does.
+    """
     data = problem if isinstance(problem, ExactProblem) else None
     rounded = as_problem(problem) if data is None else data.problem
     refuse_large(rounded)
@@ -111,8 +118,9 @@ def in_exact_numbers(problem: Problem | ExactProblem) -> ExactProblem:
 
 
 def refuse_large(problem: Problem) -> None:
-    """Raise ProblemError if the doubles in M already show that too many unknowns depend
-    on each other."""
+    """Raise ProblemError if M has a connected component with more than
+    MAX_BLOCK_UNKNOWNS unknowns.
+    """
     if problem.n <= MAX_BLOCK_UNKNOWNS:
         return
     with imports:
@@ -132,15 +140,17 @@ def refuse_large(problem: Problem) -> None:
 
 
 class Solutions(Iterator[Piece]):
-    """The pieces of a solution set, as they are found; iterating again gives the same
+    """The pieces of a solution set, as they are found; iterating again yields the same
     ones, without another search.
 
     problem : the problem, in exact arithmetic. pieces : the pieces found so far, none
-    of which lies in another piece, found or not. complete : whether they are proved to
-    be all of the pieces. others : whether there are others; None if that is not known.
+        of which lies in another piece, found or not. complete : whether they are proved
+        to be all of the pieces. others : whether there are others; None if that is not
+        known.
+
     Once `max_solutions` are found, the search for one more takes up to about as many
     steps again. A copy, for instance by pickle, has the pieces found when it was made,
-    and ends with them.
+    and no others.
     """
 
     def __init__(
@@ -167,8 +177,9 @@ class Solutions(Iterator[Piece]):
         return {**self.__dict__, "_search": iter(())}
 
     def __iter__(self) -> Iterator[Piece]:
-        """Iterate from the first piece on: over the pieces found so far, then further
-        ones."""
+        """Iterate from the first piece on: over the pieces found so far, then over
+        further ones.
+        """
         i = 0
         while i < len(self.pieces) or next(self, None) is not None:
             yield self.pieces[i]
@@ -207,8 +218,9 @@ class Solutions(Iterator[Piece]):
         return piece
 
     def stop(self) -> None:
-        """End the search at the next step, as after the time limit; signal handlers may
-        call it at any time."""
+        """End the search at the next step, as at the time limit; signal handlers may
+        call it at any time.
+        """
         self._deadline = -math.inf
 
     @property
@@ -228,8 +240,9 @@ class Solutions(Iterator[Piece]):
         return self.arranged().equilibria
 
     def equilibrium(self, z: RationalPoint) -> Any:
-        """Return the equilibrium of a game that a vertex of a piece stands for; None
-        for other problems."""
+        """Return the equilibrium of a game that a vertex of a piece represents; None
+        for other problems.
+        """
         return self.meaning.equilibrium(z)
 
     def arranged(self) -> Arrangement:
@@ -237,6 +250,7 @@ class Solutions(Iterator[Piece]):
         return self.meaning.arranged(self.pieces, self.complete)
 
     def _started(self) -> Iterator[Piece]:
+        """Yield the pieces: the combinations of those of the connected components."""
         data, parts = self.problem, self._blocks
         searches = []
         for indices in parts:
@@ -255,8 +269,9 @@ class Solutions(Iterator[Piece]):
         self.others = False
 
     def _check(self) -> None:
-        """Raise TimeIsUp after the deadline or the last step, or when there is no
-        effort left."""
+        """Count a step; raise TimeIsUp after the deadline or the last step, or when no
+        effort is left.
+        """
         raise_if_timed_out()
         self._steps += 1
         self._spend()
@@ -267,7 +282,8 @@ class Solutions(Iterator[Piece]):
 def _combinations(searches: Sequence[Iterator[Piece]]) -> Iterator[tuple[Piece, ...]]:
     """Yield all combinations of the pieces that some searches find, each at least one.
     The searches are copied, so that each is asked for no more pieces than are needed;
-    those of the last search change last."""
+    the piece of the last search changes last.
+    """
     remaining = [copy(search) for search in searches]
     chosen = [next(each) for each in remaining]
     while True:
@@ -285,9 +301,11 @@ def _combinations(searches: Sequence[Iterator[Piece]]) -> Iterator[tuple[Piece, 
 
 class SolutionSet:
     """The solutions that a search has found, in the order in which they are shown.
+
     arranged : their pieces, and what these mean.
-    status : COMPLETE, UNSOLVABLE, or what ended the search. seconds : the time of the
-        search."""
+    status : COMPLETE, UNSOLVABLE, or the limit that ended the search. seconds : the
+        time of the search.
+    """
 
     def __init__(self, search: Solutions, ended: str, seconds: float) -> None:
         self.data = search.problem
@@ -332,7 +350,9 @@ class SolutionSet:
 
 
 def hangs_on_rounding(data: ExactProblem) -> bool:
-    """Return whether the data are rounded numbers on whose rounding it depends whether
-    M is positive definite, so that what is proved for them may not be what is meant."""
+    """Return whether the data are rounded numbers whose rounding decides whether M is
+    positive definite: proved statements about them may then not hold for the data
+    before rounding.
+    """
     by_rounding = semidefinite_by_rounding(data.problem.M) is not None
     return by_rounding and data.are_doubles()

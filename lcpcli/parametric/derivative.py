@@ -1,25 +1,24 @@
 """Derivatives of solutions: how z and w = M z + q change with M, q and the bounds.
 
-With B the variables between their bounds and N those at a bound with w != 0, the states
-of all variables stay as they are when the data change a little, and for changes dM, dq,
-dl, du
+With B the variables strictly between their bounds and N those at a bound with w != 0,
+the basis does not change under small changes of the data, and for changes dM, dq, dl,
+du
 
     dz_N = dl_N or du_N,    dz_B = -M_BB^-1 ((dM z + dq)_B + M_BN dz_N),
     dw = dM z + dq + M dz.
 
-For a function with gradient g of z, one system gives the derivatives by all data: with
-lambda_B = -M_BB'^-1 g_B, and 0 elsewhere, they are lambda z' by M, lambda by q, and (g
-+ M' lambda)_N by the bounds.
+For a function of z with gradient g, one system yields the derivatives with respect to
+all data: with lambda_B = -M_BB'^-1 g_B, and 0 elsewhere, they are lambda z' for M,
+lambda for q, and (g + M' lambda)_N for the bounds.
 
 If M_BB is singular, as that of redundant contacts is, z is one of several solutions,
-which differ by v with M_BB v_B =
-0. They share J z if J v = 0 for all such v. The derivative of J z is then J dz, by any
-generalized inverse of M_BB, for changes with which the equations do not contradict each
-other; and for g = J'h there is a lambda.
+which differ by v with M_BB v_B = 0. They have the same J z if J v = 0 for all such v.
+The derivative of J z is then J dz, by any generalized inverse of M_BB, for changes that
+leave the equations consistent; and for g = J'h there is a lambda.
 
 Variables K at a bound with w = 0 are at a kink. If the solution is strongly regular,
 which means that the Schur complement S = M_KK - M_KB M_BB^-1 M_BK is a P-matrix, the
-solution near z is a piecewise smooth function of the data, and its directional
+solution close to z is a piecewise smooth function of the data, and its directional
 derivative solves a mixed problem in dz with dz_N as above and, for K, bounds dl_K or
 du_K on the side of the bound: S. M. Robinson, Strongly regular generalized equations,
 Mathematics of Operations Research 5 (1980) 43-62; R. W. Cottle, J.-S. Pang, R. E.
@@ -27,16 +26,16 @@ Stone, The Linear Complementarity Problem (1992), section 7.3; F. Facchinei, J.-
 Finite-Dimensional Variational Inequalities and Complementarity Problems (2003), chapter
 5.
 
-The solution is computed again for its states, with a correction by w_B, so that its
-errors are those of rounding. A component is at a kink if it is at a bound and w is 0,
-both up to rounding: up to the largest of the changes that it undergoes when each row of
-M z + q changes by ROW_ROUNDING of its terms |M| |z| + |q|, with SAMPLES random choices
-of the signs. Like these terms, this does not depend on units, and it grows with the
-condition of M_BB.
+The solution is recomputed for its basis, with a correction by w_B, so that its errors
+are those of rounding. A component is considered to be at a kink if it is at a bound and
+w is 0, both up to rounding: up to the largest change that it undergoes when each row of
+M z + q changes by ROW_ROUNDING times its terms |M| |z| + |q|, with SAMPLES random
+choices of the signs. Like these terms, this does not depend on the scaling of the data,
+and it grows with the condition number of M_BB.
 
-Of a batch, the solutions that a crude bound shows to be clear of kinks, and their M_BB
-to be regular, are treated all at once, with the inverses of M_BB as matrices of shape
-(n, n) that have zeros outside, and the others one by one.
+In a batch, the solutions that a crude bound proves to have no kinks and a nonsingular
+M_BB are treated all at once, with the inverses of M_BB embedded in matrices of shape
+(n, n); the others are treated one by one.
 """
 
 from __future__ import annotations
@@ -87,16 +86,19 @@ from lcpcli.solving.result import Result
 from lcpcli.typing import Indices, Mask, Matrix, Vector, VectorLike
 from lcpcli.verify.digits import signs, state_slacks
 
-# Up to which S is classified before M: by its principal minors in milliseconds.
+# Kinks up to which S is classified before M: its principal minors take milliseconds.
 FEW_KINKS = 10
-MAX_MINORS = 20_000  # and other steps of an inspection of S
-# Of states that the corrected z shows to be wrong: a verified z has few of them.
+MAX_MINORS = 20_000  # limit on principal minors and other steps of an inspection of S
+# Limit on corrections of the basis, if the corrected z violates its conditions: a
+# verified z needs few of them.
 MAX_EXCHANGES = 10
-# Of z, and the relative size of one whose own error is rounding.
+# The number of corrections of z; a change smaller than this, relatively, has an error
+# at the level of rounding.
 CORRECTIONS, SMALL_CHANGE = 2, 1e-8
-# Variables of a singular block up to which its singular values are computed.
+# Variables of a singular block up to which a dense generalized inverse is computed.
 MAX_DENSE = 2000
-# Times a crude bound on rounding: what is further from a kink needs no closer look.
+# Components whose distance from a kink exceeds a crude bound on rounding errors by this
+# factor need no accurate bound.
 CLEAR = 1e3
 UNSOLVED = ("raise", "nan")
 
@@ -109,8 +111,9 @@ def gradient(
     problem: Problem, result: Result, g: VectorLike, J: Any = None
 ) -> OneGradient:
     """Return the derivatives of a function of z with the gradient g, shape (n,), at a
-    result of the problem; with J, of a function of J z with the gradient g, shape
-    (k,)."""
+    result of the problem; if J is not None, of a function of J z with the gradient g,
+    shape (k,).
+    """
     rows = None if J is None else _rows(J, problem.n)
     if rows is None:
         (g,) = by_names(lambda: problem.names, g=g)
@@ -120,7 +123,7 @@ def gradient(
         problem.n if rows is None else rows.shape[0],
         "unknown" if rows is None else "row of J",
     )
-    if not g_of_z.any():  # whatever the solution is, the function does not depend on it
+    if not g_of_z.any():  # the derivatives are 0 even if the solution has none
         zeros, none = np.zeros(problem.n), np.zeros(problem.n, dtype=bool)
         return Gradient(zeros, problem.M, zeros, zeros, none, none, [])
     at = linearization(result, J is not None)
@@ -145,7 +148,8 @@ def derivative(
     J: Any,
 ) -> OneDerivative:
     """Return the derivative of the solution, or of J z, in the direction of these
-    changes; None for no change."""
+    changes, each of which may be None for no change.
+    """
     dM = changes["dM"]
     at, rows = (
         linearization(result, J is not None),
@@ -201,6 +205,7 @@ def _rows(J: Any, n: int) -> Matrix:
 
 
 def _refuse_undetermined(at: Linearization, J: Matrix) -> None:
+    """Raise DerivativeError if J z differs among the solutions."""
     for i in (~at.determines(J)).nonzero()[0][:1].tolist():
         reason = f"z is one of several solutions, which differ in J z, in row {i} of J"
         raise DerivativeError("", f"no derivative: {reason} {FROM_0}")
@@ -209,8 +214,9 @@ def _refuse_undetermined(at: Linearization, J: Matrix) -> None:
 def moved_bounds(
     box: Box, upper: Mask, dlower: Vector | None, dupper: Vector | None
 ) -> Vector:
-    """Return the changes of upper bounds where z is at them, and of lower ones
-    elsewhere, or raise ProblemError."""
+    """Return the changes of upper bounds for z at them, and of lower bounds otherwise;
+    raise ProblemError if an infinite bound changes, or equal bounds change differently.
+    """
     low, high = (
         np.zeros(upper.shape) if moves is None else moves for moves in (dlower, dupper)
     )
@@ -239,15 +245,15 @@ def _position_text(indices: list[int]) -> str:
 def _leave_kinks(
     at: Linearization, dz: Vector, change: Vector, J: Matrix | None
 ) -> bool | None:
-    """Change dz from that with all kinks at their bounds to the one-sided one; return
-    whether S is proved to be a P-matrix, so that this is the only one, or None. Raise
-    DerivativeError if S is no P-matrix and J z need not be the same for all solutions,
-    or if none was found.
+    """Change dz from the derivative with all kinks held at their bounds to the
+    one-sided one. Return True if S is proved to be a P-matrix, so that this is the only
+    one, otherwise None. Raise DerivativeError if S is no P-matrix and J z need not be
+    the same for all solutions, or if no derivative was found.
 
-    With dz_K = its bound + D y for the signs D = 1 at lower bounds and -1 at upper
-    ones, y solves the LCP with D S D and D (dw)_K, where dw is that for y = 0. All this
-    is in the units R, C that M suggests, powers of two, as R S C is a P-matrix if and
-    only if S is.
+    With dz_K = (change of the bound) + D y for the signs D = 1 at lower bounds and -1
+    at upper ones, y solves the LCP with the matrix D S D and the vector D (dw)_K, where
+    dw is that for y = 0. All this is scaled by the R, C of `linalg.units`, powers of
+    two, as R S C is a P-matrix if and only if S is.
     """
     M = at.problem.M
     B = at.basic
@@ -284,13 +290,14 @@ def _leave_kinks(
 
 
 def _move_together(at: Linearization, dz: Vector, change: Vector) -> None:
-    """Change dz to a one-sided one by the mixed problem for B and K at once; raise
-    DerivativeError if there is none.
+    """Change dz to a one-sided derivative by the mixed problem for B and K at once;
+    raise DerivativeError if there is none.
 
-    Of equations w_B = 0 that follow from others, which may keep kinks at their bounds,
-    rounding would make further ones: they are left out, with their variables. If u has
-    (u_B)'M_BP = 0 for P, the union of B and K, then u'M_PP u = 0, and if M is monotone
-    also (M_PP + M_PP')u = 0: so M_PP u = 0, and z + u is as good as z.
+    If equations w_B = 0 follow from others, which may hold kinks at their bounds,
+    rounding would make them independent: they are left out, with their variables. This
+    loses nothing for a monotone M: if u has (u_B)'M_BP = 0 for P, the union of B and K,
+    then u'M_PP u = 0, and (M_PP + M_PP')u = 0, so that M_PP u = 0, and z + u is a
+    solution as well.
     """
     problem, B = at.problem, at.basic
     left_out = B[:0] if at.block is None else at.dependent_equations()
@@ -313,8 +320,9 @@ def _move_together(at: Linearization, dz: Vector, change: Vector) -> None:
 
 
 def _solution(problem: Problem) -> Vector:
-    """Return the solution of a problem in changes; raise DerivativeError if none is
-    found."""
+    """Return the solution of a problem whose unknowns are changes; raise
+    DerivativeError if none is found.
+    """
     with imports:
         from lcpcli.solving.call import run
     result = run(problem)
@@ -326,8 +334,9 @@ def _solution(problem: Problem) -> Vector:
 
 
 def _rounding(at: Linearization, columns: Vector, through: Vector) -> Vector:
-    """Return what rounding does to the rows of M_KK - M_KB M_BB^-1 M_BK, estimated with
-    random signs."""
+    """Return the effect of rounding errors on the rows of M_KK - M_KB M_BB^-1 M_BK,
+    estimated with random signs.
+    """
     M = at.problem.M
     B = at.basic
     K = at.kinks
@@ -343,8 +352,9 @@ def _rounding(at: Linearization, columns: Vector, through: Vector) -> Vector:
 
 
 def _is_p_matrix(S: Matrix, rounding: Vector | None = None) -> bool | None:
-    """Return whether S is proved to be a P-matrix or not, whatever this rounding of its
-    diagonal; or None."""
+    """Return whether S is a P-matrix, if that is proved for all changes of its diagonal
+    up to `rounding`; otherwise None.
+    """
     with imports:
         from lcpcli.inspection.verdict import NO, YES, classify
     cases = (
@@ -359,7 +369,7 @@ def _is_p_matrix(S: Matrix, rounding: Vector | None = None) -> bool | None:
 
 
 def finite(dz: Vector) -> Vector:
-    """Return a derivative, or raise DerivativeError if it overflows."""
+    """Return a derivative; raise DerivativeError if it overflows."""
     if not np.isfinite(dz).all():
         raise DerivativeError(
             "", "the derivative is beyond the range of double precision"
@@ -368,8 +378,9 @@ def finite(dz: Vector) -> Vector:
 
 
 def linearization(result: Result, or_singular: bool) -> Linearization:
-    """Return the linearization at a solution, which the result keeps; raise
-    DerivativeError if there is none."""
+    """Return the linearization at a solution, which is stored in the result; raise
+    DerivativeError if there is none. or_singular : whether M_BB may be singular.
+    """
     stored: Linearization
     for stored in result.linearizations:
         if or_singular or stored.block is None:
@@ -381,12 +392,13 @@ def linearization(result: Result, or_singular: bool) -> Linearization:
             result.advice,
         )
     with np.errstate(over="ignore", invalid="ignore", divide="ignore"):
-        found = Linearization(result.problem, result.z, or_singular)
-    result.linearizations.append(found)
-    return found
+        new = Linearization(result.problem, result.z, or_singular)
+    result.linearizations.append(new)
+    return new
 
 
 def contradiction() -> DerivativeError:
+    """Return the error for changes that make the equations w_B = 0 inconsistent."""
     fault = "M, q and the bounds change so that equations w = 0 contradict each other"
     return DerivativeError(
         "",
@@ -395,15 +407,17 @@ def contradiction() -> DerivativeError:
 
 
 class Linearization:
-    """The solution and its states.
+    """A solution with its basis, and systems with M_BB.
 
     z : the solution, shape (n,), corrected.
-    basic : the indices B of the components between their bounds, where w = 0 and stays
-        0.
+    basic : the indices B of the components between their bounds, where w = 0 and
+        remains 0.
     kinks : the indices of those at a bound with w = 0, up to rounding, which may leave
         the bound or not.
-    upper : where z is at its upper bound, shape (n,); a fixed one if w < 0.
-    block : the generalized inverse of M_BB if this is singular, and may be; else None.
+    upper : whether z is at its upper bound, shape (n,); for equal bounds, whether w <
+        0.
+    block : the generalized inverse of M_BB if that is singular, and allowed to be;
+        otherwise None.
     """
 
     block: PseudoInverse | None = None
@@ -436,9 +450,9 @@ class Linearization:
         )
 
     def _corrected(self, basic: Mask) -> Vector:
-        """Compute z for these states; return which components satisfy the conditions of
-        their states with no more than rounding to spare, and which violate them, shape
-        (2, n)."""
+        """Compute z for this basis; return which components satisfy their conditions
+        only up to rounding, and which violate them, shape (2, n).
+        """
         upper = self._high - self.z < self.z - self._low
         start = np.where(basic, self.z, np.where(upper, self._high, self._low))
         self.z, self.block = start.copy(), None
@@ -469,8 +483,9 @@ class Linearization:
         return self._kinks_and_infeasible(basic)
 
     def _kinks_and_infeasible(self, basic: Mask) -> Vector:
-        """Return what `_corrected` returns, after corrections of z; raise
-        SingularMatrix."""
+        """Correct z, and return which components satisfy their conditions only up to
+        rounding, and which violate them, shape (2, n); raise SingularMatrix.
+        """
         problem = self.problem
         z = self.z
         B = self.basic
@@ -500,8 +515,9 @@ class Linearization:
         return np.array((np.abs(slacks) <= noise, slacks < -noise))
 
     def _noise(self) -> Vector:
-        """Return what rounding does to basic z_i and other w_i, shape (n,); raise
-        SingularMatrix where M_BB is."""
+        """Return the effect of rounding errors on basic z_i and on the other w_i, shape
+        (n,); raise SingularMatrix if M_BB is singular to working precision.
+        """
         M = self.problem.M
         q = self.problem.q
         z = self.z
@@ -538,7 +554,8 @@ class Linearization:
     @cached_property
     def _active(self) -> tuple[Indices, PseudoInverse | None]:
         """Return the variables with w = 0 and, if their block of M is singular, its
-        generalized inverse."""
+        generalized inverse, else None.
+        """
         if not self.kinks.size:
             return self.basic, self.block
         S = distinct(np.concatenate((self.basic, self.kinks)))
@@ -546,8 +563,9 @@ class Linearization:
         return S, inverse if inverse is not None and inverse.is_singular else None
 
     def _generalized(self, P: Indices) -> PseudoInverse | None:
-        """Return the generalized inverse of M_PP; None if that is large, or its numbers
-        overflow."""
+        """Return the generalized inverse of M_PP; None if it is too large, or
+        overflows.
+        """
         with suppress(SingularMatrix):
             return (
                 PseudoInverse(np.asarray(dense(self.problem.M[P][:, P])))
@@ -557,8 +575,9 @@ class Linearization:
         return None
 
     def determines(self, J: Any) -> Mask:
-        """Return for which rows of J, shape (k, n), J z is the same for all solutions
-        with w = 0 where it is 0 at z."""
+        """Return for which rows J_i of J, shape (k, n), J_i z is the same for all
+        solutions that have w = 0 at the same indices as z.
+        """
         S, block = self._active
         return (
             np.ones(J.shape[0], dtype=bool)
@@ -567,8 +586,9 @@ class Linearization:
         )
 
     def dependent_equations(self) -> Indices:
-        """Return those of B whose equations w_i = 0 follow from others, up to rounding,
-        when the variables of B and of kinks change."""
+        """Return the indices of B whose equations w_i = 0 follow from others, up to
+        rounding, as functions of the variables of B and of kinks.
+        """
         with imports:
             from scipy.linalg import qr
         B, P = self.basic, distinct(np.concatenate((self.basic, self.kinks)))
@@ -580,12 +600,12 @@ class Linearization:
         return np.asarray(B[order[rank:]])
 
     def has_one_image(self, J: Any) -> bool:
-        """Return whether J z, for J of shape (k, n), is known to be the same for all
-        solutions near z of any problem near this one with the same M.
+        """Return whether J z, for J of shape (k, n), is proved to be the same for all
+        solutions close to z of all problems close to this one with the same M.
 
         (z - z')'M(z - z') <= 0 for any two solutions z and z'. If M is monotone, (M +
-        M')(z - z') = 0 then: Cottle, Pang, Stone, theorem 3.1.7. So the x of a program
-        is one if Q is definite, whatever its multipliers are.
+        M')(z - z') = 0 follows: Cottle, Pang, Stone, theorem 3.1.7. So x of a program
+        is unique if Q is positive definite, even if its multipliers are not.
         """
         with imports:
             from lcpcli.inspection.classes import definiteness
@@ -602,8 +622,9 @@ class Linearization:
         return bool(block.determines(dense(J[:, P])).all())
 
     def refuse_contradiction(self, change: Vector, terms: Vector) -> None:
-        """Raise DerivativeError unless w = 0 can be solved for these changes, which are
-        sums of these terms."""
+        """Raise DerivativeError unless w = 0 can be solved for these changes, up to
+        rounding of the terms that they are sums of.
+        """
         for P, block in ((self.basic, self.block), self._active):
             if block is not None and not block.is_consistent(change[P], terms[P]):
                 raise contradiction()
@@ -618,13 +639,15 @@ def are_clear(
     largest: Any,
     largest_q: Any,
 ) -> Mask:
-    """Return whether all conditions are satisfied with far more to spare than a crude
-    bound on rounding; shape () for one problem or (m,) for many, whose arrays are of
+    """Return whether all conditions hold with a margin far larger than a crude bound on
+    rounding errors; shape () for one problem or (m,) for many, whose arrays have the
     shape (n, m).
 
-    change : how far z has been changed since w, and what is to spare, were computed.
-    moves : |M_BB^-1 v| for a generic v: one of signs may be orthogonal to the null
-    vectors of a singular M_BB', and then shows nothing of it. Both 0 where not basic.
+    slacks : the margins. change : how far z has moved since w and the slacks were
+        computed.
+    moves : |M_BB^-1 v| for a generic v, as one of signs might be orthogonal to the null
+        vectors of a singular M_BB', and would not show that. Both are 0 for nonbasic
+        variables.
     largest, largest_q : the largest |M_ij| and |q_i|.
     """
     z, crude = np.abs(z), CLEAR * ROW_ROUNDING
@@ -641,8 +664,8 @@ def are_clear(
 
 
 class Linearizations:
-    """The solutions of a stack and their states, as in `Linearization`, for those that
-    are clear.
+    """The solutions of a stack with their bases, as in `Linearization`, for those that
+    are clear of kinks.
 
     z, basic, upper, inverse : shapes (b, n), (b, n), (b, n) and (b, n, n). clear :
         shape (b,).
@@ -678,7 +701,8 @@ class Linearizations:
 
     def solve(self, b: Vector, transposed: bool = False) -> Vector:
         """Return M_BB^-1 b_B, or M_BB'^-1 b_B, and 0 elsewhere, with one step of
-        refinement, for b of shape (b, n)."""
+        refinement, for b of shape (b, n).
+        """
         inverse, M = (
             A.swapaxes(1, 2) if transposed else A for A in (self.inverse, self._M)
         )
@@ -695,7 +719,9 @@ def gradients(
     J: Any,
     unsolved: str,
 ) -> BatchGradient:
-    """Return what `derivative.gradient` returns for each result."""
+    """Return the gradients of all results, each as `gradient` does; those not clear of
+    kinks are computed one by one.
+    """
     m, n = stack.q.shape
     rows = None if J is None else as_stack("J", J, (m, None, n))
     g_rows = as_stack("g", g, (m, n if rows is None else rows.shape[1]))
@@ -731,7 +757,9 @@ def derivatives(
     J: Any,
     unsolved: str,
 ) -> BatchDerivative:
-    """Return what `derivative.derivative` returns for each result."""
+    """Return the derivatives of all results, each as `derivative` does; those not clear
+    of kinks are computed one by one.
+    """
     m, n = stack.q.shape
     rows = None if J is None else as_stack("J", J, (m, None, n))
     explicit_changes: dict[str, Any] = {
@@ -774,8 +802,9 @@ def _completed(
     one: Callable[[int], Any],
     unsolved: str,
 ) -> BatchRecord:
-    """Put into the arrays of these names what `one` returns for the problems that are
-    not clear, None or nan where it raises DerivativeError and `unsolved` is "nan"."""
+    """Set the entries of these arrays for the problems that are not clear to the
+    results of `one`: None or NaN if it raises DerivativeError and `unsolved` is "nan".
+    """
     if unsolved not in UNSOLVED:
         raise ParameterError("unsolved", unknown(unsolved), 'give "raise" or "nan"')
     for i in (~clear).nonzero()[0].tolist():

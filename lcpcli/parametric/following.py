@@ -1,5 +1,10 @@
-"""One call from two problems to the path of solutions between them: the basis from
-which it starts, and its breakpoints, which are verified while it is followed."""
+"""The path of solutions between two problems with the same M: `lcpcli.path`.
+
+A run solves the first problem, moves along the solutions to one with a nonsingular
+basis, and follows the path by parametric pivoting. The breakpoints are verified in
+groups while the path is followed, so that the part that is known survives an
+interruption.
+"""
 
 from __future__ import annotations
 
@@ -38,25 +43,26 @@ from lcpcli.solving.result import Result, Status
 from lcpcli.typing import Mask, Matrix, States, Vector
 from lcpcli.verify.certificate import first_proof
 
-# Relative to the largest one: a singular value of a basis that counts as 0.
+# A singular value of a basis below this, relative to the largest one, is considered 0.
 SINGULAR = 2.0**-40
-# Error of a solution whose system is not singular: a third of the digits of a double
-# are right.
+# A basis is nonsingular if a system with a known solution is solved with this relative
+# error: a third of the digits are correct.
 RECOVERED = 2.0**-16
-ROUNDING_RTOL = 2.0**-40  # relative to the largest change: a change that counts as none
+# Changes below this, relative to the largest one, are considered 0.
+ROUNDING_RTOL = 2.0**-40
 
 
 def basic_states(
     problem: Problem, z: Vector, w: Vector, is_fixed: Mask
 ) -> States | None:
-    """Return the states of a solution whose basic variables are determined, shape (n,);
-    None if solutions near z contain a line.
+    """Return a basis at which the problem has a solution and M_BB is nonsingular, shape
+    (n,); None if the solutions close to z contain a line.
 
     is_fixed : where both bounds are equal on the whole path.
 
     A solution z with singular M_BB is moved along a null vector of M_BB, which keeps
-    w_B = 0, until another component reaches its end, as a point is moved to a vertex of
-    its polyhedron.
+    w_B = 0, until another component reaches a bound or its w reaches 0, as a point is
+    moved to a vertex of its polyhedron.
     """
     states = problem.box.basis_at(z, w)
     states[problem.box.fixed] = np.where(w[problem.box.fixed] < 0, UPPER, LOWER)
@@ -101,7 +107,8 @@ def basic_states(
 
 def _null_vector(M: Matrix, states: States) -> Vector | None:
     """Return v of shape (n,), zero outside B, with M_BB v_B = 0 for an equilibrated M;
-    None if M_BB is regular."""
+    None if M_BB is nonsingular.
+    """
     basic = np.flatnonzero(states == BASIC)
     if not basic.size:
         return None
@@ -120,9 +127,9 @@ def _null_vector(M: Matrix, states: States) -> Vector | None:
     return v
 
 
-# Numbers of z, and breakpoints, from which on these are verified: so many that they
-# share the cost, so few that the rest is verified within a second after Ctrl-C. In
-# fractions nothing is shared.
+# Breakpoints are verified when their z have this many numbers, or there are this many
+# breakpoints: enough to share the cost, and few enough that the rest is verified within
+# a second after Ctrl-C. In exact arithmetic there is nothing to share.
 AT_ONCE = 500_000
 MIN_AT_ONCE = 4
 MAX_AT_ONCE = 1000
@@ -130,8 +137,9 @@ EXACT_AT_ONCE = 16
 
 
 class _Breakpoint(NamedTuple):
-    """A breakpoint: s, t as a double, z, w if exact or verified, and the states on the
-    piece before, or None."""
+    """A breakpoint: s, t in double precision, z, w if it is exact or verified, and the
+    basis on the piece before it, or None.
+    """
 
     s: Any
     t: float
@@ -141,15 +149,17 @@ class _Breakpoint(NamedTuple):
 
 
 def _rows(rows: list[Any], family: Family, kind: type = float) -> Any:
+    """Return rows of n numbers as an array of this type, also if there are none."""
     return np.array(rows, kind).reshape(len(rows), family.problem.n)
 
 
 Data: TypeAlias = tuple[ExactProblem, ExactProblem]
-MAX_NUMBERS = 2**26  # of z on a path in memory: with those of w one GiB
+MAX_NUMBERS = 2**26  # numbers of z on a path: together with w they take one GiB
 FILL = (
     "fill the memory for a path; follow it in several spans of t, with --from and --to"
 )
-# Pivots at one vertex, where ties are broken: more mean that rounding has misled them.
+# Degenerate pivots at one vertex: more than this mean that rounding prevents the
+# perturbation from breaking ties.
 MAX_POINTS = 10_000
 
 
@@ -180,7 +190,7 @@ def path(
     max_breakpoints, time_limit : the breakpoints and seconds after which to stop, by
         default 100000 and no limit.
     exact : whether to compute the breakpoints in fractions and to prove each piece,
-        with the doubles taken as exact.
+        with the floats taken as exact.
 
     Returns
     -------
@@ -227,9 +237,10 @@ def follow(
     read: Callable[[], Data] | None = None,
     **option_values: Any,
 ) -> Path:
-    """Return the path, in fractions if `read` is given, which returns both problems
-    with their numbers as written; `option_values` are options of `path`, each None if
-    it was not specified."""
+    """Return the path, in fractions if `read` is not None: it returns both problems
+    with their numbers as written. `option_values` are options of `path`, each None if
+    it was not specified.
+    """
     began = seconds()
     check_options((TOL, MAX_BREAKPOINTS, TIME_LIMIT), option_values)
     explicit_options = {
@@ -256,8 +267,7 @@ def follow(
 
 
 class _Termination(NamedTuple):
-    """How a path ends: a key of ENDS, a sentence, and the last edge where it is a
-    ray."""
+    """How a path ends: a key of ENDS, a sentence, and the last edge if it is a ray."""
 
     end: str
     message: str
@@ -265,12 +275,12 @@ class _Termination(NamedTuple):
 
 
 class _Following:
-    """One run along a path, whose breakpoints are verified in order, many at once,
-    while it is followed: in doubles, t and z of those that have been may differ by
-    rounding. What is known of it survives an interruption.
+    """One run along a path. The breakpoints are verified in order, in groups, while the
+    path is followed; in floating-point arithmetic, verification may change their t and
+    z by rounding errors. The known part survives an interruption.
 
-    read : returns both problems in fractions, for an exact path; else None. exact :
-        these, and the ones between them.
+    read : returns both problems in fractions, for an exact path, otherwise None. exact
+        : these problems, and the ones between them.
     """
 
     def __init__(
@@ -298,7 +308,7 @@ class _Following:
         """Follow the path and verify it."""
         result: Result | None = None
         try:
-            # Overflow is found where it matters.
+            # Overflow is detected by tests of the results.
             with deadline_after(self.limits.time_limit), np.errstate(all="ignore"):
                 if self.read is not None:
                     self.exact = ExactFamily(*self.read())
@@ -331,8 +341,8 @@ class _Following:
                 if ray.multipliers is None
                 else [direction, ray.multipliers, -ray.multipliers]
             )
-            # the multipliers of the rows are a proof if t is at its largest over all
-            # solutions of the inequalities
+            # The multipliers of the rows are a proof if t is maximal over all solutions
+            # of the inequalities.
             proof = first_proof(self.family.to, candidates, whole=True)
             certificate = None if proof is None else proof.vector
             if certificate is not None:
@@ -346,6 +356,8 @@ class _Following:
         return replace(path, **last, seconds=seconds() - began)
 
     def _from(self, result: Result) -> _Termination:
+        """Follow the path from a solution of the first problem, in floating-point or
+        exact arithmetic; return how it ends."""
         if result.status.has_no_solution:
             return _Termination(
                 terminations.INFEASIBLE, f"the first problem {result.message}"
@@ -379,6 +391,8 @@ class _Following:
         return self._along(*exactly.vertex(), exactly.edges())
 
     def _along(self, s: Any, z: Any, edges: Iterable[Edge]) -> _Termination:
+        """Add the vertex at s, and those at the ends of edges; return how the path
+        ends."""
         self.add(s, z, None)
         points = 0
         for edge in edges:
@@ -415,8 +429,9 @@ class _Following:
         )
 
     def _append(self, edge: Edge) -> None:
-        """Add the vertex at the end of an edge; if the edge has no length, only the end
-        of the path counts."""
+        """Add the vertex at the end of an edge. An edge without length adds none, but
+        at the end of the path its vertex replaces the last one.
+        """
         last = self.points[-1]
         s = last.s if edge.rise == 0 else edge.s  # rounding may have moved it
         if not edge.is_point:
@@ -425,26 +440,29 @@ class _Following:
             self.points[-1] = self.point(s, edge.z, last.states)
 
     def add(self, s: Any, z: Any, states: States | None) -> None:
-        """Add a breakpoint, and the states on the piece before it; verify those before
-        if there are many."""
+        """Add a breakpoint, with the basis on the piece before it; verify those before
+        it if there are many.
+        """
         points = self.points
         points.append(self.point(s, z, states))
         new, n = len(points) - self._done, self.family.problem.n
         max_pending = MAX_AT_ONCE if self.exact is None else EXACT_AT_ONCE
         if new >= MIN_AT_ONCE and (new * n >= AT_ONCE or new >= max_pending):
             each = range(len(points) - 1, self._done, -1)
-            # The others have the last t.
+            # Breakpoints with the same t as the last one are verified together later.
             self._verify(next((k for k in each if points[k].t != points[k - 1].t), 0))
 
     def point(self, s: Any, z: Any, states: States | None) -> _Breakpoint:
-        # Exactly a and b at the ends.
+        # This form is exactly a and b at the ends.
         t = self.family.start * (1 - float(s)) + self.family.stop * float(s)
         return _Breakpoint(
             s, t, z, None if self.exact is None else self.exact.w(s, z), states
         )
 
     def _verify(self, n_verified: int) -> None:
-        """Verify the first breakpoints, so many, but for those that have been."""
+        """Verify the first `n_verified` breakpoints, except those that have been
+        verified.
+        """
         if n_verified <= self._done:
             return
         first = max(self._done - 2, 0)
@@ -483,7 +501,7 @@ class _Following:
             self._are_solutions &= is_verified
 
     def _path(self) -> Path:
-        """Return the path, verified, without its end."""
+        """Return the verified path, without its termination."""
         self._verify(len(self.points))
         family = self.family
         points = self.points

@@ -1,5 +1,6 @@
-"""The path of solutions between two problems with the same M, whose q and bounds move
-linearly: its breakpoints, and how it ends."""
+"""The path of solutions between two problems with the same M, whose q and bounds change
+linearly: its breakpoints, and how it ends.
+"""
 
 from __future__ import annotations
 
@@ -52,8 +53,9 @@ ENDS = {
 
 
 class StateChange(NamedTuple):
-    """What happens at a breakpoint to component `index`: its state before and after,
-    lower, basic or upper."""
+    """A change of basis at a breakpoint: component `index`, and its state before and
+    after, lower, basic or upper.
+    """
 
     index: int  # type: ignore[assignment]  # in place of the method of tuples
     before: str
@@ -92,8 +94,9 @@ class Path:
     direction : the direction of z, shape (n,), if the path ends on a ray; else None.
     certificate : a vector y of shape (n,), as in `Proof`, if the path ends on a ray and
         y proves that the second problem has no solution, or if `end` is "infeasible"
-        and y proves that the first one has none; else None.
-    exact : the breakpoints in fractions, if requested; else None.
+        and y proves that the first one has none; otherwise
+        None.
+    exact : the breakpoints in fractions, if requested; otherwise None.
     seconds : the time from the problems in memory to the verified path.
 
     >>> import lcpcli
@@ -131,21 +134,25 @@ class Path:
 
     @property
     def complete(self) -> bool:
-        """Return whether it is verified and ends of its own accord: at the second
-        problem or back, a turn or a ray."""
+        """Return whether the path is verified and was not stopped by a limit or an
+        error: it ends at the second problem, back at the first one, at a turn or on a
+        ray.
+        """
         return self.verified and self.end in (REACHED, RETURNED, RAY, TURN)
 
     @property
     def basis(self) -> list[list[str]]:
-        """Return the states of the components on each piece, in words as in
-        `Result.basis`."""
+        """Return the basis status of the components on each piece, in words as in
+        `Result.basis`.
+        """
         return [in_words(piece) for piece in self.states]
 
     @cached_property
     def changes(self) -> list[list[StateChange]]:
-        """Return the changes at each breakpoint except the first and the last, m - 2
-        lists. A list may be empty, or have several changes where pieces of zero length
-        have been left out."""
+        """Return the changes of basis at each breakpoint except the first and the last,
+        m - 2 lists. A list may be empty, or have several changes if pieces of zero
+        length have been left out.
+        """
         return [
             [
                 StateChange(i, WORDS[before[i]], WORDS[after[i]])
@@ -169,9 +176,10 @@ class Path:
 
     @np.errstate(all="ignore")
     def __call__(self, t: float) -> Vector:
-        """Return z(t), shape (n,); where the path passes t several times, or stands
-        still there, all its points, and the ends of the segments on which it stands
-        still, shape (k, n)."""
+        """Return z(t), shape (n,). If the path passes t several times, or is constant
+        in t there, return all its points, and the ends of the segments on which t is
+        constant, shape (k, n).
+        """
         points = [
             z for piece in range(self.t.size - 1) for z in self._on_piece(piece, t)
         ]
@@ -194,6 +202,8 @@ class Path:
         return different[0] if len(different) == 1 else np.array(different)
 
     def _on_piece(self, k: int, t: float) -> list[Vector]:
+        """Return z(t) on piece k, both ends if t is constant on it, none if the piece
+        does not contain t."""
         first, last = self.t[k : k + 2]
         if not min(first, last) <= t <= max(first, last):
             return []
@@ -230,10 +240,10 @@ class Family:
     """The problems with the data (1 - s) FROM + s TO, where t = a + s (b - a), 0 <= s
     <= 1.
 
-    problem, to : the problems FROM and TO. Raises ProblemError unless they share M and,
-        up to their values, the bounds.
-    start, stop : a and b, two numbers, a < b, else it raises OptionError. is_mixed :
-        whether one of the problems is.
+    problem, to : the problems FROM and TO. Raises ProblemError unless they have the
+        same M and the same finite bounds, up to the values of these.
+    start, stop : a and b, two numbers, a < b, otherwise it raises OptionError. is_mixed
+        : whether one of the problems is a mixed problem.
     """
 
     def __init__(
@@ -255,29 +265,32 @@ class Family:
         self._bounds = (first.lower, last.lower), (first.upper, last.upper)
 
     def share(self, t: Any) -> Any:
-        """Return s of t, a number or an array."""
+        """Return s for t, a number or an array."""
         return (t - self.start) / (self.stop - self.start)
 
     def q(self, share: Vector | float) -> Vector:
-        """Return q at s, exactly those of both problems at the ends; for s of shape (m,
-        1) of shape (m, n)."""
+        """Return q at s, exactly that of the two problems at the ends; for s of shape
+        (m, 1), of shape (m, n).
+        """
         return _between(self.problem.q, self.to.q, share)
 
     def bounds(self, share: Vector | float) -> tuple[Vector, Vector]:
-        """Return l and u at s, of shapes as q."""
+        """Return l and u at s, with the shapes of q."""
         low, high = (_between(*lower_upper, share) for lower_upper in self._bounds)
         return low, high
 
     @cached_property
     def is_fixed(self) -> Mask:
-        """Return where both bounds are equal throughout, so that w_i may have any
-        sign."""
+        """Return where both bounds are equal on the whole path, so that w_i may have
+        any sign.
+        """
         (low, last_low), (high, last_high) = self._bounds
         return np.asarray((low == high) & (last_low == last_high))
 
     def at(self, t: float) -> Problem:
-        """Return the problem at t, with its numbers rounded to doubles; with what is
-        known of M, as it is the same."""
+        """Return the problem at t, with its numbers rounded to double precision; it
+        shares cached facts and factors of M with the others.
+        """
         if self._last[0] != t:
             share, before = self.share(t), self._last[1]
             low, high = self.bounds(share) if self.is_mixed else (0.0, np.inf)
@@ -290,7 +303,9 @@ class Family:
 
 
 def _between(first: Vector, last: Vector, share: Vector | float) -> Vector:
-    """Return (1 - share) first + share last, and infinite entries as they are."""
+    """Return (1 - share) first + share last; equal numbers, among them infinite ones,
+    unchanged.
+    """
     same = first == last
     with np.errstate(invalid="ignore"):
         moved: Vector = (1 - share) * first + share * last
@@ -298,6 +313,7 @@ def _between(first: Vector, last: Vector, share: Vector | float) -> Vector:
 
 
 def _refuse_different(problem: Problem, to: Problem) -> None:
+    """Raise ProblemError unless two problems differ only in q and values of bounds."""
     if problem.n != to.n:
         raise ProblemError(
             "n",

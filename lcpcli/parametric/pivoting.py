@@ -1,25 +1,25 @@
-"""Parametric principal pivoting: the path of solutions as q and the bounds move
+"""Parametric principal pivoting: the path of solutions as q and the bounds change
 linearly.
 
-A vertex of the path is a solution at which one component i is twice at its end: z_i at
-a bound and w_i = 0. There the rows R with w = 0 are one more than the basic z, and t is
-determined with them. From a vertex two edges go out: z_i leaves its bound, or w_i
-becomes nonzero; the path comes along one and goes on along the other, until another z_j
-or w_j reaches its end, or t does. On an edge t increases, decreases (after a turn) or
-stands still (a jump).
+At a vertex of the path one component i is degenerate: z_i is at a bound and w_i = 0.
+The rows R with w = 0 are then one more than the basic z, and t is determined together
+with these. Two edges start at a vertex: z_i leaves its bound, or w_i becomes nonzero.
+The path arrives along one and continues along the other, until another z_j reaches a
+bound, another w_j reaches 0, or t reaches its limit. On an edge t increases, decreases
+(after a turning point) or is constant (a jump).
 
 R. W. Cottle, Monotone solutions of the parametric linear complementarity problem,
 Mathematical Programming 3 (1972) 210-224; R. W. Cottle, J.-S. Pang and R. E. Stone, The
 Linear Complementarity Problem (1992), section 4.5. For convex quadratic programs it is
 the critical line method (H. Markowitz, Naval Research Logistics Quarterly 3 (1956)
 111-133). Ties are broken as if the data were perturbed by random multiples of an
-infinitesimal number, to prevent cycling (A. Charnes, Optimality and degeneracy in
+infinitesimal number, which prevents cycling (A. Charnes, Optimality and degeneracy in
 linear programming, Econometrica 20 (1952) 160-170).
 
-The same in integers: ties, signs and turns are all decided without rounding, and each
-piece is proved. Each condition is a form that is nonnegative: z_i - l_i and u_i - z_i,
-w_i where z_i is at its lower bound, -w_i where it is at its upper bound, s and 1 - s. A
-vertex is a dictionary in which those forms are cobasic that are 0 there.
+In exact arithmetic, ties, signs and turning points are decided without rounding, and
+each piece is proved. Each condition is a form that is nonnegative: z_i - l_i and u_i -
+z_i, w_i if z_i is at its lower bound, -w_i if it is at its upper bound, s and 1 - s. A
+vertex is a dictionary whose cobasic forms are those that are 0 there.
 """
 
 from __future__ import annotations
@@ -54,8 +54,9 @@ T = "t"
 
 
 class Variable(NamedTuple):
-    """A variable at an end: its kind, its index, and the sign with which it leaves that
-    end, or by which it came."""
+    """A variable that enters or leaves: its kind, its index, and the sign of its change
+    as it enters, or of the side on which it leaves.
+    """
 
     kind: str
     at: int
@@ -63,8 +64,9 @@ class Variable(NamedTuple):
 
 
 class Direction(NamedTuple):
-    """How z, w and t change along an edge, and the largest size of the changes of t and
-    of the basic z."""
+    """The changes of z, w and t along an edge, and the largest size of the changes of t
+    and of the basic z.
+    """
 
     z: Vector
     w: Vector
@@ -75,13 +77,14 @@ class Direction(NamedTuple):
 class Edge(NamedTuple):
     """An edge of the path, with the vertex at its end.
 
-    states : shape (n,), of the components on it.
+    states : the basis on the edge, shape (n,).
     rise : the sign of the change of t. is_point : whether it has no length, at a
         degenerate vertex.
-    s, z : the vertex, in the units of the problem, in doubles or fractions; on a ray
-        the last s and the direction of z.
-    multipliers : in doubles on a ray, which has no end, those of the rows with w = 0;
-    else None. is_ray, is_last : whether it is a ray, and the last one.
+    s, z : the vertex in the scale of the problem, as floats or fractions; on a ray the
+        last s and the direction of z.
+    multipliers : on a ray in floating-point arithmetic, the multipliers of the rows
+        with w = 0; otherwise None. is_ray, is_last : whether it is a ray, and whether
+        it is the last edge.
     """
 
     states: States
@@ -94,26 +97,28 @@ class Edge(NamedTuple):
     is_last: bool = False
 
 
-# Relative to the largest number of its kind, in equilibrated units: what counts as 0.
+# Numbers below this, relative to the largest of their kind in the equilibrated problem,
+# are considered 0.
 ROUNDING_RTOL = 2.0**-43
-# Of the change of the equations along an edge: the share of t that counts as 0.
+# t is constant on an edge if its part in the change of the equations is below this.
 STANDSTILL = 2.0**-40
-# Relative to z: after a larger one the inverse is computed from scratch.
+# If a vertex is corrected by more than this, relative to z, the inverse has lost half
+# of its digits, and is recomputed from scratch.
 LARGE_CORRECTION = 2.0**-26
-# Relative to the direction: a smaller pivot is computed once more by a new inverse.
+# A pivot below this, relative to the direction, is computed again by a new inverse.
 DOUBTFUL_PIVOT = 2.0**-26
-# relative: what rounding leaves of a difference of equal numbers, or of 0.
+# A difference of equal numbers, or 0, may be replaced by this, relatively, by rounding.
 CANCELLED = 2.0**-46
-# Relative to the size of z: by how much a form may be negative at the end of the range
-# of s.
+# The path reaches the end of the range of s if all forms are at least minus this there,
+# relative to the size of z.
 NEAR_END = 2.0**-38
 
 
 class Pivoting:
-    """The path from a basis at s = 0, in equilibrated units, in which t is s times
-    `span`.
+    """The path from a basis at s = 0, in the equilibrated problem, with t as s
+    multiplied by `span`.
 
-    states : shape (n,), as those of an edge.
+    states : the current basis, shape (n,).
     fixed : q + M z_N, where z_N are the z at bounds, is fixed + t system.moved.
     """
 
@@ -155,8 +160,9 @@ class Pivoting:
         self._recompute_vertex()
 
     def edges(self) -> Iterator[Edge]:
-        """Yield one edge of the path after another; raise SingularMatrix if rounding
-        prevents it."""
+        """Yield the edges of the path one after another; raise SingularMatrix if
+        rounding prevents it.
+        """
         entering = Variable(T, self.n, 1.0)
         while True:
             for _ in range(2):
@@ -189,7 +195,7 @@ class Pivoting:
             is_point = step * direction.size <= ROUNDING_RTOL * self._size
             self.t += step * direction.t
             self.z += step * direction.z
-            if leaving.kind == T:  # the basis without t may be singular
+            if leaving.kind == T:  # no exchange: the basis without t may be singular
                 s = float(leaving.sign > 0)
                 yield Edge(
                     states,
@@ -218,10 +224,11 @@ class Pivoting:
 
     @property
     def _size(self) -> float:
+        """Return the largest size of z and t."""
         return max(float(np.abs(self.z).max(initial=0.0)), self.t)
 
     def _direction(self, entering: Variable) -> Direction:
-        """Return the direction of the edge along which a variable leaves its end."""
+        """Return the direction of the edge along which a variable enters."""
         system, (kind, at, sign) = self.system, entering
         if kind == W:
             x = sign * system.solve_unit(at)
@@ -248,15 +255,17 @@ class Pivoting:
         return Direction(z, w, t, size)
 
     def _spread(self, x: Vector) -> tuple[Vector, float]:
-        """Return basic z in a vector of shape (n,), and t, from values in the order of
-        the columns."""
+        """Return the basic z in a vector of shape (n,), and t, from their values in the
+        order of the columns.
+        """
         values = np.zeros(self.n + 1)
         values[self.system.cols] = x
         return values[:-1], float(values[-1])
 
     def _of_state(self, lower_upper: Vector) -> Vector:
-        """Return the lower or the upper value of each component, by its state; shape
-        (n,)."""
+        """Return the lower or the upper value of each component, depending on whether
+        it is at its upper bound; shape (n,).
+        """
         if not self.has_upper:
             return np.asarray(lower_upper[0])
         return np.asarray(
@@ -266,9 +275,11 @@ class Pivoting:
     def _slacks(
         self, entering: Variable, z: Vector, w: Vector, lower_upper: Vector
     ) -> Vector:
-        """Return how far each component is from the end at which it would leave, shape
-        (n,), and with upper bounds how far a basic z_j is from its own, shape (2 n,);
-        for directions and the rates of the bounds, how these change."""
+        """Return the distance of each component from the value at which it would leave
+        the basis, or its w reach 0, shape (n,); with upper bounds also that of basic
+        z_j from these, shape (2 n,). For a direction and the rates of the bounds,
+        return how these distances change.
+        """
         is_basic = self.states == BASIC
         if entering.kind == Z:
             is_basic[entering.at] = True
@@ -285,8 +296,9 @@ class Pivoting:
     def _step(
         self, entering: Variable, direction: Direction
     ) -> tuple[float, Variable | None, float]:
-        """Return the length of the edge, and the variable that ends it, or None, and by
-        how much this changes."""
+        """Return the length of the edge; the variable that ends it, or None on a ray;
+        and the rate at which its distance decreases.
+        """
         lower_upper = self.bounds + self.t * self.rates if self.moves else self.bounds
         slacks = self._slacks(entering, self.z, self.w, lower_upper)
         rates = self._slacks(
@@ -327,8 +339,9 @@ class Pivoting:
         )
 
     def _first(self, entering: Variable, tied: Indices, rates: Vector) -> int:
-        """Return the tied component that reaches its end first if the data are
-        perturbed."""
+        """Return, of tied components, the one that reaches its limit first if the data
+        are perturbed.
+        """
         system, nonbasic = self.system, self.states != BASIC
         z = np.where(nonbasic, self._of_state(self.perturbed_bounds), 0.0)
         w = self.perturbed_q.copy()
@@ -344,8 +357,9 @@ class Pivoting:
         return int(tied[np.argmin(slacks[tied] / -rates[tied])])
 
     def _shift(self, j: int, times: float) -> None:
-        """Add z_j at its bound to `fixed` and its change to `moved`, or with times = -1
-        subtract it."""
+        """Add z_j at its bound, multiplied by `times` (1 or -1), to `fixed`, and its
+        rate to `moved`.
+        """
         side = int(self.states[j] == UPPER)
         value, rate = self.bounds[side, j], self.rates[side, j]
         if value or rate:
@@ -355,6 +369,7 @@ class Pivoting:
                 self.system.moved = self.system.moved + rate * column
 
     def _exchange(self, entering: Variable, leaving: Variable) -> None:
+        """Exchange two variables in the basis, and update its inverse or factors."""
         system, moved = self.system, self.system.moved
         if entering.kind == Z:
             self._shift(entering.at, -1.0)
@@ -369,12 +384,12 @@ class Pivoting:
             system.exchange(old, new)
         if system.moved is not moved and system.has(self.n):
             system.exchange(self.n, self.n)
-        # Which, or a small pivot, may have spoilt the factors.
+        # These changes, or a small pivot, may have made the factors inaccurate.
         if system.age > MAX_CHANGES:
             system.refresh()
 
     def _recompute_vertex(self) -> None:
-        """Recompute the vertex from its basis, and w from z."""
+        """Recompute the vertex from its basis with one correction, and w from z."""
         system = self.system
         for is_refreshed in (False, True):
             lower_upper = (
@@ -408,6 +423,7 @@ class Pivoting:
 
 
 def _change(first: Vector, last: Vector) -> Vector:
+    """Return last - first, 0 for equal infinite numbers."""
     with np.errstate(invalid="ignore"):
         return np.where(first == last, 0.0, last - first)
 
@@ -418,8 +434,9 @@ NOTHING = Fraction(0), Fraction(0)  # a bound that does not move, at 0
 
 class ExactFamily:
     """The problems between two with the same M, in fractions: M_ij = rows[i][j] /
-    scales[i] in integers, and q, l and u at s = 0 with their changes; bounds that do
-    not exist are None."""
+    scales[i] in integers; and q, l and u at s = 0 with their changes, None for infinite
+    bounds.
+    """
 
     def __init__(self, first: ExactProblem, last: ExactProblem) -> None:
         self._first = first
@@ -440,14 +457,16 @@ class ExactFamily:
         )
 
     def w(self, s: Fraction, z: Values) -> Values:
+        """Return w = M z + q at s."""
         return [
             w + s * change
             for w, (_, change) in zip(self._first.w(z), self.q, strict=True)
         ]
 
     def satisfies(self, states: States, s: Fraction, z: Values, w: Values) -> bool:
-        """Return whether a point satisfies the conditions of these states, as all of a
-        piece does if its ends do."""
+        """Return whether a point satisfies the conditions of a basis; if both ends of a
+        piece do, so does every point of the piece.
+        """
         for i, state in enumerate(states.tolist()):
             low, high = (
                 bound and bound[0] + s * bound[1]
@@ -465,8 +484,9 @@ class ExactFamily:
 
 
 class ExactPivoting(pivoting.RationalPivoting):
-    """The path from the basis with these states at s = 0, with s as its parameter; 1 -
-    s is form 3 n + 1."""
+    """The path in exact arithmetic from a basis at s = 0, with s as its parameter; form
+    3 n + 1 is 1 - s.
+    """
 
     def __init__(self, family: ExactFamily, states: States) -> None:
         n, self.family = family.n, family
@@ -475,7 +495,7 @@ class ExactPivoting(pivoting.RationalPivoting):
         self._signs = [-1 if low is None and high else 1 for low, high in bounds]
         form_of_z = self._form_of_z = [
             i if sign > 0 else 2 * n + i for i, sign in enumerate(self._signs)
-        ]  # which stand for z_i
+        ]  # z_i - l_i, or u_i - z_i if there is only an upper bound
         signed = [
             3 * n,
             3 * n + 1,
@@ -493,8 +513,9 @@ class ExactPivoting(pivoting.RationalPivoting):
         self._begin()
 
     def _rows(self) -> dict[int, list[int]]:
-        """Return the other forms in terms of those that stand for z_i and of s, each
-        times a positive integer."""
+        """Return the other forms in terms of s and the forms of z, each multiplied by a
+        positive integer.
+        """
         n = self.family.n
         family = self.family
         bases = self._bases
@@ -522,6 +543,7 @@ class ExactPivoting(pivoting.RationalPivoting):
         return rows
 
     def _begin(self) -> None:
+        """Pivot to the dictionary of the initial basis."""
         n, dictionary = self.n, self.dictionary
         entering_forms = [
             form
@@ -544,6 +566,7 @@ class ExactPivoting(pivoting.RationalPivoting):
 
     @property
     def is_feasible(self) -> bool:
+        """Return whether all signed forms are nonnegative at the point."""
         return all(
             row[0] >= 0
             for form, row in self.dictionary.rows.items()
@@ -551,16 +574,16 @@ class ExactPivoting(pivoting.RationalPivoting):
         )
 
     def vertex(self) -> tuple[Fraction, Values]:
-        s, each = (
-            self.value_of(self.parameter),
-            zip(self._bases, self._signs, self._form_of_z, strict=True),
-        )
+        """Return s and z at the point."""
+        s = self.value_of(self.parameter)
+        each = zip(self._bases, self._signs, self._form_of_z, strict=True)
         return s, [
             base + s * change + sign * self.value_of(form)
             for (base, change), sign, form in each
         ]
 
     def edges(self) -> Iterator[Edge]:
+        """Yield the edges of the path one after another."""
         last = {self.parameter, self.parameter + 1}
         for pivot in self.follow(self.parameter, last):
             states = np.array(pivot.states, np.int8)

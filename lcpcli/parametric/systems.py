@@ -1,11 +1,11 @@
 """Systems A_RC x = b with rows R and columns C of A = [M, c], which change by one row
 or column at a time.
 
-Of a dense M the inverse is updated as by the product form (G. B. Dantzig and W.
+For a dense M the inverse is updated by the product form (G. B. Dantzig and W.
 Orchard-Hays, The product form for the inverse in the simplex method, Mathematical
-Tables and Other Aids to Computation 8 (1954) 64-67), and by borders (J. Sherman and W.
-J. Morrison, Annals of Mathematical Statistics 21 (1950) 124-127); to factors of a
-sparse M the former.
+Tables and Other Aids to Computation 8 (1954) 64-67), and by bordering (J. Sherman and
+W. J. Morrison, Annals of Mathematical Statistics 21 (1950) 124-127); the factors of a
+sparse M are updated by the product form.
 """
 
 from __future__ import annotations
@@ -19,19 +19,20 @@ from lcpcli.linalg import factors
 from lcpcli.linalg.matrices import column_reader, product
 from lcpcli.typing import Indices, Matrix, Vector
 
-# Relative to the terms of a pivot: a smaller one is not relied on.
+# A pivot below this, relative to the terms that it is a sum of, has lost half of its
+# digits, and is not used.
 MIN_PIVOT = 2.0**-26
-MAX_CHANGES = 64  # after which factors are computed from scratch
+MAX_CHANGES = 64  # changes after which factors are recomputed from scratch
 NOTHING: tuple[int, Vector] = -1, np.zeros(0)  # the solution for no column
 
 
 class BasisFactorization(ABC):
-    """What both kinds of systems share.
+    """The part that the dense and the sparse systems share.
 
-    moved : column n of A, which is c; the others are those of M. age : the changes
-    since factors were computed from scratch; more than MAX_CHANGES after a pivot that
-    is not clearly different from 0. Columns that are exchanged are numbered as in J =
-    [M, c, I], where a unit column is there for each row that is not in R.
+    moved : column n of A, which is c; the others are those of M. age : the number of
+        changes since factors were computed from scratch; more than MAX_CHANGES after a
+        pivot that is not clearly different from 0. Exchanged columns are numbered as in
+        J = [M, c, I], where C has the unit column of each row that is not in R.
     """
 
     def __init__(self, M: Matrix, moved: Vector) -> None:
@@ -54,17 +55,17 @@ class BasisFactorization(ABC):
 class DenseBasisFactorization(BasisFactorization):
     """The inverse of A_RC, of order k, and the columns of A in C, each of shape (n,).
 
-    Where the pivot of an update is not clearly different from 0, the inverse is
-    computed from scratch when it is next asked to be accurate.
+    If the pivot of an update is not clearly different from 0, the inverse is marked to
+    be recomputed from scratch.
     """
 
     def __init__(self, M: Matrix, moved: Vector) -> None:
         super().__init__(M, moved)
         n, self.k = self.n, 0
         self._rows, self._cols = np.zeros((2, n + 1), dtype=np.intp)
-        # Of a column in C, or of a row n + 1 less in R.
+        # The position of a column in C, or at index n + 1 + i that of row i in R.
         self._at, self._nothing = np.full(2 * n + 1, -1), np.zeros(n)
-        # Takes memory as it is used.
+        # The operating system allocates the memory only as it is used.
         self._columns, self._inverse = np.zeros((n + 1, n)), np.zeros((n + 1, n + 1))
 
     @property
@@ -83,6 +84,7 @@ class DenseBasisFactorization(BasisFactorization):
 
     @property
     def inverse(self) -> Vector:
+        """Return the inverse of A_RC."""
         return self._inverse[: self.k, : self.k]
 
     @property
@@ -95,8 +97,9 @@ class DenseBasisFactorization(BasisFactorization):
         return np.asarray(self.inverse @ b[self.rows])
 
     def solve_column(self, col: int) -> Vector:
-        """Return the x with A_RC x = a_R for the column a, which may be the next one to
-        come into C."""
+        """Return the x with A_RC x = a_R for the column a, which is stored, as the
+        column may be the next one to enter C.
+        """
         self._solved = col, self.solve(self.column(col))
         return self._solved[1]
 
@@ -115,10 +118,11 @@ class DenseBasisFactorization(BasisFactorization):
         return np.asarray(x @ self.columns)
 
     def exchange(self, old: int, new: int) -> None:
-        """Put a column of J in the place of another one, or the new values of column n
-        in its place: one step of the product form for the inverse of [A_C, E], of which
-        the rows in the places of unit columns are not stored."""
-        # Rows of M, or negative.
+        """Replace a column of J by another one, or column n by its new values: one step
+        of the product form for the inverse of [A_C, E], whose rows that belong to unit
+        columns are not stored.
+        """
+        # The rows that enter and leave R; negative if the columns are those of A.
         k = self.k
         X = self.inverse
         coming = old - self.n - 1
@@ -185,15 +189,17 @@ class DenseBasisFactorization(BasisFactorization):
         self.refresh()
 
     def _coming(self, col: int) -> Vector:
-        """Return the x with A_RC x = a_R for a column that comes into C, from the last
-        solve if that was for it."""
+        """Return the x with A_RC x = a_R for a column a that enters C, from the last
+        solve if that was for it.
+        """
         last, x = self._solved
         self._solved = NOTHING
         return x.copy() if last == col else self.solve(self.column(col))
 
     def _pivot(self, value: float, terms: float) -> float:
-        """Return a pivot, or 1 and have the inverse computed from scratch if it is too
-        small."""
+        """Return a pivot; if it is too small, return 1 and have the inverse recomputed
+        from scratch.
+        """
         if abs(value) > MIN_PIVOT * terms:
             return value
         self.age = MAX_CHANGES
@@ -201,8 +207,8 @@ class DenseBasisFactorization(BasisFactorization):
 
 
 class SparseBasisFactorization(BasisFactorization):
-    """The factors of [A_C, E] for a sparse M, where E has the unit columns of the rows
-    outside R, and later changes.
+    """LU factors of [A_C, E] for a sparse M, where E has the unit columns of the rows
+    outside R, and the changes since they were computed (product form).
 
     The interface is that of `DenseBasisFactorization`.
     """
@@ -210,7 +216,7 @@ class SparseBasisFactorization(BasisFactorization):
     def __init__(self, M: Matrix, moved: Vector) -> None:
         super().__init__(M, moved)
         self._M = M
-        # The column of J in each place.
+        # The column of J at each position of the basis.
         self._slots: Indices = np.arange(self.n + 1, 2 * self.n + 1)
         self._position_of: Indices = np.append(
             np.full(self.n + 1, -1), np.arange(self.n)
@@ -253,7 +259,7 @@ class SparseBasisFactorization(BasisFactorization):
         with imports:
             from scipy.sparse import csc_array, eye_array, hstack
         cols, rows = self.cols, self.rows
-        # With the diagonal of M in its places.
+        # Columns of M are put at their diagonal positions.
         self._slots = np.arange(self.n + 1, 2 * self.n + 1)
         self._slots[cols[cols < self.n]] = cols[cols < self.n]
         if self.has(self.n):
@@ -296,6 +302,7 @@ class SparseBasisFactorization(BasisFactorization):
         self._slots[position], self._position_of[new] = new, position
 
     def _solution(self, b: Vector) -> Vector:
+        """Return the x with [A_C, E] x = b, by the factors and the changes since."""
         x: Vector = self._lu.solve(b)
         for position, change in self._changes:
             step = x[position] / change[position]
@@ -305,6 +312,7 @@ class SparseBasisFactorization(BasisFactorization):
 
 
 def _unit(n: int, at: int) -> Vector:
+    """Return a unit vector of length n."""
     e = np.zeros(n)
     e[at] = 1.0
     return e

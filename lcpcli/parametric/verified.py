@@ -1,22 +1,24 @@
-"""The verification of a path in floating point: its breakpoints, and all points between
-them.
+"""The verification of a path in floating-point arithmetic: of its breakpoints, and of
+all points between them.
 
 Each breakpoint has to solve its problem, with the q and the bounds at its t, by the
-criterion of `solve`. A z_j that is 0 there in exact arithmetic may have to be a little
-more than 0 at this t, a double, or t has to be one of the doubles beside it: so
-replacements that differ by rounding are tried where a breakpoint is no solution. Only
-at a jump may a row be violated by what the last bit of t changes in it: its points are
-solutions for one t, which is hardly ever a double.
+criterion of `solve`. A z_j that is 0 in exact arithmetic may have to be slightly
+positive at a t that is rounded to double precision, or t has to be one of the adjacent
+floating-point numbers: so replacements that differ by rounding errors are tested if a
+breakpoint is no solution. Only at a jump may a row be violated by as much as the last
+bit of t changes it: its points are solutions for a single t, which is hardly ever a
+floating-point number.
 
-On a piece z, w, q and the bounds are linear in t. Take for each row i the terms |q|_i +
+On a piece z, w, q and the bounds are linear in t. For each row i take the terms |q|_i +
 sum_j |M_ij| |z_j| over those numbers only that do not change their sign on the piece:
-they are linear there, and no larger than the terms of the row. So if at both ends what
-violates the conditions of the states of the piece is at most the tolerance times these
+they are linear there, and no larger than the terms of the row. So if at both ends the
+violations of the conditions of the piece's basis are at most the tolerance times these
 terms, this holds at each point between them, which is then the exact solution of a
 problem whose numbers differ by no more than the tolerance, relatively (Oettli and
-Prager 1964, as in `verify.measure`). As t is known to a few digits less than those of a
-double, NEGLIGIBLE of the numbers between which q(t) and z(t) move may be left at the
-ends: of (1 - s) |q_0| + s |q_1|, and of |M| times the larger |z| of both ends.
+Prager 1964, as in `verify.measure`). As t has a few correct digits less than double
+precision, violations of NEGLIGIBLE times the numbers between which q(t) and z(t) vary
+are allowed at the ends: (1 - s) |q_0| + s |q_1|, and |M| times the larger |z| of both
+ends.
 """
 
 from __future__ import annotations
@@ -37,16 +39,20 @@ from lcpcli.verify.acceptance import BY_CRITERION, accepted
 from lcpcli.verify.measure import Measure, Rows
 from lcpcli.verify.point import Criterion, Point, block_pivoting_points
 
-# Of what moves along a piece: what rounding of t may leave at its ends.
+# Violations at the ends of a piece by rounding of t, relative to the numbers that vary
+# along it.
 NEGLIGIBLE = 2.0**-44
-# Of the pieces beside, and of z at their ends: how far off a replacement of z may be.
+# Limits on the change of z by a replacement: relative to the lengths of the adjacent
+# pieces, plus relative to z at their ends.
 SHARE, CHANGE_RTOL = 2.0**-10, 2.0**-32
-ADJACENT, NEARBY = (1, -1), (16, -16, 256, -256)  # doubles by which t may be replaced
+# The numbers of units in the last place by which t may be changed.
+ADJACENT, NEARBY = (1, -1), (16, -16, 256, -256)
 
 
 def _before_and_after(pieces: Any) -> tuple[Any, Any]:
-    """Return for each breakpoint the row of the piece before it and of that after it;
-    at the ends both are the same."""
+    """Return for each breakpoint the row of the piece before it, and that of the piece
+    after it; at the ends both are the same.
+    """
     if not len(pieces):
         nothing = np.zeros((1, pieces.shape[1]), dtype=pieces.dtype)
         return nothing, nothing
@@ -63,17 +69,16 @@ def verify(
     n_verified: int = 0,
     some: int | None = None,
 ) -> tuple[Vector, Vector, Vector, bool]:
-    """Return the breakpoints from those that were found: t of shape (m,), z and w of
-    shape (m, n), and whether they and the pieces between them are verified.
+    """Return verified breakpoints: t of shape (m,), z and w of shape (m, n), and
+    whether they and the pieces between them are verified.
 
-    z, states : shapes (m, n) and (m - 1, n). n_verified : how many of the first ones
-    are results of an earlier call. some : how many are returned; the others, of which
-    none has the t of the last of these, are only neighbours.
+    z, states : shapes (m, n) and (m - 1, n). n_verified : the first breakpoints, so
+        many, are results of an earlier call. some : how many are returned; the
+        remaining ones, of which none has the t of the last returned one, are only
+        neighbours.
     """
-    breakpoints, n_returned = (
-        _Breakpoints(family, t.copy(), z, states, tol, n_verified),
-        t.size if some is None else some,
-    )
+    breakpoints = _Breakpoints(family, t.copy(), z, states, tol, n_verified)
+    n_returned = t.size if some is None else some
     is_verified = breakpoints.verify_or_replace(
         range(n_verified, n_returned)
     ) and breakpoints.are_pieces(n_returned)
@@ -86,8 +91,9 @@ def verify(
 
 
 class _Breakpoints:
-    """Some breakpoints in a row, which may be replaced by others that differ by
-    rounding."""
+    """Consecutive breakpoints, which may be replaced by others that differ by rounding
+    errors.
+    """
 
     def __init__(
         self,
@@ -110,8 +116,9 @@ class _Breakpoints:
         self._measure()
 
     def _on_bounds(self, s: Vector, some: slice) -> Vector:
-        """Return the z of some breakpoints, at these s, with each component exactly at
-        the bound where it is on a piece beside it, and within its bounds elsewhere."""
+        """Return the z of some breakpoints for these s: each component is exactly at
+        the bound where it is on an adjacent piece, and otherwise within its bounds.
+        """
         is_mixed, (before, after) = (
             self.family.is_mixed,
             (states[some] for states in self.adjacent_states),
@@ -129,8 +136,9 @@ class _Breakpoints:
         )
 
     def _measure(self) -> None:
-        """Compute q, w = M z + q and |M| |z|, by products with those columns of M only
-        that count."""
+        """Compute q, w = M z + q and |M| |z|; columns of M for which all z are 0 are
+        left out.
+        """
         M, z = self.family.problem.M, self.z
         self.s = self.family.share(self.t)
         self.Q = self.family.q(self.s[:, np.newaxis])
@@ -143,8 +151,9 @@ class _Breakpoints:
         )
 
     def verify_or_replace(self, some: range) -> bool:
-        """Return whether some breakpoints solve their problems, after replacements
-        where they do not."""
+        """Return whether these breakpoints solve their problems, if necessary after
+        replacements.
+        """
         if not np.isfinite(self.Q).all():
             return False
         doubtful = np.flatnonzero(~self._surely_solve()).tolist()
@@ -155,8 +164,9 @@ class _Breakpoints:
         return all(are_solutions)
 
     def _surely_solve(self) -> Mask:
-        """Return which breakpoints solve their problems by the measure, without a
-        closer look at rounding."""
+        """Return which breakpoints solve their problems for all possible rounding
+        errors in w.
+        """
         low = 0.0
         high = np.inf
         M = self.family.problem.M
@@ -166,22 +176,24 @@ class _Breakpoints:
         block = Columns(M, self.Q.T, low, high).block(0, self.s.size)
         measure, terms = Measure(block), self.sizes + np.abs(self.Q)
         rows = Rows(self.w, terms, terms, row_errors(M, z, terms))
-        own_rows = rows if block.reference_z is None else measure.rows(z, self.w)
+        measured_rows = rows if block.reference_z is None else measure.rows(z, self.w)
         return np.asarray(
-            measure.surely_solves(z, own_rows, self.tol) & block.are_moderate
+            measure.surely_solves(z, measured_rows, self.tol) & block.are_moderate
         )
 
     def _run(self, k: int) -> tuple[int, int]:
         """Return the first breakpoint with the t of breakpoint k, and the first one
-        after it with another t."""
+        after it with a different t.
+        """
         others = np.flatnonzero(self.t != self.t[k])
         return int(others[others < k].max(initial=-1)) + 1, int(
             others[others > k].min(initial=self.t.size)
         )
 
     def _verify_or_replace_run(self, first: int, end: int) -> bool:
-        """Return whether breakpoints with one t solve their problems, or do after a
-        replacement, which is made."""
+        """Return whether breakpoints with equal t solve their problems, or do so after
+        a replacement, which is stored.
+        """
         for t, Z in self._replacements(first, end):
             raise_if_timed_out()
             criterion = Criterion(self.family.at(t), self.tol)
@@ -197,8 +209,9 @@ class _Breakpoints:
         )
 
     def _replacements(self, first: int, end: int) -> Iterator[tuple[float, Vector]]:
-        """Yield t and z that differ from those of breakpoints with one t by rounding,
-        the cheapest ones first."""
+        """Yield t and z that differ from those of breakpoints with equal t by rounding
+        errors, the cheapest ones first.
+        """
         for steps in (0, *ADJACENT):
             yield from self._moved(first, end, steps)
         t = float(self.t[first])
@@ -216,8 +229,9 @@ class _Breakpoints:
             yield from self._moved(first, end, steps)
 
     def _basic(self, k: int, steps: int) -> Iterator[tuple[float, Vector]]:
-        """Yield t of a breakpoint moved by some doubles, and basic solutions from the
-        states of the pieces beside."""
+        """Yield t of a breakpoint changed by `steps` units in the last place, and basic
+        solutions for the bases of the adjacent pieces.
+        """
         adjacent = {
             states.tobytes(): states for states in self.states[max(k - 1, 0) : k + 1]
         }.values()
@@ -231,8 +245,9 @@ class _Breakpoints:
     def _moved(
         self, first: int, end: int, steps: int
     ) -> Iterator[tuple[float, Vector]]:
-        """Yield t moved by some doubles, and z for it, if that does not pass a
-        breakpoint beside or an end."""
+        """Yield t changed by `steps` units in the last place, and z for it, unless t
+        would pass an adjacent breakpoint or an end.
+        """
         family, unmoved = self.family, float(self.t[first])
         t = unmoved + steps * self._last_bit(first)
         adjacent = [
@@ -249,8 +264,9 @@ class _Breakpoints:
             )
 
     def _last_bit(self, k: int) -> float:
-        """Return the distance of two values of t that differ both as doubles and as
-        shares of the path."""
+        """Return the smallest change of t that changes both t and s in floating-point
+        arithmetic.
+        """
         return float(
             max(
                 np.spacing(abs(self.t[k])),
@@ -259,8 +275,9 @@ class _Breakpoints:
         )
 
     def _is_small_change(self, k: int, z: Vector) -> bool:
-        """Return whether z differs little from that of a breakpoint, beside that and
-        the breakpoints next to it."""
+        """Return whether z differs little from that of a breakpoint, compared with it
+        and with the adjacent breakpoints.
+        """
         some = self.z[max(k - 1, 0) : k + 2]
         max_change = SHARE * np.abs(some - self.z[k]).max(
             axis=0
@@ -268,8 +285,10 @@ class _Breakpoints:
         return bool((np.abs(z - self.z[k]) <= max_change).all())
 
     def _jumps(self, first: int, end: int, steps: int) -> bool:
-        """Return whether breakpoints of a jump solve their problems up to the last bit
-        of t, moved by some doubles."""
+        """Return whether the breakpoints of a jump solve their problems up to the last
+        bit of t, with t changed by `steps` units in the last place; if so, store t and
+        z.
+        """
         family, tol = self.family, max(self.tol, ROUNDING)
         for t, Z in self._moved(first, end, steps):
             bit = self._last_bit(first)
@@ -280,7 +299,7 @@ class _Breakpoints:
             first_bounds, last_bounds = (
                 np.array(problem.box.vectors(Z.shape[1])) for problem in endpoints
             )
-            # Infinite ones do not move.
+            # The difference of infinite bounds is NaN; they do not change.
             moves = np.nan_to_num(np.abs(last_bounds - first_bounds)).max(axis=0)
             changes = np.abs(endpoints[1].q - endpoints[0].q) + absolute_product(
                 family.problem.M, moves
@@ -300,7 +319,8 @@ class _Breakpoints:
 
     def are_pieces(self, n_breakpoints: int) -> bool:
         """Return whether on each piece between the first breakpoints both ends satisfy
-        the conditions of its states."""
+        the conditions of its basis.
+        """
         keeps = _keeps_sign(self.z)
         sizes = self.sizes
         z = self.z
@@ -333,8 +353,9 @@ class _Breakpoints:
         return bool(np.isfinite(self.t).all())
 
     def _rounding(self, piece: int, k: int, rows: Indices) -> Vector:
-        """Return what rounding of t may leave in some rows at an end of a piece,
-        breakpoint k."""
+        """Return the violations that rounding of t may cause in some rows at breakpoint
+        k, an end of a piece.
+        """
         larger = np.abs(self.z[piece : piece + 2]).max(axis=0)
         first, last = (
             np.abs(problem.q[rows]) for problem in (self.family.problem, self.family.to)
@@ -346,8 +367,9 @@ class _Breakpoints:
 
 
 def _keeps_sign(values: Vector) -> Mask:
-    """Return where values of breakpoints, shape (m, n), do not have opposite signs at
-    the ends of a piece beside."""
+    """Return where values at breakpoints, shape (m, n), do not change their sign on an
+    adjacent piece.
+    """
     changes = values[:-1] * values[1:] < 0
     before, after = (
         _before_and_after(changes)

@@ -1,5 +1,5 @@
-"""Presolve: a mixed problem without the free variables that single equations determine,
-and with its equations written so that the matrix shows its structure.
+"""Presolve: a mixed problem is reduced by the free variables that single equations
+determine, and its equations are rewritten so that the matrix shows its structure.
 
 The rules are those of A. L. Brearley, G. Mitra, H. P. Williams, Analysis of
 mathematical programming problems prior to applying the simplex algorithm, Mathematical
@@ -31,30 +31,31 @@ from lcpcli.typing import Indices, Vector
 Rule = Callable[[ReducedProblem], Iterator[PresolveStep]]
 
 DEFINITIONS = "definitions of free variables"
-# What each one takes away, and how; applied in turn, until none finds anything.
+# The rules by what they remove; they are applied in turn until none removes anything.
 RULES: dict[str, Rule] = {
     DEFINITIONS: rules.definitions_of_free_variables,
     "single entries of free variables": rules.single_entries_of_free_variables,
 }
-SIGNS = "signs of equations"  # comes last, and takes nothing away
+SIGNS = "signs of equations"  # comes last, and removes nothing
 ALL = (*RULES, SIGNS)
-# Of the variables: the methods for large problems gain little if fewer are removed.
+# Fraction of the variables that has to be removed: the methods for large problems gain
+# little if fewer are.
 WORTHWHILE = 0.4
-# Each costs some passes over the entries of M; what they leave, the methods solve as
-# well.
+# Each round costs some passes over the entries of M, and the methods solve the
+# remaining equations as well.
 MAX_ROUNDS = 20
 
 
 @dataclass(eq=False, repr=False)
 class Presolved(Change):
-    """The problem of the `kept_columns`; if there are none, a problem of one unknown
-    whose solution is 0.
+    """The reduced problem of the `kept_columns`; if there are none, a problem of one
+    unknown whose solution is 0.
 
-    rows, factors : their rows, and by what each was multiplied. steps : how the others
-        were removed.
+    rows, factors : their rows, and the factors by which these were multiplied. steps :
+        the steps that removed the other rows and columns.
     removed : the number of unknowns that each rule has removed. is_exact : whether
-    surely nothing was rounded or lost: no rule does that, or small integers have
-    remained integers.
+        nothing was rounded or replaced by 0: the rules applied do not do so, or small
+        integers have remained integers.
     """
 
     kept_columns: Indices
@@ -66,22 +67,30 @@ class Presolved(Change):
 
     @property
     def is_worthwhile(self) -> bool:
-        """Return whether much is removed, or what is left is monotone for all that is
-        seen, and was not."""
+        """Return whether presolve removes many unknowns, or multiplies rows by factors,
+        which may make the matrix monotone.
+        """
         return self.kept_columns.size <= (1 - WORTHWHILE) * self.original.n or bool(
             (self.factors != 1).any()
         )
 
     @property
     def has_new_rows(self) -> bool:
-        """Return whether rows are multiplied by factors, or equations assigned to other
-        variables."""
+        """Return whether rows are multiplied by factors, or equations are assigned to
+        other variables.
+        """
         return bool((self.factors != 1).any() or (self.rows != self.kept_columns).any())
 
     def start(self, x: Vector) -> Vector:
+        """Return a starting point of the reduced problem from one of the original."""
         return x[self.kept_columns] if self.kept_columns.size else np.zeros(1)
 
     def back(self, x: Vector) -> Vector:
+        """Return x of the original problem from x of the reduced one (postsolve).
+
+        The z of removed columns follow from the steps. In rows that still belong to
+        their columns, w is that of the reduced problem divided by the factor.
+        """
         z, inner = np.zeros(self.original.n), self.problem.box
         z[self.kept_columns] = inner.z_of(x)[: self.kept_columns.size]
         for step in reversed(self.steps):
@@ -98,21 +107,23 @@ class Presolved(Change):
         return original_x
 
     def residual(self, F: Vector) -> Vector:
-        """Return F of the original problem, 0 for the rows that are left out."""
+        """Return F of the original problem, 0 for the removed rows."""
         original_F = np.zeros(self.original.n)
         original_F[self.rows] = F[: self.rows.size] / self.factors
         return original_F
 
     def multipliers(self, y: Vector) -> Vector:
+        """Return a Farkas vector of the original problem from one of the reduced."""
         original_y = np.zeros(self.original.n)
         original_y[self.rows] = y[: self.rows.size]
         return _carried(self.original, original_y, self.steps)
 
 
-@np.errstate(all="ignore")  # a Problem is refused if numbers have overflowed
+@np.errstate(all="ignore")  # Problem raises an error if numbers have overflowed
 def presolved(problem_before: Problem, only: Collection[str] = ALL) -> Presolved | None:
-    """Return the problem after presolve by these rules; None if they change
-    nothing."""
+    """Return the problem after presolve by these rules, or None if they change
+    nothing.
+    """
     system = ReducedProblem(problem_before)
     steps = list[PresolveStep]()
     removed = dict[str, int]()
@@ -161,8 +172,9 @@ def presolved(problem_before: Problem, only: Collection[str] = ALL) -> Presolved
 
 
 def substituted(problem: Problem) -> Change:
-    """Return the problem without the free variables that equations define; where it has
-    none, nothing changes."""
+    """Return the problem without the free variables that equations define; the problem
+    itself if there are none.
+    """
     presolved_problem = (
         presolved(problem, only=(DEFINITIONS,))
         if problem.is_mixed and problem.box.free.any()
@@ -172,7 +184,7 @@ def substituted(problem: Problem) -> Change:
 
 
 def _problem(problem_before: Problem, system: ReducedProblem) -> Problem:
-    """Return the problem of what is left, sparse or dense as the given one is."""
+    """Return the reduced problem, sparse or dense as the original one is."""
     kept_columns, position = system.columns, np.zeros(system.n, dtype=np.intp)
     position[kept_columns] = np.arange(kept_columns.size)
     rows, columns = (
@@ -196,8 +208,9 @@ def _problem(problem_before: Problem, system: ReducedProblem) -> Problem:
 
 
 def _carried(problem: Problem, y: Vector, steps: Sequence[PresolveStep]) -> Vector:
-    """Return Farkas' y of the problem from that of the rows after some steps, without
-    signs that are rounding."""
+    """Return a Farkas vector y of the problem from that of the rows after the steps,
+    with 0 in place of components whose sign is wrong, which are rounding errors.
+    """
     for step in reversed(steps):
         step.postsolve_dual(y)
     low, high = (np.isfinite(bound) for bound in problem.box.vectors(problem.n))

@@ -1,16 +1,17 @@
-"""The rules of presolve: each looks for its pattern in what is left of a mixed problem,
-and removes what it can.
+"""The rules of presolve: each searches the reduced problem for a pattern, and removes
+rows and columns, or multiplies rows.
 
 A rule takes a `ReducedProblem` and yields its steps.
 
-The signs of equations are chosen last: factors of rows, and an assignment of equations
-to free variables, with which a matrix shows that it is monotone. The conditions of a
-program have M = [Q -A'; A 0] with Q positive semidefinite, but equations may be written
-with any sign and in any order, and rows of inequalities in other units than their
-multipliers have. D M, with a diagonal D, positive for the rows of bounded variables,
-has the same solutions; where the diagonal of M is 0, D M + M'D is positive semidefinite
-only if d_i M_ij = -d_j M_ji, which determines D, a Volterra multiplier: R. Redheffer,
-Volterra multipliers, SIAM J. Algebraic Discrete Methods 6 (1985) 592-611, 612-623.
+The last rule chooses the signs of equations: factors of rows, and an assignment of
+equations to free variables, that make a monotone matrix recognizable. The optimality
+conditions of a program have M = [Q -A'; A 0] with Q positive semidefinite, but
+equations may be written with any sign and in any order, and rows of inequalities may be
+scaled differently from their multipliers. D M, with a diagonal D that is positive for
+the rows of bounded variables, has the same solutions. Where the diagonal of M is 0, D M
++ M'D is positive semidefinite only if d_i M_ij = -d_j M_ji, which determines D, a
+Volterra multiplier: R. Redheffer, Volterra multipliers, SIAM J. Algebraic Discrete
+Methods 6 (1985) 592-611, 612-623.
 """
 
 from __future__ import annotations
@@ -33,9 +34,11 @@ from lcpcli.typing import Indices, Mask, Vector
 
 
 def definitions_of_free_variables(system: ReducedProblem) -> Iterator[PresolveStep]:
-    """An equation that defines a free variable, the only term of one other row and in
-    no third one, is put into that row, as modelling languages write F >= 0: by powers
-    of two and without sums, so that nothing is rounded."""
+    """Substitute definitions of free variables: an equation defines a free variable
+    that is the only term of one other row, and occurs in no third one, as modelling
+    languages write F >= 0. Only coefficients that are powers of two are used, and no
+    sums, so that nothing is rounded.
+    """
     entries = system.entries
     in_row, in_column = system.counts()
     equations = system.equations
@@ -57,7 +60,9 @@ def definitions_of_free_variables(system: ReducedProblem) -> Iterator[PresolveSt
 
 
 def single_entries_of_free_variables(system: ReducedProblem) -> Iterator[PresolveStep]:
-    """An equation that alone has a free variable determines it, after all others."""
+    """Remove an equation with a free variable that occurs in no other row: the equation
+    determines the variable after all others are known.
+    """
     entries, (_, columns) = system.entries, system.counts()
     alone = (
         system.free[entries.columns]
@@ -68,8 +73,9 @@ def single_entries_of_free_variables(system: ReducedProblem) -> Iterator[Presolv
 
 
 def _pivots(system: ReducedProblem, candidates: Entries) -> Iterator[PresolveStep]:
-    """Take entries that are alone in their rows, or in their columns, as pivots: one of
-    each row and each column."""
+    """Pivot on entries that are alone in their rows, or in their columns: at most one
+    of each row and each column.
+    """
     chosen_entries = np.unique(candidates.rows, return_index=True)[1]
     chosen_entries = chosen_entries[
         np.unique(candidates.columns[chosen_entries], return_index=True)[1]
@@ -83,23 +89,25 @@ def _pivots(system: ReducedProblem, candidates: Entries) -> Iterator[PresolveSte
 
 
 Pairs = tuple[Indices, Indices, Vector, Vector]
-# Between two factors of rows: more would cost the digits that it is to save.
+# The largest factor of a row: larger ones would lose more digits than symmetry saves.
 FARTHEST_FACTOR = 1e8
-# relative: how far rounding may have moved apart what is meant to be equal.
+# Numbers that differ by at most this, relatively, are considered equal up to rounding.
 EQUAL = 1e-12
-ASSIGNMENT_ROUNDS = 3  # each assigns equations by those that are assigned already
+# Rounds of assignments, each by means of the equations assigned before.
+ASSIGNMENT_ROUNDS = 3
 
 
 def signs_of_equations(system: ReducedProblem) -> Iterator[PresolveStep]:
-    """Factors of rows make the matrix skew-symmetric where its diagonal is 0, as a
-    monotone one is; entries that are equal to their mirror images, or opposite, but for
-    rounding, become so exactly."""
+    """Multiply rows by factors that make the matrix skew-symmetric where its diagonal
+    is 0, as a monotone one is. Entries M_ij and M_ji that are equal, or opposite, up to
+    rounding, are made exactly so.
+    """
     if not system.columns.size:
         return
     pairs = _pairs(system)
     raise_if_timed_out()
     i, _, forth, back = pairs
-    # An entry of the column, or its row, has no image.
+    # Indices whose row or column has an entry M_ij with M_ji = 0.
     unpaired = mask_of(system.n, i[(forth == 0) != (back == 0)])
     if (unpaired & system.free & (_diagonal(system) == 0)).any():
         _assign(system)
@@ -117,26 +125,23 @@ def signs_of_equations(system: ReducedProblem) -> Iterator[PresolveStep]:
         & (forth != sign * back)
         & (np.abs(forth - sign * back) <= EQUAL * np.abs(forth))
     )
-    # Entries of the later row stay, as constraints often come later, and proofs consist
-    # of these.
+    # The entries of the later row are not changed: constraints often come later, and
+    # their rows make up infeasibility proofs.
     if nearly.any():
         values = system.entries.values.copy()
         values[system.positions(system.row_of[i[nearly]], j[nearly])] = (sign * back)[
             nearly
         ]
-        system.entries, system.is_lossless = (
-            system.entries._replace(values=values),
-            False,
-        )
+        system.entries = system.entries._replace(values=values)
+        system.is_lossless = False
 
 
 def _pairs(system: ReducedProblem) -> Pairs:
-    """Return i, j, M_ij and M_ji for all i != j where one of the two entries is not 0,
-    rows named like columns."""
-    n, entries = (
-        system.n,
-        system.entries._replace(rows=system.column_of[system.entries.rows]),
-    )
+    """Return i, j, M_ij and M_ji for all i != j for which one of the two entries is not
+    0; rows are numbered like the columns that they belong to.
+    """
+    n = system.n
+    entries = system.entries._replace(rows=system.column_of[system.entries.rows])
     off = entries.part(entries.rows != entries.columns)
     keys = np.concatenate((off.rows * n + off.columns, off.columns * n + off.rows))
     keys.sort()  # np.unique takes ten times as long
@@ -148,6 +153,7 @@ def _pairs(system: ReducedProblem) -> Pairs:
 
 
 def _diagonal(system: ReducedProblem) -> Vector:
+    """Return the diagonal of M, indexed by columns."""
     entries, diagonal = system.entries, np.zeros(system.n)
     is_diagonal = system.column_of[entries.rows] == entries.columns
     diagonal[entries.columns[is_diagonal]] = entries.values[is_diagonal]
@@ -155,8 +161,9 @@ def _diagonal(system: ReducedProblem) -> Vector:
 
 
 def _factors(system: ReducedProblem, pairs: Pairs) -> Vector:
-    """Return the factor of each row; 1 in the connected parts of the matrix for which
-    there are none."""
+    """Return the factor d_i of each row; 1 in connected components of the matrix in
+    which d_i M_ij = -d_j M_ji has no suitable solution.
+    """
     n = system.n
     free = system.free
     diagonal = _diagonal(system)
@@ -178,7 +185,7 @@ def _factors(system: ReducedProblem, pairs: Pairs) -> Vector:
         coo_array((np.ones(i.size), (i, j)), shape=(n, n)), directed=False
     )
     root = np.zeros(number, dtype=np.intp)
-    # Where the sign is known, if it is anywhere.
+    # The root of a component is a row whose sign is known, if there is one.
     for members in (np.arange(n), np.flatnonzero(needed)):
         root[component[members[::-1]]] = members[::-1]
     positions = np.concatenate((i, np.full(number, n))), np.concatenate((j, root))
@@ -186,7 +193,7 @@ def _factors(system: ReducedProblem, pairs: Pairs) -> Vector:
         (np.ones(positions[0].size), positions), shape=(n + 1, n + 1)
     ).tocsr()
     order, before = (each.astype(np.intp) for each in breadth_first_order(links, n))
-    later = order[1:][before[order[1:]] < n]  # those of the roots are 1
+    later = order[1:][before[order[1:]] < n]  # the factors of the roots are 1
     steps = ratio[np.searchsorted(i * n + j, before[later] * n + later)]
     factor = [1.0] * n
     for k, source, step in zip(
@@ -210,9 +217,12 @@ def _factors(system: ReducedProblem, pairs: Pairs) -> Vector:
 
 
 def _assign(system: ReducedProblem) -> None:
-    """Assign equations to free variables whose columns have the same entries, but for a
-    factor and signs, or else entries in the same places, among variables whose rows are
-    assigned already: at first, of those with bounds."""
+    """Assign equations to free variables, in order to make the matrix symmetric or
+    skew-symmetric: an equation is assigned to a variable whose column has the same
+    entries up to signs and a factor, or else entries in the same positions. Only the
+    rows and columns that are assigned already are compared, at first those of variables
+    with bounds.
+    """
     is_assigned = ~system.free & (system.row_of >= 0)
     for _ in range(ASSIGNMENT_ROUNDS):
         raise_if_timed_out()
@@ -231,7 +241,8 @@ def _alike(
     system: ReducedProblem, is_assigned: Mask, of: Callable[[Vector], Vector]
 ) -> tuple[Indices, Indices]:
     """Return free columns and equations that agree in this function of their entries,
-    and with no others."""
+    and with no others.
+    """
     n = system.n
     column_of = system.column_of
     weights = generator(0).random(system.n) + 0.5
@@ -255,8 +266,9 @@ def _alike(
 
 
 def _keys(lines: Indices, sizes: Vector, weights: Vector, n: int) -> Vector:
-    """Return for each line the sum of its weights times its sizes relative to the
-    largest; 0 for an empty line."""
+    """Return for each line the sum of random weights times its sizes relative to the
+    largest, which is equal for equal lines; 0 for an empty line.
+    """
     largest = np.zeros(n)
     np.maximum.at(largest, lines, sizes)
     return summed(lines, weights * sizes / largest[lines], n)

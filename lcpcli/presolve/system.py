@@ -1,9 +1,9 @@
-"""The rows and columns of a mixed problem while presolve removes some of them, and the
-steps by which it does, each with its way back for z and for Farkas vectors.
+"""The rows and columns of a mixed problem while presolve removes some of them, and its
+steps, each with the inverse transformations of z and of Farkas vectors (postsolve).
 
-Column j has the variable z_j, and row i is w_i = (M z + q)_i. The row of a bounded
-variable is its complement; the rows of free variables are equations, and which of these
-belongs to which free variable makes no difference.
+Column j belongs to the variable z_j, and row i is w_i = (M z + q)_i. The row of a
+bounded variable is its complement; the rows of free variables are equations, which may
+be assigned to free variables in any order.
 """
 
 from __future__ import annotations
@@ -19,16 +19,18 @@ from lcpcli.linalg.matrices import is_sparse
 from lcpcli.model.problem import Problem
 from lcpcli.typing import Indices, Mask, Vector
 
-LARGEST_INTEGER = 2.0**50  # sums of a few are exact
+LARGEST_INTEGER = 2.0**50  # sums of few integers up to this are exact
 
 
 def mask_of(n: int, indices: Indices) -> Mask:
+    """Return a mask of length n that is True at these indices."""
     mask: Mask = np.zeros(n, dtype=bool)
     mask[indices] = True
     return mask
 
 
 def summed(positions: Indices, values: Vector, n: int) -> Vector:
+    """Return the sums of the values at equal positions, shape (n,)."""
     return np.bincount(positions, values, n).astype(np.float64, copy=False)
 
 
@@ -50,20 +52,20 @@ class Entries(NamedTuple):
 
 
 def unchanged(_: Vector) -> None:
-    """Change nothing."""
+    """Leave a vector unchanged, as the inverse transformation of a step without one."""
 
 
 class PresolveStep(NamedTuple):
-    """What a rule has done at one time, with both ways back, which change vectors of
-    shape (n,) in place.
+    """One application of a rule, with the inverse transformations, which change vectors
+    of shape (n,) in place.
 
     keeps_integers : whether integers have remained integers, so that nothing was
         rounded.
-    postsolve_primal : sets the z_j of the columns that were removed, from those that
-    were left.
-    postsolve_dual : turns Farkas' y of the rows after the step, 0 for the removed ones,
-    into that of the rows before it. They are functions of a module, with their first
-    arguments, as a step is pickled.
+    postsolve_primal : sets the z_j of the removed columns from those of the remaining
+        ones.
+    postsolve_dual : turns a Farkas vector y of the rows after the step, 0 for the
+        removed ones, into one of the rows before it. Both are module-level functions
+        with their first arguments bound, as steps are pickled.
     """
 
     keeps_integers: bool
@@ -79,22 +81,24 @@ def _solve(
     in_rows: Entries,
     z: Vector,
 ) -> None:
+    """Set z_j to solve the removed equations."""
     z[columns] = -(q + in_rows.times(z)[rows]) / pivots
 
 
 def _balance(
     rows: Indices, columns: Indices, pivots: Vector, in_columns: Entries, y: Vector
 ) -> None:
-    """Let (M'y)_j be 0."""
+    """Set y_i of the removed rows such that (M'y)_j = 0 in the removed columns."""
     y[rows] = -in_columns.transposed_times(y)[columns] / pivots
 
 
 def _scale(factors: Vector, y: Vector) -> None:
+    """Multiply y by the factors of the rows."""
     y *= factors
 
 
 class ReducedProblem:
-    """The rows and columns that are left, with the indices that they have in the
+    """The remaining rows and columns, with the indices that they have in the original
     problem.
 
     entries : those of M. q : the constants of the rows, with the definitions of removed
@@ -126,29 +130,32 @@ class ReducedProblem:
 
     @property
     def columns(self) -> Indices:
+        """Return the remaining columns."""
         return np.flatnonzero(self.row_of >= 0)
 
     @property
     def free(self) -> Mask:
+        """Return which of the remaining variables are free."""
         return np.asarray(
             (self.row_of >= 0) & np.isinf(self.lower) & np.isinf(self.upper)
         )
 
     @property
     def equations(self) -> Mask:
-        """Return which rows are those of free variables."""
+        """Return which rows belong to free variables."""
         return mask_of(self.n, self.row_of[self.free])
 
     @property
     def column_of(self) -> Indices:
-        """Return the column of each row, -1 for rows that are removed."""
+        """Return the column of each row, -1 for removed rows."""
         column_of_row, columns = np.full(self.n, -1), self.columns
         column_of_row[self.row_of[columns]] = columns
         return column_of_row
 
     def positions(self, rows: Indices, columns: Indices) -> Indices:
-        """Return where these entries are among all, or any place for those that are 0;
-        there is at least one."""
+        """Return the positions of these entries in the list of entries, arbitrary ones
+        for entries that are 0; there must be at least one entry.
+        """
         keys = self.entries.rows * self.n + self.entries.columns
         order = np.argsort(keys)
         return np.asarray(
@@ -160,6 +167,7 @@ class ReducedProblem:
         )
 
     def counts(self) -> tuple[Indices, Indices]:
+        """Return the numbers of entries of each row and of each column."""
         return np.bincount(self.entries.rows, minlength=self.n), np.bincount(
             self.entries.columns, minlength=self.n
         )
@@ -197,13 +205,12 @@ class ReducedProblem:
         )
 
     def multiply(self, factors: Vector) -> PresolveStep:
-        """Multiply rows by factors, those of bounded variables by positive ones; shape
-        (n,)."""
+        """Multiply rows by factors, shape (n,); those of bounded variables by positive
+        ones.
+        """
         entries = self.entries
-        self.entries, self.q = (
-            entries._replace(values=entries.values * factors[entries.rows]),
-            self.q * factors,
-        )
+        self.entries = entries._replace(values=entries.values * factors[entries.rows])
+        self.q = self.q * factors
         self.factors, self.terms = self.factors * factors, self.terms * np.abs(factors)
         return PresolveStep(
             bool((np.abs(factors) == 1).all()), postsolve_dual=partial(_scale, factors)
@@ -226,8 +233,9 @@ class ReducedProblem:
         self.entries = both.part(np.argsort(both.rows * self.n + both.columns))
 
     def pair(self, rows: Indices, columns: Indices) -> None:
-        """Exchange rows, without removing any, until each of these is the row of its
-        column."""
+        """Exchange rows, without removing any, until each of these rows belongs to its
+        column.
+        """
         is_moved = self.row_of[columns] != rows
         if not is_moved.any():
             return
@@ -240,6 +248,7 @@ class ReducedProblem:
             self.row_of[j], column_of[i] = i, j
 
     def remove(self, columns: Indices) -> None:
+        """Remove columns and their rows."""
         rows = mask_of(self.n, self.row_of[columns])
         self.row_of[columns] = -1
         self.entries = self.entries.part(

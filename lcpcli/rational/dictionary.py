@@ -1,23 +1,24 @@
 """Systems of linear equations and inequalities in exact arithmetic: dictionaries of
 integers, and the simplex method.
 
-A dictionary (V. Chvátal, Linear Programming, Freeman 1983) writes some affine functions
-of the unknowns, the basic forms, in terms of others, the cobasic ones. Divisions have
-no remainder (J. Edmonds, Systems of distinct representatives and linear algebra,
-Journal of Research of the National Bureau of Standards 71B (1967) 241-245), and ties
-are broken by R. G. Bland, New finite pivoting rules for the simplex method, Mathematics
-of Operations Research 2 (1977) 103-107. A row whose constant and coefficients have one
-sign proves that a form does not vanish (Farkas).
+A dictionary (V. Chvátal, Linear Programming, Freeman 1983) expresses some affine
+functions of the unknowns, the basic forms, in terms of others, the cobasic ones.
+Divisions leave no remainder (J. Edmonds, Systems of distinct representatives and linear
+algebra, Journal of Research of the National Bureau of Standards 71B (1967) 241-245),
+and ties are broken by the rule of R. G. Bland, New finite pivoting rules for the
+simplex method, Mathematics of Operations Research 2 (1977) 103-107. A row whose
+constant and coefficients have one sign proves that its form is not 0 on the polyhedron
+(Farkas).
 
-The vertices of a polyhedron are those of its feasible bases, which `bases` walks. Ties
-are broken lexicographically, as if each form that is basic at the start were relaxed a
-little, those that come first by far more: then every vertex is simple, and the graph of
-vertices and edges, which is connected, has been walked completely once no edge leads to
-a new one. (D. Avis, A revised implementation of the reverse search vertex enumeration
-algorithm, in: Polytopes - Combinatorics and Computation, Birkhäuser 2000, with the same
-pivots; here the bases are remembered, so that each is visited once.) The lexicographic
-minimum ratio test is described by R. W. Cottle, J.-S. Pang and R. E. Stone, The Linear
-Complementarity Problem, SIAM (2009), section 4.9.
+The vertices of a polyhedron are those of its feasible bases, which `bases` traverses.
+Ties are broken lexicographically, as if each form that is basic at the start were
+relaxed by a small amount, much smaller for each later form: then every vertex is
+simple, and the graph of vertices and edges, which is connected, is traversed completely
+once no edge leads to a new vertex. (D. Avis, A revised implementation of the reverse
+search vertex enumeration algorithm, in: Polytopes - Combinatorics and Computation,
+Birkhäuser 2000, uses the same pivots; here the bases are stored, so that each is
+visited once.) The lexicographic minimum ratio test is described by R. W. Cottle, J.-S.
+Pang and R. E. Stone, The Linear Complementarity Problem, SIAM (2009), section 4.9.
 """
 
 from __future__ import annotations
@@ -32,11 +33,11 @@ from lcpcli.linalg.patterns import connected
 from lcpcli.rational.elimination import clear, library
 from lcpcli.rational.numbers import primitive
 
-# Columns from which on the time is checked within a pivot too, which takes seconds for
-# thousands.
+# Columns from which the time limit is also checked within a pivot, as a pivot with
+# thousands of columns takes seconds.
 LONG_ROW = 500
-# That numbers may reach, from which on those of FLINT are faster, where it is
-# installed.
+# Bits that numbers may reach from which FLINT's integers, if it is installed, are
+# faster.
 LONG_BITS = 200
 
 RationalPoint = tuple[Fraction, ...]
@@ -48,9 +49,9 @@ class Dictionary:
     all signed forms are nonnegative.
 
     rows : for each basic form its constant and its coefficients of the cobasic forms,
-        all times `divisor` > 0.
+        all multiplied by `divisor` > 0.
     cobasic : the form of each column but the constant. Forms that are neither basic nor
-        cobasic are 0 throughout.
+        cobasic are 0 on the whole polyhedron.
     signed : the forms that are required to be nonnegative; others may have any sign.
     check : called before each pivot; it may raise.
     """
@@ -78,6 +79,8 @@ class Dictionary:
             }
 
     def copy(self) -> Dictionary:
+        """Return a copy whose pivots do not affect this one; rows are replaced by
+        pivots, never changed, so that they are shared."""
         other = Dictionary.__new__(Dictionary)
         other.__dict__.update(self.__dict__)
         other.rows = dict(self.rows)
@@ -86,7 +89,7 @@ class Dictionary:
         return other
 
     def value(self, form: int) -> int:
-        """Return the value of a form at the point, times `divisor`."""
+        """Return the value of a form at the point, multiplied by `divisor`."""
         row = self.rows.get(form)
         return int(row[0]) if row is not None else 0
 
@@ -95,16 +98,18 @@ class Dictionary:
         return sum(1 << form for form, row in self.rows.items() if row[0])
 
     def vanish(self, form: int) -> bool:
-        """Restrict the polyhedron to form = 0; return False if it is proved to be empty
-        then."""
+        """Restrict the polyhedron to form = 0; return False if that proves it to be
+        empty.
+        """
         if form in self.rows and not self._reach_zero(form):
             return False
         self._drop(form)
         return True
 
     def require(self, form: int) -> bool:
-        """Restrict the polyhedron to form >= 0; return False if it is proved to be
-        empty then."""
+        """Restrict the polyhedron to form >= 0; return False if that proves it to be
+        empty.
+        """
         if self.value(form) < 0 and not self._reach_zero(form):
             return False
         self.signed.add(form)
@@ -122,14 +127,17 @@ class Dictionary:
             }
 
     def is_zero(self, form: int) -> bool:
-        """Return whether the form is 0 on the whole polyhedron; the point may move."""
+        """Return whether the form is 0 on the whole polyhedron; pivots may move the
+        point.
+        """
         if self.value(form) or self.can_have_sign(form, 1):
             return False
         return form in self.signed or not self.can_have_sign(form, -1)
 
     def can_have_sign(self, form: int, sign: int) -> bool:
-        """Return whether the form is somewhere positive (sign 1), or negative (-1); the
-        point may move."""
+        """Return whether the form is positive (sign 1), or negative (-1), somewhere on
+        the polyhedron; pivots may move the point.
+        """
         bland = False
         while True:
             row = self.rows.get(form)
@@ -150,8 +158,9 @@ class Dictionary:
             self.pivot(leaving, move[0])
 
     def minimize(self, form: int) -> bool:
-        """Move to where a basic form that is not signed is least; return False if it
-        has no lower bound."""
+        """Move to a point where a basic form that is not signed is minimal; return
+        False if it has no lower bound.
+        """
         bland = False
         while (move := self._entering(self.rows[form], -1, bland)) is not None:
             leaving, value = self.leaving(*move)
@@ -162,12 +171,12 @@ class Dictionary:
         return True
 
     def restrict(self, objective: int, zero: int, signed: Iterable[int]) -> bool:
-        """Restrict the polyhedron to where one form is 0 and others are nonnegative,
-        and move from the point where `objective` is least to the new one, by the dual
-        simplex method; return False if nothing is left.
+        """Restrict the polyhedron to where the form `zero` is 0 and the forms `signed`
+        are nonnegative, and move from the minimizer of `objective` to the new one by
+        the dual simplex method; return False if the restricted polyhedron is empty.
 
-        Each pivot is the one after which the objective is largest. C. E. Lemke, The
-        dual method of solving the linear programming problem, Naval Research Logistics
+        Each pivot is the one that increases the objective most. C. E. Lemke, The dual
+        method of solving the linear programming problem, Naval Research Logistics
         Quarterly 1 (1954) 36-47.
         """
         self.signed.update(signed)
@@ -207,8 +216,9 @@ class Dictionary:
         return True
 
     def nearest(self, k: int, direction: int = 1) -> list[int]:
-        """Return the signed forms that reach 0 first as column k, counted from 1,
-        changes."""
+        """Return the signed forms that reach 0 first as the form of column k, counted
+        from 1, increases (direction 1) or decreases (-1).
+        """
         falling = [
             form
             for form, row in self.rows.items()
@@ -217,17 +227,19 @@ class Dictionary:
         return self._smallest_ratios(falling, 0, k, 1)
 
     def leaving(self, k: int, direction: int) -> tuple[int | None, int]:
-        """Return the first of the nearest forms, and its value; None if there is
-        none."""
+        """Return the first form to reach 0, by Bland's rule, and its value; None if no
+        form does.
+        """
         form = min(self.nearest(k, direction), default=None)
         return form, 0 if form is None else self.rows[form][0]
 
     def lexicographic(
         self, tied: list[int], k: int, order: Iterable[int], less: Collection[int] = ()
     ) -> int | None:
-        """Return the nearest form that would reach 0 first if the forms in `order` were
-        relaxed a little, or tightened if they are among `less`, earlier ones by far
-        more; None if there is none."""
+        """Return, of tied forms, the one that would reach 0 first if the forms in
+        `order` were relaxed by small amounts, or tightened if they are among `less`, by
+        much smaller amounts for later ones; None if no form is tied.
+        """
         if len(tied) > 1:
             columns = {form: j for j, form in enumerate(self.cobasic, 1)}
             for relaxed in order:
@@ -244,15 +256,16 @@ class Dictionary:
         return tied[0] if tied else None
 
     def direction(self, k: int, forms: Iterable[int]) -> list[int]:
-        """Return how forms change as column k grows, in integers without a common
-        divisor."""
+        """Return how forms change as the form of column k increases, in integers
+        without a common divisor.
+        """
         column = {form: row[k] for form, row in self.rows.items()} | {
             self.cobasic[k - 1]: self.divisor
         }
         return primitive([column.get(form, 0) for form in forms])
 
     def pivot(self, leaving: int, k: int) -> None:
-        """Exchange a basic form for the cobasic one of column k, counted from 1."""
+        """Exchange a basic form and the cobasic form of column k, counted from 1."""
         self.check()
         top = self.rows.pop(leaving)
         old = self.divisor
@@ -277,8 +290,9 @@ class Dictionary:
     def _smallest_ratios(
         self, forms: list[int], j: int, k: int, sign: int
     ) -> list[int]:
-        """Return the forms whose entry in column j, times a sign, is least relative to
-        the size of that in column k."""
+        """Return the forms with the smallest ratio of their entry in column j,
+        multiplied by a sign, to the size of their entry in column k.
+        """
         best: list[int] = []
         value, size = 0, 1
         for form in forms if len(forms) > 1 else ():
@@ -294,8 +308,9 @@ class Dictionary:
         return best or forms
 
     def _reach_zero(self, form: int) -> bool:
-        """Move to where a basic form is 0 and make it cobasic, unless 0 throughout;
-        return False if it is 0 nowhere."""
+        """Move to a point where a basic form is 0 and make it cobasic, unless it is 0
+        on the whole polyhedron; return False if it is 0 nowhere.
+        """
         bland = False
         while (row := self.rows.get(form)) is not None:
             if not row[0]:
@@ -321,9 +336,12 @@ class Dictionary:
     def _entering(
         self, row: list[int], sign: int, bland: bool, objective: int = -1
     ) -> tuple[int, int] | None:
-        """Return a column, of those that change an objective least for their change of
-        a form with that sign, and the direction in which it does; None if there is
-        none."""
+        """Return the column of a form that can enter, and the direction in which it
+        changes: one that moves the basic form of `row` in the direction `sign` with the
+        smallest change of the objective relative to that; None if there is none.
+        Without an objective, it is the one with the largest coefficient, or by Bland's
+        rule the first one.
+        """
         costs = self.rows.get(objective)
         best = None
         smallest_change = 0
@@ -348,7 +366,7 @@ class Dictionary:
         return None if best is None else best[1:]
 
     def _drop(self, form: int) -> None:
-        """Leave out a form that is 0 throughout."""
+        """Remove a form that is 0 on the whole polyhedron."""
         self.rows.pop(form, None)
         if form in self.cobasic:
             k = self.cobasic.index(form)
@@ -359,7 +377,7 @@ class Dictionary:
 
 
 class Vertex(RationalPoint):
-    """A point whose hash is computed once, as the hash of a fraction takes long."""
+    """A point that stores its hash, as hashing fractions takes long."""
 
     _hash: int | None = None
 
@@ -373,12 +391,12 @@ def generators(
     start: Dictionary, forms: Sequence[int], max_bases: float = math.inf
 ) -> list[list[Direction]] | None:
     """Return the vertices, rays and lines of a polyhedron from a feasible dictionary;
-    None if they take more than `max_bases` bases. The polyhedron is the product of the
-    polyhedra of independent parts.
+    None if there are more than `max_bases` bases. The polyhedron is the product of the
+    polyhedra of its independent parts.
 
-    Each is given by the values of forms that distinguish points, in integers without a
-    common divisor; the values of a vertex are divided by the number before them. If
-    there are lines, points, one on each minimal face, take the place of the vertices.
+    A vertex, ray or line consists of the values of forms that distinguish points, in
+    integers without a common divisor; those of a vertex are preceded by the number that
+    divides them. If there are lines, the vertices are points, one on each minimal face.
     """
     start = start.copy()
     lines = _without_lines(start, forms)
@@ -418,16 +436,18 @@ def generators(
 
 
 def _values(dictionary: Dictionary, forms: Iterable[int]) -> Direction:
-    """Return the values of forms at the point, after the number by which they are
-    divided."""
+    """Return the common divisor of the values of forms at the point, and these
+    values.
+    """
     return tuple(
         primitive([dictionary.divisor, *(dictionary.value(form) for form in forms)])
     )
 
 
 def _parts(whole: Dictionary) -> Iterator[Dictionary]:
-    """Yield the independent parts of a dictionary, whose rows have no column in
-    common."""
+    """Yield the independent parts of a dictionary: their rows have no columns in
+    common.
+    """
     rows = list(whole.rows.items())
     first = len(whole.cobasic)
 
@@ -450,14 +470,17 @@ def _parts(whole: Dictionary) -> Iterator[Dictionary]:
 
 
 def bases(dictionary: Dictionary) -> Iterator[tuple[Dictionary, list[int]]]:
-    """Yield the bases at all vertices, each vertex at least once, with the columns of
-    unbounded edges, counted from
-    1. The dictionary is feasible with signed cobasic forms, and is pivoted from basis
-      to basis and back."""
+    """Yield the dictionary at each feasible basis of the perturbed polyhedron, so that
+    each vertex occurs at least once, with the columns of unbounded edges, counted from
+    1.
+
+    The dictionary is feasible with signed cobasic forms; it is pivoted from basis to
+    basis and back, a depth-first search of the graph of vertices and edges.
+    """
     order = [form for form in dictionary.rows if form in dictionary.signed]
     basis = sum(1 << form for form in dictionary.cobasic)
     seen = {basis}
-    # Of each basis on the way, those that have not been tried.
+    # The edges that have not been followed, for each basis on the path from the start.
     moves: list[list[tuple[int, int]]] = []
     back: list[tuple[int, int, int]] = []
     while True:
@@ -486,8 +509,9 @@ def bases(dictionary: Dictionary) -> Iterator[tuple[Dictionary, list[int]]]:
 
 
 def _without_lines(start: Dictionary, forms: Sequence[int]) -> list[Direction]:
-    """Return the lines of the polyhedron and take their columns out; all other columns
-    become signed."""
+    """Return the lines of the polyhedron and remove their columns; all other columns
+    become signed.
+    """
     lines = []
     for form in [form for form in start.cobasic if form not in start.signed]:
         k = start.cobasic.index(form) + 1

@@ -1,19 +1,18 @@
-"""Elimination on integers without fractions: minors, and linear systems in rational
-arithmetic.
+"""Fraction-free elimination on integers: minors, definiteness, and linear systems in
+rational arithmetic; and limits on work, counted rather than timed, so that the same
+input has the same output on every machine.
 
 E. H. Bareiss, Sylvester's identity and multistep integer-preserving Gaussian
 elimination, Mathematics of Computation 22 (1968) 565-578: after the pivots of an index
-set P, entry (i, j) is the minor of rows P + i and columns P + j. Larger systems are
-solved by FLINT (https://flintlib.org), where python-flint is installed: a nonsingular
-one takes n^3 operations modulo primes and a p-adic lifting (J. D. Dixon, Exact solution
-of linear equations using p-adic expansions, Numerische Mathematik 40 (1982) 137-141), a
-second for n = 400 and entries of 7 bits. Both give the same results. FLINT holds the
-interpreter's lock, so that neither Ctrl-C nor a time limit could end the wait for it in
-a thread: calls that may take long are made in a process of their own, which can be
-ended at once and takes 0.2 seconds to start.
+set P, entry (i, j) is the minor of the rows P + i and the columns P + j.
 
-How much work exact arithmetic may do, counted rather than timed: the same input gives
-the same output everywhere.
+Larger systems are solved by FLINT (https://flintlib.org) if python-flint is installed:
+a nonsingular one takes n^3 operations modulo primes and a p-adic lifting (J. D. Dixon,
+Exact solution of linear equations using p-adic expansions, Numerische Mathematik 40
+(1982) 137-141), a second for n = 400 and entries of 7 bits. Both ways have the same
+results. FLINT holds the interpreter's lock, so that in a thread neither Ctrl-C nor a
+time limit could interrupt it: calls that may take long are made in a separate process,
+which can be killed at once and takes 0.2 seconds to start.
 """
 
 from __future__ import annotations
@@ -33,13 +32,15 @@ from lcpcli.errors import ParameterError, missing
 from lcpcli.interrupts import TimeIsUp, raise_if_timed_out, remaining
 from lcpcli.rational.exact_problem import ExactProblem
 
-MAX_PLAIN_ROWS = 16  # up to which FLINT is not faster
-# Times n^3: the time by FLINT for a nonsingular system, for each bit of its longest
+MAX_PLAIN_ROWS = 16  # rows up to which FLINT is not faster
+# FLINT takes n^3 times this for a nonsingular system, for each bit of its longest
 # entry.
 SECONDS_PER_BIT = 1e-9
-SECONDS_PER_STEP = 5e-10  # of elimination modulo a prime, twice
+# Time per multiplication for two eliminations modulo a prime.
+SECONDS_PER_STEP = 5e-10
 PRIME = 2**61 - 1  # fits in a machine word
-# From which on a call is made in another process, which takes 0.2 s to start.
+# Estimated time from which a call is made in another process, which takes 0.2 s to
+# start.
 LONG_CALL_SECONDS = 0.5
 CODE = (
     "import sys; sys.path[:] = sys.argv[1:]; from lcpcli.rational.elimination "
@@ -59,8 +60,9 @@ def require() -> Any:
 
 
 def library() -> Any:
-    """Return the module flint, which is faster for large systems or long integers; None
-    if it is not installed."""
+    """Return the module flint, which is faster for large systems or long integers, or
+    None if it is not installed.
+    """
     with imports, suppress(ModuleNotFoundError):
         import flint
 
@@ -72,8 +74,9 @@ def solve(
     A: Rows, b: Sequence[int]
 ) -> tuple[list[Fraction] | None, list[list[Fraction]]]:
     """Return a solution x of A x = b, for integers A of shape (m, n) and b of length m,
-    with 0 for unknowns whose columns depend on earlier ones, None if there is none; and
-    a basis of the solutions of A x = 0."""
+    with 0 for unknowns whose columns depend on earlier ones, or None if there is none;
+    and a basis of the solutions of A x = 0.
+    """
     m, n = len(A), len(A[0]) if A else 0
     if m == n > MAX_PLAIN_ROWS and library():
         ratios = call(solved, duration(A), A, list(b))
@@ -101,13 +104,14 @@ def bits(A: Rows) -> int:
 
 
 def duration(A: Rows) -> float:
-    """Return roughly the seconds that `solve` takes for a nonsingular A of many
-    rows."""
+    """Return roughly the seconds that `solve` takes for a nonsingular A with many
+    rows.
+    """
     return SECONDS_PER_BIT * bits(A) * float(len(A)) ** 3
 
 
 def particular(A: Rows, b: Sequence[int]) -> list[Fraction] | None:
-    """Return a solution x of A x = b, as `solve` does; None if none is found.
+    """Return a solution x of A x = b, or None if there is none.
 
     For a large system, FLINT solves a nonsingular part that has the same rank modulo a
     prime. The other equations are not checked: they hold if A x = b has a solution,
@@ -128,8 +132,9 @@ def particular(A: Rows, b: Sequence[int]) -> list[Fraction] | None:
 
 
 def _reduced(rows: list[list[int]], n: int) -> tuple[list[list[int]], list[int], int]:
-    """Return the reduced row echelon form of n columns times a divisor, its pivot
-    columns, and the divisor."""
+    """Return the reduced row echelon form of the first n columns, multiplied by a
+    divisor, the pivot columns, and the divisor.
+    """
     if len(rows) > MAX_PLAIN_ROWS and library():
         whole, divisor, rank = call(reduced, duration(rows), rows)
         leading = [
@@ -155,34 +160,38 @@ def _reduced(rows: list[list[int]], n: int) -> tuple[list[list[int]], list[int],
 
 
 def _pivots(A: Any) -> list[int]:
-    """Return the pivot columns of a matrix of FLINT modulo a prime."""
+    """Return the pivot columns of a FLINT matrix modulo a prime."""
     reduced, rank = A.rref()
     return [next(j for j in range(A.ncols()) if reduced[i, j]) for i in range(rank)]
 
 
 class Definiteness(NamedTuple):
-    """Index sets of a zero and of a negative principal minor, which prove that a
-    symmetric matrix is not positive definite, or not semidefinite; None if there is
-    none."""
+    """Index sets of a principal minor that is 0, and of one that is negative, which
+    prove that a symmetric matrix is not positive definite, or not semidefinite; None if
+    there is none.
+    """
 
     zero: tuple[int, ...] | None
     negative: tuple[int, ...] | None
 
 
 def clear(row: Sequence[int], top: Sequence[int], k: int, previous: int) -> list[int]:
-    """Return a row after the pivot top[k], with a zero in its column; previous : the
-    preceding pivot."""
+    """Return a row after elimination with the pivot top[k]: its entry in column k is 0.
+    previous : the preceding pivot, which divides all entries.
+    """
     pivot, factor = top[k], row[k]
     return [(pivot * a - factor * b) // previous for a, b in zip(row, top, strict=True)]
 
 
 def eliminated(A: Rows, previous: int) -> Rows:
-    """Return the matrix after the pivot A[0][0], which is not 0, without its row and
-    column."""
+    """Return the matrix after elimination with the pivot A[0][0], which is not 0,
+    without its row and column.
+    """
     return [clear(row, A[0], 0, previous)[1:] for row in A[1:]]
 
 
 def symmetrized(A: Rows) -> Rows:
+    """Return A + A'."""
     return [[value + A[j][i] for j, value in enumerate(row)] for i, row in enumerate(A)]
 
 
@@ -251,6 +260,7 @@ def principal_minors(
 
 
 def determinant(A: Rows) -> int:
+    """Return the determinant of a square matrix of integers."""
     sign, previous = 1, 1
     while len(A) > 1:
         k = next((i for i, row in enumerate(A) if row[0]), None)
@@ -276,8 +286,9 @@ def solved(A: Rows, b: Sequence[int]) -> list[tuple[int, int]] | None:
 
 
 def independent(A: Rows) -> tuple[list[int], list[int]]:
-    """Return the rows and the columns of a nonsingular part of A that has the same rank
-    modulo a prime."""
+    """Return the rows and the columns of a nonsingular submatrix of A with the same
+    rank modulo a prime.
+    """
     flint = require()
     columns = _pivots(flint.nmod_mat(flint.fmpz_mat(A), PRIME))
     part = [[row[j] for j in columns] for row in A]
@@ -285,15 +296,17 @@ def independent(A: Rows) -> tuple[list[int], list[int]]:
 
 
 def reduced(A: Rows) -> tuple[list[list[int]], int, int]:
-    """Return the reduced row echelon form of A times a divisor, that divisor, and the
-    rank."""
+    """Return the reduced row echelon form of A multiplied by a divisor, that divisor,
+    and the rank.
+    """
     rows, divisor, rank = library().fmpz_mat(A).rref()
     return [[int(value) for value in row] for row in rows.tolist()], int(divisor), rank
 
 
 def call(function: Callable[..., Any], seconds: float, *arguments: Any) -> Any:
-    """Return the result of a function of this module that takes about so many seconds;
-    raise TimeIsUp in time."""
+    """Return the result of a function of this module, in another process if it takes
+    long by this estimate of its seconds; raise TimeIsUp when the time limit is reached.
+    """
     if seconds > LONG_CALL_SECONDS and sys.executable:
         with imports:
             import subprocess
@@ -319,34 +332,40 @@ def call(function: Callable[..., Any], seconds: float, *arguments: Any) -> Any:
 
 
 def serve() -> None:
-    """Make the call that standard input describes, and write its result."""
+    """Make the call that standard input describes, and write its result to standard
+    output.
+    """
     name, arguments = marshal.load(sys.stdin.buffer)
     sys.stdout.buffer.write(marshal.dumps(globals()[name](*arguments)))
 
 
-# What a pivot on n rows usually takes, in seconds, for each of n^2 entries, and for
-# each of their bits and rows.
+# The usual time of a pivot on n rows, in seconds for each of n^2 entries, and in
+# addition for each of them times bits times rows.
 OF_ENTRY, OF_BIT = 2e-7, 6e-10
 
 
 class Effort:
-    """Work that may be done, in usual seconds, and what has been `spent` of it; the
-    time limit of the run holds too."""
+    """A limit on work, in seconds that it usually takes, and the part of it that is
+    `spent`; the time limit of the run holds too.
+    """
 
     def __init__(self, seconds: float = math.inf) -> None:
         self._max_seconds, self.spent = seconds, 0.0
 
     def allows(self, seconds: float = 0.0) -> bool:
+        """Return whether this much work remains, and time for it."""
         return self.spent + seconds <= self._max_seconds and seconds < remaining()
 
     def spend(self, seconds: float) -> None:
-        """Count work; raise TimeIsUp if that is more than there was, or when the time
-        is up."""
+        """Count work; raise TimeIsUp if it exceeds the limit, or the time limit is
+        reached.
+        """
         self.spent += seconds
         if not self.allows():
             raise TimeIsUp
 
     def steps(self, data: ExactProblem) -> Callable[[], None]:
-        """Return a function to call before each pivot on a tableau of these data, which
-        counts it."""
+        """Return a function to be called before each pivot on a tableau of these data,
+        which counts its work.
+        """
         return partial(self.spend, data.n**2 * (OF_ENTRY + OF_BIT * data.n * data.bits))

@@ -1,7 +1,9 @@
-"""An LCP with rational data, and the exact verification of a z or a y for it.
+"""An LCP or a mixed problem with rational data, and the exact verification of a
+solution z or of a Farkas vector y.
 
-Each row of [M | q] is kept multiplied by the least common denominator of its entries,
-as integers: the solutions z stay the same, and sums of products need no gcd.
+Each row of [M | q] is stored in integers, multiplied by the least common denominator of
+its entries: the solutions z are the same, and sums of products need no greatest common
+divisors.
 """
 
 from __future__ import annotations
@@ -32,16 +34,16 @@ from lcpcli.rational.numbers import (
 )
 from lcpcli.typing import Indices, Matrix, States, Vector
 
-Rows = list[dict[int, Fraction]]  # of a matrix: each nonzero entry, by its column
-Bounds = list[Fraction | None]  # None for no bound
-# M, q if given, and bounds.
+Rows = list[dict[int, Fraction]]  # the nonzero entries of each row, by their columns
+Bounds = list[Fraction | None]  # None for an infinite bound
+# M, q (which may be None), and bounds.
 ExactParts: TypeAlias = tuple[Rows, list[Fraction] | None, Bounds | None, Bounds | None]
 
 
 class ExactProblem:
     """A problem with exact data.
 
-    problem : the problem rounded to doubles.
+    problem : the problem rounded to double precision.
     lower, upper : the bounds of z; None for those of an LCP.
     rows, constants, scales : integers with rows[i][j] / scales[i] = M_ij, constants[i]
         / scales[i] = q_i; scales > 0.
@@ -55,7 +57,7 @@ class ExactProblem:
         lower: Bounds | None = None,
         upper: Bounds | None = None,
     ):
-        """M, q : as Fractions, or as doubles, which are taken as exact; M by its
+        """M, q : as Fractions, or as floats, which are taken as exact; M by its
         rows."""
         self.problem, self.n = problem, problem.n
         self.lower: Bounds = [Fraction(0)] * problem.n if lower is None else lower
@@ -69,6 +71,7 @@ class ExactProblem:
 
     @cached_property
     def bits(self) -> int:
+        """Return the number of bits of the longest integer."""
         numbers = (
             value
             for row, c in zip(self.rows, self.constants, strict=True)
@@ -78,14 +81,16 @@ class ExactProblem:
 
     @cached_property
     def blocks(self) -> list[list[int]]:
-        """Return the connected parts of M, the small ones first: i is connected with j
-        where M_ij is not 0. Each is a problem of its own."""
+        """Return the connected components of M, in order of increasing size: i and j
+        are connected if M_ij is not 0. Each is an independent problem.
+        """
         edges = ((i, j) for i, row in enumerate(self.rows) for j in row)
         return sorted(connected(self.n, edges), key=len)
 
     def part(self, indices: Sequence[int]) -> ExactProblem:
-        """Return the problem of some unknowns and their rows, such as a connected part
-        of M."""
+        """Return the problem of some unknowns and their rows, such as a connected
+        component of M.
+        """
         position = {i: k for k, i in enumerate(indices)}
         rows = [
             {position[j]: Fraction(a, self.scales[i]) for j, a in self.rows[i].items()}
@@ -106,7 +111,7 @@ class ExactProblem:
 
     @classmethod
     def of_floats(cls, problem: Problem) -> ExactProblem:
-        """Return the problem with its doubles as exact rational numbers."""
+        """Return the problem with its floats as exact rational numbers."""
         return cls(
             problem,
             rows_of(problem.M, float),
@@ -124,8 +129,9 @@ class ExactProblem:
 
     @classmethod
     def of_basis(cls, problem: Problem, basis: States) -> ExactProblem:
-        """Return the same with zeros for the columns of M that the basic solution of a
-        basis does not use."""
+        """Return the problem with its floats as exact numbers, but zeros in the columns
+        of M that do not affect the basic solution of a basis.
+        """
         used = (basis == BASIC) | (problem.box.nonbasic(basis) != 0)
         M = scaled(problem.M, np.ones(problem.n), used.astype(float))
         return cls(
@@ -140,7 +146,8 @@ class ExactProblem:
         cls, problem: Problem, kept_rows: Indices, number: Callable[[Any], Fraction]
     ) -> ExactProblem:
         """Return the problem with some rows of M and q as exact numbers, and zeros in
-        place of the others."""
+        the other rows.
+        """
         exact_rows = dict(
             zip(kept_rows.tolist(), rows_of(problem.M[kept_rows], number), strict=True)
         )
@@ -157,12 +164,14 @@ class ExactProblem:
 
     @classmethod
     def of_decimals(cls, problem: Problem) -> ExactProblem:
-        """Return the problem with the shortest decimal of each double: as written, up
-        to 15 digits."""
+        """Return the problem with the shortest decimal of each float, which is the
+        number as written if that has at most 15 digits.
+        """
         return cls(problem, *decimal_parts_of(problem))
 
     @property
     def M(self) -> Rows:
+        """Return M in fractions."""
         rows = zip(self.rows, self.scales, strict=True)
         return [{j: Fraction(a, scale) for j, a in row.items()} for row, scale in rows]
 
@@ -180,6 +189,7 @@ class ExactProblem:
         ]
 
     def is_solution(self, z: Sequence[Fraction]) -> bool:
+        """Return whether z solves the problem exactly."""
         return not any(self.gaps(z, self.w(z)))
 
     def gaps(self, z: Sequence[Fraction], w: Sequence[Fraction]) -> list[Fraction]:
@@ -204,8 +214,9 @@ class ExactProblem:
         )
 
     def refuted_by(self, y: Sequence[Fraction]) -> bool:
-        """Return whether y proves that no z within the bounds has w with the signs that
-        they ask for, as in `verify.farkas`; for an LCP y >= 0, M'y <= 0, q'y < 0."""
+        """Return whether y proves that no z within its bounds has w of the required
+        signs, as in `verify.farkas`; for an LCP: y >= 0, M'y <= 0, q'y < 0.
+        """
         columns, total = self.with_transpose(y)
         for value, column, low, high in zip(
             y, columns, self.lower, self.upper, strict=True
@@ -220,15 +231,16 @@ class ExactProblem:
         return total < 0
 
     def are_floats(self) -> bool:
-        """Return whether `problem` holds the data without rounding."""
-        # Denominators of doubles are powers of two.
+        """Return whether the floats of `problem` are exactly the data."""
+        # The denominators of floats are powers of two.
         if any(scale & (scale - 1) for scale in self.scales):
             return False
         return self._equal(self.of_floats(self.problem))
 
     def are_doubles(self) -> bool:
-        """Return whether the data are the doubles of `problem`, or the decimals as
-        which these are written."""
+        """Return whether the data are the floats of `problem`, or their shortest
+        decimals.
+        """
         return self.are_floats() or self._equal(self.of_decimals(self.problem))
 
     def _equal(self, other: ExactProblem) -> bool:
@@ -239,8 +251,9 @@ class ExactProblem:
         )
 
     def in_integers(self) -> Problem | None:
-        """Return the problem with its rows times `scales`, with the same z; None if
-        doubles cannot represent it."""
+        """Return the problem with its rows multiplied by `scales`, which has the same
+        z; None if these integers are not representable in double precision.
+        """
         numbers = chain((self.constants,), (row.values() for row in self.rows))
         if any(
             abs(value) > LARGEST_INTEGER
@@ -261,8 +274,9 @@ class ExactProblem:
 
 
 def _in_integers(row: dict[int, Any], constant: Any) -> tuple[dict[int, int], int, int]:
-    """Return the row and the constant times the least positive integer that makes them
-    integers, and that integer."""
+    """Return the row and the constant multiplied by the smallest positive integer that
+    makes them integers, and that integer.
+    """
     (numerator, denominator), ratios = (
         constant.as_integer_ratio(),
         [entry.as_integer_ratio() for entry in row.values()],
@@ -285,8 +299,9 @@ def number_of(value: Any) -> Fraction:
 def rows_of(
     M: Matrix, number: Callable[[Any], Any] = number_of
 ) -> list[dict[int, Any]]:
-    """Return the nonzero entries of the rows of a dense or sparse matrix: by default as
-    exact rational numbers."""
+    """Return the nonzero entries of each row of a dense or sparse matrix, by default as
+    exact rational numbers.
+    """
     if not is_sparse(M):
         return [
             {j: number(a) for j, a in enumerate(row) if a}
@@ -305,8 +320,9 @@ def rows_of(
 def parts_of(
     data: Problem, number: Callable[[Any], Fraction] = number_of
 ) -> ExactParts:
-    """Return M, q and the bounds as rational numbers: by default exactly their
-    doubles."""
+    """Return M, q and the bounds as rational numbers, by default exactly their
+    floats.
+    """
     return (
         rows_of(data.M, number),
         [number(value) for value in data.q.tolist()],
@@ -322,13 +338,14 @@ def _bounds_of(
 
 
 def bounds_of(bound: Vector, number: Callable[[Any], Fraction] = number_of) -> Bounds:
-    """Return the entries of a bound as rational numbers, None for infinite ones."""
+    """Return bounds as rational numbers, None for infinite ones."""
     return [number(value) if math.isfinite(value) else None for value in bound.tolist()]
 
 
 def decimal_parts_of(problem: Problem) -> ExactParts:
-    """Return the parts of a problem with the shortest decimal of each double; for a
-    game, those from its payoffs."""
+    """Return M, q and the bounds with the shortest decimal of each float; for a game,
+    computed from the shortest decimals of its payoffs.
+    """
     parts = problem.formulation.exact_conditions()
     if parts is not None:
         M, q, lower, upper = (*parts, None, None)[:4]
@@ -339,16 +356,18 @@ def decimal_parts_of(problem: Problem) -> ExactParts:
 def gap(
     z: Fraction, w: Fraction, low: Fraction | None, high: Fraction | None
 ) -> Fraction:
-    """Return max(z - high, min(z - low, w))."""
+    """Return z - mid(low, high, z - w) = max(z - high, min(z - low, w))."""
     above = w if low is None else min(z - low, w)
     return above if high is None else max(z - high, above)
 
 
 def fractions_of(values: Vector) -> list[Fraction]:
+    """Return floats as exact fractions."""
     return [number_of(value) for value in values.tolist()]
 
 
 def _like(M: Matrix, rows: list[dict[int, int]]) -> Matrix:
+    """Return the matrix with these rows, dense or sparse as M is."""
     if not is_sparse(M):
         return np.array(
             [[float(row.get(j, 0)) for j in range(len(rows))] for row in in_time(rows)]
@@ -364,9 +383,10 @@ def _like(M: Matrix, rows: list[dict[int, int]]) -> Matrix:
 
 
 def exact_parts(parse: Callable[[Doubles], Problem]) -> ExactParts:
-    """Return the parts of a problem with its numbers as written."""
+    """Return the parts of a problem with its numbers as written in a text."""
     content = written(parse)
-    # The sides of a row of a program are the same double.
+    # A program with different sides of a row that round to the same float has a
+    # different number of unknowns in the two readings.
     if content.distinct.n != content.rounded.n:
         return decimal_parts_of(content.rounded)
     return parts_of(content.distinct, content.number)

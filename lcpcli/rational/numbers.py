@@ -1,11 +1,12 @@
-"""Rational numbers: from text and back, from doubles and back, and exact sums of
-doubles.
+"""Rational numbers: conversion from and to text and floating-point numbers, and exact
+sums of floating-point numbers.
 
-Text passes through `decimal`, which unlike int and str has no limit on digits, and
-where an exponent costs nothing until it is expanded, so that it can be rejected first.
-Doubles that were read from text can each stand for only one number of the text
-(`Doubles`): what is made of them by moving them or changing signs then applies to these
-numbers.
+Text is converted by `decimal`, which unlike int and str has no limit on digits, and in
+which an exponent costs nothing until it is expanded, so that too large ones can be
+rejected first. To read a text with exact numbers through code that handles floats, it
+is read twice: first with the nearest floats, then with a different float for each
+number of the text (`Doubles`). Whatever moves these floats or changes their signs then
+applies to the exact numbers.
 """
 
 from __future__ import annotations
@@ -25,15 +26,15 @@ from lcpcli.interrupts import in_time, raise_if_timed_out
 from lcpcli.linalg.doubles import LARGEST_DOUBLE, SMALLEST_NORMAL, WIDEST
 from lcpcli.typing import Mask, Vector
 
-# Up to here every integer is exactly representable in double precision.
+# Every integer up to this is exactly representable in double precision.
 LARGEST_INTEGER = 2**53
-# The largest decimal exponent that is expanded: integers of more digits slow everything
-# down.
+# The largest decimal exponent that is expanded: arithmetic with longer integers is
+# slow.
 LARGEST_EXPONENT = 5000
-MAX_SHOWN_DIGITS = 25  # of a fraction in a line of text
+MAX_SHOWN_DIGITS = 25  # digits of a fraction in a line of text
 KEEP_DIGITS = "scale the data; lcp solve --exact keeps all digits"
-MANTISSA = 53  # binary digits of a double
-SUBNORMAL = 1074  # the smallest positive double is 2 to the minus this
+MANTISSA = 53  # binary digits of a double precision number
+SUBNORMAL = 1074  # the smallest positive double precision number is 2^-1074
 RATIO = re.compile(r"[-+]?[0-9]+/[0-9]+")
 # A number as users write it where a format has texts: a decimal, a ratio, infinity.
 NUMBER = re.compile(
@@ -43,16 +44,18 @@ NUMBER = re.compile(
 # What a text has if a number in it may be 0 in double precision without being 0: an
 # exponent of three digits, many zeros, or a long denominator.
 MAY_UNDERFLOW = re.compile(rb"[eE]-0*[1-9][0-9]{2}|[.,]0{200}|/[0-9]{200}")
-SURE_DIGITS = 15  # decimal ones that every double has
-LARGEST_POWER = 22  # of ten that a double represents
-FEW_NUMBERS = 1000  # of a matrix that are looked at first
+# Every decimal of up to 15 digits is the shortest decimal of its nearest float.
+SURE_DIGITS = 15
+LARGEST_POWER = 22  # 10^22 is the largest power of ten that is exact as a float
+FEW_NUMBERS = 1000  # the numbers of a matrix that are examined first
 
 T = TypeVar("T")
 
 
 def fraction(text: str) -> Fraction:
-    """Return the rational number of a decimal text; raise ProblemError if it has none,
-    or too large an exponent."""
+    """Return the rational number of a decimal text; raise ProblemError if it is no
+    number, is not finite, or has too large an exponent.
+    """
     raise_if_timed_out()
     try:
         if "_" in text:
@@ -73,8 +76,9 @@ def fraction(text: str) -> Fraction:
 
 
 def ratio(text: str) -> Fraction:
-    """Return the rational number that a decimal text, or two integers with a slash
-    between them, stand for."""
+    """Return the rational number of a decimal text, or of two integers with a slash
+    between them.
+    """
     if "/" not in text:
         return fraction(text)
     numerator, _, denominator = text.strip().partition("/")
@@ -86,7 +90,9 @@ def ratio(text: str) -> Fraction:
 
 
 def double(text: str) -> float:
-    """Return the double nearest to the number in a text, as `NUMBER` has them."""
+    """Return the double precision number nearest to the number of a text, of the form
+    `NUMBER`.
+    """
     return _rounded(ratio(text)) if "/" in text else float(text)
 
 
@@ -102,7 +108,7 @@ def double_unless_lost(text: str) -> float:
 
 
 def text(value: Fraction) -> str:
-    """Return a rational number with all its digits, as `ratio` reads it."""
+    """Return a rational number with all its digits, in the form that `ratio` reads."""
     numerator = str(Decimal(value.numerator))
     return (
         numerator
@@ -136,14 +142,16 @@ def decimal(value: Fraction) -> str:
 
 
 def in_decimals(value: Fraction) -> str:
-    """Return a rational number with all its decimals if it has finitely many, else
-    those of the nearest double."""
+    """Return a rational number with all its decimals if there are finitely many,
+    otherwise the shortest decimal of the nearest float.
+    """
     return decimal(value) if places(value) is not None else repr(_rounded(value))
 
 
 def brief(value: Fraction, toward: int = 0) -> str:
-    """Return a rational number for a line of text, of more than MAX_SHOWN_DIGITS by
-    `approximate`, marked by ~."""
+    """Return a rational number for a line of text; one with more than MAX_SHOWN_DIGITS
+    is shortened by `approximate` and marked by ~.
+    """
     length = value.numerator.bit_length() + value.denominator.bit_length()
     return (
         text(value)
@@ -153,9 +161,10 @@ def brief(value: Fraction, toward: int = 0) -> str:
 
 
 def approximate(value: Fraction, toward: int = 0, digits: int = 7) -> str:
-    """Return a few digits of a rational number, which may be beyond the range of
-    doubles, rounded upward if `toward` is 1, downward if it is -1, so that a bound
-    remains one, and else to the nearest."""
+    """Return a few digits of a rational number, which may be beyond the range of double
+    precision. It is rounded upward if `toward` is 1 and downward if it is -1, so that a
+    bound remains one; otherwise to the nearest.
+    """
     if toward:
         context = Context(digits, ROUND_CEILING if toward > 0 else ROUND_FLOOR)
         value = Fraction(
@@ -169,14 +178,15 @@ def approximate(value: Fraction, toward: int = 0, digits: int = 7) -> str:
 
 
 def rounded(values: Iterable[Fraction | int]) -> Vector:
-    """Return the nearest doubles; infinities beyond their range."""
+    """Return the nearest floats; infinities beyond their range."""
     return np.array([_rounded(value) for value in values])
 
 
 def rounded_direction(values: Sequence[Fraction | int]) -> Vector:
-    """Return a positive multiple of numbers in finite doubles: the numbers themselves
-    if they are integers that doubles represent, else divided by the largest and
-    rounded, or by less if the least would be lost."""
+    """Return a positive multiple of numbers in finite floats: the numbers themselves if
+    they are integers that floats represent exactly, otherwise divided by the largest
+    and rounded, or by less if the smallest would underflow.
+    """
     sizes = [abs(Fraction(value)) for value in values if value] or [Fraction(1)]
     unit = max(sizes)
     if unit <= LARGEST_INTEGER and all(value.denominator == 1 for value in values):
@@ -191,6 +201,7 @@ def rounded_direction(values: Sequence[Fraction | int]) -> Vector:
 
 
 def _rounded(value: Fraction | int) -> float:
+    """Return the nearest float, infinite if the number overflows."""
     try:
         return value.numerator / value.denominator
     except OverflowError:
@@ -198,9 +209,10 @@ def _rounded(value: Fraction | int) -> float:
 
 
 def rounded_sum(a: Vector, y: Vector, constant: float) -> float:
-    """Return a'y + constant for finite floats, a and y of shape (n,), rounded once,
-    infinite beyond the largest number, and away from 0 if it is subnormal, so that only
-    0 becomes 0."""
+    """Return a'y + constant for finite floats, a and y of shape (n,), rounded once:
+    infinite if it overflows, and away from 0 if it is subnormal, so that only 0 becomes
+    0.
+    """
     whole, power = in_integers(np.append(y, 1.0))
     exact = Fraction(2) ** power * product(np.append(a, constant), whole)
     value = _rounded(exact)
@@ -220,8 +232,9 @@ def product(a: Vector, y: Sequence[Fraction | int]) -> Fraction:
 
 
 def integers(A: Vector) -> list[list[int]]:
-    """Return the rows of A, floats of shape (m, n), times the one power of two that
-    makes them integers."""
+    """Return the rows of A, floats of shape (m, n), multiplied by the power of two that
+    makes all of them integers.
+    """
     whole, _ = in_integers(A.ravel())
     return [whole[top : top + A.shape[1]] for top in range(0, len(whole), A.shape[1])]
 
@@ -244,7 +257,8 @@ def row_integers(A: Vector) -> tuple[list[list[int]], list[int]]:
 
 def in_integers(values: Vector) -> tuple[list[int], int]:
     """Return integers V and an exponent e with values = V 2^e, for finite floats of
-    shape (n,)."""
+    shape (n,).
+    """
     (row,), (exponent,) = row_integers(values[np.newaxis])
     return row, exponent
 
@@ -256,7 +270,7 @@ def over_one_denominator(values: Sequence[Fraction]) -> tuple[list[int], int]:
 
 
 def whole_multiple(values: Sequence[Fraction]) -> list[int]:
-    """Return the smallest integers that are a positive multiple of some numbers."""
+    """Return the smallest integers that are a positive multiple of these numbers."""
     return primitive(over_one_denominator(values)[0])
 
 
@@ -267,25 +281,26 @@ def primitive(values: Sequence[int]) -> list[int]:
 
 
 def dot(a: Sequence[int], b: Sequence[Any]) -> Any:
+    """Return a'b, skipping products with 0."""
     return sum(i * j for i, j in zip(a, b, strict=True) if i and j)
 
 
 def shortest_decimal(value: float) -> Fraction:
-    """Return the shortest decimal whose nearest double is the value."""
+    """Return the shortest decimal whose nearest float is this value."""
     return Fraction(repr(value))
 
 
 @np.errstate(all="ignore")
 def are_rounded(values: Vector) -> Mask:
-    """Return which finite doubles stand for rounded numbers, as computed ones do: those
-    that are not whole, and whose shortest decimal has SURE_DIGITS digits or more.
+    """Return which finite floats are rounded numbers, as computed ones are: those that
+    are no integers, and whose shortest decimal has SURE_DIGITS digits or more.
 
-    A quotient m / 10^k of a whole m up to 2^53 and a power that doubles represent is
-    rounded once: it is the value if and only if m / 10^k is a decimal of it.
+    A quotient m / 10^k of an integer m up to 2^53 and an exactly represented power of
+    ten is rounded once: it equals the value if and only if m / 10^k is a decimal of it.
     """
     sizes = np.abs(values)
     power = SURE_DIGITS - 2 - np.floor(np.log10(sizes))
-    # A logarithm just below a whole number may be rounded to it.
+    # A logarithm just below an integer may be rounded to it.
     power -= np.rint(sizes * 10.0**power) >= 10.0 ** (SURE_DIGITS - 1)
     whole = np.rint(sizes * 10.0**power)
     above, below = 10.0 ** np.maximum(power, 0.0), 10.0 ** np.maximum(-power, 0.0)
@@ -300,10 +315,12 @@ def are_rounded(values: Vector) -> Mask:
 
 @np.errstate(all="ignore")
 def as_written(values: Vector) -> tuple[Vector, float]:
-    """Return the shortest decimals of finite doubles times the least power of ten with
-    which all are whole, and this power; the doubles, and 1, if some are rounded, or
-    doubles do not represent all of these."""
-    first_values = values.ravel()[:FEW_NUMBERS]  # which tell most computed numbers
+    """Return the shortest decimals of finite floats multiplied by the smallest power of
+    ten that makes all of them integers, and this power; the floats, and 1, if some of
+    them are rounded numbers, or such integers are too large.
+    """
+    # The first numbers show most computed matrices to be rounded.
+    first_values = values.ravel()[:FEW_NUMBERS]
     if are_rounded(first_values).any() or are_rounded(values).any():
         return values, 1.0
     for power in range(LARGEST_POWER + 1):
@@ -317,34 +334,39 @@ def as_written(values: Vector) -> tuple[Vector, float]:
 
 @dataclass(frozen=True)
 class Written(Generic[T]):
-    """The content of a text. rounded : with the nearest doubles. distinct : with a
-    different double for each number.
-    exact : the numbers for which doubles of `distinct` stand, where these are not their
-        shortest decimals."""
+    """The content of a text. rounded : with the nearest floats. distinct : with a
+    different float for each number.
+
+    exact : the exact numbers of the floats of `distinct` that are not their shortest
+        decimals.
+    """
 
     rounded: T
     distinct: T
     exact: Mapping[float, Fraction]
 
     def number(self, double: float) -> Fraction:
-        """Return the number for which a double of `distinct` stands."""
+        """Return the number that a float of `distinct` represents."""
         return self.exact[double] if double in self.exact else shortest_decimal(double)
 
 
 class Doubles:
-    """The doubles for the numbers in a text that is read twice: at first the nearest,
-    then a different one for each."""
+    """The floats for the numbers of a text that is read twice: first the nearest ones,
+    then a different one for each number.
+    """
 
     def __init__(self) -> None:
-        # Of those that are the shortest decimals of their doubles.
+        # The absolute values of floats whose shortest decimals are the numbers.
         self._sizes: set[float] = set()
+        # The absolute values of all other numbers.
         self._others: set[Fraction] = set()
-        # The doubles of all sizes; None when read at first.
+        # The float of each absolute value; None during the first reading.
         self._distinct_doubles: dict[Fraction, float] | None = None
 
     def __call__(self, text: str) -> float:
-        """Return the double for a text, as `NUMBER` has them; infinities and NaN remain
-        unchanged. May raise TimeIsUp."""
+        """Return the float for a text of the form `NUMBER`; infinities and NaN remain
+        unchanged. May raise TimeIsUp.
+        """
         raise_if_timed_out()
         if "/" in text:
             return self.of(ratio(text))
@@ -355,15 +377,17 @@ class Doubles:
         )
 
     def of(self, value: Fraction | float) -> float:
-        """Return the double that stands for a number; infinities and NaN remain
-        unchanged."""
+        """Return the float that represents a number; infinities and NaN remain
+        unchanged.
+        """
         if isinstance(value, float):
             return value
         return self._of(value, float(rounded([value])[0]))
 
     def _of(self, value: Fraction | None, nearest: float) -> float:
-        """Return the double that stands for a number; None means the shortest decimal
-        of the nearest double."""
+        """Return the float that represents a number; None means the shortest decimal of
+        the nearest float.
+        """
         if not math.isfinite(nearest):
             return nearest
         if self._distinct_doubles is not None:
@@ -380,12 +404,13 @@ class Doubles:
         return nearest
 
     def assign_distinct(self) -> Mapping[float, Fraction] | None:
-        """Return the numbers that the doubles stand for from now on; None if the
-        nearest ones already differ."""
+        """Return the exact numbers that floats represent in the second reading; None if
+        the nearest floats already differ.
+        """
         if not self._others:
             return None
         numbers = {*self._others, *map(shortest_decimal, in_time(self._sizes))}
-        # Doubles compare faster.
+        # Comparing floats first takes less time than comparing fractions.
         sizes = sorted(in_time(numbers), key=lambda number: (_rounded(number), number))
         self._distinct_doubles = dict(zip(sizes, _distinct_doubles(sizes), strict=True))
         exact_pairs = [
@@ -397,8 +422,9 @@ class Doubles:
 
 
 def _distinct_doubles(sizes: list[Fraction]) -> list[float]:
-    """Return distinct doubles for these numbers, in the same order; integers, which may
-    be indices, are kept."""
+    """Return distinct floats for these increasing numbers, in the same order; integers,
+    which may be indices, remain exact.
+    """
     doubles: list[float] = []
     for size in in_time(sizes):
         nearest = float(size)
@@ -415,8 +441,9 @@ def _distinct_doubles(sizes: list[Fraction]) -> list[float]:
 
 
 def written(parse: Callable[[Doubles], T]) -> Written[T]:
-    """Return what `parse` makes of a text, given the function that makes doubles of its
-    numbers."""
+    """Return the results of `parse` for both readings of a text; its argument is the
+    function that converts numbers.
+    """
     doubles = Doubles()
     nearest = parse(doubles)
     exact = doubles.assign_distinct()

@@ -1,10 +1,11 @@
 """Complementary pivoting in integers: ratios, ties and signs are decided without
 rounding.
 
-A path goes through dictionaries in which one of z_i and w_i is 0 for all i but one:
-that of Lemke's method, with the multiple z_0 of a cover as its parameter, that of Lemke
-and Howson, without one, and those of parametric problems. Ties are broken
-lexicographically, as if the forms that are basic at the start were relaxed a little.
+A path leads through dictionaries in which one of z_i and w_i is 0 for all i but one:
+the path of Lemke's method, whose parameter is the multiple z_0 of a covering vector;
+that of Lemke and Howson, without a parameter; and those of parametric problems. Ties
+are broken lexicographically, as if the forms that are basic at the start were relaxed
+by small amounts.
 """
 
 from __future__ import annotations
@@ -22,7 +23,7 @@ from lcpcli.rational.exact_problem import ExactProblem
 from lcpcli.rational.numbers import primitive, rounded, rounded_direction
 from lcpcli.typing import Vector
 
-MAX_LEMKE_UNKNOWNS = 60  # up to which `solve` tries: seconds at worst
+MAX_LEMKE_UNKNOWNS = 60  # the largest problem that `solve` attempts: seconds at worst
 
 
 class Pivot(NamedTuple):
@@ -30,16 +31,20 @@ class Pivot(NamedTuple):
 
     entering: int
     leaving: int
-    states: tuple[int, ...]  # of all unknowns before that, but for the one that enters
+    # The basis status of all unknowns before the pivot, except that of the entering
+    # one.
+    states: tuple[int, ...]
     rise: int  # the sign of the change of the parameter
-    is_point: bool  # whether nothing moves
+    is_point: bool  # whether the pivot is degenerate: the point does not move
 
 
 class RationalPivoting:
-    """A path from a dictionary: z_i - l_i is form i, w_i, or -w_i at an upper bound, n
-    + i, u_i - z_i 2 n + i, the parameter 3 n.
+    """A path of complementary pivots from a dictionary. Form i is z_i - l_i, form n + i
+    is w_i, or -w_i at an upper bound, form 2 n + i is u_i - z_i, and form 3 n is the
+    parameter.
 
-    ray : the form that grows without bound, if the path has ended on a ray; else None.
+    ray : the form that increases without bound if the path has ended on a ray,
+        otherwise None.
     """
 
     def __init__(self, n: int, dictionary: Dictionary, states: Sequence[int]) -> None:
@@ -56,8 +61,9 @@ class RationalPivoting:
     def follow(
         self, entering: int, last: set[int], leaving: int | None = None
     ) -> Iterator[Pivot]:
-        """Pivot until one of the last forms leaves, or none does. leaving : by default
-        the first to reach 0."""
+        """Pivot until one of the forms in `last` leaves, or none can leave. leaving :
+        the first form to leave; by default the first to reach 0.
+        """
         while True:
             k = self._column(entering)
             if leaving is None:
@@ -91,8 +97,9 @@ class RationalPivoting:
             leaving = None
 
     def _complement(self, leaving: int) -> int:
-        """Return the form that becomes positive next, and settle the state of its
-        component."""
+        """Return the form that enters next, the complement of the form that left, and
+        record the basis status of its component.
+        """
         n, i = self.n, leaving % self.n
         if n <= leaving < 2 * n:
             return i if self.states[i] == LOWER else 2 * n + i
@@ -104,15 +111,18 @@ class RationalPivoting:
         return n + i
 
     def _column(self, form: int) -> int:
+        """Return the column of a cobasic form, counted from 1."""
         return self.dictionary.cobasic.index(form) + 1
 
     def value_of(self, form: int) -> Fraction:
+        """Return the value of a form at the point."""
         return Fraction(self.dictionary.value(form), int(self.dictionary.divisor))
 
 
 class IntegerTableau(RationalPivoting):
-    """A basic solution of w = M z + e z_0 + q for integers M, q, where z_0 is the
-    parameter."""
+    """The path of Lemke's method: basic solutions of w = M z + e z_0 + q for integers
+    M, q, where z_0 is the parameter.
+    """
 
     def __init__(self, M: Sequence[dict[int, int]], q: Sequence[int]) -> None:
         n = len(q)
@@ -123,8 +133,9 @@ class IntegerTableau(RationalPivoting):
         )
 
     def path(self) -> Iterator[Pivot]:
-        """Pivot down the path from the z_0 for which all w are nonnegative to z_0 = 0
-        or a ray, one pivot at a time."""
+        """Follow the path from the smallest z_0 for which all w are nonnegative to z_0
+        = 0 or a ray, one pivot at a time.
+        """
         first = min(
             range(self.n, 2 * self.n),
             key=lambda form: (self.dictionary.value(form), -form),
@@ -132,6 +143,7 @@ class IntegerTableau(RationalPivoting):
         return self.follow(self.parameter, {self.parameter}, first)
 
     def z(self) -> list[Fraction]:
+        """Return z at the point."""
         return [self.value_of(i) for i in range(self.n)]
 
     def x(self) -> Vector:
@@ -141,8 +153,9 @@ class IntegerTableau(RationalPivoting):
         )
 
     def direction(self) -> Vector:
-        """Return the direction in z of the ray, shape (n,), in integers if doubles
-        represent them."""
+        """Return the direction in z of the ray, shape (n,), in integers if double
+        precision represents them.
+        """
         assert self.ray is not None
         return rounded_direction(
             self.dictionary.direction(self._column(self.ray), range(self.n))
@@ -150,7 +163,8 @@ class IntegerTableau(RationalPivoting):
 
     def multipliers(self) -> Vector:
         """Return the coefficients of w in the row of z_0, which is basic, in integers
-        if doubles represent them."""
+        if double precision represents them.
+        """
         entries = dict(
             zip(
                 self.dictionary.cobasic,
@@ -164,8 +178,9 @@ class IntegerTableau(RationalPivoting):
 
 
 def solve(data: ExactProblem, effort: Effort) -> list[Fraction] | None:
-    """Return the solution at the end of the path; None on a ray, for large n, with
-    bounds, or if it takes too long."""
+    """Return the exact solution at the end of Lemke's path; None if it ends on a ray, n
+    is large, there are bounds, or it takes more than `effort`.
+    """
     if data.n > MAX_LEMKE_UNKNOWNS or not data.problem.box.is_orthant:
         return None
     tableau, count_step = IntegerTableau(data.rows, data.constants), effort.steps(data)
@@ -178,26 +193,24 @@ def solve(data: ExactProblem, effort: Effort) -> list[Fraction] | None:
 
 def equilibrium(data: ExactProblem, m: int, effort: Effort) -> list[Fraction] | None:
     """Return the probabilities of both players in an equilibrium of the game with the
-    costs of these data: in pure strategies if there is one, else at the end of a path
-    of Lemke and Howson; None if that takes too much effort. m : the number of
+    costs of these data: in pure strategies if there is one, otherwise at the end of a
+    path of Lemke and Howson; None if that takes more than `effort`. m : the number of
     strategies of the row player.
 
-    The path is that of the game whose payoffs are the costs subtracted from a larger
-    number.
+    The path is that of the game whose payoffs are a constant minus the costs, the
+    constant being larger than all costs.
     """
-    n, cost_limit = (
-        data.n,
-        1
-        + max(
-            max(row.values()) // scale
-            for row, scale in zip(data.rows, data.scales, strict=True)
-        ),
+    n = data.n
+    cost_limit = 1 + max(
+        max(row.values()) // scale
+        for row, scale in zip(data.rows, data.scales, strict=True)
     )
     M = [
         {j: a - cost_limit * scale for j, a in row.items()}
         for row, scale in zip(data.rows, data.scales, strict=True)
     ]
-    rows = [range(m, n)] * m + [range(m)] * (n - m)  # of the other player
+    # The rows of the other player, for each strategy.
+    rows = [range(m, n)] * m + [range(m)] * (n - m)
     min_costs = [
         min(Fraction(M[i][j], data.scales[i]) for i in rows[j]) for j in range(n)
     ]
@@ -210,7 +223,7 @@ def equilibrium(data: ExactProblem, m: int, effort: Effort) -> list[Fraction] | 
                 return [Fraction(k in (i, j)) for k in range(n)]
     tableau, count_step = IntegerTableau(M, data.scales), effort.steps(data)
     with suppress(TimeIsUp):
-        # On which the first label alone may be missing.
+        # On the path of Lemke and Howson only the first label may be missing.
         for _ in tableau.follow(0, {0, n}):
             count_step()
         z = tableau.z()

@@ -1,13 +1,13 @@
-"""The tree over the states of the unknowns, in which a proof exists for each branch
-that is cut.
+"""Branch and bound over the basis status of the unknowns, in which every branch that is
+cut off has a proof.
 
-`explored` is the search for all solutions, the best one, and complementary sets: a type
-of nodes, such as `Unknowns` in exact arithmetic, says what is cut and what the children
-are, and the queue which node is next.
+`explored` is the search for all solutions, the best solution, and complementary sets. A
+class of nodes, such as `Unknowns` in exact arithmetic, says which nodes are cut off and
+which are their children; the queue says which node is next.
 
-Each z_i is counted from a bound: y_i = z_i - l_i, or u_i - z_i where there is only an
+Each z_i is measured from a bound: y_i = z_i - l_i, or u_i - z_i if there is only an
 upper bound, with w_i of the opposite sign; a free z_i is y_i itself. The forms of a
-dictionary are y_i, w_i and, of a box, the rest u_i - z_i.
+dictionary are y_i, w_i and, for an unknown with two bounds, u_i - z_i.
 """
 
 from __future__ import annotations
@@ -24,18 +24,18 @@ from lcpcli.rational.dictionary import Dictionary, Direction, RationalPoint, Ver
 from lcpcli.rational.exact_problem import ExactProblem
 from lcpcli.rational.numbers import primitive
 
-# Times n: the number of the form of an objective, behind those of y, w and the rest of
-# boxes.
+# The form of an objective has the number 3 n, after those of y, w and u - z.
 OBJECTIVE = 3
 
 
 class Unknowns:
     """The unknowns of a problem, z = base + side y; those with two bounds are `boxes`.
 
-    choices : the states that each unknown may have; none if it is fixed. bits, masks,
-    meaning : all choices as bits, the choices of each unknown, and the meaning of each
-    bit. check : called before each node and pivot; it may raise.
-    cover : nodes that lie in one of its pieces are cut.
+    choices : the states (basis statuses) that each unknown may have; none if it is
+        fixed. bits, masks, meaning : all choices as bits, the choices of each unknown,
+        and the meaning of each bit. check : called before each node and pivot; it may
+        raise.
+    cover : nodes that lie in one of its pieces are cut off.
     """
 
     def __init__(self, data: ExactProblem, check: Callable[[], None]) -> None:
@@ -59,8 +59,9 @@ class Unknowns:
         self.allow([_states(low, high) for low, high in bounds])
 
     def restricted(self, bits: int) -> Unknowns:
-        """Return the same unknowns with these choices alone, whose piece is the
-        cover."""
+        """Return the same unknowns with these choices only, and a cover that consists
+        of the piece of all of them.
+        """
         other = copy(self)
         other.cover = Cover(bits)
         other.allow(
@@ -72,7 +73,7 @@ class Unknowns:
         return other
 
     def allow(self, choices: Sequence[Sequence[int]]) -> None:
-        """Replace the choices; those of an unknown that come first are tried first."""
+        """Replace the choices; for each unknown they are branched on in this order."""
         self.choices = choices
         self.meaning = {
             self.bit(k, state): (k, state)
@@ -90,7 +91,7 @@ class Unknowns:
         return self.n + k
 
     def zero(self, k: int, state: int) -> int:
-        """Return the number of the form that is 0 in a state."""
+        """Return the number of the form that is 0 in this state."""
         return (
             k
             if state == UPPER and k not in self.boxes
@@ -98,13 +99,13 @@ class Unknowns:
         )
 
     def bit(self, k: int, state: int) -> int:
-        """Return the bit of a state in a bit mask of several states: the bit of the
-        form that is 0."""
+        """Return the bit of a state in a bit mask of states: that of the form that is
+        0.
+        """
         return 1 << self.zero(k, state)
 
     def vertex(self, values: Direction) -> RationalPoint:
-        """Return a point in terms of z, from a divisor and the values of y times the
-        divisor."""
+        """Return a point z from a divisor and the values of y multiplied by it."""
         divisor, *y = values
         if self._is_moved:
             moved = zip(self.base, self.side, y, strict=True)
@@ -114,20 +115,22 @@ class Unknowns:
         return Vertex(Fraction(value, divisor) for value in y)
 
     def point(self, node: Node) -> RationalPoint:
+        """Return z at the point of a node."""
         dictionary = node.dictionary
         return self.vertex(
             (int(dictionary.divisor), *map(dictionary.value, range(self.n)))
         )
 
     def direction(self, y: Direction) -> RationalPoint:
-        """Return a ray or a line in terms of z, from its direction in terms of y."""
+        """Return a ray or a line in z from its direction in y."""
         return tuple(
             Fraction(side * value) for side, value in zip(self.side, y, strict=True)
         )
 
     def objective(self, costs: Sequence[Fraction]) -> tuple[dict[int, list[int]], int]:
-        """Return the form costs'z, under its own number, in terms of y, times an
-        integer, and that integer."""
+        """Return the form costs'z in terms of y, under its number and multiplied by an
+        integer, and that integer.
+        """
         nonfixed = [k for k in range(self.n) if self.choices[k]]
         constant = sum(
             (cost * base for cost, base in zip(costs, self.base, strict=True)),
@@ -141,8 +144,9 @@ class Unknowns:
         return {OBJECTIVE * self.n: row}, scale
 
     def root(self, others: dict[int, list[int]] | None = None) -> Node | None:
-        """Return the node without choices, with further forms; None if what always
-        holds has no solution."""
+        """Return the node without choices, with additional forms; None if the
+        conditions that hold in all nodes have no solution.
+        """
         rows, _, nonfixed = self.forms()
         rows |= others or {}
         bounded = [k for k in nonfixed if len(self.choices[k]) > 1]
@@ -162,9 +166,11 @@ class Unknowns:
     def choose(
         self, node: Node, k: int, state: int, *, minimized_form: int | None = None
     ) -> bool:
-        """Choose a state in a node; return False if the node is proved to be empty
-        then. minimized_form : a form that is least at the node's point, and is to be so
-        again; None if the point may be any."""
+        """Choose a state in a node; return False if that proves the node to be empty.
+
+        minimized_form : a form that is minimal at the node's point, and is to be
+            minimal again; None if the point need not minimize one.
+        """
         dictionary = node.dictionary
         zero = self.zero(k, state)
         w = self.w(k)
@@ -187,7 +193,7 @@ class Unknowns:
         return bits
 
     def common_states(self, node: Node) -> int:
-        """Return the states that hold on all of a node, as bits."""
+        """Return the states that hold on the whole polyhedron of a node, as bits."""
         bits = self.states_at_point(node)
         if node.dictionary.cobasic:
             for bit in self.meaning:
@@ -196,14 +202,16 @@ class Unknowns:
         return bits
 
     def violations(self, node: Node) -> dict[int, int] | None:
-        """Return how far unknowns without a state at the node's point are from any;
-        None if it lies in the cover."""
+        """Return how far the unknowns without a state at the node's point are from
+        satisfying one; None if the node lies in the cover.
+        """
         bits = self.states_at_point(node)
         return None if self._lies_in_one(node, bits) else self.violated(node, bits)
 
     def violated(self, node: Node, bits: int) -> dict[int, int]:
-        """Return how far the unknowns with none of these states are from any, up to a
-        factor for each."""
+        """Return how far the unknowns with none of these states are from satisfying
+        one, up to a factor for each.
+        """
         violated, dictionary = {}, node.dictionary
         for k, mask in enumerate(self.masks):
             if mask and node.states[k] is None and not bits & mask:
@@ -214,17 +222,18 @@ class Unknowns:
         return violated
 
     def branching_index(self, node: Node) -> int | None:
-        """Return an unknown without a state that holds on all of a node, where each has
-        one at its point; choose the states of those before; None if there is no such
-        unknown."""
+        """Return an unknown for which no state holds on the whole node, although one
+        holds at its point; None if there is none. For the unknowns before it, the
+        states that hold are chosen.
+        """
         bits = self.states_at_point(node)
         open_ = [
             k
             for k, states in enumerate(self.choices)
             if states and node.states[k] is None
         ]
-        # first, as games with many equilibria take the fewest nodes so, the last one of
-        # those with one state
+        # Unknowns with the fewest states at the point come first, the last of them
+        # foremost: games with many equilibria then take the fewest nodes.
         open_.sort(key=lambda k: ((bits & self.masks[k]).bit_count(), -k))
         for k in open_:
             state = next(
@@ -240,8 +249,9 @@ class Unknowns:
         return None
 
     def children(self, node: Node, k: int) -> Iterable[Node]:
-        """Return a node with each state of an unknown, except nodes that are empty or
-        lie in another child."""
+        """Return a node for each state of an unknown, except nodes that are empty or
+        lie in another child.
+        """
         children: dict[int, Node] = {}
         for state in reversed(self.choices[k]):
             child = node.copy()
@@ -253,14 +263,16 @@ class Unknowns:
         return children.values()
 
     def leaves(self, start: Node) -> Iterator[Node]:
-        """Yield the nodes below a node all of whose points are solutions, except those
-        that lie in pieces of the cover, which may grow in the meantime. A node's states
-        are chosen, except states that hold on all of it."""
+        """Yield the nodes below a node that consist of solutions, except those that lie
+        in pieces of the cover, which may grow in the meantime. The states of a leaf are
+        chosen, except states that hold on all of it.
+        """
         return (node for node, is_leaf in explored(self, [start]) if is_leaf)
 
     def _lies_in_one(self, node: Node, bits: int) -> bool:
-        """Return whether the states of a piece of the cover hold on all of a node, with
-        these states at its point."""
+        """Return whether a node, with these states at its point, lies in a piece of the
+        cover: the states of the piece hold on the whole node.
+        """
         numbers = self.cover.within(bits)
         while numbers:
             open_ = self.cover.pieces[numbers.bit_length() - 1] & ~node.certain
@@ -272,7 +284,7 @@ class Unknowns:
         return False
 
     def holds(self, node: Node, bit: int) -> bool:
-        """Return whether a state holds on all of the node."""
+        """Return whether a state holds on the whole polyhedron of a node."""
         if node.certain & bit:
             return True
         dictionary = node.dictionary
@@ -289,9 +301,10 @@ class Unknowns:
         return True
 
     def forms(self) -> tuple[dict[int, list[int]], dict[int, Fraction], list[int]]:
-        """Return the forms w_k, and u_k - z_k of boxes, in integers, in terms of y
-        without fixed unknowns; the numbers by which the w_k are multiplied; and the
-        unknowns that are not fixed."""
+        """Return the forms w_k, and u_k - z_k of unknowns with two bounds, in integers,
+        in terms of the y of nonfixed unknowns; the numbers by which the w_k are
+        multiplied; and the nonfixed unknowns.
+        """
         nonfixed = [k for k in range(self.n) if self.choices[k]]
         rows, factors = dict[int, list[int]](), dict[int, Fraction]()
         for k in nonfixed:
@@ -319,8 +332,9 @@ class Unknowns:
 
 @dataclass
 class Node:
-    """The polyhedron for some chosen states, None where none is, with the states known
-    to hold on it all, as bits."""
+    """The polyhedron of the chosen states, None for unknowns without one, and the
+    states that are known to hold on all of it, as bits.
+    """
 
     dictionary: Dictionary
     states: list[int | None]
@@ -332,6 +346,7 @@ class Node:
 
 
 def _states(low: Fraction | None, high: Fraction | None) -> tuple[int, ...]:
+    """Return the states of an unknown with these bounds; none if it is fixed."""
     if low is not None and low == high:
         return ()
     if low is None and high is not None:
@@ -342,12 +357,13 @@ def _states(low: Fraction | None, high: Fraction | None) -> tuple[int, ...]:
 
 
 class Cover:
-    """Pieces of the solution set, each as bits, one bit for each state that holds on
-    all of the piece."""
+    """Pieces of the solution set, each represented by bits, one for each state that
+    holds on the whole piece.
+    """
 
     def __init__(self, *pieces: int) -> None:
         self.pieces: list[int] = []
-        # For each bit, the numbers of the pieces that have it, as bits.
+        # For each state, the numbers of the pieces that have it, as bits.
         self.having: dict[int, int] = {}
         for piece in pieces:
             self.add(piece)
@@ -362,8 +378,9 @@ class Cover:
         self.pieces.append(piece)
 
     def within(self, bits: int) -> int:
-        """Return the numbers of the pieces all of whose states are among some states,
-        as bits."""
+        """Return the numbers of the pieces whose states are all among these states, as
+        bits.
+        """
         numbers = (1 << len(self.pieces)) - 1
         for bit, having in self.having.items():
             if not bits & bit:
@@ -372,14 +389,13 @@ class Cover:
 
 
 def explored(nodes: Any, pending: Any) -> Iterator[tuple[Any, bool]]:
-    """Yield each node once it has been examined, and whether it is a leaf, with nothing
-    to branch on. The states of the unknown that is violated most make the children;
-    where none is, of one whose states are open.
+    """Yield each node after it has been examined, and whether it is a leaf, with
+    nothing to branch on. The children are made by the states of the unknown with the
+    largest violation; if there is none, by those of an unknown whose state is open.
 
     nodes : has `check`, which may raise, `violations`, `branching_index` and
         `children`, as `Unknowns` does.
-    pending : a list, which is searched depth first, or a queue with its `pop` and
-        `extend`.
+    pending : a list, which is searched depth first, or a queue with `pop` and `extend`.
     """
     while pending:
         nodes.check()
@@ -400,16 +416,16 @@ def explored(nodes: Any, pending: Any) -> Iterator[tuple[Any, bool]]:
 def first_solution(
     data: ExactProblem, check: Callable[[], None]
 ) -> list[Fraction] | None:
-    """Return a solution; None if there is proved to be none. `check` is called before
-    each step and may raise."""
+    """Return a solution, or None if it is proved that there is none. `check` is called
+    before each step and may raise.
+    """
     return next((z for z in solution_search(data, check) if z is not None), None)
 
 
 def solution_search(
     data: ExactProblem, check: Callable[[], None]
 ) -> Iterator[list[Fraction] | None]:
-    """Yield solutions as the tree finds them, and None after each node that shows
-    none."""
+    """Yield solutions as the search finds them, and None after each other node."""
     unknowns = Unknowns(data, check)
     start = unknowns.root()
     for node, is_leaf in () if start is None else explored(unknowns, [start]):
