@@ -3,16 +3,16 @@ knows; and the conditions as affine forms in integers.
 
 Each component has up to four conditions, which hold or not at any point z, with w = M z
 + q. With only a lower bound they are z_i >= l_i; the sign w_i >= 0; and
-complementarity, w_i = 0 where z_i > l_i. With only an upper bound they are the mirror
-image. With two bounds the sign of w_i depends on where z_i is, and belongs to
-complementarity: w_i >= 0 where z_i <= l_i, w_i = 0 between the bounds, and w_i <= 0
-where z_i >= u_i. Without bounds there is the equation w_i = 0 alone, and where the
-bounds are equal there are only these. A condition that is dropped leaves the others as
-they are.
+complementarity, w_i = 0 if z_i > l_i. With only an upper bound they are the mirror
+image. With two bounds the required sign of w_i depends on z_i, and belongs to
+complementarity: w_i >= 0 if z_i <= l_i, w_i = 0 between the bounds, and w_i <= 0 if z_i
+>= u_i. Without bounds there is only the equation w_i = 0; if the bounds are equal,
+there are only the bounds. The conditions are independent: dropping one does not change
+the others.
 
-The conditions of a program are those of its constraints, the sides of rows and the
-bounds of variables, which do not have the multipliers; and those of optimality, which
-are asked about once the constraints have a point.
+The conditions of a program are, first, those of its constraints, the sides of rows and
+the bounds of variables, which do not contain the multipliers; and second, those of
+optimality, which are examined once the constraints are feasible.
 """
 
 from __future__ import annotations
@@ -33,13 +33,13 @@ UPPER = "upper"
 SIGN = "sign"
 COMPLEMENTARITY = "complementarity"
 CONSTRAINTS, OPTIMALITY = 0, 1  # the stages at which conditions are examined
-# The kinds of components: unknowns, and of a program its variables, the multipliers of
-# its rows, and the values of rows between two sides.
+# The kinds of components: unknowns; in a program its variables, the multipliers of its
+# rows, and the values of rows with two sides.
 UNKNOWN = "unknown"
 VARIABLE = "variable"
 ROW = "row"
 RANGE = "range"
-# What a lower bound, an upper bound, the condition on w and a number in q are called.
+# The names of a lower bound, an upper bound, the condition on w and a number in q.
 WORDS = {
     UNKNOWN: ("lower bound", "upper bound", "sign of w", "q"),
     VARIABLE: ("lower bound", "upper bound", "reduced cost", "cost"),
@@ -49,14 +49,15 @@ WORDS = {
 EQUATION = "equation"
 
 Values = list[Fraction]
-# Forms that are 0 or, if that is not asked for, nonnegative.
+# Forms, each with whether it is 0; otherwise it is nonnegative.
 Alternative = Sequence[tuple[int, bool]]
 T = TypeVar("T", "Condition", "Number")
 
 
 class Component(NamedTuple):
-    """What a component of z is called, what it is, and the sense of its q: -1 where the
-    author's number is -q_i."""
+    """A component of z: its name, its kind, and the sense of its q: -1 if the number in
+    the author's data is -q_i.
+    """
 
     name: str
     kind: str
@@ -74,9 +75,10 @@ class Condition(NamedTuple):
 
 
 class Number(NamedTuple):
-    """A number in the data: entry `at` of q, lower or upper, times `sense` as the
-    author knows it. name, what : the author's words for it. is_default : whether a
-    repair may change it unless others are named."""
+    """A number in the data: entry `at` of q, lower or upper; the number in the author's
+    data is `sense` times it. name, what : the author's words for it. is_default :
+    whether a repair may change it unless others are named.
+    """
 
     field: str
     at: int
@@ -87,8 +89,9 @@ class Number(NamedTuple):
 
 
 def components(data: ExactProblem) -> list[Component]:
-    """Return what the components of z are, which only this function asks the origin of
-    a problem."""
+    """Return the name, kind and sense of each component of z; only this function reads
+    the formulation of a problem.
+    """
     names = data.problem.names
     n = data.n
     form = data.problem.block_form
@@ -113,15 +116,17 @@ def components(data: ExactProblem) -> list[Component]:
 
 
 def row_of(data: ExactProblem, i: int) -> int:
-    """Return the component of the multiplier of the row whose value is component i: the
-    w of the value is the multiplier."""
+    """Return the index of the multiplier of the row whose value is component i: the w
+    of the value is the multiplier.
+    """
     return next(iter(data.rows[i]))
 
 
 def matching(named: Sequence[T], patterns: Iterable[str], option: str) -> list[T]:
-    """Return the conditions, or numbers, that patterns name, in which * stands for any
-    text: by their name, or by name and what they are. Raises ParameterError for a
-    pattern that names none."""
+    """Return the conditions, or numbers, that patterns select, in which * matches any
+    text: by name, or by name and what they are. Raises ParameterError for a pattern
+    that selects none.
+    """
     labels = [(each.name, f"{each.name} {each.what}") for each in named]
     chosen = set[int]()
     for pattern in patterns:
@@ -145,13 +150,14 @@ def matching(named: Sequence[T], patterns: Iterable[str], option: str) -> list[T
 
 
 class System:
-    """The conditions of a problem. z_i - l_i is form i, w_i form n + i, u_i - z_i form
-    2 n + i; form 3 n is for a parameter; the opposite of a form is 4 n behind it. The
-    values of rows are written in terms of the variables, unless `is_whole`.
+    """The conditions of a problem as forms: z_i - l_i is form i, w_i form n + i, u_i -
+    z_i form 2 n + i; form 3 n is for a parameter; the negative of form k is form k + 4
+    n. The values of rows are expressed by the variables, unless `is_whole`.
 
     linear, complementarities : the conditions. numbers : the numbers in the data.
-    factors : the numbers by which forms are multiplied. rows_of : the components of the
-    multipliers of rows, by those of the values that are written so.
+        factors : the numbers by which forms are multiplied. rows_of : for the values of
+        rows that are expressed by variables, the indices of the multipliers of these
+        rows.
     """
 
     def __init__(self, data: ExactProblem, is_whole: bool = False) -> None:
@@ -168,7 +174,7 @@ class System:
         rows_of = {i: row_of(data, i) for i, kind in kinds if kind == RANGE}
         self.rows_of = {} if is_whole else rows_of
         for i, each in enumerate(self.components):
-            # That of the multiplier of a row with a range defines the value.
+            # The condition of the multiplier of a two-sided row defines the value.
             if i not in rows_of.values():
                 self._describe(i, each)
 
@@ -198,15 +204,16 @@ class System:
             self.complementarities.append(whole)
 
     def value(self, number: Number) -> Fraction:
-        """Return a number as its author knows it."""
+        """Return a number in the author's sense."""
         data, i = self.data, number.at
         if number.field == "q":
             return Fraction(number.sense * data.constants[i], data.scales[i])
         return (data.lower if number.field == LOWER else data.upper)[i] or Fraction(0)
 
     def entries(self, form: int) -> tuple[Mapping[int, int], int, Fraction]:
-        """Return the coefficients of z in a form, times a positive integer, that
-        integer, and the constant of the form, not multiplied."""
+        """Return the coefficients of z in a form multiplied by a positive integer, that
+        integer, and the constant of the form, which is not multiplied.
+        """
         data = self.data
         i = form % self.n
         kind = form // self.n % 4
@@ -225,7 +232,7 @@ class System:
         return {j: sign * a for j, a in row.items()}, scale, sign * constant
 
     def forms(self, of: Condition) -> tuple[int, ...]:
-        """Return the forms that are nonnegative where a linear condition holds."""
+        """Return the forms that are nonnegative if a linear condition holds."""
         n, i = self.n, of.at
         if of.kind != SIGN:
             return (i if of.kind == LOWER else 2 * n + i,)
@@ -235,8 +242,9 @@ class System:
 
     def alternatives(self, i: int, held: Collection[int] = ()) -> list[Alternative]:
         """Return the polyhedra whose union is the complementarity of component i. held
-        : forms of bounds that hold anyway: z_i is then at these, not at or beyond
-        them."""
+        : forms of bounds that are required as well: z_i is then at the bound, rather
+        than at or beyond it.
+        """
         n = self.n
         low = self.data.lower[i]
         high = self.data.upper[i]
@@ -263,19 +271,20 @@ class System:
         return any(all(is_in(*each) for each in polyhedron) for polyhedron in polyhedra)
 
     def form_of_z(self, i: int) -> int:
-        """Return the form that stands for z_i."""
+        """Return the form of the bound from which z_i is measured."""
         has_upper_alone = self.data.lower[i] is None and self.data.upper[i] is not None
         return 2 * self.n + i if has_upper_alone else i
 
     def side(self, i: int) -> int:
-        """Return the sign with which its form grows with z_i."""
+        """Return 1 if the form of z_i increases with z_i, else -1."""
         return 1 if self.form_of_z(i) == i else -1
 
     def dictionary(
         self, forms: Collection[int], effort: Effort
     ) -> tuple[Dictionary, list[int]]:
-        """Return a dictionary with these forms, none of which is required, and the
-        components that they depend on, whose forms are cobasic."""
+        """Return a dictionary with these forms, none of which is required to be
+        nonnegative, and the components that they depend on, whose forms are cobasic.
+        """
         columns = sorted({j for form in forms for j in self.entries(form)[0]})
         z_forms = [self.form_of_z(j) for j in columns]
         rows = {form: self._row(form, columns) for form in forms if form not in z_forms}
@@ -284,8 +293,9 @@ class System:
         return Dictionary(rows, z_forms, (), partial(effort.spend, seconds)), columns
 
     def _row(self, form: int, columns: Sequence[int]) -> list[int]:
-        """Return a form in terms of those that stand for z, times a positive
-        integer."""
+        """Return a form in terms of the forms of z, multiplied by a positive
+        integer.
+        """
         row, scale, constant = self.entries(form)
         moved = scale * constant + sum(a * self.base[j] for j, a in row.items())
         d = Fraction(moved).denominator
@@ -293,14 +303,16 @@ class System:
         return [int(d * moved), *(d * self.side(j) * row.get(j, 0) for j in columns)]
 
     def point(self, dictionary: Dictionary, columns: Sequence[int]) -> Values:
-        """Return z at the point of a dictionary, at its base where it has no column."""
+        """Return z at the point of a dictionary; a component without a column is at its
+        base.
+        """
         z, d = list(self.base), int(dictionary.divisor)
         for j in columns:
             z[j] += Fraction(self.side(j) * dictionary.value(self.form_of_z(j)), d)
         return self.filled(z)
 
     def filled(self, z: Values) -> Values:
-        """Return a point where the values of rows are those of its variables."""
+        """Return a point with the values of rows computed from its variables."""
         for i in self.rows_of:
             row, scale, _ = self.entries(i)
             z[i] = sum((a * z[j] for j, a in row.items()), Fraction(0)) / scale

@@ -1,14 +1,15 @@
-"""Conflicts: conditions that cannot hold together, each of them necessary.
+"""Conflicts: conditions that cannot hold together, each of them necessary for that.
 
-Linear conditions first. Where they have a point, a tree finds complementarities that
-exclude a solution together with them. The fewest ones hit all sets of complementarities
-that some point violates: a smallest hitting set of those known is a conflict, or yields
-a point with another one (A. Ignatiev, A. Previti, M. Liffiton and J. Marques-Silva,
-Smallest MUS extraction with minimal hitting set dualization, Principles and Practice of
-Constraint Programming 2015, 173-182). Beyond a dozen, and for the linear conditions
-that are needed beside them, a deletion filter leaves out what is not necessary (J. W.
-Chinneck and E. W. Dravnieks, ORSA Journal on Computing 3 (1991) 157-168), many at first
-and then one by one, with the proof of each step.
+Linear conditions are examined first. If they are feasible, branch and bound finds
+complementarities that exclude a solution together with them. A smallest such set hits
+all sets of complementarities that some point violates: a smallest hitting set of those
+known is a conflict, or yields a point that violates another set (A. Ignatiev, A.
+Previti, M. Liffiton and J. Marques-Silva, Smallest MUS extraction with minimal hitting
+set dualization, Principles and Practice of Constraint Programming 2015, 173-182). For
+more than a dozen complementarities, and for the linear conditions that are needed in
+addition, a deletion filter removes what is not necessary (J. W. Chinneck and E. W.
+Dravnieks, ORSA Journal on Computing 3 (1991) 157-168), many conditions at first and
+then one by one, with the proof of each step.
 """
 
 from __future__ import annotations
@@ -33,7 +34,7 @@ from lcpcli.explanation.search import Outcome, search
 from lcpcli.rational.elimination import Effort
 from lcpcli.rational.numbers import whole_multiple
 
-MAX_FOR_FEWEST = 12  # complementarities of which the fewest are found
+MAX_FOR_FEWEST = 12  # complementarities up to which a smallest set is computed
 
 
 @dataclass(frozen=True)
@@ -43,10 +44,10 @@ class Conflict:
     members : the conditions. irreducible : whether each is proved to be necessary.
     fewest : whether it is proved that no fewer complementarities exclude a solution
         together with the linear conditions.
-    multipliers : of linear conditions, by which they contradict each other: whole
-        numbers.
-    points : for members that are not linear, or beside which some are never blamed, a
-        point at which all others hold.
+    multipliers : of linear conditions, integers with which they add up to a
+        contradiction.
+    points : for members that are not linear, or if conditions are never blamed, a point
+        for each at which all others hold.
     """
 
     members: Sequence[Condition]
@@ -57,10 +58,13 @@ class Conflict:
 
 
 class Finder:
-    """The search for a conflict. conflict : the smallest one that is known, None if
-    none is. point : a solution, if there is one after all. never_blamed : the
-    conditions that must stay. nearly_contradictory : the fewest linear conditions that
-    contradict each other only up to rounding."""
+    """The search for a conflict.
+
+    conflict : the smallest one that is known, or None. point : a solution, if one is
+        found. never_blamed : the conditions that are taken to be right.
+        nearly_contradictory : the smallest set of linear conditions that are
+        inconsistent only up to rounding.
+    """
 
     def __init__(
         self, system: System, never_blamed: Sequence[Condition], effort: Effort
@@ -73,7 +77,7 @@ class Finder:
         self.nearly_contradictory: Sequence[Condition] = ()
 
     def contradict(self) -> None:
-        """Find a conflict of linear conditions that linear programs show."""
+        """Search for a conflict of linear conditions by linear programs."""
         for stage in (CONSTRAINTS, OPTIMALITY):
             linear = [each for each in self.system.linear if each.stage == stage]
             pairs = (
@@ -90,14 +94,16 @@ class Finder:
             )
 
     def _size(self, of: Multipliers) -> tuple[int, int]:
-        """Return the number of conditions that a contradiction blames, and the size of
-        its multipliers as whole numbers."""
+        """Return the number of conditions that a contradiction blames, and the sum of
+        its multipliers as integers.
+        """
         blamed = sum(each not in self.never_blamed for each in of)
         return blamed, sum(map(abs, whole_multiple(list(of.values()))))
 
     def _set_contradiction(self, multipliers: Multipliers) -> None:
-        """Keep an irreducible contradiction of linear conditions; beside conditions
-        that are never blamed, others may be left out."""
+        """Store an irreducible contradiction of linear conditions; if conditions are
+        never blamed, others may be superfluous and are removed.
+        """
         integer_multipliers = dict(
             zip(multipliers, whole_multiple(list(multipliers.values())), strict=True)
         )
@@ -114,8 +120,9 @@ class Finder:
             self._finish(points)
 
     def run(self) -> None:
-        """Find the complementarities and the linear conditions that exclude a solution
-        together, or a solution."""
+        """Search for complementarities and linear conditions that exclude a solution
+        together, or for a solution.
+        """
         system, linear = self.system, self.system.linear
         outcome = self._search([*linear, *system.complementarities])
         self.point = outcome.point
@@ -153,8 +160,9 @@ class Finder:
     def _fewest(
         self, others: Sequence[Condition], background: Sequence[Condition]
     ) -> list[Condition]:
-        """Return the fewest complementarities that exclude a solution together with a
-        background."""
+        """Return a smallest set of complementarities that excludes a solution together
+        with the background.
+        """
         violated: list[set[Condition]] = []
         while True:
             subsets = (
@@ -189,9 +197,10 @@ class Finder:
         background: Sequence[Condition],
         conflict_part: Sequence[Condition] = (),
     ) -> dict[Condition, Values]:
-        """Leave out members of a conflict with a background until each is necessary,
-        and return the points that prove this. conflict_part : conditions of the
-        background that belong to the conflict."""
+        """Remove members of a conflict with a background until each is necessary, and
+        return the points that prove this. conflict_part : conditions of the background
+        that belong to the conflict.
+        """
         points = dict[Condition, Values]()
         size = len(members)
         members = list(members)
@@ -212,8 +221,9 @@ class Finder:
         return points
 
     def _finish(self, points: dict[Condition, Values], is_fewest: bool = False) -> None:
-        """Keep the conflict, with a proof that it is irreducible: at each point all
-        members but one hold, and what is never blamed."""
+        """Store the conflict with the proof that it is irreducible: at each of the
+        points all members but one hold, and all conditions that are never blamed.
+        """
         assert self.conflict is not None
         members = self.conflict.members
         assert all(

@@ -1,17 +1,18 @@
-"""Small sets of linear conditions that contradict each other, each with the multipliers
-that prove it, in fractions.
+"""Small sets of linear conditions that are inconsistent, each with multipliers that
+prove it, in fractions.
 
-Where A z >= b, 0 = (A'y)'z >= b'y for any y >= 0 with A'y = 0, which b'y > 0
+If A z >= b, then 0 = (A'y)'z >= b'y for any y >= 0 with A'y = 0, which b'y > 0
 contradicts. The supports of the vertices of {y >= 0 : A'y = 0, b'y = 1} are the
-irreducible contradictions (J. Gleeson and J. Ryan, Identifying minimally infeasible
-subsystems of inequalities, ORSA Journal on Computing 2 (1990) 61-63): the rows of such
-a support have no other y with A'y = 0, and those of a part of it none at all, so that
-all but one of them can be equations.
+irreducible inconsistent sets (J. Gleeson and J. Ryan, Identifying minimally infeasible
+subsystems of inequalities, ORSA Journal on Computing 2 (1990) 61-63): up to a factor,
+the rows of such a support have no other y with A'y = 0, and a proper subset of them has
+none, so that any proper subset can hold with equality.
 
-Linear programs in doubles find small supports: they minimize the sum of y, whose
-weights are then changed to favour what is large (E. J. Candes, M. B. Wakin and S. P.
-Boyd, Enhancing sparsity by reweighted l1 minimization, Journal of Fourier Analysis and
-Applications 14 (2008) 877-905). On each support, A'y = 0 is solved in integers.
+Linear programs in floating-point arithmetic find small supports: they minimize the
+weighted sum of y, and the weights are then changed to favour large components (E. J.
+Candes, M. B. Wakin and S. P. Boyd, Enhancing sparsity by reweighted l1 minimization,
+Journal of Fourier Analysis and Applications 14 (2008) 877-905). On each support, A'y =
+0 is solved in integers.
 """
 
 from __future__ import annotations
@@ -28,18 +29,21 @@ from lcpcli.linalg.programs import minimized
 from lcpcli.rational import elimination
 from lcpcli.typing import Matrix, Vector
 
-ROUNDS = 5  # of linear programs for small supports
-LP_EFFORT = 2.0  # of each, by the seconds that so many iterations usually take
-# For b'y, as the tolerances for A'y = 0 are absolute: the first is the safest one, the
-# others are for y that are far larger than b.
+ROUNDS = 5  # the number of linear programs with changing weights
+LP_EFFORT = 2.0  # limit on each, in seconds that its iterations usually take
+# Values of b'y that are attempted, as the solver's tolerances for A'y = 0 are absolute:
+# the first is the most reliable, the others are for y much larger than b.
 TOTALS = (1.0, 1e-3, 1e-6)
-# Relative to the largest multiplier: what counts as 0, one after another, as residues
-# of the simplex method are as large as small multipliers of badly scaled rows.
+# Multipliers below this, relative to the largest one, are considered 0. Several values
+# are tested, as residues of the simplex method are as large as small multipliers of
+# badly scaled rows.
 TOLERANCES = (0.0, 1e-12, 1e-9)
-# Relative to the largest multiplier: what is added to all of them in their weights.
+# Added to the multipliers, relative to the largest one, before weights are inverse to
+# them, which would otherwise be infinite.
 SMALL = 1e-2
 WEIGHT_OF_NEVER_BLAMED = 1e-3
-# Relative to the sums of their terms in sizes: A'y is 0 up to rounding, and b'y is not.
+# A'y is 0 up to rounding if it is below ROUNDING, relative to the sum of its |terms|;
+# b'y is not 0 if it is above NOT_ROUNDING.
 ROUNDING, NOT_ROUNDING = 1e-12, 1e-9
 
 Multipliers = Mapping[Condition, Fraction]
@@ -48,9 +52,11 @@ Multipliers = Mapping[Condition, Fraction]
 def contradictions(
     system: System, conditions: Sequence[Condition], never_blamed: Sequence[Condition]
 ) -> Iterator[tuple[Sequence[Condition], Multipliers | None]]:
-    """Yield contradictions of linear conditions with their multipliers, irreducible
-    ones, in which few are not `never_blamed`: those that linear programs in doubles
-    show; and with None conditions that contradict each other only up to rounding."""
+    """Yield irreducible inconsistent sets of linear conditions with their multipliers,
+    with few conditions that are not `never_blamed`, as linear programs in
+    floating-point arithmetic find them; and conditions with None that are inconsistent
+    only up to rounding.
+    """
     forms = [system.entries(system.forms(each)[0]) for each in conditions]
     rows = [{j: Fraction(a, scale) for j, a in row.items()} for row, scale, _ in forms]
     A, b = matrix_of(rows, system.n), np.array([-float(end) for *_, end in forms])
@@ -86,8 +92,10 @@ def _contradicts_up_to_rounding(A: Matrix, b: Vector, y: Vector) -> bool:
 
 
 def _in_doubles(A: Matrix, b: Vector, two: list[int], unit: Vector) -> Iterator[Vector]:
-    """Yield multipliers y >= 0, or of `two` signs, with A'y = 0 and b'y > 0, of the
-    least sum with changing weights, first these."""
+    """Yield multipliers with A'y = 0 and b'y > 0, y >= 0 except for the rows in `two`,
+    which are equations, that minimize a weighted sum of |y|, at first with the weights
+    `unit`.
+    """
     m, n = A.shape
     equations = stack([[A.T, -A.T[:, two]], [b[np.newaxis], -b[np.newaxis, two]]])
     bounds = np.zeros(m + len(two)), np.full(m + len(two), np.inf)
@@ -95,10 +103,8 @@ def _in_doubles(A: Matrix, b: Vector, two: list[int], unit: Vector) -> Iterator[
     totals: Sequence[float] = TOTALS
     for _ in range(ROUNDS):
         for total in totals:
-            right_side, costs = (
-                np.append(np.zeros(n), total),
-                np.append(cost, cost[two]),
-            )
+            right_side = np.append(np.zeros(n), total)
+            costs = np.append(cost, cost[two])
             lp_solution = minimized(
                 costs, equations, (right_side, right_side), bounds, LP_EFFORT
             )
@@ -113,8 +119,9 @@ def _in_doubles(A: Matrix, b: Vector, two: list[int], unit: Vector) -> Iterator[
 
 
 def contradiction(system: System, of: Sequence[Condition]) -> Multipliers | None:
-    """Return the multipliers, with b'y = 1, of the only contradiction of some linear
-    conditions, which is irreducible then; None if there is none, or several."""
+    """Return the multipliers, with b'y = 1, of linear conditions that have exactly one
+    contradiction, which is then irreducible; None if they have none, or several.
+    """
     rows = [system.entries(system.forms(each)[0]) for each in of]
     columns = {j for row, *_ in rows for j in row}
     A = [[row.get(j, 0) for row, *_ in rows] for j in sorted(columns)] or [
@@ -136,14 +143,16 @@ def contradiction(system: System, of: Sequence[Condition]) -> Multipliers | None
 
 
 def _total(y: Sequence[Fraction], of: Sequence[Fraction]) -> Fraction:
+    """Return the inner product of two vectors."""
     return sum((a * b for a, b in zip(y, of, strict=True)), Fraction(0))
 
 
 def point_without(
     system: System, members: Sequence[Condition], one: Condition
 ) -> Values:
-    """Return a point at which all members of an irreducible contradiction hold but one:
-    the others are equations there."""
+    """Return a point at which all members of an irreducible contradiction but one hold:
+    it satisfies the others with equality.
+    """
     rows = [system.entries(system.forms(each)[0]) for each in members if each != one]
     columns = sorted({j for row, *_ in rows for j in row})
     A, right_side = list[list[int]](), list[int]()

@@ -1,5 +1,7 @@
-"""What conflicts in a problem without a solution and what would help, or how far the
-data of a solved one may move: `lcpcli.why`."""
+"""Which conditions of a problem without solution are in conflict and which change of
+its data would make it solvable, or how far the data of a solvable one may change:
+`lcpcli.why`.
+"""
 
 from __future__ import annotations
 
@@ -42,19 +44,20 @@ def why(
     time_limit: float | None = None,
 ) -> Explanation:
     """Explain a problem in exact arithmetic. If it has no solution: which of its
-    conditions cannot hold together, each of them necessary, and the least change of its
-    numbers that makes it solvable. If it has one: how far each number may move alone
-    while the same z_i and w_i can be positive.
+    conditions cannot hold together, each of them necessary, and the smallest change of
+    its numbers that makes it solvable. If it has one: the range of each number, the
+    others being fixed, in which the same z_i and w_i can be positive.
 
     Parameters
     ----------
-    problem : a Problem, whose doubles are taken as exact, or an ExactProblem.
+    problem : a Problem, whose floats are taken as exact, or an ExactProblem.
     keep : conditions that are not reported in the conflict, by name, as "protein", or
         by name and what they are, as "z1 lower bound"; * stands for any text. The
         repair may change their numbers, unless `change` names others.
-    change : numbers that may change in a repair, named likewise, as "x1 upper bound";
+    change : numbers that may change in a repair, named in the same way, as "x1 upper
+        bound";
         by default the entries of q or, of a program, costs and sides of rows.
-    weights : what a change by 1 costs, a positive number, by the names of numbers that
+    weights : the cost of a change by 1, a positive number, by the names of numbers that
         may change; by default 1.
     time_limit : seconds after which to stop, with what is known by then; by default
         there is no limit.
@@ -97,7 +100,8 @@ def why(
 
 
 def _texts(option: str, raw_value: str | Iterable[str]) -> list[str]:
-    """Return patterns as a list, or raise ParameterError."""
+    """Return one pattern, or several, as a list; raise ParameterError for other
+    types."""
     texts = [raw_value] if isinstance(raw_value, str) else list(raw_value)
     if not all(isinstance(each, str) for each in texts):
         raise ParameterError(option, "is not a list of names", 'write ["z1", "z2"]')
@@ -143,8 +147,10 @@ class _Search:
         self._has_ranges = self._is_late = False
 
     def run(self) -> None:
+        """Search for linear conflicts, a solution, and conflicts of other conditions;
+        then for a repair or the ranges. It may raise TimeIsUp."""
         finder = self._finder
-        # Half of a limited time is left for the repair.
+        # Half of a limited time is reserved for the repair.
         try:
             with deadline_after(remaining() / 2):
                 finder.contradict()
@@ -161,6 +167,7 @@ class _Search:
             self._find_ranges(self._z)
 
     def _repair(self) -> None:
+        """Search for the smallest repair; one without changes is a solution."""
         conflict = self._finder.conflict
         is_linear = conflict is not None and all(
             each.kind != COMPLEMENTARITY for each in conflict.members
@@ -171,11 +178,12 @@ class _Search:
         self._repairs = Repairs(self.system, self._weights, stage)
         self._repairs.run()
         repair = self._repairs.repair
-        # Where the time was up before a solution was found.
+        # The time limit may have ended the search for a solution, which this is.
         if conflict is None and repair is not None and not repair.total:
             self._z = repair.z
 
     def _find_ranges(self, z: Values) -> None:
+        """Compute the ranges of all numbers at a solution."""
         system = System(self.system.data, is_whole=True)
         senses = {(each.field, each.at): each.sense for each in system.numbers}
         self._ranges = {field: [None] * system.n for field in FIELDS}
@@ -188,8 +196,9 @@ class _Search:
             self._has_ranges = True
 
     def explanation(self, ended: str, seconds: float) -> Explanation:
-        """Return what is known. ended : how the search ended, "" if it has ended by
-        itself."""
+        """Return the known results. ended : the limit that ended the search, "" if none
+        did.
+        """
         conflict, repairs = self._finder.conflict, self._repairs
         repair = None if repairs is None else repairs.repair
         is_impossible = repairs is not None and repairs.is_impossible

@@ -1,12 +1,12 @@
 """Linear programs, solved exactly.
 
 At a minimizer v of c'v with A v >= b and l <= v <= u there are multipliers y >= 0 such
-that y_i = 0 where row i is no equation at v, and for d = c - A'y, d_j >= 0 where v_j <
-u_j and d_j <= 0 where v_j > l_j; and such y prove that v is a minimizer. The simplex
-method in doubles shows which of these are equations, and two linear systems, for v and
-for y, are then solved in integers and everything is checked (D. Applegate, W. Cook, S.
-Dash and D. Espinoza, Exact solutions to linear programming problems, Operations
-Research Letters 35 (2007) 693-699).
+that y_i = 0 if row i is inactive at v, and for d = c - A'y, d_j >= 0 if v_j < u_j and
+d_j <= 0 if v_j > l_j; and such y prove that v is a minimizer. The simplex method in
+floating-point arithmetic shows which rows and bounds are active; two linear systems,
+for v and for y, are then solved in integers, and all conditions are checked (D.
+Applegate, W. Cook, S. Dash and D. Espinoza, Exact solutions to linear programming
+problems, Operations Research Letters 35 (2007) 693-699).
 """
 
 from __future__ import annotations
@@ -27,16 +27,17 @@ from lcpcli.typing import Mask, Matrix, Vector
 
 Values = list[Fraction]
 
-LP_EFFORT = 10.0  # by the seconds that so many iterations usually take
-# By which costs are multiplied, as the tolerance of the simplex method is absolute.
+LP_EFFORT = 10.0  # limit on a program, in seconds that its iterations usually take
+# Costs are multiplied by this, as the tolerance of the simplex method is absolute.
 COST_UNIT = 1e3
-# Relative: what counts as 0 in doubles, one after another.
+# Relative tolerances for active rows and bounds, tested one after another.
 TOLERANCES = (1e-12, 1e-9, 1e-15)
 
 
 class LinearProgram(NamedTuple):
-    """min costs'v, where rows of v are at least `right_side`, or equal to them, within
-    bounds."""
+    """min c'v subject to rows of v that are at least `right_side`, or equal to it, and
+    bounds.
+    """
 
     costs: Values
     rows: Rows
@@ -47,8 +48,9 @@ class LinearProgram(NamedTuple):
 
     @np.errstate(all="ignore")
     def minimizer(self) -> tuple[Values, Values] | None:
-        """Return a minimizer and the multipliers of rows that prove that it is one;
-        None if none is found."""
+        """Return a minimizer and the multipliers of the rows that prove it to be one;
+        None if none is found.
+        """
         A, c = matrix_of(self.rows, len(self.costs)), rounded(self.costs)
         b, low, high = rounded(self.right_side), *in_doubles(self.lower, self.upper)
         row_limits = b, np.where(self.equal, b, math.inf)
@@ -107,7 +109,7 @@ class LinearProgram(NamedTuple):
 
 
 def matrix_of(rows: Sequence[Mapping[int, Fraction]], columns: int) -> Matrix:
-    """Return a sparse matrix of doubles."""
+    """Return rows of fractions as a sparse matrix of floats."""
     with imports:
         from scipy.sparse import csr_array
     entries = [(i, j, float(a)) for i, row in enumerate(rows) for j, a in row.items()]
@@ -117,6 +119,7 @@ def matrix_of(rows: Sequence[Mapping[int, Fraction]], columns: int) -> Matrix:
 
 
 def in_doubles(lower: Bounds, upper: Bounds) -> tuple[Vector, Vector]:
+    """Return bounds as floats, infinite ones for None."""
     return (
         np.array([-math.inf if bound is None else float(bound) for bound in lower]),
         np.array([math.inf if bound is None else float(bound) for bound in upper]),
@@ -124,8 +127,9 @@ def in_doubles(lower: Bounds, upper: Bounds) -> tuple[Vector, Vector]:
 
 
 def _first(first: Mask, others: Mask) -> list[int]:
-    """Return the indices where the first is true, then those where only the other
-    is."""
+    """Return the indices at which `first` is True, then those at which only `others`
+    is.
+    """
     return [*np.flatnonzero(first).tolist(), *np.flatnonzero(others & ~first).tolist()]
 
 
@@ -138,8 +142,10 @@ def _satisfy_equations(
     free: Sequence[int],
     equations: Iterable[tuple[Mapping[int, Fraction], Fraction]],
 ) -> None:
-    """Change some components so that equations hold which are independent of those
-    before them, if such values are found."""
+    """Change the free components so that equations hold, those first that come first:
+    if equations are dependent, later ones may be violated. Nothing changes if no
+    solution is found.
+    """
     integer_rows = [
         over_one_denominator(
             [*(row.get(j, Fraction(0)) for j in free), end - _product(row, v)]
@@ -147,10 +153,8 @@ def _satisfy_equations(
         for row, end in equations
         if any(j in row for j in free)
     ]
-    A, right_side = (
-        [row[:-1] for row in integer_rows],
-        [row[-1] for row in integer_rows],
-    )
+    A = [row[:-1] for row in integer_rows]
+    right_side = [row[-1] for row in integer_rows]
     solution = elimination.particular(A, right_side) if A else None
     for j, value in zip(free, solution or (), strict=False):
         v[j] += value

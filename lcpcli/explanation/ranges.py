@@ -1,20 +1,21 @@
-"""How far each number of a solved problem may move alone while the optimal partition
-stays: which z_i can be off their bounds, and which w_i can be nonzero, at solutions.
+"""Ranging: how far each number of a solved problem may change, the others being fixed,
+while the optimal partition stays the same, that is, which z_i can be off their bounds,
+and which w_i can be nonzero, at solutions.
 
-A dictionary of a basis writes z and w in terms of those of them that are 0. Where both
-z_i and w_i are 0 at its point, directions d of solutions have d_i >= 0, e_i >= 0 and
-d_i e_i = 0 for the change e of w, and the largest support of them completes the
-partition (A. B. Berkelaar, K. Roos and T. Terlaky, The optimal set and optimal
-partition approach to linear and quadratic programming, in: Advances in Sensitivity
-Analysis and Parametric Programming, Kluwer 1997). It is that of all solutions if these
-form a polyhedron, as for positive semidefinite M, and else that of a polyhedron of
-solutions around the point.
+The dictionary of a basis expresses z and w in terms of those of them that are 0. If
+both z_i and w_i are 0 at its point, directions d in which solutions lie have d_i >= 0,
+e_i >= 0 and d_i e_i = 0 for the change e of w, and the largest support of such
+directions completes the partition (A. B. Berkelaar, K. Roos and T. Terlaky, The optimal
+set and optimal partition approach to linear and quadratic programming, in: Advances in
+Sensitivity Analysis and Parametric Programming, Kluwer 1997). It is the partition of
+all solutions if these form a polyhedron, as for positive semidefinite M, and otherwise
+that of a polyhedron of solutions around the point.
 
-If q_i rises by t, w_i + t takes the place of w_i, and likewise for bounds: that adds a
-column to the dictionary. The least and the largest t at which forms outside of the
+If q_i increases by t, w_i + t replaces w_i, and similarly for bounds: that adds a
+column to the dictionary. The smallest and the largest t at which forms outside the
 partition are 0, and those inside nonnegative, are the ends of the range; for any t
 between them, an average with a solution in the relative interior has the same
-partition. What changes at an end is the partition of the next piece of the path of
+partition. The change at an end is the partition of the next piece of the path of
 solutions beyond it.
 """
 
@@ -39,16 +40,20 @@ from lcpcli.rational.pivoting import RationalPivoting
 from lcpcli.rational.tree import explored
 
 Values = list[Fraction]
-Change = tuple[set[int], set[int]]  # of forms: those that become 0, and positive
-PATH_ENDS: Change = (set(), set())  # where the path of solutions does not continue
-BEYOND = -2  # the number of the form that is to be positive
+Change = tuple[
+    set[int], set[int]
+]  # the forms that become 0, and those that become positive
+PATH_ENDS: Change = (set(), set())  # the path of solutions does not continue
+BEYOND = -2  # the number of an auxiliary form that is to be positive
 
 
 class End(NamedTuple):
-    """The end of a range. value : of the number there. z : a solution there. objective
-    : of a program; None for another problem. enters, leaves : the components of z that
-    can be off their bounds beyond the end but not within the range, and vice versa;
-    None if they are not known, or if the path `ends`, or turns, there."""
+    """The end of a range. value : the number there. z : a solution there. objective :
+    the objective of a program there; None for other problems. enters, leaves : the
+    components of z that can be off their bounds beyond the end but not within the
+    range, and vice versa; None if they are not known, or if the path of solutions
+    `ends`, or turns, there.
+    """
 
     value: Fraction
     z: Values
@@ -59,9 +64,10 @@ class End(NamedTuple):
 
 
 class Range(NamedTuple):
-    """The range of a number in the data. value : what it is. below, above : the ends,
-    None if there is none. basis : the ends of the range in which the basis stays the
-    same, which is smaller where several bases have this partition."""
+    """The range of a number in the data. value : its value. below, above : the ends,
+    None for an unbounded range. basis : the ends of the range in which the basis stays
+    the same, which is smaller if several bases have this partition.
+    """
 
     value: Fraction
     below: End | None
@@ -69,7 +75,7 @@ class Range(NamedTuple):
     basis: tuple[Fraction | None, Fraction | None]
 
     def opposite(self) -> Range:
-        """Return the range of minus the number."""
+        """Return the range of the negative of the number."""
         below, above = (
             end and end._replace(value=-end.value) for end in (self.above, self.below)
         )
@@ -88,12 +94,14 @@ class Position(RationalPivoting):
 
     @classmethod
     def of(cls, system: System, z: Values, effort: Effort) -> Position | None:
-        """Return a basis of a solution near z; None if none is found."""
+        """Return a basis of a solution close to z, or None if none is found."""
         position = cls._at(system, z, effort)
         return position or cls._at(system, _vertex(system, z, effort), effort)
 
     @classmethod
     def _at(cls, system: System, z: Values, effort: Effort) -> Position | None:
+        """Return the basis of z, with basic variables replaced where rows are
+        dependent; None if it is not feasible."""
         data, n = system.data, system.n
         problem, w = data.problem, rounded(data.w(z))
         is_fixed = np.equal(*problem.box.vectors(n))
@@ -132,8 +140,9 @@ class Position(RationalPivoting):
         return cls(system, dictionary, states.tolist()) if is_feasible else None
 
     def column(self, field: str, i: int, sign: int) -> dict[int, int]:
-        """Return how the basic forms change, times `divisor`, as a number rises, or
-        falls for the sign -1."""
+        """Return how the basic forms change, multiplied by `divisor`, as a number
+        increases, or decreases for the sign -1.
+        """
         dictionary, n = self.dictionary, self.n
         form = {"q": n + i, LOWER: i, UPPER: 2 * n + i}[field]
         slope = sign * self.system.factors.get(form, 1)
@@ -149,7 +158,7 @@ class Position(RationalPivoting):
         }
 
     def moved(self, column: Mapping[int, int]) -> Position:
-        """Return the same basis with a further column, for a parameter."""
+        """Return the same basis with an additional column, for a parameter."""
         dictionary = self.dictionary.copy()
         dictionary.rows = {
             form: [*row, column.get(form, 0)] for form, row in dictionary.rows.items()
@@ -158,14 +167,15 @@ class Position(RationalPivoting):
         return self.at(dictionary)
 
     def at(self, dictionary: Dictionary) -> Position:
-        """Return the position with another dictionary."""
+        """Return the same basis with another dictionary."""
         other = Position(self.system, dictionary, self.states)
         other._signed_at = list(self._signed_at)
         return other
 
     def positive(self) -> set[int]:
-        """Return the signed forms that can be positive at a solution in the polyhedron
-        of solutions around the point: the optimal partition."""
+        """Return the optimal partition: the signed forms that can be positive at a
+        solution in the polyhedron of solutions around the point.
+        """
         dictionary, n = self.dictionary, self.n
         positive_forms = {
             form for form, row in dictionary.rows.items() if row[0]
@@ -178,7 +188,7 @@ class Position(RationalPivoting):
                 self._set_sign(i, box.LOWER if i in bounds else box.UPPER)
         both = [form for pair in pairs.values() for form in pair]
         columns = [form for form in dictionary.cobasic if form in both]
-        # Those of a line of solutions.
+        # Free columns belong to lines of solutions.
         columns += [
             form for form in dictionary.cobasic if form not in dictionary.signed
         ]
@@ -217,7 +227,8 @@ class Position(RationalPivoting):
 
     def is_simple(self, positive: set[int]) -> bool:
         """Return whether the forms of a partition are the basic ones, and none of these
-        is 0."""
+        is 0.
+        """
         dictionary = self.dictionary
         is_unique = dictionary.signed.issuperset(dictionary.cobasic)
         return is_unique and positive == dictionary.signed & dictionary.rows.keys()
@@ -225,7 +236,7 @@ class Position(RationalPivoting):
     def ahead(
         self, column: Mapping[int, int], t: Fraction | None
     ) -> tuple[Fraction, Values] | None:
-        """Return a parameter, and the forms that stand for z there."""
+        """Return the parameter t, and the forms of z at it; None if t is None."""
         if t is None:
             return None
         dictionary, values = self.dictionary, list[Fraction]()
@@ -235,7 +246,7 @@ class Position(RationalPivoting):
         return t, values
 
     def inside(self, positive: set[int]) -> set[int]:
-        """Return the components that can be off their bounds."""
+        """Return the components that can be off their bounds in a partition."""
         at = {
             form % self.n
             for form in self.dictionary.signed - positive
@@ -244,8 +255,9 @@ class Position(RationalPivoting):
         return {*range(self.n)} - at
 
     def farthest(self, positive: set[int]) -> tuple[Fraction, Values] | None:
-        """Return the largest parameter with the same partition, and the forms that
-        stand for z there; None if there is no largest one."""
+        """Return the largest parameter with the same partition, and the forms of z
+        there; None if it is unbounded.
+        """
         dictionary, n = self.dictionary, self.n
         kept_columns = [
             k
@@ -275,8 +287,9 @@ class Position(RationalPivoting):
         return -face.value(target) * d, values
 
     def until(self, column: Mapping[int, int]) -> tuple[Fraction | None, list[int]]:
-        """Return the largest parameter with the same basis, None if there is none, and
-        the forms that are 0 there."""
+        """Return the largest parameter with the same basis, None if it is unbounded,
+        and the forms that become 0 there.
+        """
         dictionary = self.dictionary
         ratios = {
             form: Fraction(int(dictionary.rows[form][0]), -slope)
@@ -291,10 +304,12 @@ class Position(RationalPivoting):
     def after(
         self, column: Mapping[int, int], t: Fraction, first: list[int]
     ) -> Change | None:
-        """Return the forms that become 0 and positive where a parameter has come to t,
-        where the first one is 0, if the basis is not degenerate: the partner of that
-        rises with the parameter, or while it stands still, and then the partner of the
-        next one that is 0. None if that is not clear."""
+        """Return the forms that become 0 and those that become positive as the
+        parameter passes t, where the form `first` is 0, if the basis is not degenerate.
+        The complement of that form enters: either the parameter increases with it, or
+        it is constant until a second form is 0, whose complement then enters. None if
+        this is not determined.
+        """
         dictionary, rows = self.dictionary, self.dictionary.rows
         if len(first) > 1:
             return None
@@ -323,8 +338,9 @@ class Position(RationalPivoting):
         return ({first[0], second[0]}, {entering, other}) if rate > 0 else None
 
     def _partner(self, form: int) -> tuple[int, int]:
-        """Return the cobasic form of the component of a basic one, and the sign with
-        which that rises once this is 0."""
+        """Return the cobasic form that is complementary to a basic one, and the sign
+        with which it increases once that is 0.
+        """
         i, n = form % self.n, self.n
         if form // n == 1:
             return (i if i in self.dictionary.cobasic else 2 * n + i), 1
@@ -332,8 +348,9 @@ class Position(RationalPivoting):
         return n + i, 1 if self._signed_at[i] == state else -1
 
     def beyond(self, positive: set[int]) -> set[int] | None:
-        """Return the partition of the next piece of the path of solutions as the
-        parameter grows; None if the path ends before, or turns."""
+        """Return the partition of the next piece of the path of solutions with a larger
+        parameter; None if the path ends before, or turns.
+        """
         rows = (self.dictionary.rows.get(form, [0]) for form in self.equations())
         if any(row[-1] for row in rows):
             return None
@@ -352,20 +369,21 @@ class Position(RationalPivoting):
                 partition = before.within(entering, (last + now) / 2).positive()
                 if partition != positive:
                     return partition
-            # It may be closed, where it turns at once.
+            # The path may be a closed curve if it turns immediately.
             if pivot is None or {*self.dictionary.cobasic} == first:
                 return None
             first = first or {*self.dictionary.cobasic}
             i, is_w = pivot.leaving % self.n, pivot.leaving // self.n == 1
             following = i if self.states[i] == box.LOWER else 2 * self.n + i
-            # Else both bounds of a component have met.
+            # Otherwise both bounds of a component have become equal.
             if (following if is_w else self.n + i) not in self.dictionary.cobasic:
                 return None
             last = now
 
     def can_follow(self) -> bool:
-        """Return whether the equations hold along all edges; they may not where there
-        is a line of solutions."""
+        """Return whether the equations hold along all edges; they may not if there is a
+        line of solutions.
+        """
         rows = (self.dictionary.rows.get(form, [0, 0]) for form in self.equations())
         return not any(any(row[1:-1]) for row in rows)
 
@@ -375,7 +393,9 @@ class Position(RationalPivoting):
         return int(self.dictionary.rows[self.parameter][k])
 
     def within(self, entering: int, t: Fraction) -> Position:
-        """Move along an edge to where the parameter is t, and leave it there."""
+        """Move along an edge to the point where the parameter is t, and substitute t
+        for it.
+        """
         dictionary, d = self.dictionary, t.denominator
         if entering != self.parameter:
             dictionary.pivot(self.parameter, dictionary.cobasic.index(entering) + 1)
@@ -391,7 +411,9 @@ class Position(RationalPivoting):
 
 
 def _forms(data: ExactProblem) -> list[int]:
-    """Return the forms of a problem: w_i, and z_i beside its bounds."""
+    """Return the forms of a problem: w_i, and the distances of z_i from finite
+    bounds.
+    """
     n, bounds = data.n, list(enumerate(zip(data.lower, data.upper, strict=True)))
     forms = [*range(n, 2 * n), *(i for i, (low, _) in bounds if low is not None)]
     return [*forms, *(2 * n + i for i, (_, high) in bounds if high is not None)]
@@ -419,8 +441,9 @@ def _vertex(system: System, z: Values, effort: Effort) -> Values:
 def _direction(
     cone: Dictionary, form: int, pairs: Mapping[int, tuple[int, int]]
 ) -> Dictionary | None:
-    """Return a dictionary in a cone at whose point a form is at least 1 and one of each
-    pair is 0; None if there is none."""
+    """Return a dictionary of a cone at whose point a form is at least 1 and one of each
+    pair is 0; None if there is none.
+    """
     dictionary = cone.copy()
     if form in dictionary.rows:
         row = list(dictionary.rows[form])
@@ -444,8 +467,9 @@ def ranges(
     system: System, z: Values, effort: Effort
 ) -> Iterator[tuple[tuple[str, int], Range]]:
     """Yield the ranges of all numbers in the data of a problem with a solution z, by
-    their fields and indices; none if no basis of a solution is found, and none of the
-    bounds of fixed components and of multipliers."""
+    their fields and indices; none for the bounds of fixed components and of
+    multipliers, and none at all if no basis of a solution is found.
+    """
     position = Position.of(system, z, effort)
     if position is None:
         return
@@ -459,6 +483,7 @@ def ranges(
 
 
 def _range(position: Position, positive: set[int], field: str, i: int) -> Range:
+    """Return the range of one number, for the optimal partition `positive`."""
     data = position.system.data
     value = Fraction(data.constants[i], data.scales[i])
     if field != "q":
@@ -475,7 +500,9 @@ def _end(
     value: Fraction,
     sign: int,
 ) -> tuple[End | None, Fraction | None]:
-    """Return the end of a range below (sign -1) or above, and that of the basis."""
+    """Return the end of a range below (sign -1) or above, and that of the range with
+    the same basis.
+    """
     system, column = position.system, position.column(*number, sign)
     limit, first = position.until(column)
     of_basis = None if limit is None else value + sign * limit
@@ -508,7 +535,7 @@ def _end(
 
 
 def _point(system: System, forms: Values, field: str, i: int, t: Fraction) -> Values:
-    """Return z, from the forms that stand for it, where a number has moved by t."""
+    """Return z, from the forms of z, if a number has changed by t."""
     pairs = enumerate(zip(system.base, forms, strict=True))
     z = [base + system.side(j) * form for j, (base, form) in pairs]
     if field != "q" and (system.form_of_z(i) == i) == (field == LOWER):

@@ -1,17 +1,17 @@
-"""The least change of numbers in the data, in a weighted 1-norm, that makes a problem
-solvable.
+"""The smallest change of numbers in the data, in a weighted 1-norm, that makes a
+problem solvable.
 
-A relaxation comes first, without complementarity: the least violation of linear
-conditions whose numbers may change is a linear program, which is solved exactly, as a
-problem itself. No smaller change is enough, and if the problem with this change has a
-solution, it is the least one. So it is where feasible problems are solvable, as for
-linear and convex quadratic programs.
+First a relaxation without complementarity is solved: the smallest violation of the
+linear conditions whose numbers may change is a linear program, which is solved exactly.
+No smaller change suffices, and if the problem with this change has a solution, it is
+the smallest one. This is the case if feasible problems are solvable, as for linear and
+convex quadratic programs.
 
-Otherwise the changes become unknowns of a larger problem, and the best solution of that
-is sought. A number q_i may rise by p and fall by m, both nonnegative, with rows of
-zeros for p and m: w = M z + q + p - m. Where a bound may change, z_i is free, with w_i
-- s + t = 0, and s >= 0 is complementary to z_i - l_i + p - m >= 0, t >= 0 to u_i + p -
-m - z_i >= 0.
+Otherwise the changes become unknowns of a larger problem, whose best solution is
+computed. A number q_i may increase by p and decrease by m, both nonnegative, with rows
+of zeros for p and m: w = M z + q + p - m. If a bound may change, z_i is made free, with
+w_i - s + t = 0, where s >= 0 is complementary to z_i - l_i + p - m >= 0, and t >= 0 to
+u_i + p - m - z_i >= 0.
 """
 
 from __future__ import annotations
@@ -48,16 +48,16 @@ from lcpcli.verify.exact_solution import from_point
 
 # Unknowns up to which the search in rational arithmetic usually ends in seconds.
 MAX_SEARCHED = 60
-MAX_ITERATIONS = 300  # of the run that finds a solution in doubles
-MIN_SECONDS = 1e-6  # of that run, if the time is up already
+MAX_ITERATIONS = 300  # limit of the run for a solution in floating-point arithmetic
+MIN_SECONDS = 1e-6  # time limit of that run if no time is left
 
 Values = list[Fraction]
-Key = tuple[str, int]  # of a number: its field and index
-FIELDS = {LOWER: "lower", UPPER: "upper", SIGN: "q"}  # of conditions
+Key = tuple[str, int]  # the field and the index of a number
+FIELDS = {LOWER: "lower", UPPER: "upper", SIGN: "q"}  # the fields of conditions
 
 
 class Change(NamedTuple):
-    """A number in the data, and by how much it changes, as its author knows it."""
+    """A number in the data, and its change, in the author's sense."""
 
     number: Number
     change: Fraction
@@ -68,9 +68,9 @@ class Repair:
     """A change of the data that makes a problem solvable.
 
     changes, total : the numbers that change, and the sum of their weighted sizes. z : a
-    solution then; None if none was found, and only the linear conditions of the
-    constraints, or of optimality, are known to have a point. is_least : whether no
-    smaller change is enough, and this one is.
+        solution of the changed problem; None if none was found, and only the linear
+        conditions of the constraints, or of optimality, are known to be consistent.
+        is_least : whether this change suffices and no smaller one does.
     """
 
     changes: Sequence[Change]
@@ -80,10 +80,11 @@ class Repair:
 
 
 class Repairs:
-    """The search for the least repair. weights : of the numbers that may change. stage
-    : that of linear conditions which conflict, None if they do not. repair : the best
-    one that is known; None if there is none. is_impossible : whether no change is
-    enough."""
+    """The search for the smallest repair. weights : the costs of the numbers that may
+    change. stage : the stage of inconsistent linear conditions, None if they are
+    consistent. repair : the best one that is known, or None. is_impossible : whether it
+    is proved that no change suffices.
+    """
 
     def __init__(
         self, system: System, weights: Mapping[Number, Fraction], stage: int | None
@@ -95,12 +96,14 @@ class Repairs:
         self.is_impossible = False
 
     def run(self) -> None:
+        """Solve the relaxation; if its change does not suffice, the larger problem."""
         if self._stage is None or not self._relax(self._stage):
             self._search()
 
     def _relax(self, first: int) -> bool:
-        """Return whether the least change for the linear conditions alone, of one stage
-        or of both, is enough."""
+        """Return whether the smallest change for the linear conditions alone, of one
+        stage or of both, suffices.
+        """
         smallest_changes = dict[Key, Fraction]()
         for stage in (first, CONSTRAINTS + OPTIMALITY - first):
             conditions = [each for each in self.system.linear if each.stage == stage]
@@ -117,7 +120,8 @@ class Repairs:
             if z is not None:
                 return True
         # Feasible linear programs with feasible duals are solvable, and their
-        # constraints and conditions of optimality have no unknown in common.
+        # constraints and optimality conditions have no unknowns in common, so that both
+        # smallest changes add up to the smallest one.
         if is_linear_program(self.system):
             self._set_repair(smallest_changes, None, True)
             return True
@@ -126,6 +130,7 @@ class Repairs:
     def _set_repair(
         self, change_of: Mapping[Key, Fraction], z: Values | None, is_least: bool
     ) -> None:
+        """Store a repair with these changes and this solution."""
         sizes = (
             (each, change_of.get((each.field, each.at), Fraction(0)), weight)
             for each, weight in self.weights.items()
@@ -138,8 +143,9 @@ class Repairs:
         self.repair = Repair(changes, total, z, is_least)
 
     def _least_violation(self, of: Sequence[Condition]) -> dict[Key, Fraction] | None:
-        """Return the least changes for which some linear conditions hold together; None
-        if they are not found."""
+        """Return the smallest changes for which some linear conditions are consistent,
+        or None if they are not found.
+        """
         weights = {
             (each.field, each.at): weight for each, weight in self.weights.items()
         }
@@ -155,8 +161,9 @@ class Repairs:
         return {key: change for key, change in smallest_changes.items() if change}
 
     def _search(self) -> None:
-        """Find the best solution of the larger problem in which changes are
-        unknowns."""
+        """Compute the best solution of the larger problem in which changes are
+        unknowns.
+        """
         data, columns = _extended(self.system.data, list(self.weights))
         if data.n > MAX_BLOCK_UNKNOWNS:
             return
@@ -182,9 +189,10 @@ class Repairs:
 def _program(
     system: System, of: Sequence[Condition], weights: Mapping[Key, Fraction]
 ) -> tuple[LinearProgram, dict[int, tuple[Key, int]]]:
-    """Return the program of the least violation of linear conditions whose numbers have
-    these weights, others must hold; and the numbers that further unknowns change, with
-    the signs of the changes."""
+    """Return the program for the smallest violation of linear conditions whose numbers
+    have these weights, in which the other conditions hold; and for each additional
+    unknown the number that it changes, and the sign of the change.
+    """
     n, zero = system.n, Fraction(0)
     rows = list[dict[int, Fraction]]()
     right_side = list[Fraction]()
@@ -202,7 +210,7 @@ def _program(
                 -constant if is_lower else constant
             )
             continue
-        # A form rises with q, falls with l and rises with u.
+        # A form increases with q and u, and decreases with l.
         side = -1 if each.kind == LOWER or forms[0] >= 4 * n else 1
         for sign in (1, -1)[: len(forms)] if key in weights else ():
             changes[len(costs)] = key, sign * side
@@ -219,8 +227,9 @@ def _program(
 def solution(
     data: ExactProblem, max_search_unknowns: int = MAX_SEARCHED
 ) -> Values | None:
-    """Return an exact solution; None if none is found. max_search_unknowns : unknowns
-    up to which it is also sought by a search in rational arithmetic."""
+    """Return an exact solution, or None if none is found. max_search_unknowns :
+    unknowns up to which a search in rational arithmetic is attempted.
+    """
     system, n = System(data), data.n
     if (z := _optimum(system)) is not None:
         return z
@@ -239,6 +248,7 @@ def solution(
 
 
 def is_linear_program(system: System) -> bool:
+    """Return whether the problem is that of a program without quadratic terms."""
     kinds = [each.kind for each in system.components]
     variables = {i for i, kind in enumerate(kinds) if kind == VARIABLE}
     return bool(variables) and not any(
@@ -247,8 +257,9 @@ def is_linear_program(system: System) -> bool:
 
 
 def _optimum(system: System) -> Values | None:
-    """Return the solution at an optimum of a linear program; None if there is none, or
-    the problem is another one."""
+    """Return the solution of the optimality conditions of a linear program; None if
+    there is none, or the problem is not that of a linear program.
+    """
     if not is_linear_program(system):
         return None
     data, components = system.data, enumerate(system.components)
@@ -271,11 +282,12 @@ def _optimum(system: System) -> Values | None:
 
 
 def _is_bound(system: System, of: Condition) -> bool:
+    """Return whether a condition is a bound of a variable of the linear program."""
     return of.kind != SIGN and of.at not in system.rows_of
 
 
 def changed(data: ExactProblem, change_of: Mapping[Key, Fraction]) -> ExactProblem:
-    """Return a problem with changes of q and bounds."""
+    """Return a problem with changed q and bounds."""
     q = list[Fraction]()
     lower = list(data.lower)
     upper = list(data.upper)
@@ -296,7 +308,7 @@ def _exact(
     upper: Bounds,
     origin: Formulation | None = None,
 ) -> ExactProblem:
-    """Return an exact problem, with the nearest doubles."""
+    """Return an exact problem with its nearest floating-point problem."""
     low, high = in_doubles(lower, upper)
     problem = Problem(matrix_of(rows, len(q)), rounded(q), lower=low, upper=high)
     return ExactProblem(problem.having(origin=origin), rows, q, lower, upper)
@@ -305,8 +317,9 @@ def _exact(
 def _extended(
     data: ExactProblem, numbers: Sequence[Number]
 ) -> tuple[ExactProblem, dict[Number, int]]:
-    """Return the larger problem, and for each number the place of its rise, before that
-    of its fall."""
+    """Return the larger problem, and for each number the index of its increase, which
+    is followed by that of its decrease.
+    """
     zero, rows = Fraction(0), data.M
     q = [Fraction(*each) for each in zip(data.constants, data.scales, strict=True)]
     lower, upper = list(data.lower), list(data.upper)

@@ -1,6 +1,7 @@
 """Explanations as a sentence, as a report and as an object of plain values: with the
-names that the author of a problem knows, and the numbers in fractions, or rounded so
-that what is said remains true."""
+names that the author of a problem uses, and numbers as fractions, or rounded such that
+the statements remain true.
+"""
 
 from __future__ import annotations
 
@@ -53,23 +54,23 @@ Cell: TypeAlias = Callable[[Fraction, int], str]
 
 @dataclass(frozen=True, eq=False)
 class Explanation:
-    """What is known about a problem, in fractions.
+    """The results for a problem, in fractions.
 
     data : the problem.
-    status : "unsolvable" if it has no solution, "solved" if it has the solution z; else
-        "time_limit" or "interrupted" where the search ended before, and "undecided"
-        where it has no means to go on.
-    complete : whether everything that was asked is answered: the conflict irreducible
-        and the repair the least one, or proved to be impossible; or all ranges.
+    status : "unsolvable" if it has no solution, "solved" if it has the solution z;
+        otherwise "time_limit" or "interrupted" if the search was stopped, and
+        "undecided" if no method decides it.
+    complete : whether all questions are answered: the conflict is irreducible and the
+        repair is the smallest one, or proved to be impossible; or all ranges are known.
     reason : the conflict with its proof; `conflict`, `irreducible` and `multipliers`
         are its parts.
     repair : the change of the data, None if none is known. is_impossible : whether it
-        is proved that no change of the numbers that may change is enough.
+        is proved that no change of the numbers that may change suffices.
     z : a solution. ranges : of the numbers in the data, under "q", "lower" and "upper",
-        for each component of z; None where there is no such number, or no range is
+        for each component of z; None if there is no such number, or its range is not
         known.
-    near : conditions that contradict each other only up to rounding, where none are
-        known that do so in exact arithmetic.
+    near : conditions that are inconsistent only up to rounding, if none are known that
+        are inconsistent in exact arithmetic.
     seconds : the time of the search.
     """
 
@@ -96,13 +97,15 @@ class Explanation:
 
     @property
     def multipliers(self) -> Mapping[Condition, int]:
-        """Return the multipliers, whole numbers, with which linear conditions add up to
-        a contradiction; empty for another conflict."""
+        """Return the multipliers, integers, with which linear conditions add up to a
+        contradiction; empty for another conflict.
+        """
         return self.reason.multipliers
 
     def point_without(self, condition: Condition) -> Values:
-        """Return a point at which all conditions of an irreducible conflict hold but
-        this one."""
+        """Return a point at which all conditions of an irreducible conflict but this
+        one hold.
+        """
         if condition in self.reason.points:
             return self.reason.points[condition]
         return point_without(System(self.data), self.conflict, condition)
@@ -126,8 +129,9 @@ class Explanation:
 def report(
     explanation: Explanation, source: Source = NO_SOURCE, exact: bool = True
 ) -> Report:
-    """Return the report on an explanation. exact : whether numbers are fractions
-    instead of seven digits."""
+    """Return the report on an explanation. exact : whether numbers are written as
+    fractions instead of with seven digits.
+    """
     cell = brief if exact else approximate
     return Report(
         lambda form, _: _document(explanation, cell, form),
@@ -164,7 +168,7 @@ def _near(explanation: Explanation) -> str:
 
 
 def _blame(explanation: Explanation) -> list[str]:
-    """Return clauses with the conditions that cannot hold together."""
+    """Return clauses about the conditions that cannot hold together."""
     members = explanation.conflict
     if not members:
         said = "what is never blamed cannot hold together"
@@ -191,7 +195,7 @@ def _blame(explanation: Explanation) -> list[str]:
 
 
 def _noun(explanation: Explanation) -> str:
-    """Return the word for all conditions of a conflict."""
+    """Return the noun for the conditions of a conflict."""
     components = System(explanation.data).components
     kinds = {components[each.at].kind for each in explanation.conflict}
     if any(each.stage == OPTIMALITY for each in explanation.conflict):
@@ -203,7 +207,7 @@ def _noun(explanation: Explanation) -> str:
 
 
 def _cure(explanation: Explanation, cell: Cell) -> list[str]:
-    """Return a clause with the repair."""
+    """Return a clause about the repair."""
     repair = explanation.repair
     if repair is None:
         said = "no change of the numbers that may change is enough"
@@ -277,7 +281,8 @@ def _document(explanation: Explanation, cell: Cell, form: str) -> Document:
 
 def _conflict(explanation: Explanation, cell: Cell) -> Table:
     """Return the table of a conflict, with the multipliers that prove one of linear
-    conditions."""
+    conditions.
+    """
     system, multipliers = System(explanation.data), explanation.multipliers
     others = [each for each in multipliers if each not in explanation.conflict]
     header = ["condition", "", "asks for"]
@@ -319,13 +324,13 @@ def _changes(explanation: Explanation, repair: Repair, cell: Cell) -> Table:
 
 
 def label(system: System, i: int) -> str:
-    """Return what a component of z is called."""
+    """Return the name of a component of z in sentences."""
     name, kind, _ = system.components[i]
     return {ROW: f"y {name}", RANGE: f"the value of {name}"}.get(kind, name)
 
 
 def condition(system: System, of: Condition, cell: Cell = brief) -> str:
-    """Return what a condition asks for."""
+    """Return a condition as a formula."""
     data, name = system.data, label(system, of.at)
     if of.kind == COMPLEMENTARITY:
         values = [
@@ -340,7 +345,7 @@ def condition(system: System, of: Condition, cell: Cell = brief) -> str:
     relation = "<=" if is_upper else ">="
     if len(forms) == 2:
         relation = "="
-    # A multiplier of a maximum has the other sign than its component of z.
+    # The multipliers of a program to be maximized have the opposite sign in z.
     turned = reversed_names(data.problem)
     terms = {
         j: Fraction(-side * a if j in turned else side * a, scale)
@@ -373,7 +378,7 @@ def _numbers(explanation: Explanation) -> Iterator[tuple[Number, Range]]:
 def _row(
     explanation: Explanation, number: Number, number_range: Range, cell: Cell
 ) -> list[str]:
-    # Ends are rounded inward, unless they meet.
+    # Ends are rounded inward, unless they are equal.
     below, above = number_range.below, number_range.above
     is_point = below is not None and above is not None and below.value == above.value
     inward = 0 if is_point else 1

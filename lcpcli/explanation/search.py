@@ -1,5 +1,6 @@
-"""Whether there is a point at which some conditions hold, in exact arithmetic: a point,
-or those of the conditions that have been needed to exclude one."""
+"""Whether there is a point at which some conditions hold, in exact arithmetic: such a
+point, or the conditions that were needed to exclude one.
+"""
 
 from __future__ import annotations
 
@@ -28,11 +29,11 @@ class Node(NamedTuple):
 
 
 class Choices:
-    """The nodes of a tree, in which one of several alternatives is chosen for each of
+    """The nodes of a tree in which one of several alternatives is chosen for each of
     some indices.
 
     branched : the indices at which the tree has branched. used : the forms that its
-    proofs use.
+        proofs use.
     """
 
     def __init__(
@@ -45,13 +46,15 @@ class Choices:
 
     def point(self, dictionary: Dictionary) -> Dictionary | None:
         """Return a dictionary at whose point one of the alternatives of each index
-        holds; None if there is none."""
+        holds; None if there is none.
+        """
         tree = explored(self, [Node(dictionary)])
         return next((node.dictionary for node, is_leaf in tree if is_leaf), None)
 
     def violations(self, node: Node) -> dict[int, int]:
-        """Return how far the point of a node is from any of the alternatives of an
-        index, where it is in none."""
+        """Return, for each index none of whose alternatives holds at the point of a
+        node, how far the point is from the closest one.
+        """
 
         def distance(form: int, is_zero: bool) -> int:
             value = node.dictionary.value(form)
@@ -65,9 +68,12 @@ class Choices:
         return {k: violation for k, violation in far.items() if violation}
 
     def branching_index(self, _: Node) -> None:
-        """Return None: a point is enough."""
+        """Return None: a point that satisfies one alternative of each index
+        suffices.
+        """
 
     def children(self, node: Node, k: int) -> Iterator[Node]:
+        """Yield the nonempty nodes with each alternative of an index."""
         self.branched.add(k)
         for alternative in reversed(self.alternatives[k]):
             dictionary = node.dictionary.copy()
@@ -77,8 +83,9 @@ class Choices:
     def restrict(
         self, dictionary: Dictionary, form: int, is_zero: bool = False
     ) -> bool:
-        """Restrict a polyhedron; return False if it is proved to be empty then, by a
-        row whose forms are added to `used`."""
+        """Restrict a polyhedron by a form; return False if that proves it to be empty,
+        by a row whose forms are added to `used`.
+        """
         if (dictionary.vanish if is_zero else dictionary.require)(form):
             return True
         entries = zip(dictionary.cobasic, dictionary.rows[form][1:], strict=True)
@@ -87,15 +94,18 @@ class Choices:
 
 
 class Outcome(NamedTuple):
-    """A point at which conditions hold; or None, and those that exclude one."""
+    """A point at which conditions hold, with an empty core; or None, and the conditions
+    that exclude one.
+    """
 
     point: Values | None
     core: Sequence[Condition]
 
 
 def search(system: System, conditions: Sequence[Condition], effort: Effort) -> Outcome:
-    """Return a point at which conditions hold, or proof that there is none; raise
-    TimeIsUp if that takes more than an effort."""
+    """Return a point at which conditions hold, or the proof that there is none; raise
+    TimeIsUp if that takes more than `effort`.
+    """
     linear = [each for each in conditions if each.kind != COMPLEMENTARITY]
     required = {form: None for each in linear for form in system.forms(each)}
     alternatives = {

@@ -1,47 +1,46 @@
-"""P-matrices, whose principal minors are all positive, P0-matrices, where none is
-negative, and sufficient matrices.
+"""Classes of matrices: P, P0, sufficient, H+ and M-matrices, positive definite and
+semidefinite, and copositive matrices; each is decided by a proof or a counterexample.
 
-Small matrices are decided by all their principal minors, in exact arithmetic. Larger
-ones belong to P or P0 by an implication, or are ruled out by one minor, or by a vector
-whose signs M reverses (M. Fiedler and V. Pták, Czechoslovak Mathematical Journal 12
-(1962) 382-400): v_i (Mv)_i <= 0 for all i, v != 0, for P; v_i (Mv)_i < 0 wherever v_i
-!= 0 for P0.
+Principal minors. A P-matrix has only positive principal minors, a P0-matrix no negative
+ones. Small matrices are decided by all their principal minors, in exact arithmetic.
+Larger ones belong to P or P0 by an implication, or are ruled out by one minor, or by a
+vector whose signs M reverses (M. Fiedler and V. Pták, Czechoslovak Mathematical Journal
+12 (1962) 382-400): v_i (Mv)_i <= 0 for all i, v != 0, for P; v_i (Mv)_i < 0 wherever
+v_i != 0 for P0.
 
-M is column sufficient if z_i (Mz)_i <= 0 for all i implies that all are 0, and row
-sufficient if M' is column sufficient (R. W. Cottle, J.-S. Pang and V. Venkateswaran,
-Linear Algebra Appl. 114/115 (1989) 231-249). Both imply P0. Small matrices are decided
-exactly: let z be a counterexample of smallest support P, I the indices with z_i (Mz)_i
-< 0, and J the others in P. M_PP + T is singular for the diagonal T of -(Mz)_i / z_i.
-Its determinant is a sum over the principal minors from J to P, each times a positive
-number; in a P0-matrix they are therefore all 0, and M_PP + T is singular for every T >=
-0 with support in I. No null vector of it vanishes on I, as a multiple of it could be
-subtracted from z to make P smaller. So the null space of M_PP + t diag(1_I), t > 0, has
-a counterexample; it suffices to examine all I and P.
+Sufficient matrices. M is column sufficient if z_i (Mz)_i <= 0 for all i implies that
+all are 0, and row sufficient if M' is column sufficient (R. W. Cottle, J.-S. Pang and
+V. Venkateswaran, Linear Algebra Appl. 114/115 (1989) 231-249). Both imply P0. Small
+matrices are decided exactly: let z be a counterexample of smallest support P, I the
+indices with z_i (Mz)_i < 0, and J the others in P. M_PP + T is singular for the
+diagonal T of -(Mz)_i / z_i. Its determinant is a sum over the principal minors from J
+to P, each times a positive number; in a P0-matrix they are therefore all 0, and M_PP +
+T is singular for every T >= 0 with support in I. No null vector of it vanishes on I, as
+a multiple of it could be subtracted from z to make P smaller. So the null space of M_PP
++ t diag(1_I), t > 0, contains a counterexample; it suffices to examine all I and P.
 
 H+ and M-matrices are P-matrices: they are strictly diagonally dominant after a positive
 scaling d of the columns, with C d > 0 for the comparison matrix C (see
 `verify.error_theorems`). There is no such d if C v <= 0 for some v >= 0, v != 0, as
 C^-1 >= 0. d and v are computed in double precision and verified exactly.
 
-Positive definite and semidefinite matrices, symmetric or not: the sign of v'Mv = v'(M +
-M')v / 2.
+Positive definite and semidefinite matrices, symmetric or not, are decided by the sign
+of v'Mv = v'(M + M')v / 2: small ones by exact elimination, larger ones by factors of S
+= M + M' (see `verify.error_theorems`). A factorization that fails yields a v, and the
+sign of v'Mv is determined exactly. If entries are rounded numbers, rounding may have
+moved zero eigenvalues to either side of 0: the class is then not decided.
 
-Small matrices are decided by exact elimination, larger ones by factors of S = M + M'
-(see `verify.error_theorems`). A factorization that fails gives a v, and v'Mv is
-determined exactly. Entries that are rounded have rounded the zeros among the
-eigenvalues to either sign: then none of these decides.
-
-Copositive matrices: v'Mv >= 0 for all v >= 0, strictly if > 0 for v != 0;
-copositive-plus if (M + M')v = 0 wherever v >= 0 and v'Mv = 0. Small matrices are
-decided exactly, with S = M + M' and one linear system per index set P. S is copositive
-unless, for some P with det S_PP < 0, u = -S_PP^-1 e is nonnegative (K. P. Hadeler,
-Linear Algebra Appl. 49 (1983) 79-89; R. W. Cottle, G. J. Habetler and C. E. Lemke,
-ibid. 3 (1970) 295-310); then u'S_PP u = -e'u < 0. The zeros of a copositive form are
-sums of those of minimal support, where S_PP has only the null vector u > 0 (R.
+Copositive matrices have v'Mv >= 0 for all v >= 0, strictly copositive ones > 0 for v !=
+0; for copositive-plus ones, (M + M')v = 0 wherever v >= 0 and v'Mv = 0. Small matrices
+are decided exactly, with S = M + M' and one linear system per index set P. S is
+copositive unless, for some P with det S_PP < 0, u = -S_PP^-1 e is nonnegative (K. P.
+Hadeler, Linear Algebra Appl. 49 (1983) 79-89; R. W. Cottle, G. J. Habetler and C. E.
+Lemke, ibid. 3 (1970) 295-310); then u'S_PP u = -e'u < 0. The zeros of a copositive form
+are sums of those of minimal support, where S_PP has only the null vector u > 0 (R.
 Hildebrand, ibid. 459 (2014) 154-174). Of any size, a sum of a positive semidefinite
-matrix and one without negative entries is copositive: that of contact with friction (D.
-E. Stewart and J. C. Trinkle, Int. J. Numer. Methods Eng. 39 (1996) 2673-2691), in
-whatever order the rows are.
+matrix and one without negative entries is copositive, such as that of contact with
+friction (D. E. Stewart and J. C. Trinkle, Int. J. Numer. Methods Eng. 39 (1996)
+2673-2691), in any order of the rows.
 """
 
 from __future__ import annotations
@@ -80,10 +79,11 @@ from lcpcli.verify.error_theorems import (
 
 # n up to which the leading minors of C are computed exactly, in about a second.
 EXACT_MINORS = 64
-# Of power iteration for a v that rules out d, which is verified whatever its accuracy.
+# Steps of power iteration for a v that rules out d; it is verified, whatever its
+# accuracy.
 STEPS = 300
-# Of the largest component of v, below which a component has not converged and is
-# treated as zero.
+# Components of v below this, relative to the largest one, have not converged and are
+# set to 0.
 ZERO = 1e-9
 
 
@@ -131,8 +131,8 @@ def scaled_dominance(M: Matrix, check: verdict.Check) -> Verdict:
         )
         return Verdict(YES, evidence, vector=d)
     v, diagonal = e, C.diagonal()
-    # Power iteration on I + J, which may lead to a Perron vector v >= 0 of J = I - D^-1
-    # C.
+    # Power iteration with I + J, which may converge to a Perron vector v >= 0 of J = I
+    # - D^-1 C.
     for _ in range(STEPS):
         check()
         v = 2 * v - matrices.product(C, v) / diagonal
@@ -172,16 +172,16 @@ def _not_dominant(v: Vector) -> Verdict:
 
 # n up to which all 2^n - 1 = 16383 minors are computed, in half a second.
 ALL_MINORS = 14
-ALL_PAIRS = 8  # n up to which all 3^n pairs of index sets are examined, 6561
-# Unknowns up to which eigenvectors are tried, in a fraction of a second.
+ALL_PAIRS = 8  # n up to which all 3^n = 6561 pairs of index sets are examined
+# n up to which eigenvectors are computed, in a fraction of a second.
 MAX_WITH_VECTORS = 300
 # n up to which all pairs of a dense matrix are examined: 32 MB for each n x n array.
 PAIRS = 2000
-# Pairs whose minor is computed exactly: one of the least minors in doubles is negative
-# if any is.
+# Pairs whose minor is computed exactly: those with the smallest minors in
+# floating-point arithmetic, one of which is negative if any is.
 CANDIDATES = 10
-# Of the largest component of an eigenvector, below which a component is rounding and
-# treated as zero.
+# Components of an eigenvector below this, relative to the largest one, are rounding
+# errors and set to 0.
 EIGENVECTOR_RTOL = 1e-13
 
 
@@ -202,8 +202,9 @@ def p0_matrix(context: Context) -> Verdict:
 
 
 def _by_symmetry(context: Context, name: str) -> Verdict | None:
-    """Decide for symmetric M, which is P if and only if it is definite, and P0 if and
-    only if it is semidefinite."""
+    """Decide for symmetric M, which is P if and only if it is positive definite, and P0
+    if and only if it is positive semidefinite; None for other M.
+    """
     if not context.yes("symmetric"):
         return None
     return context.excluded(name, "it is symmetric and not") or context.by_rounding()
@@ -242,7 +243,8 @@ def _by_minors(context: Context, strict: bool) -> Verdict:
 
 def _pair(context: Context, strict: bool) -> tuple[int, int] | None:
     """Return the indices of a principal minor of order 2 that is exactly negative, or
-    zero if strict; or None."""
+    zero if `strict`; None if none is found.
+    """
     M, diagonal = context.M, context.diagonal
     if matrices.is_sparse(M):
         product = M.multiply(M.T).tocoo()
@@ -269,8 +271,9 @@ def _pair(context: Context, strict: bool) -> tuple[int, int] | None:
 
 
 def _sign_reversal(context: Context, strict: bool) -> Vector | None:
-    """Return a real eigenvector of a nonpositive eigenvalue, if M reverses its signs
-    exactly; else None."""
+    """Return a real eigenvector of a nonpositive eigenvalue if M reverses its signs
+    exactly; otherwise None.
+    """
     if context.n > MAX_WITH_VECTORS:
         return None
     context.check()
@@ -323,8 +326,8 @@ def column_sufficient(context: Context, product: str = "Mz") -> Verdict:
         t = max(abs(v) for row in part for v in row) or 1
         for inside in verdict.index_sets(len(P)):
             context.check()
-            # z, not 0 on I, with (A + t diag(1_I)) z = 0: z_i (Az)_i = -t z_i^2 on I, 0
-            # elsewhere
+            # If (A + t diag(1_I)) z = 0 and z is not 0 on I, then z_i (Az)_i = -t z_i^2
+            # on I, and 0 elsewhere: z is a counterexample.
             shifted = [
                 [v + t * (i == j and i in inside) for j, v in enumerate(row)]
                 for i, row in enumerate(part)
@@ -350,17 +353,19 @@ def column_sufficient(context: Context, product: str = "Mz") -> Verdict:
 
 # n up to which exact elimination, in milliseconds, precedes floating-point arithmetic.
 EXACT_FIRST = 20
-# n up to which exact elimination is tried while time is left; beyond, its integers are
-# too long.
+# n up to which exact elimination is attempted while time remains; beyond, its integers
+# are too long.
 EXACT_LAST = 200
 # Pivots up to which the vector of a pivot is computed exactly: its fractions stay
 # short.
 RATIONAL = 16
 # n up to which a dense factorization of a singular matrix takes hundredths of a second.
 MAX_SINGULAR = 500
-# Of which the denominators of a null space of small integers are divisors.
+# A common multiple of the denominators 1 to 6, 10, 12 and 15: null vectors of matrices
+# of small integers usually have such denominators.
 DENOMINATOR = 60.0
-# Of the largest pivot: a pivot of singular matrices below it is rounding.
+# Pivots below this, relative to the largest one, are rounding errors of a singular
+# matrix.
 RANK_TOLERANCE = 1e-10
 
 
@@ -406,16 +411,18 @@ def positive_semidefinite(context: Context) -> Verdict:
 def _by_vector(
     context: Context, v: Vector | None, strict: bool, P: tuple[int, ...] | None = None
 ) -> Verdict | None:
-    """Return NO if v'Mv is proved to be negative, or, if strict, not to be positive;
-    else None."""
+    """Return NO if v'Mv is proved to be negative, or, if `strict`, not to be positive;
+    otherwise None.
+    """
     if v is None or not context.form_is_low(v, strict):
         return None
     return Verdict(NO, f"v'Mv {'<=' if strict else '<'} 0 for v = {text_of(v)}", P, v)
 
 
 def _by_diagonal(context: Context, strict: bool) -> Verdict | None:
-    """Return NO if the least diagonal entry is negative, or, if strict, not positive;
-    else None."""
+    """Return NO if the smallest diagonal entry is negative, or, if `strict`, not
+    positive; otherwise None.
+    """
     i = int(context.diagonal.argmin())
     if context.diagonal[i] > 0 or (context.diagonal[i] == 0 and not strict):
         return None
@@ -424,8 +431,9 @@ def _by_diagonal(context: Context, strict: bool) -> Verdict | None:
 
 
 def _by_rounded_arithmetic(context: Context) -> Verdict:
-    """Find a proof or a counterexample by floating-point factorizations, both
-    verified."""
+    """Decide by floating-point factorizations; the proof or the counterexample is
+    verified.
+    """
     scaling = (
         context.verdicts["h_plus"].vector if "h_plus" in context.verdicts else None
     )
@@ -473,8 +481,9 @@ def _is_exact(context: Context, S: Matrix) -> bool:
 
 
 def _by_support(context: Context) -> Verdict | None:
-    """Decide by M + M' without its zero rows, by weak dominance, or by a zero on the
-    diagonal of a nonzero row."""
+    """Decide by M + M' without its zero rows, by weak diagonal dominance, or by a zero
+    on the diagonal of a nonzero row; None if these do not decide.
+    """
     S = context.symmetric_part
     support = np.flatnonzero(abs(S).sum(axis=1))
     if pair := _zero_diagonal_pair(context):
@@ -521,8 +530,10 @@ def _zero_diagonal_pair(context: Context) -> tuple[int, int] | None:
 
 def _by_index_set(context: Context, indices: tuple[int, ...], strict: bool) -> Verdict:
     """Return NO by a principal minor S_PP of S = M + M' that is negative, or zero if
-    strict, with a vector if it is exact: (x, 1) with S_PP x = -S_Pk without the last
-    pivot k, exactly if P is small, else an eigenvector of the least eigenvalue."""
+    `strict`. It has a vector as well if that can be verified: (x, 1) with S_PP x =
+    -S_Pk without the last pivot k, computed exactly if P is small, otherwise an
+    eigenvector of the smallest eigenvalue.
+    """
     v, rows = None, list(indices)
     if len(indices) <= RATIONAL:
         whole = elimination.symmetrized(context.whole())
@@ -545,17 +556,19 @@ def _by_index_set(context: Context, indices: tuple[int, ...], strict: bool) -> V
     return _by_vector(context, v, strict, indices) or Verdict(NO, minor, indices)
 
 
-# Pivots of exact elimination, and other steps, that may decide whether S is
-# semidefinite, times n^3, and at least.
+# The limit on pivots of exact elimination and other steps that decide whether S is
+# semidefinite: the second number plus the first divided by n^3.
 DEFINITENESS_STEPS, MIN_DEFINITENESS_STEPS = 1.5e7, 20.0
-# Up to which semidefiniteness is tested in floats, if it is not decided: a second.
+# n up to which semidefiniteness is tested in floating-point arithmetic if it is not
+# decided exactly: a second.
 MAX_FLOAT_ROWS = 2000
 
 
 class Definiteness(NamedTuple):
     """Whether a symmetric S is positive definite, and whether it is semidefinite, as
-    words of `verdict`. within : if neither is decided, by how much, relatively, the
-    diagonal of S has to change for S to be semidefinite; None if that is not known."""
+    words of `verdict`. within : if neither is decided, the relative change of the
+    diagonal of S after which S is semidefinite; None if that is not known.
+    """
 
     definite: str
     semidefinite: str
@@ -563,9 +576,11 @@ class Definiteness(NamedTuple):
 
 
 def definiteness(S: Matrix) -> Definiteness:
-    """Decide whether a symmetric S of shape (n, n) is definite or semidefinite: by
-    floating point, if by more than rounding, or else, unless its entries are rounded,
-    by all that is known of classes of matrices, fractions included."""
+    """Decide whether a symmetric S of shape (n, n) is positive definite or
+    semidefinite: in floating-point arithmetic if the margin exceeds rounding errors;
+    otherwise, unless its entries are rounded numbers, by all tests of classes of
+    matrices, including exact arithmetic.
+    """
     n, rank = S.shape[0], semidefinite_rank(S)
     if rank is not None:
         return Definiteness(YES if rank == n else NO, YES)
@@ -586,8 +601,9 @@ def definiteness(S: Matrix) -> Definiteness:
 
 @np.errstate(all="ignore")
 def _is_clearly_indefinite(S: Matrix) -> bool:
-    """Return whether a broken factorization of a symmetric S yields a v with v'Sv < 0,
-    whatever the rounding of products and of the entries of S."""
+    """Return whether a factorization of a symmetric S that fails yields a v with v'Sv <
+    0 for all possible rounding errors of products and of the entries of S.
+    """
     if not S.diagonal().min() > 0 or not affordable(S):
         return False
     v = proof_of_definiteness(S)[1]
@@ -599,11 +615,13 @@ def _is_clearly_indefinite(S: Matrix) -> bool:
 
 @np.errstate(all="ignore")
 def semidefinite_rank(S: Matrix) -> int | None:
-    """Return the rank of a symmetric S of shape (n, n) if floating point proves that S
-    is positive semidefinite, else None: n if a factorization does. A singular S is
-    semidefinite if some S_PP is definite and the columns outside of P are combinations
-    of those in P: by a guess that is rounded to multiples of 1 / DENOMINATOR and
-    checked exactly, or by the rank.
+    """Return the rank of a symmetric S of shape (n, n) if floating-point arithmetic
+    proves that S is positive semidefinite, otherwise None.
+
+    The rank is n if a factorization proves that S is positive definite. A singular S is
+    semidefinite if some S_PP is definite and the columns outside P are combinations of
+    those in P. This is proved by combinations that are rounded to multiples of 1 /
+    DENOMINATOR and checked exactly, or by the rank.
     """
     P = np.flatnonzero(matrices.row_maxima(S))
     S = S[P][:, P]
@@ -614,7 +632,7 @@ def semidefinite_rank(S: Matrix) -> int | None:
     A = matrices.dense(S)
     whole, _ = numbers.as_written(A)
     if not np.array_equal(whole, np.rint(whole)):
-        return None  # of which rounding has left no exact combinations
+        return None  # columns of rounded numbers are no exact combinations
     with imports:
         from scipy.linalg import get_lapack_funcs, solve_triangular
     (pstrf,) = get_lapack_funcs(("pstrf",), (A,))
@@ -647,7 +665,7 @@ def copositive(context: Context) -> Verdict:
     if context.symmetric_part.min() >= 0:
         return Verdict(YES, "no entry of M + M' is negative")
     S, n = context.symmetric_part, context.n
-    # E, and a sum of one or two unit vectors.
+    # The vector of ones, and sums of one or two unit vectors.
     vectors = [np.ones(n), np.zeros(n), np.zeros(n)]
     vectors[1][int(context.diagonal.argmin())] = vectors[2][
         list(np.unravel_index(int(S.argmin()), S.shape))
@@ -702,8 +720,9 @@ def copositive_plus(context: Context) -> Verdict:
 
 def _without_nonnegative_rows(context: Context) -> Verdict | None:
     """Return YES if M + M' is positive semidefinite without its rows that have no
-    negative entry, as those of the slacks of friction cones; UNDECIDED if rounding
-    decides that, and index sets are too many; else None."""
+    negative entry, such as those of the slacks of friction cones; UNDECIDED if that
+    depends on rounding and there are too many index sets; otherwise None.
+    """
     rows = nonnegative_rows(context.symmetric_part)
     rest = outside(rows, context.n)
     if not rows.size or not rest.size:
@@ -730,7 +749,7 @@ def _without_nonnegative_rows(context: Context) -> Verdict | None:
 
 
 def _named(context: Context, rows: Indices) -> str:
-    """Return some rows for a sentence."""
+    """Return a phrase for some rows."""
     is_one = rows.size == 1
     if np.array_equal(rows, np.flatnonzero(context.diagonal == 0)):
         number = "the row" if is_one else f"the {rows.size} rows"
@@ -739,26 +758,31 @@ def _named(context: Context, rows: Indices) -> str:
 
 
 def nonnegative_rows(S: Matrix) -> Indices:
-    """Return the indices of the rows of a symmetric matrix without a negative entry. It
-    is copositive if it is so without these rows and columns."""
+    """Return the indices of the rows of a symmetric matrix without a negative entry.
+    The matrix is copositive if it is so without these rows and columns.
+    """
     return np.flatnonzero(np.asarray((S < 0).sum(axis=1)).ravel() == 0)
 
 
 def outside(indices: Indices, n: int) -> Indices:
+    """Return the indices from 0 to n - 1 that are not among these."""
     others = np.ones(n, dtype=np.bool_)
     others[indices] = False
     return np.flatnonzero(others)
 
 
 class Merged(NamedTuple):
-    """Which rows of M are equal or opposite, and its columns too: v'Mv is a function of
-    the sums of sign_i v_i over all i with the same first_i, the first of these."""
+    """Which rows of M are equal or opposite, together with its columns: v'Mv is a
+    function of the sums of sign_i v_i over all i with the same first_i, the first of
+    these indices.
+    """
 
     first: Indices
     sign: Vector
 
 
 def merged(M: Matrix) -> Merged:
+    """Return which rows of M, with their columns, are equal or opposite."""
     first_with: dict[tuple[bytes, ...], int] = {}
     first, sign = np.arange(M.shape[0]), np.ones(M.shape[0])
     both = matrices.compressed(M), matrices.compressed(M.T)
@@ -777,12 +801,13 @@ def merged(M: Matrix) -> Merged:
 
 def ends_at_solution(M: Matrix, q: Vector, check: verdict.Check) -> bool:
     """Return whether q'v >= 0 for all v >= 0 with v'Mv = 0 is proved for a copositive
-    M, by which Lemke's method ends with a solution (R. W. Cottle, J.-S. Pang, R. E.
-    Stone, The Linear Complementarity Problem (1992), section 4.4): for contact with
-    friction, if no contact is redundant.
+    M: Lemke's method then ends with a solution (R. W. Cottle, J.-S. Pang, R. E. Stone,
+    The Linear Complementarity Problem (1992), section 4.4). This holds for contact with
+    friction if no contact is redundant.
 
-    It is so if M + M' is definite in the sums of `Merged`, without its nonnegative
-    rows: v'Mv = 0 then leaves only opposite pairs and what these rows have.
+    It is so if M + M' without its nonnegative rows is positive definite as a function
+    of the sums of `Merged`: v'Mv = 0 then implies that v consists of opposite pairs and
+    components of the nonnegative rows.
     """
     S = matrices.symmetric_part(M)
     rows = nonnegative_rows(S)
@@ -805,6 +830,7 @@ def ends_at_solution(M: Matrix, q: Vector, check: verdict.Check) -> bool:
 
 
 def _undecided(context: Context, what: str = "index sets") -> Verdict:
+    """Return UNDECIDED, as there are too many index sets or minors."""
     unseen = "no sufficient condition or counterexample was found"
     return Verdict(UNDECIDED, f"2^{context.n} - 1 {what} are too many; {unseen}")
 
@@ -812,8 +838,9 @@ def _undecided(context: Context, what: str = "index sets") -> Verdict:
 def _excluded(
     context: Context, P: tuple[int, ...], u: list[Fraction], claim: str
 ) -> Verdict:
-    """Return NO by the v with v_P = u, which is given in doubles if they represent it
-    exactly."""
+    """Return NO by the v with v_P = u, with the vector if double precision represents a
+    multiple of it exactly.
+    """
     v = context.vector(P, u)
     if v is None:
         return Verdict(
@@ -826,8 +853,9 @@ def _excluded(
 
 def _by_zeros(context: Context, plus: bool) -> Verdict:
     """Decide whether a copositive M is strictly copositive, or copositive-plus, by the
-    zeros v >= 0 of minimal support of its form, for which some v_P > 0 spans the null
-    space of S_PP."""
+    zeros v >= 0 of minimal support of v'Mv: for these some v_P > 0 spans the null space
+    of S_PP.
+    """
     if context.n > ALL_SETS or not context.yes("copositive"):
         return (
             _undecided(context)

@@ -1,5 +1,6 @@
-"""Why the iterations on x, shi and fixed-point, fail on a problem, and what solves it:
-by facts that cost at most a few factorizations of M."""
+"""Why the iterations on x, shi and fixed-point, fail on a problem, and which method
+solves it: by facts that cost at most a few factorizations of M.
+"""
 
 from __future__ import annotations
 
@@ -18,21 +19,24 @@ from lcpcli.linalg.units import equilibrate
 from lcpcli.methods.registry import METHODS
 from lcpcli.model.problem import Problem
 
-# Unknowns up to which M is classified, and the steps of exact elimination for that:
-# those of all principal minors of order 12, about a tenth of a second.
+# Unknowns up to which M is classified, and the limit on steps of exact elimination: all
+# principal minors of order 12 take so many, about a tenth of a second.
 MAX_CLASSIFIED, MAX_STEPS = 500, 5000
-# Unknowns up to which the condition is estimated, by factors of M.
+# Unknowns up to which the condition number is estimated, by factors of M.
 MAX_FACTORIZED = 20_000
-LAST_CLASS = "copositive_plus"  # of those that guarantee one of these to end:
+# The last class in `verdict.CLASSES` for which one of the remedies is guaranteed.
+LAST_CLASS = "copositive_plus"
 REMEDIES = ("newton", "interior", "lemke")
-# From which on linear convergence takes thousands of iterations.
+# Condition number from which linear convergence takes thousands of iterations.
 SLOW_CONDITION = 1e3
-DEGENERATE = 1e-9  # w_i that counts as 0, relative to the terms of its row
+DEGENERATE = 1e-9  # a w_i below this, relative to the terms of its row, is considered 0
 
 
 class Explanation(NamedTuple):
-    """Clauses on why the iterations fail, none if nothing is known, on what they need,
-    and on what is guaranteed to solve the problem; "" if there is nothing to say."""
+    """Clauses on the causes of the failure, none if none are known, on what the
+    iterations need, and on a method that is guaranteed to solve the problem; "" if
+    there is nothing to say.
+    """
 
     causes: list[str]
     need: str = ""
@@ -67,8 +71,9 @@ def _guarantee(classes: Mapping[str, Verdict]) -> str:
 
 
 def _of_numbers(problem: Problem) -> tuple[list[str], str]:
-    """Return clauses on the scaling and the condition of M, and what a badly scaled M
-    needs."""
+    """Return clauses on the scaling and the condition number of M, and on what a badly
+    scaled M needs.
+    """
     M = problem.M
     causes = list[str]()
     need = ""
@@ -93,8 +98,9 @@ def _of_numbers(problem: Problem) -> tuple[list[str], str]:
 
 
 def _degenerate(problem: Problem) -> int:
-    """Return for how many i the known solution has z_i at a bound and w_i = 0; 0 if
-    there is none."""
+    """Return the number of i for which the known solution has z_i at a bound and w_i =
+    0; 0 if no solution is known.
+    """
     if not problem.solutions:
         return 0
     z = problem.solutions[0]

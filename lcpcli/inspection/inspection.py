@@ -1,11 +1,11 @@
-"""Diagnosis of a problem: the classes of M with evidence, its difficulty, and which
-methods are guaranteed, and the plan of `auto` for it: its attempts until one solves the
-problem or proves that there is no solution.
+"""Diagnosis of a problem: the classes of M with evidence, its difficulty, which methods
+are guaranteed, and the plan of `auto`, its attempts until one solves the problem or
+proves that there is no solution.
 
-Of a nonlinear problem its rows and operators, F and its Jacobian J at the start, and
-what its pattern makes singular. The pattern is taken from J at the start and at SAMPLES
-points nearby, at random from fixed seeds: an entry of J that is 0 at all of them counts
-as 0 everywhere, and a row that is the same at all of them as that of a linear function.
+For a nonlinear problem, its rows and operators, F and its Jacobian J at the start, and
+the structural rank of J. The pattern of J is that of J at the start and at SAMPLES
+random points nearby, with fixed seeds: an entry that is 0 at all of them is considered
+0 everywhere, and a row that is the same at all of them is considered linear.
 """
 
 from __future__ import annotations
@@ -46,11 +46,11 @@ from lcpcli.verify.error_theorems import semidefinite_by_rounding
 class Attempt(NamedTuple):
     """An attempt of `auto`.
 
-    method, part : the method, as in the route of a result, and which part of it is
-        tried; "" if it is tried as a whole.
-    iterations : the number in its first turn. Once these are used up, the later
-    attempts have their turns before it continues with twice as many; None if it is
-    never suspended. reason : why the attempt is made.
+    method, part : the method, as in the route of a result, and the part of it that is
+        used; "" for the whole method.
+    iterations : the number of iterations in the first round. After these, the later
+        attempts run before this one continues with twice as many; None if it is never
+        suspended. reason : why the attempt is made.
     """
 
     method: str
@@ -72,13 +72,13 @@ def plan(problem: Problem) -> list[Attempt]:
     >>> [attempt.method for attempt in lcpcli.plan(problem)][:3]
     ['newton', 'newton', 'lemke']
     """
-    # As auto searches.
+    # The changes with which auto starts.
     problem = composed(as_problem(problem), relaxed, shifted).problem
     structure = Structure(problem, problem.q)
     in_order = chain.from_iterable(
         sorted(phase, key=lambda row: row.first_round) for phase in phases(structure)
     )
-    # An attempt of several phases begins in the first of them.
+    # An attempt that occurs in several phases begins in the first of them.
     rows = dict.fromkeys(row for row in in_order if row.applies(structure))
     shares = [(row, row.first_round_iterations(structure)) for row in rows]
     return [
@@ -87,7 +87,8 @@ def plan(problem: Problem) -> list[Attempt]:
     ]
 
 
-# Relative to the largest entry: a smaller difference of M and M' looks like rounding.
+# A difference of M and M' below this, relative to the largest entry, looks like
+# rounding.
 ASYMMETRY = 1e-12
 
 
@@ -96,19 +97,19 @@ class Inspection:
     """The diagnosis of one problem. Quantities that are too expensive to compute are
     None.
 
-    condition, equilibrated_condition : in the 1-norm, of M and of R M C; infinite if
-        singular, estimated for large n.
-    spread, equilibrated_spread : the spreads of M and of R M C. spectrum : the spectrum
-        of a symmetric M.
-    p, smoothing_error : as `theory.smoothing` has them. published, best : the rates of
-        `fixed-point` with omega = 1 and with `omega=auto`.
-    presolve : what presolve leaves of a mixed problem; None if presolve changes nothing
-        or time ran out.
+    condition, equilibrated_condition : the condition numbers in the 1-norm of M and of
+        R M C; infinite if singular, estimated for large n.
+    spread, equilibrated_spread : the spreads of M and of R M C. spectrum : the extreme
+        eigenvalues of a symmetric M.
+    p, smoothing_error : as returned by `theory.smoothing`. published, best : the rates
+        of `fixed-point` with omega = 1 and with `omega=auto`.
+    presolve : the result of presolve for a mixed problem; None if presolve changes
+        nothing or time ran out.
     plan : the attempts of `auto`, in order; None if time ran out.
-    obvious : the answer, if it is obvious from M and q; else "".
-    stiffness : the condition number of a stiff M + M' in units of its diagonal,
-        estimated; infinite where rounding of the entries of M makes it indefinite; None
-        if M is not stiff.
+    obvious : the answer, if it is obvious from M and q; otherwise "".
+    stiffness : the condition number of a stiff M + M' scaled to diagonal 1, estimated;
+        infinite if rounding of the entries of M makes it indefinite; None if M is not
+        stiff.
     """
 
     problem: Problem
@@ -154,10 +155,10 @@ def inspect(
 
     Parameters
     ----------
-    problem : a Problem, of which a sparse M is made dense only if it is small, or a
+    problem : a Problem, whose sparse M is made dense only if it is small, or a
         NonlinearProblem.
-    time_limit : seconds after which expensive computations end; what they would have
-        decided stays undecided.
+    time_limit : seconds after which expensive computations end; the questions that they
+        would have decided remain undecided.
 
     Returns an Inspection, or a NonlinearInspection, which the interpreter shows as the
     command prints it. The verdict on a class is "yes" or "no" only where rounding
@@ -217,12 +218,12 @@ def inspect(
 
 
 def _obvious(problem: Problem, classes: dict[str, Verdict]) -> str:
-    """Return what is evident about the solutions from M, its classes and q; "" if
-    nothing is.
+    """Return what M, its classes and q obviously imply about the solutions; "" if
+    nothing.
 
-    M is a P-matrix if and only if there is exactly one for every q: H. Samelson, R. M.
-    Thrall, O. Wesler, A partition theorem for Euclidean n-space, Proc. Amer. Math. Soc.
-    9 (1958) 805-807.
+    M is a P-matrix if and only if there is exactly one solution for every q: H.
+    Samelson, R. M. Thrall, O. Wesler, A partition theorem for Euclidean n-space, Proc.
+    Amer. Math. Soc. 9 (1958) 805-807.
     """
     box = problem.box
     kinds = problem.box.kinds
@@ -297,7 +298,9 @@ def _hints(diagnosis: Inspection) -> list[str]:
 
 
 def _on_stiffness(condition: float) -> str:
-    """Return what follows from a condition number in units of the diagonal."""
+    """Return a clause on the consequences of the condition number of M scaled to
+    diagonal 1.
+    """
     digits = math.floor(DOUBLE_DIGITS - math.log10(min(condition, MAX_TOLD)))
     consequence = (
         f"rounding of M and q leaves at least about {count(digits, 'digit')} of z"
@@ -311,32 +314,32 @@ def _on_stiffness(condition: float) -> str:
     )
 
 
-SAMPLES = 2  # points beside the start
-# By which another point is moved towards the start where J is not finite, MAX_MOVES
-# times.
+SAMPLES = 2  # points in addition to the start
+# The factor by which the distance of a sample from the start is reduced if J is not
+# finite there, at most MAX_MOVES times.
 NEARER = 0.5**3
 MAX_MOVES = 10
-LAST_CLASS = "positive_semidefinite"  # of those that are decided: all that are cheap
-MAX_NAMED = 5  # rows or unknowns in a hint
-NO_TEXT = (None, None, None)  # in place of a `Composition`
+LAST_CLASS = "positive_semidefinite"  # the last class that is cheap to decide
+MAX_NAMED = 5  # rows or unknowns named in a hint
+NO_TEXT = (None, None, None)  # replaces the `Composition` of an F without text
 
 
 @dataclass(frozen=True, eq=False)
 class NonlinearInspection:
-    """The diagnosis of a nonlinear problem. What is unknown, or too expensive, is None.
+    """The diagnosis of a nonlinear problem. Facts that are unknown, or too expensive to
+    compute, are None.
 
     operators, common_expressions, fixed_variables : as in the `Composition` of F; None
         if F has no text.
     equations : the number of unknowns without bounds, whose rows are equations.
     nonlinear_rows : the number of rows of J that vary. nonzeros : the number of entries
         of J that are not 0 everywhere.
-    structural_rank : of J: the largest rank that a matrix of its pattern can have;
-        _of_equations : of the rows of the equations; _of_free : of the columns of the
-        unknowns without bounds.
-    undefined_rows : those in which F is not finite at the start. residual : the natural
-        residual there.
-    condition, spread, classes : of J at the start; classes is empty where J is not
-        finite.
+    structural_rank : the largest rank that a matrix with the pattern of J can have;
+        _of_equations : that of the rows of the equations; _of_free : that of the
+        columns of the unknowns without bounds.
+    undefined_rows : the rows in which F is not finite at the start. residual : the
+        natural residual there.
+    condition, spread, classes : of J at the start; classes is empty if J is not finite.
     """
 
     problem: NonlinearProblem
@@ -366,8 +369,8 @@ def inspect_nonlinear(
 ) -> NonlinearInspection:
     """Diagnose a nonlinear problem.
 
-    time_limit : seconds, after which expensive computations end, and what they would
-    have found is unknown.
+    time_limit : seconds after which expensive computations end; their results are then
+        unknown.
     """
     evaluations, F = Evaluations(problem), problem.values(problem.x0)
     samples = list(_samples(evaluations))
@@ -423,8 +426,9 @@ def _samples(evaluations: Evaluations) -> Iterator[Matrix]:
 
 
 def _pattern(n: int, samples: Sequence[Matrix]) -> tuple[Matrix, Vector]:
-    """Return the places where one of the samples is not 0 as a csr array, and which
-    rows differ between samples."""
+    """Return the entries that are not 0 in one of the samples as a csr array, and which
+    rows differ between samples.
+    """
     with imports:
         from scipy.sparse import csr_array
     whole = list(map(csr_array, samples))
@@ -436,6 +440,7 @@ def _pattern(n: int, samples: Sequence[Matrix]) -> tuple[Matrix, Vector]:
 
 
 def _rank(pattern: Matrix) -> int:
+    """Return the structural rank of a sparse matrix."""
     with imports:
         from scipy.sparse.csgraph import structural_rank
     return int(structural_rank(pattern.tocsr())) if min(pattern.shape) else 0
@@ -483,6 +488,7 @@ def _nonlinear_hints(
 
 
 def _named(problem: NonlinearProblem, rows: Sequence[int]) -> str:
+    """Return the numbers and names of rows in words."""
     named = ", ".join(f"{i + 1} {problem.names[i]}".rstrip() for i in rows[:MAX_NAMED])
     word = "rows" if len(rows) > 1 else "row"
     more = f" and {len(rows) - MAX_NAMED} more" if len(rows) > MAX_NAMED else ""

@@ -1,27 +1,26 @@
-"""A priori theory: which methods are guaranteed for what class of M, the rate of
-`fixed-point`, the error of `shi`.
+"""A priori theory: which methods are guaranteed for which class of M, the rate of
+convergence of `fixed-point`, the smoothing error of `shi`, and facts about M that
+determine difficulty and cost: scaling, condition number, spectrum, and the size of its
+factors.
 
 A method is guaranteed to find a solution, or a proof that there is none. The statements
-are those of the methods' own modules, which name the sources, and hold in exact
+are those of the modules of the methods, which name the sources, and hold in exact
 arithmetic. For `fixed-point`, |T|_2 < 1 holds for every omega > 0 if v'Mv > 0 for all v
-!= 0, since |(omega I + M)v|^2 exceeds |(omega I - M)v|^2 by 4 omega v'Mv, and Bai
-(2010) has convergence for H+-matrices if omega is at least the largest diagonal entry.
-For `shi`, level sets are bounded for P-matrices, whose F is a homeomorphism.
+!= 0, since |(omega I + M)v|^2 exceeds |(omega I - M)v|^2 by 4 omega v'Mv; and Bai
+(2010) proves convergence for H+-matrices if omega is at least the largest diagonal
+entry. For `shi`, level sets are bounded for P-matrices, whose F is a homeomorphism.
 
-With bounds, z - x has for mid(l, u, 2x) the Lipschitz constant of |x|, so that what
-holds for fixed-point and shi still holds, and newton returns to no state of its last
-index, as w_n rises with z_n, as for an LCP. Without free variables lemke takes the path
-of the standard form, whose matrix is row sufficient if M is, and copositive-plus if M
-is and all variables have a lower bound. With free variables it is positive semidefinite
-if M is.
+With bounds, z - x for mid(l, u, 2x) has the Lipschitz constant of |x|, so that the
+statements about fixed-point and shi still hold, and newton returns to no basis with the
+same last index, as w_n increases with z_n, as for an LCP. Without free variables lemke
+follows the path of the standard form, whose matrix is row sufficient if M is, and
+copositive-plus if M is and all variables have a lower bound. With free variables it is
+positive semidefinite if M is.
 
 With T = (omega I + M)^-1 (omega I - M), Schäfer's fixed point iteration is x' = T |x| -
 (omega I + M)^-1 q. As | |x| - |y| | <= |x - y|, each step reduces the Euclidean
 distance to the solution at least by the factor |T|_2, which for symmetric M is the
 maximum of |omega - lambda| / |omega + lambda| over its eigenvalues (van Bokhoven 1981).
-
-Facts about M that determine difficulty and cost: scaling, condition, spectrum, and the
-size of its factors.
 """
 
 from __future__ import annotations
@@ -54,14 +53,15 @@ from lcpcli.typing import Matrix
 # Unknowns up to which the exhaustive search of milp always terminates, see
 # milp.MAX_NODES.
 MAX_CERTAIN_MILP_UNKNOWNS = 12
-# Unknowns up to which the iteration matrix T is formed for its norm alone, which costs
-# O(n^3)
+# Unknowns up to which the iteration matrix T is formed for its norm, which costs
+# O(n^3).
 MAX_WITH_NORM = 500
 
 
 class Guarantee(NamedTuple):
-    """A method's guarantee. word : YES, NO, or UNDECIDED like the classes that decide
-    it. reason : why, as a clause."""
+    """Whether the success of a method is guaranteed. word : YES, NO, or UNDECIDED as
+    the classes on which it depends. reason : why, as a clause.
+    """
 
     word: str
     reason: str
@@ -69,9 +69,11 @@ class Guarantee(NamedTuple):
 
 @dataclass(frozen=True)
 class Rate:
-    """The rate of the modulus iteration for one omega: the factor |T|_2, which bounds
-    the reduction of the error by each iteration, and the iterations to reduce it by the
-    default tolerance; None if it is unknown or not below 1."""
+    """The convergence rate of the modulus iteration for one omega: the factor |T|_2,
+    which bounds the reduction of the error by each iteration, and the number of
+    iterations that reduce it by the default tolerance; None if it is unknown or not
+    below 1.
+    """
 
     omega: float
     factor: float | None
@@ -86,7 +88,7 @@ def guarantees(
     guarantee_of = {
         name: _guarantee(method, classes, problem) for name, method in METHODS.items()
     }
-    # Whose turn alone has no limit.
+    # interior is the only attempt of auto without a limit.
     if problem.n > MAX_CERTAIN_MILP_UNKNOWNS and guarantee_of["interior"].word == YES:
         guarantee_of[AUTO] = Guarantee(
             YES, f"as interior: {guarantee_of['interior'].reason}"
@@ -131,7 +133,7 @@ def _guarantee(
         gain = gains.get("row_sufficient")
         gains = {"positive_semidefinite": gain} if gain else {}
     elif method is METHODS["lemke"] and "upper bound" in problem.box.kinds:
-        # the classes that changes of the signs of variables keep
+        # The classes that are invariant under sign changes of variables.
         gains = {
             name: gain
             for name, gain in gains.items()
@@ -169,10 +171,10 @@ def _is_copositive_for_q(classes: Mapping[str, Verdict], problem: Problem) -> bo
 
 def rates(M: Matrix, spectrum: Spectrum | None) -> tuple[Rate, Rate | None]:
     """Return the rates for omega = 1, as published, and for `fixed_point.best_omega`,
-    if a symmetric M is affordable.
+    which is None for a symmetric M that is too expensive to factorize.
 
-    spectrum : the extreme eigenvalues of a positive definite M; if they are not known,
-        the rates are known only for small M.
+    spectrum : the extreme eigenvalues of a positive definite M; if they are None, the
+        rates are known only for small M.
     """
     omega = best_omega(M) if affordable(M) or not matrices.is_symmetric(M) else math.inf
     return _rate(M, OMEGA.value, spectrum), _rate(
@@ -209,33 +211,36 @@ def _rate(M: Matrix, omega: float, spectrum: Spectrum | None) -> Rate:
 
 
 def smoothing(problem: Problem) -> tuple[float, float]:
-    """Return the default p of `shi`, which runs with mid(l, u, 0) moved to 0, in 1 /
-    (units of z), and for it the bound (ln 3 / p) |M - I|_inf of |F~ - F|, in units of
-    q."""
+    """Return the default p of `shi`, which runs with mid(l, u, 0) moved to 0; it has
+    the dimension of 1 / z. And return the bound (ln 3 / p) |M - I|_inf of |F~ - F| for
+    it, with the dimension of q.
+    """
     problem = shifted(problem).problem
     return (p := default_p(problem)), smoothing_error(problem, p)
 
 
-BAD_CONDITION = 1e12  # from which on a hint warns: at most 4 of 16 digits are left
-# Decades of the largest entries of rows or columns, from which on a hint advises to
-# scale.
+# Condition number from which a hint warns: at most 4 of 16 digits are correct.
+BAD_CONDITION = 1e12
+# Ratio of the largest entries of rows or columns, in decades, from which a hint advises
+# to scale.
 BAD_SPREAD = 4.0
 # Unknowns up to which all eigenvalues are computed, in a fraction of a second.
 MAX_WITH_SPECTRUM = 500
 
 
 class Spread(NamedTuple):
-    """The range in decades of the largest entries of nonzero rows, and of nonzero
-    columns."""
+    """The ratio, in decades, of the largest to the smallest of the row maxima of
+    nonzero rows, and the same for columns.
+    """
 
     rows: float
     columns: float
 
 
 class Spectrum(NamedTuple):
-    """The smallest and the largest eigenvalue of a symmetric M, in units of M;
-    estimates, by a few steps of inverse and of power iteration, are accurate to a
-    factor of about 3."""
+    """The smallest and the largest eigenvalue of a symmetric M. Estimates, by a few
+    steps of inverse and of power iteration, are accurate to a factor of about 3.
+    """
 
     smallest: float
     largest: float
@@ -246,7 +251,8 @@ class Spectrum(NamedTuple):
 class Cost:
     """The storage of M in bytes, and the cost of its triangular factors in entries and
     operations; the factors of a sparse M lie within a band of width `bandwidth` after
-    reordering."""
+    reordering.
+    """
 
     bytes: int
     bandwidth: int | None
@@ -255,6 +261,7 @@ class Cost:
 
 
 def spread(M: Matrix) -> Spread:
+    """Return the spread of the entries of M."""
     used = [
         sizes[sizes > 0]
         for sizes in (matrices.row_maxima(M), matrices.column_maxima(M))
@@ -268,8 +275,9 @@ def spread(M: Matrix) -> Spread:
 
 
 def condition(M: Matrix) -> float:
-    """Return |M|_1 |M^-1|_1, from below for more than factors.MAX_NUMPY_ROWS rows;
-    infinite if M is singular."""
+    """Return |M|_1 |M^-1|_1, a lower bound of it for more than factors.MAX_NUMPY_ROWS
+    rows; infinite if M is singular.
+    """
     small = not matrices.is_sparse(M) and M.shape[0] <= factors.MAX_NUMPY_ROWS
     with np.errstate(over="ignore", invalid="ignore", divide="ignore"):
         try:
@@ -280,6 +288,8 @@ def condition(M: Matrix) -> float:
 
 
 def _estimated_condition(M: Matrix) -> float:
+    """Return a lower bound on |M|_1 |M^-1|_1 by factors of M (Higham's estimator);
+    infinite if M is singular."""
     with imports:
         from scipy.sparse.linalg import LinearOperator, onenormest
     if matrices.is_sparse(M):
@@ -293,13 +303,14 @@ def _estimated_condition(M: Matrix) -> float:
     inverse = LinearOperator(
         M.shape, matvec=solve, rmatvec=transposed, dtype=np.float64
     )
-    # with one column it uses no random vector, so that the result is reproducible
+    # With one column the estimator uses no random vector, so that it is reproducible.
     return float(onenormest(inverse, t=1)) * float(abs(M).sum(axis=0).max())
 
 
 def eigenvalues(M: Matrix, definite: bool) -> Spectrum | None:
-    """Return the ends of the spectrum of a symmetric M; estimated if it is large,
-    positive definite and affordable."""
+    """Return the extreme eigenvalues of a symmetric M: estimates if it is large,
+    positive definite and affordable to factorize; None for other large M.
+    """
     if M.shape[0] <= MAX_WITH_SPECTRUM:
         values = np.linalg.eigvalsh(matrices.dense(M))
         return Spectrum(float(values[0]), float(values[-1]), estimated=False)
@@ -312,8 +323,9 @@ def eigenvalues(M: Matrix, definite: bool) -> Spectrum | None:
 
 
 def cost(M: Matrix, definite: bool) -> Cost:
-    """Return the cost of M and of its factorization; half for a symmetric positive
-    definite one."""
+    """Return the storage of M and the cost of its factorization; half of it for a
+    symmetric positive definite dense M.
+    """
     n = int(M.shape[0])
     if matrices.is_sparse(M):
         band, size = Band(M), M.data.nbytes + M.indices.nbytes + M.indptr.nbytes

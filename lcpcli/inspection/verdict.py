@@ -1,12 +1,12 @@
 """Verdicts on classes of matrices, with their evidence; the table of all classes, and
-those that the entries decide.
+the classes that the entries decide directly.
 
-The entries of M are taken as exact numbers, if all have up to 14 digits as the decimals
-as which they are written, and no "yes" or "no" depends on rounding: what is found in
-double precision is either guaranteed by an error bound or decided in exact arithmetic,
-or else it is "not decided". Entries with more digits are rounded numbers, as those of a
-covariance are: whether M is definite is not decided where that is a matter of how they
-were rounded.
+The entries of M are taken as exact numbers; if all have up to 14 digits, as their
+shortest decimals. No "yes" or "no" depends on rounding: a result in double precision is
+either guaranteed by an error bound or confirmed in exact arithmetic, otherwise the
+class is "not decided". Entries with more digits are considered rounded numbers, such as
+those of a covariance matrix: whether M is definite is not decided if that depends on
+their rounding.
 """
 
 from __future__ import annotations
@@ -32,7 +32,7 @@ from lcpcli.typing import Matrix, Vector
 YES = "yes"
 NO = "no"
 UNDECIDED = "not decided"
-MAX_ENTRIES = 6  # of a vector or index set in a sentence, about half a line
+MAX_ENTRIES = 6  # the most entries of a vector or index set in a sentence
 # Nonzeros of v up to which the sign of v'Mv is determined exactly: 250000 products of
 # integers.
 EXACT_SUPPORT = 500
@@ -60,7 +60,7 @@ def called(name: str) -> str:
     return f"{'an' if words[0] in 'HM' else 'a'} {words}"
 
 
-# It raises TimeIsUp if the time is used up, as `interrupts.raise_if_timed_out` does.
+# A function that raises TimeIsUp at a limit, as `interrupts.raise_if_timed_out` does.
 Check = Callable[[], None]
 
 
@@ -70,7 +70,7 @@ class Verdict:
     numbers.
 
     word : YES, NO or UNDECIDED.
-    evidence : the evidence, or why the question is undecided, as a clause that counts
+    evidence : the evidence, or why the question is not decided, as a clause that counts
         rows and columns from 1.
     indices : the index set in the evidence, counted from 0; None if there is none.
     vector : the vector, shape (n,), for which the evidence holds exactly; None if there
@@ -84,8 +84,9 @@ class Verdict:
 
 
 def text_of(numbers: Sequence[float] | Vector) -> str:
-    """Return a vector or index set for a sentence: complete if it is short, else its
-    beginning."""
+    """Return a vector or index set for a sentence: complete if it is short, otherwise
+    its first entries.
+    """
     texts = [f"{number:.6g}" for number in numbers[:MAX_ENTRIES]]
     if len(numbers) > MAX_ENTRIES:
         texts.append("...")
@@ -103,7 +104,7 @@ def entry(i: int, j: int) -> str:
 
 
 def index_sets(n: int) -> Iterator[tuple[int, ...]]:
-    """Yield all nonempty subsets of n indices, the smallest first."""
+    """Yield all nonempty subsets of n indices, in order of increasing size."""
     return (
         subset for size in range(1, n + 1) for subset in combinations(range(n), size)
     )
@@ -112,8 +113,9 @@ def index_sets(n: int) -> Iterator[tuple[int, ...]]:
 def blocks(
     A: elimination.Rows, check: Check
 ) -> Iterator[tuple[tuple[int, ...], elimination.Rows]]:
-    """Yield every index set P with the rows and columns of A in it, the smallest
-    first."""
+    """Yield every index set P with the principal submatrix A_PP, in order of increasing
+    size.
+    """
     for P in index_sets(len(A)):
         check()
         yield P, [[A[i][j] for j in P] for i in P]
@@ -121,9 +123,9 @@ def blocks(
 
 class Context:
     """The matrix to classify, dense or sparse of shape (n, n), with the verdicts so far
-    and a check of the time.
+    and a check of the limits.
 
-    M : a multiple of the matrix, with decimals as whole numbers. unit : the factor.
+    M : a multiple of the matrix, in which decimals are integers. unit : the factor.
     """
 
     def __init__(self, M: Matrix, check: Check) -> None:
@@ -149,23 +151,26 @@ class Context:
         )
 
     def implied(self, *names: str) -> Verdict | None:
-        """Return YES by the first of these smaller classes to which M is known to
-        belong; else None."""
+        """Return YES by the first of these subclasses to which M is known to belong;
+        otherwise None.
+        """
         return next(
             (Verdict(YES, f"it is {called(name)}") for name in names if self.yes(name)),
             None,
         )
 
     def excluded(self, name: str, because: str = "it is not") -> Verdict | None:
-        """Return NO, with its evidence, by a larger class to which M is known not to
-        belong; else None."""
+        """Return NO, with its evidence, by a superclass to which M is known not to
+        belong; otherwise None.
+        """
         witness = self.verdicts[name]
         no = Verdict(NO, f"{because} {called(name)}", witness.indices, witness.vector)
         return no if witness.word == NO else None
 
     def low_diagonal(self, strict: bool = True) -> Verdict | None:
-        """Return NO by the first diagonal entry that is negative, or, if strict, not
-        positive; else None."""
+        """Return NO by the first diagonal entry that is negative, or, if `strict`, not
+        positive; otherwise None.
+        """
         low = np.flatnonzero(self.diagonal <= 0 if strict else self.diagonal < 0)
         if not low.size:
             return None
@@ -174,26 +179,31 @@ class Context:
 
     @cached_property
     def diagonal(self) -> Vector:
+        """Return the diagonal of M."""
         return np.asarray(self.M.diagonal(), dtype=np.float64)
 
     @cached_property
     def symmetric_part(self) -> Matrix:
         """Return M + M', rounded once per entry; exact if M is symmetric. It is
-        definite if and only if v'Mv is."""
+        positive definite if and only if v'Mv > 0 for all v != 0.
+        """
         total = self.M + self.M.T
         return total.tocsr() if matrices.is_sparse(self.M) else total
 
     @cached_property
     def rounding(self) -> float | None:
-        """Return by how much, relatively, the diagonal of M has to change for M to be
-        positive semidefinite, where the rounding of its entries decides whether it is
-        definite, semidefinite or neither; else None."""
+        """Return the relative change of the diagonal of M after which M is positive
+        semidefinite, if the rounding of its entries decides whether it is definite,
+        semidefinite or neither; otherwise None.
+        """
         with imports:
             from lcpcli.verify.error_theorems import semidefinite_by_rounding
         return semidefinite_by_rounding(self.M)
 
     def by_rounding(self) -> Verdict | None:
-        """Return UNDECIDED if the rounding of entries decides whether M is definite."""
+        """Return UNDECIDED if the rounding of entries decides whether M is definite,
+        otherwise None.
+        """
         if self.rounding is None:
             return None
         change = numbers.approximate(Fraction(self.rounding), 1, 1)
@@ -216,8 +226,9 @@ class Context:
         )
 
     def vector(self, P: Sequence[int], u: Sequence[Fraction | int]) -> Vector | None:
-        """Return a positive integer multiple of the v with v_P = u, 0 elsewhere; None
-        if floats do not represent it."""
+        """Return a positive integer multiple of the v with v_P = u and 0 elsewhere;
+        None if floats do not represent it exactly.
+        """
         whole = numbers.whole_multiple([Fraction(value) for value in u])
         if max(map(abs, whole)) > numbers.LARGEST_INTEGER:
             return None
@@ -226,8 +237,9 @@ class Context:
         return v
 
     def form_is_low(self, v: Vector, strict: bool) -> bool:
-        """Return whether v'Mv is surely negative, or, if strict, not positive; False if
-        v is 0 or not finite."""
+        """Return whether v'Mv is proved to be negative, or, if `strict`, not positive;
+        False if v is 0 or not finite.
+        """
         if not np.isfinite(v).all() or not v.any():
             return False
         value = float(v @ matrices.product(self.M, v))
@@ -248,8 +260,10 @@ class Context:
 
 def signs(A: Matrix, d: Vector, check: Check) -> Vector:
     """Return the sign of every component of A d, -1, 0 or 1, exactly, for finite A of
-    shape (n, n) and d of shape (n,): in doubles where rounding cannot change it, else,
-    after a call of `check` for each row, in exact arithmetic."""
+    shape (n, n) and d of shape (n,): in floating-point arithmetic if rounding errors
+    cannot change it, otherwise, after a call of `check` for each row, in exact
+    arithmetic.
+    """
     n = d.size
     value, size = matrices.product(A, d), matrices.absolute_product(A, np.abs(d))
     bound = (n + 2) * EPS * size + n * SMALLEST_NORMAL
@@ -274,8 +288,9 @@ def signs(A: Matrix, d: Vector, check: Check) -> Vector:
 
 
 def sums_exactly(A: Matrix, largest: float) -> bool:
-    """Return whether sums of entries up to `largest` are free of rounding, as all are
-    multiples of a common unit."""
+    """Return whether sums of entries up to `largest` are free of rounding errors, as
+    all are multiples of a common power of two.
+    """
     if not 0 < largest < np.inf:
         return False
     entries = A.data if matrices.is_sparse(A) else A
@@ -300,7 +315,8 @@ def skew_symmetric(context: Context) -> Verdict:
 
 def _nonzero_entry(context: Context, difference: Matrix) -> Verdict | None:
     """Return NO with the first pair of entries of M whose difference is not 0; None if
-    there is none."""
+    there is none.
+    """
     if (position := _first(difference)) is None:
         return None
     i, j = position
@@ -320,7 +336,7 @@ def z_matrix(context: Context) -> Verdict:
 
 
 def _first(A: Matrix) -> tuple[int, int] | None:
-    """Return row and column of the first entry that is not 0; None if there is none."""
+    """Return row and column of the first nonzero entry; None if there is none."""
     if matrices.is_sparse(A):
         rows, columns = A.nonzero()
         return (int(rows[0]), int(columns[0])) if rows.size else None
@@ -339,7 +355,8 @@ def strictly_diagonally_dominant(context: Context) -> Verdict:
 
 def weak_row(M: Matrix, check: Check) -> int | None:
     """Return the first row that is not strictly diagonally dominant, or None. `check`
-    may raise TimeIsUp."""
+    may raise TimeIsUp.
+    """
     weak = np.flatnonzero(
         signs(matrices.comparison(M), np.ones(M.shape[0]), check) <= 0
     )
@@ -348,8 +365,8 @@ def weak_row(M: Matrix, check: Check) -> int | None:
 
 LARGER = """h_plus m_matrix positive_definite positive_semidefinite p_matrix p0_matrix
 column_sufficient row_sufficient copositive strictly_copositive copositive_plus"""
-# The file of each, in which a function of that name decides it; each relies on those
-# before it.
+# The module of each class, in which a function of that name decides it; it may use the
+# verdicts on the classes before it.
 CLASSES = {
     **dict.fromkeys(
         ("symmetric", "skew_symmetric", "z_matrix", "strictly_diagonally_dominant"),
@@ -363,11 +380,12 @@ CLASSES = {
 def classify(M: Matrix, last: str = "", steps: float = math.inf) -> dict[str, Verdict]:
     """Return for each of CLASSES, or up to the class `last`, whether M belongs to it.
 
-    M is dense or sparse of shape (n, n) with finite entries. When the time is up,
-    expensive tests end, and no further one is started, but implications are still
+    M is dense or sparse of shape (n, n) with finite entries. At the time limit,
+    expensive tests end and no further ones are started, but implications are still
     reported.
 
-    steps : of exact elimination and of searches, after which they end too.
+    steps : the limit on steps of exact elimination and of searches, at which they end
+        too.
     """
     if not M.shape[0]:
         return dict.fromkeys(CLASSES, Verdict(YES, "M has no entries"))
