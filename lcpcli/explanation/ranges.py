@@ -40,9 +40,8 @@ from lcpcli.rational.pivoting import RationalPivoting
 from lcpcli.rational.tree import explored
 
 Values = list[Fraction]
-Change = tuple[
-    set[int], set[int]
-]  # the forms that become 0, and those that become positive
+# The forms that become 0, and those that become positive.
+Change = tuple[set[int], set[int]]
 PATH_ENDS: Change = (set(), set())  # the path of solutions does not continue
 BEYOND = -2  # the number of an auxiliary form that is to be positive
 

@@ -34,7 +34,7 @@ if TYPE_CHECKING:
     from lcpcli.model.problem import Problem
 
 DEFAULT_SIZE = 10  # unknowns: few enough to be read
-# The vectors of a problem with more unknowns alone take gigabytes.
+# With more unknowns even the vectors of a problem would take gigabytes.
 SIZE = Option(
     *("n", int, None, *up_to(10**8)),
     "Approximate number of unknowns; by default 10, or the family's own.",
@@ -53,7 +53,7 @@ class Entry(NamedTuple):
     size: int | None = None
 
 
-# In the file of each heading the families: name | meaning | class of the matrices |
+# The families under the heading of their file: name | meaning | class of matrices |
 # source.
 TABLE = """
 random_problems:
@@ -133,7 +133,7 @@ RANGES = """
 0 <= target <= 1; 0 <= weight <= 1e6; 0 <= penalty <= 2; 1 <= samples <= 1e5
 1 <= masses <= 100; 0 < strength <= 1e6
 1 <= contrast <= 1e9; 0 <= mass <= 1e30
-"""  # of the parameters of these names, in all families
+"""  # the ranges of parameters, by their names, in all families
 RANGE_OF = {
     text.split()[2]: text for text in RANGES.strip().replace("\n", "; ").split("; ")
 }
@@ -151,8 +151,9 @@ def _entries(table: str, home: str) -> Iterator[tuple[str, Entry]]:
 
 
 def _with_formulations(entries: dict[str, Entry]) -> dict[str, Entry]:
-    """Return these families and those of the formulations that are installed, each
-    behind the family that its table names."""
+    """Return these families and those of the installed formulations, each inserted
+    after the family that its table names.
+    """
     for kind in formulations.TABLE:
         row = formulations.row_of(kind)
         with suppress(ProblemError):
@@ -172,6 +173,7 @@ FAMILIES = {name: entry.meaning for name, entry in REGISTRY.items()}
 
 
 def load(name: str) -> Callable[..., Problem]:
+    """Return the function of a family."""
     family: Callable[..., Problem] = getattr(
         import_module(entry(name).file), name.replace("-", "_")
     )
@@ -179,6 +181,7 @@ def load(name: str) -> Callable[..., Problem]:
 
 
 def entry(name: str) -> Entry:
+    """Return the entry of a family; raise OptionError if there is none."""
     if name not in REGISTRY:
         hint = likely(name, FAMILIES, "lcp make --list shows the families")
         raise OptionError("family", unknown(name), hint)
@@ -186,10 +189,12 @@ def entry(name: str) -> Entry:
 
 
 def is_random(name: str) -> bool:
+    """Return whether a family has random entries."""
     return "seed" in inspect.signature(load(name)).parameters
 
 
 def parameters_of(name: str) -> dict[str, Any]:
+    """Return the parameters of a family with their default values."""
     return {
         p.name: p.default
         for p in inspect.signature(load(name)).parameters.values()
@@ -199,7 +204,7 @@ def parameters_of(name: str) -> dict[str, Any]:
 
 def make(name: str, n: int | None = None, seed: int = 0, **parameters: Any) -> Problem:
     """Return the problem of a family with about n unknowns; by default 10, or the
-    family's own number.
+    number that the family fixes.
 
     Raises OptionError if there is no such family, parameter, size or seed.
     """
@@ -226,6 +231,7 @@ def make(name: str, n: int | None = None, seed: int = 0, **parameters: Any) -> P
 
 
 def refuse_unknown(name: str, parameter: str) -> None:
+    """Raise OptionError if a family has no such parameter."""
     valid_names = parameters_of(name)
     if parameter not in valid_names:
         hint = likely(parameter, valid_names) if valid_names else LEAVE_OUT
@@ -235,8 +241,9 @@ def refuse_unknown(name: str, parameter: str) -> None:
 
 
 def require(parameter: str, value: float, fits: bool, admissible: str) -> None:
-    """Raise OptionError for the parameter unless its value fits; `admissible` is the
-    range as shown to the user."""
+    """Raise OptionError for a parameter whose value does not fit; `admissible` is the
+    range as shown to the user.
+    """
     if not fits:
         raise OptionError(
             parameter,

@@ -63,8 +63,8 @@ def _polynomials(
 
 
 def billups() -> NonlinearProblem:
-    """(z - 1)^2 - 1.01 from 0, where merit functions have a minimum; the solution is 1
-    + 1.01^(1/2).
+    """(z - 1)^2 - 1.01 from 0, where merit functions have a local minimum; the solution
+    is 1 + 1.01^(1/2).
 
     S. C. Billups, Algorithms for complementarity problems, thesis, University of
     Wisconsin (1995).
@@ -94,7 +94,8 @@ def mathiesen() -> NonlinearProblem:
 
 
 def nash_cournot(firms: int = 10) -> NonlinearProblem:
-    """The outputs of 5 or 10 firms, none of which gains by another output of its own.
+    """The outputs of 5 or 10 firms in a Nash-Cournot equilibrium: no firm gains by
+    changing its output alone.
 
     F. H. Murphy, H. D. Sherali, A. L. Soyster, Mathematical Programming 24 (1982)
     92-106; P. T. Harker, ibid. 41 (1988) 29-59.
@@ -124,8 +125,8 @@ def nash_cournot(firms: int = 10) -> NonlinearProblem:
 
 
 def scarf() -> NonlinearProblem:
-    """Prices of six goods, activities of eight sectors and incomes of five agents, of
-    which the first is the unit.
+    """Prices of six goods, activities of eight sectors and incomes of five agents; the
+    income of the first agent is the numeraire.
 
     H. Scarf with T. Hansen, The Computation of Economic Equilibria, Yale University
     Press (1973).
@@ -208,10 +209,8 @@ def elastohydrodynamic(n: int = 100) -> NonlinearProblem:
             [[1 - 2 * dx / np.pi * (weights[1:] @ z[1:])], np.diff(flow)]
         )
 
-    start, lower = (
-        np.maximum(0.0, 1 - np.abs(begin + 1 + grid[1:] * dx) / 2),
-        np.zeros(n + 1),
-    )
+    start = np.maximum(0.0, 1 - np.abs(begin + 1 + grid[1:] * dx) / 2)
+    lower = np.zeros(n + 1)
     lower[0] = -np.inf
     return NonlinearProblem(
         F,
@@ -237,8 +236,10 @@ FAMILIES: dict[str, Callable[..., NonlinearProblem]] = {
 
 
 def make(family: str, n: int) -> NonlinearProblem:
-    """Return the problem of a family with n unknowns, for each of its numbers of
-    unknowns."""
-    # As the functions count them.
+    """Return the problem of a family with n unknowns, which must be one of its numbers
+    of unknowns.
+    """
+    # The functions count firms, grid points per side, and intervals instead of
+    # unknowns.
     sizes = {"nash-cournot": n, "bratu": isqrt(n), "elastohydrodynamic": n - 1}
     return FAMILIES[family](sizes[family]) if family in sizes else FAMILIES[family]()

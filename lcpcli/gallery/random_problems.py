@@ -1,6 +1,7 @@
-"""Random problems, examples that defeat a method, and problems built around a solution,
-or a proof that there is none: numbers are rounded so that q = w - Mz is free of
-rounding, and the known solution exact."""
+"""Random problems, examples that defeat a method, and problems constructed from a
+solution or from a proof that there is none. In the latter, numbers are rounded such
+that q = w - Mz has no rounding errors, and the known solution is exact.
+"""
 
 from __future__ import annotations
 
@@ -103,7 +104,8 @@ def near_singular(n: int, seed: int, *, epsilon: float = 1e-8) -> Problem:
 
 def boxes(n: int, seed: int) -> Problem:
     """Draw integers: M = A A' + n I, bounds of every kind, and the q for which a random
-    z, mostly at bounds, solves."""
+    z, mostly at bounds, is the solution.
+    """
     random = np.random.default_rng([seed, n])
     A = random.integers(-2, 3, (n, n)).astype(float)
     M = A @ A.T + n * np.eye(n)
@@ -148,8 +150,9 @@ def diagonal(n: int, _seed: int, *, decades: int = 6) -> Problem:
 
 
 def degenerate(n: int, seed: int) -> Problem:
-    """Draw integers M = A'A + I and q; z > 0 for a quarter of the indices and w > 0 for
-    another, rounded down."""
+    """Draw integers: M = A'A + I, and q such that z > 0 for a quarter of the indices
+    and w > 0 for another quarter, both rounded down; z_i = w_i = 0 for the others.
+    """
     random = np.random.default_rng([seed, n])
     M, order, quarter = integer_matrix(random, n), random.permutation(n), (n + 2) // 4
     z, w = np.zeros((2, n))
@@ -163,11 +166,11 @@ def degenerate(n: int, seed: int) -> Problem:
 
 
 def near_degenerate(n: int, seed: int, *, epsilon: float = 1e-8) -> Problem:
-    """Draw integers M = A'A + I; z_i or w_i is 0, the other is 1 for half of the
-    indices and epsilon for the rest.
+    """Draw integers: M = A'A + I; one of z_i and w_i is 0, and the other is 1 for half
+    of the indices and epsilon for the rest.
 
-    epsilon is rounded to a power of two, so that q is exact and the solution is known,
-    while n^2 < 2^51 epsilon.
+    epsilon is rounded to a power of two, so that q is exact, and the solution known, as
+    long as n^2 < 2^51 epsilon.
     """
     random = np.random.default_rng([seed, n])
     M, power = integer_matrix(random, n), 2.0 ** round(math.log2(epsilon))
@@ -198,8 +201,8 @@ def infeasible(n: int, seed: int) -> Problem:
 
 def unsolvable(n: int, seed: int) -> Problem:
     """Hide [0 1; 1 0] with q = (-1, 1), which has no solution, in two random rows that
-    involve no other unknown; the others have a symmetric positive definite block, so
-    that all is feasible, and random integers. n is at least 2.
+    contain no other unknowns. The other unknowns have a symmetric positive definite
+    block, so that the problem is feasible, and random integers. n is at least 2.
     """
     n = max(2, n)
     random, M = np.random.default_rng([seed, n]), np.zeros((n, n))
@@ -249,13 +252,14 @@ def integer_matrix(random: Generator, n: int) -> Vector:
 
 
 def complementary(size: Vector, inside: Mask) -> tuple[Vector, Vector]:
-    """Return two vectors with entries of the given sizes: the first is 0 outside the
-    set, the second inside it."""
+    """Return two vectors with entries of these sizes: the first is 0 outside the set,
+    the second inside it.
+    """
     return np.where(inside, size, 0), np.where(inside, 0, size)
 
 
-# The largest Hilbert matrix for which all numbers are integers representable in double
-# precision.
+# The order of the largest Hilbert matrix whose multiples in integers double precision
+# represents exactly.
 LARGEST_EXACT = 18
 
 
@@ -385,7 +389,7 @@ def hilbert(n: int, _seed: int, *, degenerate: bool = False) -> Problem:
     return Problem(M, -M @ z, solutions=[z] * (n <= LARGEST_EXACT), note=note)
 
 
-# M and z are multiples of their inverses: products have 53 bits at most.
+# M and z are multiples of the inverses of these, so that products have at most 53 bits.
 STEPS_OF_M, STEPS_OF_Z = 2.0**20, 2.0**10
 
 
@@ -423,13 +427,13 @@ def indefinite(
     n: int, seed: int, *, symmetric: bool = False, strict: bool = False
 ) -> Problem:
     """Draw M from the normal distribution, over sqrt(n), and z > 0 at two fifths of the
-    indices; q = -Mz, so w = 0.
+    indices; q = -Mz, so that w = 0.
 
     One solve with M finds z, as in the problems `sid` and `asym` of the repository
     dominicflocco/DCA-BL (INFORMS J. Comput. 2024.0822), whose M are made in another
     way.
 
-    symmetric : of M. strict : whether w is positive where z is 0.
+    symmetric : whether M is symmetric. strict : whether w is positive where z is 0.
     """
     random = np.random.default_rng([seed, n])
     M = random.standard_normal((n, n)) / np.sqrt(n)
@@ -444,4 +448,5 @@ def indefinite(
 
 
 def _rounded(values: Vector, steps: float) -> Vector:
+    """Return values rounded to multiples of 1 / steps."""
     return np.rint(steps * values) / steps

@@ -1,8 +1,8 @@
-"""Rigid boxes in the plane with Coulomb friction in time: each step is one LCP, whose z
-moves the boxes on.
+"""Rigid boxes in the plane with Coulomb friction in time: each time step is one LCP,
+whose solution moves the boxes.
 
-The boxes collide without rebound. A step of the length h from the velocity v is that of
-D. E. Stewart, J. C. Trinkle, Int. J. Numer. Methods Eng. 39 (1996) 2673-2691, which is
+The boxes collide without rebound. A step of length h from the velocity v is that of D.
+E. Stewart, J. C. Trinkle, Int. J. Numer. Methods Eng. 39 (1996) 2673-2691; it is
 solvable by M. Anitescu, F. A. Potra, Nonlinear Dynamics 14 (1997) 231-247.
 """
 
@@ -18,15 +18,15 @@ from lcpcli.gallery import families, systems
 from lcpcli.model.problem import Problem
 from lcpcli.typing import Vector
 
-STEP, GRAVITY = 0.01, 9.81  # seconds, and their acceleration
-HALF = np.array([0.5, 0.25])  # of the sides of a box, whose mass is 1
+STEP, GRAVITY = 0.01, 9.81  # the time step in seconds, and the acceleration in m/s^2
+HALF = np.array([0.5, 0.25])  # half the sides of a box, whose mass is 1
 INVERSE_INERTIA = 3 / (HALF @ HALF)
-# Half of the sides of the floor and of the ceiling, which no impulse moves.
+# Half the sides of the floor and of the ceiling, which no impulse moves.
 GROUND = np.array([1000.0, 1.0])
-# The largest gap, beyond what two bodies approach in a step, at which they count as in
-# contact.
+# Two bodies are in contact if their gap is at most this plus the distance by which they
+# approach in a step.
 NEAR = 0.02
-# The largest speed of a box at the beginning, and the speed of the ceiling.
+# The largest initial speed of a box, and the speed of the ceiling.
 SLIDING, DESCENT = 1.5, 1.0
 KINDS = {
     "tower": "boxes on top of each other, which slide at first",
@@ -51,15 +51,15 @@ class Contact(NamedTuple):
 
 
 class Scene:
-    """Boxes on a floor, perhaps below a ceiling that comes down, and the contacts
-    between them now.
+    """Boxes on a floor, perhaps below a ceiling that descends, and their current
+    contacts.
 
     centres, angles, velocities : of the boxes, shapes (b, 2), (b,) and (b, 3), the last
         with the angular velocity. As attributes they begin with the floor and end with
         the ceiling, if there is one.
-    friction : Coulomb's coefficient. ceiling : its height at the beginning, or None.
-    contacts : the contacts of which the next problem is made; where there are none,
-        `advance()` moves on.
+    friction : Coulomb's coefficient. ceiling : its initial height, or None.
+    contacts : the contacts of the next problem; if there are none, `advance()` makes a
+        step without contacts.
     """
 
     def __init__(
@@ -89,13 +89,14 @@ class Scene:
         self._update_contacts()
 
     def problem(self) -> Problem:
-        """Return the LCP of the next step, for z = (normal impulses, tangential ones in
-        both directions, gamma).
+        """Return the LCP of the next step, for z = (normal impulses, tangential
+        impulses in both directions, gamma).
 
         With the rows N and T of the k contacts, J = (N, T, -T), the inverse masses W
-        and the velocity u that gravity alone would leave, M = [J W J' B; C 0] with B =
+        and the velocity u after a step with gravity alone, M = [J W J' B; C 0] with B =
         [0; E'] and C = [friction I, -E], and q = (N u + gap / h, T u, -T u, 0): no
-        contact penetrates at the end of the step, up to the rotations in it.
+        contact penetrates at the end of the step, if rotations during the step are
+        neglected.
         """
         k = len(self.contacts)
         rows = self._rows * np.sqrt(self._inverse_masses.ravel())
@@ -117,8 +118,9 @@ class Scene:
         )
 
     def advance(self, z: Vector | None = None) -> None:
-        """Move on by a step of the length h, with the impulses of a solution; without z
-        as if there were no contact."""
+        """Move the boxes by a step of length h with the impulses of a solution z;
+        without z as if there were no contacts.
+        """
         self.velocities = self._free()
         if z is not None:
             k = len(self.contacts)
@@ -131,13 +133,15 @@ class Scene:
         self._update_contacts()
 
     def _free(self) -> Vector:
+        """Return the velocities after a step with gravity alone."""
         return self.velocities - STEP * GRAVITY * np.array([0.0, 1.0, 0.0]) * (
             self._inverse_masses > 0
         )
 
     def _update_contacts(self) -> None:
-        """Find the contacts and the rows N and T, which map the velocities of all
-        bodies to those at the contacts."""
+        """Compute the contacts and the rows N and T, which map the velocities of all
+        bodies to the relative velocities at the contacts.
+        """
         c, s = np.cos(self.angles), np.sin(self.angles)
         self._axes = np.stack(
             (np.stack((c, s), axis=1), np.stack((-s, c), axis=1)), axis=1
@@ -161,9 +165,11 @@ class Scene:
         self._rows = rows.reshape(2 * k, 3 * self.angles.size)
 
     def _between(self, i: int, j: int) -> list[Contact]:
-        """Return the contacts of two bodies, at most two: the side of one body on the
-        axis on which they are farthest apart, and the ends of the nearest side of the
-        other one, as far as they lie above it."""
+        """Return the contacts of two bodies, at most two. The bodies are separated
+        along the axis on which they are farthest apart, the normal of a side of one of
+        them; the contacts are the ends of the closest side of the other one, clipped to
+        that side.
+        """
         best = -math.inf, i, j, 0, self._axes[i, 0]
         for first, second in ((i, j), (j, i)):
             between = self.centres[second] - self.centres[first]
@@ -173,7 +179,7 @@ class Scene:
                     self._axes[second] @ normal
                 )
                 apart = normal @ between - reach
-                if apart > best[0] + 1e-9:  # in ties the first one, also after rounding
+                if apart > best[0] + 1e-9:  # rounding must not break ties
                     best = apart, first, second, axis, normal
         apart, first, second, axis, normal = best
         return (
@@ -185,6 +191,7 @@ class Scene:
     def _at_side(
         self, first: int, second: int, axis: int, normal: Vector
     ) -> list[Contact]:
+        """Return the contacts at a side of the first body, with this normal."""
         facing = self._axes[second] @ normal
         k = int(abs(facing).argmax())
         middle = (
@@ -217,6 +224,7 @@ class Scene:
 
 
 def _distances(points: Vector) -> Vector:
+    """Return the distances between all pairs of points, as a symmetric matrix."""
     x, y = points.T
     return np.asarray(np.hypot(np.subtract.outer(x, x), np.subtract.outer(y, y)))
 
@@ -224,11 +232,11 @@ def _distances(points: Vector) -> Vector:
 def contact_in_time(
     kind: str, boxes: int, seed: int = 0, friction: float = 0.5
 ) -> Scene:
-    """Return a scene at its beginning.
+    """Return the initial scene.
 
     kind : one of KINDS. boxes : their number, at least 1; of a pyramid the number in
         its lowest row.
-    seed : of the offsets, tilts and velocities at the beginning. friction : Coulomb's
+    seed : of the initial offsets, tilts and velocities. friction : Coulomb's
         coefficient, from 0 to 10.
 
     >>> import lcpcli

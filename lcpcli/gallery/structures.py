@@ -1,12 +1,12 @@
 """Beams, plates and frames over an obstacle: stiff problems whose matrix is positive
 definite but has positive entries off the diagonal.
 
-z is the deflection above the obstacle, w the force of the contact. Lengths are in units
-of the mesh width h, so that without mass the entries of M are whole numbers, and its
-condition number, near .032 n^4 for a beam and .05 n^2 for a plate of constant stiffness
-that is clamped all around, is a fact rather than the effect of rounding. q = M g + h^4
-p, for the obstacle g and the load p, cancels all but a few digits of M g: it is formed
-in double-double, and rounded once.
+z is the distance of the deflected structure from the obstacle, w the contact force.
+Lengths are multiples of the mesh width h, so that without mass the entries of M are
+integers, and its condition number, about .032 n^4 for a beam and .05 n^2 for a plate of
+constant stiffness that is clamped all around, is a property of the problem rather than
+of rounding. q = M g + h^4 p, for the obstacle g and the load p, cancels all but a few
+digits of M g: it is computed in double-double numbers, and rounded once.
 
 The obstacle is a polynomial with three humps, gap + depth (1 - T_6) / 2 below the
 undeflected structure, where T_6 is Chebyshev's polynomial on its whole length.
@@ -32,13 +32,14 @@ from lcpcli.linalg.matrices import plus_diagonal, principal, split_products
 from lcpcli.model.problem import Problem
 from lcpcli.typing import Indices, Matrix, Vector
 
-SEGMENTS = 8  # of a structure, in turn of stiffness 1 and `contrast`
+SEGMENTS = 8  # segments of a structure, alternately of stiffness 1 and `contrast`
 MIN_NODES = 2
 
 
 class Support(NamedTuple):
-    """How a beam is held: what its ends are, and the deflection in the middle, or at
-    the end, under a load of 1, for a stiffness of 1 and the length 1."""
+    """The support of a beam: the conditions at its ends, and its deflection in the
+    middle, or at the free end, under a unit load, for unit stiffness and length.
+    """
 
     meaning: str
     at_ends: tuple[str, str]
@@ -51,11 +52,11 @@ SUPPORTS = {
     "cantilever": Support("clamped at one end", ("clamped", "free"), 1 / 8),
     "springs": Support("free ends on springs", ("spring", "spring"), 5 / 384),
 }
-# Of a node: the deflection, and the rotation after it.
+# Unknowns of a node that are fixed: the deflection, and then the rotation.
 FIXED = {"clamped": 2, "hinged": 1}
-# Of a spring: that of the beam, 48 EI / L^3, in the middle between hinges.
+# The stiffness of a spring is that of a hinged beam in the middle, 48 EI / L^3.
 SPRING = 48.0
-# Of a plate that is clamped, or hinged, all around: under a load of 1, for the same.
+# The deflection in the middle of a square plate that is clamped, or hinged, all around.
 OF_PLATE = {"clamped": 0.00126, "hinged": 0.00406}
 # Of the deflection without an obstacle: its least distance, and the additional one
 # between the humps.

@@ -1,5 +1,7 @@
 """Switching systems of mechanics and electronics, games and markets; and free boundary
-problems of physics and finance by finite differences, with sparse matrices."""
+problems of physics and finance, discretized by finite differences, with sparse
+matrices.
+"""
 
 from __future__ import annotations
 
@@ -15,12 +17,11 @@ from lcpcli.gallery.families import require
 from lcpcli.model.problem import Problem
 from lcpcli.typing import Indices, Matrix, Vector
 
-# Random numbers are multiples of 1/16, so that their sums and products are free of
-# rounding.
+# Random numbers are multiples of 1/16, so that their sums and products are exact.
 UNITS = 16
-# Of a bridge: two poles of its source, then plus and minus.
+# The nodes of a bridge: the two poles of its source, then plus and minus.
 NODES, DIODES = 4, ((0, 2), (1, 2), (3, 0), (3, 1))
-# conductances: powers of two, so that sums are exact.
+# Conductances are powers of two, so that sums are exact.
 INNER, LOAD, LEAK, COUPLING = 1.0, 0.25, 0.0625, 0.5
 
 
@@ -101,10 +102,8 @@ def circuit(n: int, _seed: int) -> Problem:
         (nodes + 2, nodes + 3),
         (nodes[:-1] + 2, nodes[1:] + 2),
     ]
-    branches, D = (
-        _incidence(size, at_branches),
-        _incidence(size, [(nodes + i, nodes + j) for i, j in DIODES]),
-    )
+    branches = _incidence(size, at_branches)
+    D = _incidence(size, [(nodes + i, nodes + j) for i, j in DIODES])
     G = branches @ diags_array(conductances) @ branches.T + LEAK * eye_array(size)
     M = csr_array(block_array([[G, D], [-D.T, None]]))
     current = (7 * np.arange(k) % 11) - 5.5
@@ -215,7 +214,7 @@ def spatial_prices(
     )
     costs = random.integers(1, 10, m * m).astype(float)
     one, ones = eye_array(m), np.ones((1, m))
-    # Minus what leaves a region, plus what arrives.
+    # The flows into each region of demand minus those out of each region of supply.
     sums = vstack((-kron(one, ones), kron(ones, one)))
     slopes = diags_array(np.concatenate((b, e)))
     prices, regions = np.full(2 * m, np.inf), range(1, m + 1)
@@ -254,10 +253,8 @@ def two_obstacles(
     J. F. Rodrigues, Obstacle Problems in Mathematical Physics, North-Holland (1987).
     """
     M, q = _membrane(n)
-    half_gap, note = (
-        np.full(q.size, gap / 2),
-        f"The membrane touches an obstacle where |z| = {gap / 2:g}.",
-    )
+    half_gap = np.full(q.size, gap / 2)
+    note = f"The membrane touches an obstacle where |z| = {gap / 2:g}."
     return Problem(M, load * q, note=note, lower=-half_gap, upper=half_gap)
 
 
@@ -272,10 +269,8 @@ def torsion(n: int, _seed: int, *, angle: float = 4.0) -> Problem:
         a bound.
     """
     m, h, X, Y = grid(n)
-    distance, q = (
-        np.minimum(np.minimum(X, 1 - X), np.minimum(Y, 1 - Y)).ravel(),
-        np.full(m * m, -2 * angle * h * h),
-    )
+    distance = np.minimum(np.minimum(X, 1 - X), np.minimum(Y, 1 - Y)).ravel()
+    q = np.full(m * m, -2 * angle * h * h)
     return Problem(
         laplacian_of(m),
         q,
@@ -286,6 +281,7 @@ def torsion(n: int, _seed: int, *, angle: float = 4.0) -> Problem:
 
 
 def _membrane(n: int) -> tuple[Matrix, Vector]:
+    """Return the matrix and the load of a membrane, both multiplied by h^2."""
     m, h, X, Y = grid(n)
     load = 50 * np.sin(2 * np.pi * X) * np.cos(1.5 * np.pi * Y) + 10 * (X - 0.5)
     return laplacian_of(m), (-h * h * load).ravel()
@@ -300,6 +296,7 @@ def grid(n: int) -> tuple[int, float, Vector, Vector]:
 
 
 def laplacian_of(m: int) -> Matrix:
+    """Return minus the five-point Laplacian on an m x m grid, multiplied by h^2."""
     from scipy.sparse import csr_array, eye_array, kron
 
     T, unit = three_diagonals(np.full(m, 2.0)), eye_array(m)
@@ -333,10 +330,8 @@ def journal_bearing(n: int, _seed: int, *, eccentricity: float = 0.8) -> Problem
     step = 2 * np.pi / (n + 1)
     film = 1 + eccentricity * np.cos(step * (np.arange(n + 1) + 0.5))
     cubes = film**3
-    M, q = (
-        three_diagonals(cubes[:-1] + cubes[1:], -(film[1:-1] ** 3)),
-        step * np.diff(film),
-    )
+    M = three_diagonals(cubes[:-1] + cubes[1:], -(film[1:-1] ** 3))
+    q = step * np.diff(film)
     return Problem(
         M, q, note="The oil film is intact where z > 0 and ruptured where z = 0."
     )
@@ -365,7 +360,7 @@ def american_put(
         payoffs are means of both.
     """
     k, t = 2 * rate / volatility**2, volatility**2 * years / 2
-    # Prices so far from a strike of 1 that z is 0 at both ends.
+    # The ends are so far from a strike of 1 that z is 0 there.
     x = np.linspace(-2.0, 2.0, n + 2)
     growth = (k + 1) ** 2 * t / 4
     require(
