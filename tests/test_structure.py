@@ -26,7 +26,7 @@ LONGEST_FUNCTION = 60  # lines: a function fits on a screen
 LONG = {
     "lcpcli.formulations.nonlinear_model.tape.Tape.__init__",
     "lcpcli.formulations.quadratic_program.mps_format._Reader.program",
-    "lcpcli.kernels.measure_kernels._judgement",
+    "lcpcli.kernels.measure_kernels._acceptance_test",
     "lcpcli.model.problem.Problem.__init__",
     "lcpcli.formulations.quadratic_program.reductions.from_qp",
     "lcpcli.solving.many.solve_many",

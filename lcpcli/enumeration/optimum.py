@@ -364,9 +364,9 @@ class Search:
             result.solved
             and (z := from_point(self.data, result.z, Effort(FIRST_EFFORT))) is not None
         ):
-            self.z, self.value = (
-                z,
-                sum((c * v for c, v in zip(self._costs, z, strict=True)), Fraction(0)),
+            self.z = z
+            self.value = sum(
+                (c * v for c, v in zip(self._costs, z, strict=True)), Fraction(0)
             )
 
     def run(self) -> str:

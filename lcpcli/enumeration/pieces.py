@@ -275,10 +275,8 @@ def _listed(
     points, *others = listed
     rays, lines = (tuple(map(unknowns.direction, each)) for each in others)
     directions = [*rays, *lines, *(tuple(-value for value in line) for line in lines)]
-    states, vertices = (
-        [states_of(unknowns.data, each, is_direction=True) for each in directions],
-        [],
-    )
+    states = [states_of(unknowns.data, each, is_direction=True) for each in directions]
+    vertices = []
     for values in points:
         unknowns.check()
         vertex, vertex_states = states_at(values)

@@ -104,11 +104,9 @@ def nash_cournot(firms: int = 10) -> NonlinearProblem:
         costs, capacities, elasticity = np.arange(10.0, 0, -2), 0.2, 1.1
         powers = 1 / np.array([1.2, 1.1, 1.0, 0.9, 0.8])
     else:
-        costs, capacities, elasticity = (
-            np.array([5.0, 3, 8, 5, 1, 3, 7, 4, 6, 3]),
-            10.0,
-            1.2,
-        )
+        costs = np.array([5.0, 3, 8, 5, 1, 3, 7, 4, 6, 3])
+        capacities = 10.0
+        elasticity = 1.2
         powers = 1 / np.array([1.2, 1.0, 0.9, 0.6, 1.5, 1.0, 0.7, 1.1, 0.95, 0.75])
 
     def F(z: Vector) -> Vector:

@@ -115,10 +115,8 @@ def boxes(n: int, seed: int) -> Problem:
     high = low + random.integers(2, 9, n)
     lower = np.where((kind == 2) | (kind == 3), -np.inf, low)
     upper = np.where((kind == 1) | (kind == 3), np.inf, np.where(kind == 4, low, high))
-    at_lower, at_upper = (
-        (state == 0) & np.isfinite(lower),
-        (state == 1) & np.isfinite(upper),
-    )
+    at_lower = (state == 0) & np.isfinite(lower)
+    at_upper = (state == 1) & np.isfinite(upper)
     z = np.where(at_lower | (kind == 4), lower, np.where(at_upper, upper, low + 1))
     size = random.integers(1, 10, n).astype(float)
     w = np.where(
@@ -136,10 +134,8 @@ def diagonal(n: int, _seed: int, *, decades: int = 6) -> Problem:
     and w = M (e - z)."""
     from scipy.sparse import csr_array, diags_array
 
-    entries, z = (
-        10.0 ** np.linspace(-decades, decades, n),
-        (np.arange(n) % 2 == 0).astype(float),
-    )
+    entries = 10.0 ** np.linspace(-decades, decades, n)
+    z = (np.arange(n) % 2 == 0).astype(float)
     M, q = csr_array(diags_array(entries)), np.where(z > 0, -entries, entries)
     return Problem(
         M,
@@ -208,14 +204,10 @@ def unsolvable(n: int, seed: int) -> Problem:
     random, M = np.random.default_rng([seed, n]), np.zeros((n, n))
     q = random.integers(-5, 6, n).astype(np.float64)
     M[:2, :2], q[:2] = [[0, 1], [1, 0]], [-1, 1]
-    M[2:, :2], M[2:, 2:] = (
-        random.integers(-2, 3, (n - 2, 2)),
-        integer_matrix(random, n - 2),
-    )
-    order, note = (
-        random.permutation(n),
-        "Feasible, but no complementary set yields a solution.",
-    )
+    M[2:, :2] = random.integers(-2, 3, (n - 2, 2))
+    M[2:, 2:] = integer_matrix(random, n - 2)
+    order = random.permutation(n)
+    note = "Feasible, but no complementary set yields a solution."
     return Problem(M[np.ix_(order, order)], q[order], verdict="unsolvable", note=note)
 
 
@@ -297,10 +289,8 @@ def fathi(n: int, _seed: int) -> Problem:
 
     Y. Fathi, Computational complexity of LCPs, Math. Programming 17 (1979) 335-344.
     """
-    U, note = (
-        _triangle(n),
-        f"Lemke's method needs 2^{n} pivots; the condition of M grows like n^4.",
-    )
+    U = _triangle(n)
+    note = f"Lemke's method needs 2^{n} pivots; the condition of M grows like n^4."
     return Problem(U.T @ U, -np.ones(n), solutions=[np.eye(n)[0]], note=note)
 
 
@@ -364,10 +354,8 @@ def growth(n: int, _seed: int) -> Problem:
     2^(i-1), like the pivots in J. H. Wilkinson, Error analysis of direct methods of
     matrix inversion, J. ACM 8 (1961) 281-330. n is at most 1024.
     """
-    n, note = (
-        min(n, 1024),
-        "The components of the solution grow by the factor 2 from one to the next.",
-    )
+    n = min(n, 1024)
+    note = "The components of the solution grow by the factor 2 from one to the next."
     M = 2 * np.eye(n) - np.tril(np.ones((n, n)))
     return Problem(M, -np.ones(n), solutions=[np.exp2(np.arange(n))], note=note)
 

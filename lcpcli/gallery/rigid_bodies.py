@@ -79,10 +79,8 @@ class Scene:
         fixed = [0] * n_fixed[0] + [-1] * n_fixed[1]
         if ceiling is not None:
             self.centres[-1, 1], self.velocities[-1, 1] = ceiling + GROUND[1], -DESCENT
-        self._half, self._inverse_masses = (
-            np.tile(HALF, (self.angles.size, 1)),
-            np.ones(self.velocities.shape),
-        )
+        self._half = np.tile(HALF, (self.angles.size, 1))
+        self._inverse_masses = np.ones(self.velocities.shape)
         self._half[fixed] = GROUND
         self._inverse_masses[:, 2] = INVERSE_INERTIA
         self._inverse_masses[fixed] = 0.0
@@ -101,10 +99,8 @@ class Scene:
         k = len(self.contacts)
         rows = self._rows * np.sqrt(self._inverse_masses.ravel())
         S, speeds = rows @ rows.T, self._rows @ self._free().ravel()
-        row_indices, signs = (
-            np.concatenate((np.arange(2 * k), np.arange(k, 2 * k))),
-            np.repeat([1.0, 1.0, -1.0], k),
-        )
+        row_indices = np.concatenate((np.arange(2 * k), np.arange(k, 2 * k)))
+        signs = np.repeat([1.0, 1.0, -1.0], k)
         speeds[:k] += np.array([contact.gap for contact in self.contacts]) / STEP
         return Problem(
             systems.with_friction(
@@ -198,10 +194,8 @@ class Scene:
             self.centres[second]
             - np.sign(facing[k]) * self._half[second, k] * self._axes[second, k]
         )
-        along, width = (
-            self._half[second, 1 - k] * self._axes[second, 1 - k],
-            self._half[first, 1 - axis],
-        )
+        along = self._half[second, 1 - k] * self._axes[second, 1 - k]
+        width = self._half[first, 1 - axis]
         side, interval = self._axes[first, 1 - axis], np.array([-1.0, 1.0])
         at, per = side @ (middle - self.centres[first]), side @ along
         # The points middle + t along above the side of the first body.
@@ -250,10 +244,8 @@ def contact_in_time(
         raise OptionError("kind", unknown(kind), likely(kind, KINDS))
     families.require("boxes", boxes, boxes >= 1, "boxes >= 1")
     families.require("friction", friction, 0 <= friction <= 10, "0 <= friction <= 10")
-    random, (width, height) = (
-        np.random.default_rng([seed, boxes, *kind.encode()]),
-        2 * HALF,
-    )
+    random = np.random.default_rng([seed, boxes, *kind.encode()])
+    width, height = 2 * HALF
     if kind == "pyramid":
         positions = [
             (column + row / 2, row + 0.5)

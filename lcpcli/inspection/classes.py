@@ -100,10 +100,8 @@ def m_matrix(context: Context) -> Verdict:
     """Decide whether M is a nonsingular M-matrix: a Z-matrix that is an H+-matrix."""
     if not context.yes("z_matrix"):
         return Verdict(NO, "it is not a Z-matrix")
-    word, undecided = (
-        context.verdicts["h_plus"].word,
-        "whether it is an H+-matrix is not decided",
-    )
+    word = context.verdicts["h_plus"].word
+    undecided = "whether it is an H+-matrix is not decided"
     return Verdict(
         word,
         {YES: "it is a Z-matrix and an H+-matrix", NO: "it is not an H+-matrix"}.get(
@@ -488,10 +486,8 @@ def _by_support(context: Context) -> Verdict | None:
     support = np.flatnonzero(abs(S).sum(axis=1))
     if pair := _zero_diagonal_pair(context):
         (i, j), v = pair, np.zeros(context.n)
-        v[i], v[j] = (
-            -np.sign(S[i, j]) * (abs(context.diagonal[j]) / abs(S[i, j]) + 1.0),
-            1.0,
-        )
+        v[i] = -np.sign(S[i, j]) * (abs(context.diagonal[j]) / abs(S[i, j]) + 1.0)
+        v[j] = 1.0
         evidence = f"v'Mv < 0 for v with entries {v[i]:.6g} at {i + 1} and 1 at {j + 1}"
         return (
             Verdict(NO, evidence, (i, j), v)

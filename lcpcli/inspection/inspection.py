@@ -376,10 +376,8 @@ def inspect_nonlinear(
     samples = list(_samples(evaluations))
     pattern, varying = _pattern(problem.n, samples)
     free = np.isneginf(problem.lower) & np.isposinf(problem.upper)
-    J, undefined = (
-        evaluations.finite_jacobian(problem.x0),
-        (~np.isfinite(F)).nonzero()[0].tolist(),
-    )
+    J = evaluations.finite_jacobian(problem.x0)
+    undefined = (~np.isfinite(F)).nonzero()[0].tolist()
     operators, common, fixed = problem.composition() if problem.composition else NO_TEXT
     condition, classes = None, dict[str, Verdict]()
     with suppress(TimeIsUp), deadline_after(time_limit):

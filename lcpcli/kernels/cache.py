@@ -1,15 +1,17 @@
-"""The cache of the kernels, which numba keeps in files: what is damaged, or was made
-from other sources, is removed from it, and one process at a time compiles a module.
+"""The cache of the compiled kernels, which numba stores in files: damaged files, and
+those made from other sources, are removed, and only one process at a time compiles a
+module.
 
-Numba verifies nothing. It unpickles what it finds, so that a file that was cut off ends
-every later run with a traceback, and it calls the machine code as it is: with 200 bytes
-overwritten, 2 of 5 files were seen to be used all the same, and 1 ended the process by
-a signal. Its index knows of changes in the file of a kernel, not in those that the
-kernel uses, whose constants and functions are part of the machine code.
+numba verifies nothing. It unpickles the files it finds, so that a truncated file ends
+every later run with a traceback, and it calls the machine code as it is: of 5 files
+with 200 bytes overwritten, 2 were seen to be used all the same, and 1 ended the process
+by a signal. Its index detects changes in the file of a kernel, but not in the files
+that the kernel uses, whose constants and functions are part of the machine code.
 
-Beside the files of numba, `lcpcli.json` has a checksum of each, one of the sources, and
-the modules that have been loaded without compiling anything. A file without a checksum
-is whole, as numba moves it into place: it is that of a process that was killed.
+In addition to numba's files, `lcpcli.json` has a checksum of each, one of the sources,
+and the modules that have been loaded without compiling anything. A file without a
+checksum is complete, as numba moves it into place: it comes from a process that was
+killed.
 """
 
 from __future__ import annotations
@@ -36,7 +38,7 @@ from lcpcli.methods.direct import safeguarded
 from lcpcli.verify.enclosure import regular_change
 
 PACKAGE = Path(__file__).parents[1]
-# Files with functions and constants that kernels use, and those of the kernels.
+# The files with functions and constants that kernels use, and the files of the kernels.
 SOURCES = (
     *(f"auto/{name}" for name in ("attempts",)),
     *(f"basis/{name}" for name in ("exchanges", "free_variables", "tableau")),
@@ -51,13 +53,13 @@ SOURCES = (
     "kernels/pivoting_kernels",
 )
 RECORD = "lcpcli.json"
-# Of the names of the files of this interpreter, as numba writes them.
+# The part of file names by which numba identifies this interpreter.
 TAG = f".py{sys.version_info[0]}{sys.version_info[1]}{getattr(sys, 'abiflags', '')}."
-# Bytes that are tried before kernels are compiled, in files of the size of the largest
-# one: all of them have 7.3 MB, and an error after each first kernel would come in every
-# run.
+# Before kernels are compiled, 4 files of the size of the largest one are written as a
+# test: all kernels have 7.3 MB, and on a full disk every run would compile them again
+# and fail.
 LARGEST, MANY = 2**21, 4
-# Seconds: the longest wait for another process that compiles, and between two looks.
+# Seconds: the longest wait for another process that compiles, and between two checks.
 LONGEST_WAIT, LOOK = 600.0, 0.05
 # Seconds after which a temporary file of numba was left by a process that was killed.
 LEFT_OVER = 3600.0
@@ -65,13 +67,13 @@ HINT = "set NUMBA_CACHE_DIR to a folder that can be written"
 
 
 def _here() -> None:
-    """A function in the folder of the kernels."""
+    """A function that is never called: its cache is in the folder of the kernels."""
 
 
 class Cache:
-    """The files of this version of Python in the folders that numba chooses, which are
-    those of the sources where these can be written. Raises OptionError if it finds
-    none."""
+    """The files of this version of Python in the folders that numba chooses: those of
+    the sources if they can be written. Raises OptionError if there is no such folder.
+    """
 
     def __init__(self) -> None:
         try:
@@ -98,8 +100,9 @@ class Cache:
         return module in modules.get(self._made_with, ())
 
     def repair(self) -> bool:
-        """Remove the files that are not as they were recorded, or all if they were made
-        from other sources; return whether any was damaged."""
+        """Remove the files that differ from the record, or all if they were made from
+        other sources; return whether any was damaged.
+        """
         record = self._recorded()
         if record.get("sources") == self._sources and not self._changed(record):
             return False
@@ -107,6 +110,7 @@ class Cache:
             return self._repair()
 
     def _repair(self) -> bool:
+        """Repair the cache as `repair` does, while no other process may."""
         record = self._recorded()
         if record.get("sources") != self._sources:
             # A record that cannot be read is not that of another version.
@@ -127,25 +131,26 @@ class Cache:
         return is_damaged
 
     def _changed(self, record: dict[str, Any]) -> list[str]:
-        """Return the names of files that are not as they were recorded, or missing."""
-        here = self._checksums()
+        """Return the names of files that differ from the record, or are missing."""
+        checksums = self._checksums()
         return [
             name
             for name, checksum in record["files"].items()
-            if TAG in name and here.get(name) != checksum
+            if TAG in name and checksums.get(name) != checksum
         ]
 
     def note(self, module: str | None = None) -> None:
-        """Record the files as they are, and that a module was loaded. That fails
-        silently, as its loss costs little."""
+        """Record the files as they are, and that a module was loaded. Errors are
+        ignored, as the loss of the record costs little.
+        """
         with suppress(OSError), self._alone(f"{RECORD}.lock"):
             record = self._recorded()
             if record.get("sources") != self._sources:
                 return
             record["files"] |= self._checksums()
             if module is not None:
-                own = record["modules"].setdefault(self._made_with, [])
-                own += [module] * (module not in own)
+                loaded_modules = record["modules"].setdefault(self._made_with, [])
+                loaded_modules += [module] * (module not in loaded_modules)
             self._write(record)
 
     def forget(self) -> None:
@@ -157,15 +162,18 @@ class Cache:
 
     @contextmanager
     def compiling(self, module: str, wait: Callable[[], None] | None) -> Iterator[bool]:
-        """Open a context in which no other process compiles a module, and there is room
-        for its files; yield False if another one does, unless `wait` is given, which is
-        called while it does."""
+        """Open a context in which no other process compiles a module, and there is
+        enough space for its files. If another process compiles, call `wait` until it
+        ends; yield False if `wait` is None.
+        """
         with self._alone(f"lcpcli-{module}.lock", wait) as is_alone:
             if is_alone:
                 self._require_room()
             yield is_alone
 
     def _require_room(self) -> None:
+        """Remove temporary files of killed processes; raise OSError if the disk is
+        full."""
         for folder in self.folders.values():
             for path in folder.glob("*.nb?.tmp.*"):
                 with suppress(OSError):
@@ -181,6 +189,8 @@ class Cache:
     def _alone(
         self, name: str, wait: Callable[[], None] | None = lambda: None
     ) -> Iterator[bool]:
+        """Open a context with a lock on a file, for which `wait` is called until it is
+        free; yield whether the lock was obtained. Raises TimeoutError."""
         end = time.monotonic() + LONGEST_WAIT
         with (self.folder / name).open("ab") as file:
             while not (is_alone := lock(file)) and wait is not None:
@@ -213,14 +223,15 @@ class Cache:
                     yield f"{room}/{path.name}", path
 
     def _checksums(self) -> dict[str, int]:
-        found = {}
+        checksums = {}
         for name, path in self._files():
             with suppress(FileNotFoundError):
-                found[name] = crc32(path.read_bytes())
-        return found
+                checksums[name] = crc32(path.read_bytes())
+        return checksums
 
 
 def _sources() -> int:
+    """Return a checksum of the source files."""
     total = 0
     for name in SOURCES:
         with suppress(OSError):  # of a package without sources, which never change

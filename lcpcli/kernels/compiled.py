@@ -1,5 +1,6 @@
-"""The compiled form of `methods.direct`, by the extra `fast`: to import it takes half a
-second, or seconds if numba has to compile its kernels, once on a machine."""
+"""The compiled form of `methods.direct`, for the extra `fast`: importing it takes half
+a second, or many seconds if numba has to compile its kernels, once on a machine.
+"""
 
 from __future__ import annotations
 
@@ -24,15 +25,16 @@ from lcpcli.verify.measure import Rows
 from lcpcli.verify.point import Criterion, Point
 
 Vectors = tuple[Vector, ...]
-# In the systems that are solved before Ctrl-C can take effect.
+# Numbers in the systems that are solved in one call, during which Ctrl-C has to wait.
 NUMBERS_AT_ONCE = 1 << 18
-# The covering vector of any number of unknowns is its beginning.
+# Its first n components are the covering vector for n unknowns.
 COVER = seeded_cover(0, 2 * MAX_COMPILED)
-# Bounds of LCPs.
+# The bounds of LCPs.
 LOWEST, HIGHEST = np.zeros(MAX_COMPILED), np.full(MAX_COMPILED, np.inf)
-# Of a sparse M: for more, Ctrl-C would have to wait for the end of the judgement.
+# Entries of a sparse M up to which a kernel tests points: Ctrl-C has to wait for its
+# end.
 MAX_JUDGED_ENTRIES = 1_000_000
-# What is asked of a point that meets the criterion, by a kernel.
+# The decisions on a point that meets the tolerance by a kernel.
 EXACT = Extent(AS_IT_IS, is_exact=True)
 
 load("kernels", "measure_kernels", "pivoting_kernels")
@@ -44,8 +46,8 @@ from lcpcli.kernels.kernels import (  # noqa: E402
 from lcpcli.kernels.measure_kernels import (  # noqa: E402
     FAILS,
     SOLVES,
+    acceptance_test,
     compressed,
-    judgement,
     on_bounds,
     reference_of,
 )
@@ -63,45 +65,49 @@ from lcpcli.kernels.pivoting_kernels import follow as follow  # noqa: E402
 def direct(
     problem: Problem, tol: float, basic: Mask | None = None
 ) -> DirectAnswer | None:
-    """Return the answer of the kernels, as `direct.exchanges` that of numpy."""
+    """Return the result of the kernels for block pivoting, as `direct.exchanges` does
+    by numpy.
+    """
     start = problem.q < 0 if basic is None else basic
     M = np.ascontiguousarray(problem.M)
-    found, steps, z = solve_one(
+    verdict_code, steps, z = solve_one(
         M, problem.q, start, basic is not None, problem.largest, tol
     )
-    return DirectAnswer(z, found == CERTAIN, steps) if found else None
+    return DirectAnswer(z, verdict_code == CERTAIN, steps) if verdict_code else None
 
 
 def lemke(
     problem: Problem, tol: float, basic: Mask | None = None
 ) -> DirectAnswer | None:
-    """Return the solution of an LCP at a basis, if it is one, or else at the end of
-    Lemke's path; None where neither is one beyond doubt, or M is in units that
-    `Reduction` would change."""
+    """Return the solution of an LCP at a basis, if it is one, or otherwise at the end
+    of Lemke's path; None if neither is a solution by a margin larger than rounding
+    errors, or if `Reduction` would scale M.
+    """
     M, q = np.ascontiguousarray(problem.M), problem.q
     if not (powers := exponents(M)).size or powers.any():
         return None
     box = LOWEST[: q.size], HIGHEST[: q.size]
     if basic is not None:
-        found = _at(problem, M, box, tol, of_masks(basic), "newton", 1)
-        if found is not None:
-            return found
+        direct_answer = _at(problem, M, box, tol, of_masks(basic), "newton", 1)
+        if direct_answer is not None:
+            return direct_answer
     if not (q < 0).any():
         return None
-    end, pivots, states = path(
+    termination, pivots, states = path(
         M, q, HIGHEST[: q.size], COVER[: q.size], max(MIN_REFRESHED, q.size)
     )
     return (
         _at(problem, M, box, tol, states, "lemke", pivots)
-        if end == tableau.SOLVED
+        if termination == tableau.SOLVED
         else None
     )
 
 
 @cache
 def _of_mixed() -> ModuleType | None:
-    """Return the module of the kernels that LCPs do not need; None if it cannot be
-    loaded."""
+    """Return the module of the kernels that only mixed problems need; None if it cannot
+    be loaded.
+    """
     with imports:
         try:
             load("mixed_kernels")
@@ -112,8 +118,10 @@ def _of_mixed() -> ModuleType | None:
 
 
 def mixed(problem: Problem, tol: float) -> DirectAnswer | None:
-    """Return the solution of a mixed problem of few unknowns at which newton or Lemke's
-    path ends; None where neither is one beyond doubt, or a bound is far from 0."""
+    """Return the solution of a mixed problem with few unknowns at which newton or
+    Lemke's path ends; None if neither is a solution by a margin larger than rounding
+    errors, or a bound is far from 0.
+    """
     rows, q, kernels = rows_of(problem), problem.q, _of_mixed()
     if kernels is None:
         return None
@@ -127,30 +135,37 @@ def mixed(problem: Problem, tol: float) -> DirectAnswer | None:
     if is_solution and surely_solves(*rows, q, lower, upper, tol, reference):
         return DirectAnswer(reference, True, 0)
     steps, z = pivot_blocks(*rows, q, lower, upper, t)
-    found = _accepted(problem, rows, box, z, tol) if z.size else None
-    if found is not None:
-        return DirectAnswer(found.point.z, True, steps, point=found.point)
+    acceptance = _accepted(problem, rows, box, z, tol) if z.size else None
+    if acceptance is not None:
+        return DirectAnswer(acceptance.point.z, True, steps, point=acceptance.point)
     M = np.ascontiguousarray(dense(problem.M))
-    own = kernels.kept(M, lower, upper)
+    nonfixed = kernels.kept(M, lower, upper)
     try:
         K, k, d = kernels.reduced(
-            M, q, lower, upper, own, *free_variables.scaled(own.A, exponents(own.A))
+            M,
+            q,
+            lower,
+            upper,
+            nonfixed,
+            *free_variables.scaled(nonfixed.A, exponents(nonfixed.A)),
         )
     except np.linalg.LinAlgError:
         return None
-    made = max(-steps, 0)
-    end, pivots, states = path(K, k, d, COVER[: k.size], max(MIN_REFRESHED, k.size))
-    if end != tableau.SOLVED:
+    n_basic_solutions = max(-steps, 0)
+    termination, pivots, states = path(
+        K, k, d, COVER[: k.size], max(MIN_REFRESHED, k.size)
+    )
+    if termination != tableau.SOLVED:
         return None
     return _at(
         problem,
         M,
         box,
         tol,
-        kernels.given_states(own, q.size, states),
+        kernels.given_states(nonfixed, q.size, states),
         "lemke",
-        pivots + made,
-        made,
+        pivots + n_basic_solutions,
+        n_basic_solutions,
     )
 
 
@@ -162,19 +177,24 @@ def _at(
     states: States,
     method: str,
     evaluations: int,
-    made: int = 0,
+    n_basic_solutions: int = 0,
 ) -> DirectAnswer | None:
-    """Return the basic solution of these states, after `made` others, if it is a
-    solution beyond doubt."""
+    """Return the basic solution of these states, if it is a solution by a margin larger
+    than rounding errors. n_basic_solutions : the number of basic solutions computed
+    before.
+    """
     z = basic_solution(M, problem.q, *box, states)
-    found = _accepted(problem, rows_of(problem), box, z, tol, states)
-    if found is None:
+    acceptance = _accepted(problem, rows_of(problem), box, z, tol, states)
+    if acceptance is None:
         return None
-    point, end = found.point, found.basis
-    return DirectAnswer(point.z, True, 1 + made, method, evaluations, end, point)
+    point, final_basis = acceptance.point, acceptance.basis
+    return DirectAnswer(
+        point.z, True, 1 + n_basic_solutions, method, evaluations, final_basis, point
+    )
 
 
 def rows_of(problem: Problem) -> Vectors:
+    """Return M in compressed sparse rows, for kernels."""
     M = problem.M
     if is_sparse(M):
         return M.indptr.astype(np.uint32), M.indices.astype(np.uint32), M.data
@@ -190,21 +210,23 @@ def _accepted(
     tol: float,
     states: States | None = None,
 ) -> Acceptance | None:
-    """Return what a z within the box is worth if it is a solution beyond doubt, or if
-    it is one but for distances from bounds that may be rounding of 0; else None. rows :
-    those of M."""
+    """Return the decision on a z within its bounds if it is a solution by a margin
+    larger than rounding errors, perhaps after distances from bounds are removed that
+    may be rounding errors of 0; otherwise None. rows : M in compressed sparse rows.
+    """
     if not surely_solves(*rows, problem.q, *box, tol, z):
         z = on_bounds(*box, z)
         if not surely_solves(*rows, problem.q, *box, tol, z):
             return None
     point = Point.of_solution(Criterion(problem, tol), z)
-    found = accepted(problem, [point], tol, EXACT, states)
-    return found if found is not None and found.solved else None
+    acceptance = accepted(problem, [point], tol, EXACT, states)
+    return acceptance if acceptance is not None and acceptance.solved else None
 
 
 def solves(problem: Problem, z: Vector, tol: float) -> bool:
-    """Return whether a z >= 0 solves an LCP beyond doubt, or a z within its bounds a
-    problem with sparse M."""
+    """Return whether a z within its bounds solves an LCP, or a problem with sparse M,
+    by a margin larger than rounding errors.
+    """
     if is_sparse(problem.M) and problem.M.nnz > MAX_JUDGED_ENTRIES:
         return False
     lower, upper = conditions_of(problem)[2:]
@@ -215,19 +237,20 @@ def solves(problem: Problem, z: Vector, tol: float) -> bool:
     )
 
 
-def judged_by_entries(
+def test_sparse(
     problem: Problem, z: Vector, tol: float
 ) -> tuple[bool | None, Rows | None]:
     """Return whether a z within its bounds solves a problem with sparse M and moderate
-    numbers, None if that is in doubt; and the rows of z, if they are known."""
+    numbers, None if that is not decided; and the rows of z, if they are known.
+    """
     if problem.M.nnz > MAX_JUDGED_ENTRIES:
         return None, None
-    ends = conditions_of(problem)[2:]
-    answer, rows, found = judgement(
-        *rows_of(problem), problem.q, *ends, tol, np.ascontiguousarray(z)
+    bounds = conditions_of(problem)[2:]
+    answer, rows, unit_arrays = acceptance_test(
+        *rows_of(problem), problem.q, *bounds, tol, np.ascontiguousarray(z)
     )
-    if found[-1]:
-        rho, gamma, parts, count = found
+    if unit_arrays[-1]:
+        rho, gamma, parts, count = unit_arrays
         problem.facts.units = Units(
             rho, gamma, parts[: problem.n], parts[problem.n :], count
         )
@@ -237,15 +260,16 @@ def judged_by_entries(
 def direct_many(
     M: Vector, Q: Vector, largest: Vector, tol: float
 ) -> tuple[Vector, Indices]:
-    """Return for LCPs what `direct.direct_many` returns; M and `largest` may have one
-    row for all problems."""
-    M, Z, found = (
-        np.ascontiguousarray(M),
-        np.empty(Q.shape),
-        np.empty((len(Q), 2), dtype=np.int64),
-    )
+    """Return for many LCPs what `direct.direct_many` returns; M and `largest` may have
+    one row for all problems.
+    """
+    M = np.ascontiguousarray(M)
+    Z = np.empty(Q.shape)
+    outcomes = np.empty((len(Q), 2), dtype=np.int64)
     size = max(NUMBERS_AT_ONCE // max(Q.shape[1] ** 2, 1), 1)
     for rows in (slice(first, first + size) for first in range(0, len(Q), size)):
-        own = rows if len(M) == len(Q) else slice(1)
-        solve_rows(M[own], Q[rows], largest[own], tol, Z[rows], found[rows])
-    return Z, found
+        rows_of_M = rows if len(M) == len(Q) else slice(1)
+        solve_rows(
+            M[rows_of_M], Q[rows], largest[rows_of_M], tol, Z[rows], outcomes[rows]
+        )
+    return Z, outcomes

@@ -1,14 +1,15 @@
-"""Block pivoting and the judgement of its answers in loops over numbers, compiled by
-numba.
+"""Block pivoting and the acceptance test of its solutions in loops over numbers,
+compiled by numba.
 
-These are `newton` and the first bound of `Measure.surely_solves` once more, for dense
-LCPs of few unknowns: for ten of them, calls of numpy take a hundred times as long as
-the arithmetic. Where they find no solution beyond doubt, the methods themselves decide.
-All are compiled when `kernels.compiled` loads this file, or are in a cache.
+These are `newton` and the first bound of `Measure.surely_solves` for dense LCPs with
+few unknowns: for ten of them, calls of numpy take a hundred times as long as the
+arithmetic. If they find no solution by a margin larger than rounding errors, the
+methods themselves decide. All kernels are compiled when `kernels.compiled` loads this
+file, or are loaded from a cache.
 
 Block pivoting on mixed problems is `newton` as `auto` runs it, for few unknowns;
-`measure_kernels` judge what it finds. M is given by the entries of its rows: where each
-row begins, the columns and the values.
+`measure_kernels` test its solutions. M is represented by the arrays of compressed
+sparse rows: where each row begins, the columns and the values.
 """
 
 from __future__ import annotations
@@ -36,7 +37,7 @@ OPTIONS = {
     "fastmath": {"contract", "reassoc"},
 }
 compiled = njit(**OPTIONS)
-# What one kernel calls once: numba takes half as long.
+# For functions that one kernel calls once: numba compiles in half the time.
 inlined = njit(inline="always", **OPTIONS)
 register_jitable(nogil=True, error_model="numpy")(regular_change)
 _safeguarded, _is_hopeless, _open_signs = map(
@@ -51,14 +52,16 @@ BASIC_ONES = types.Array(types.boolean, 1, "C", readonly=True)
 FOUND = types.Tuple((COUNT, COUNT, NUMBERS))
 
 
-# `_factorize_thin` takes 4 times as long for full matrices of 4 rows, 3.3 with 10, 2.6
-# with 20 and 1.5 with 50; for tridiagonal ones 3.4, 1.5, .7 and .2 times.
+# `_factorize_thin` would take 4 times as long for full matrices of 4 rows, 3.3 with 10,
+# 2.6 with 20 and 1.5 with 50; for tridiagonal ones 3.4, 1.5, .7 and .2 times.
 @compiled
 def _factorize(A: Any, rows: Any, k: int) -> bool:
-    """Replace the leading k-by-k block of A by its LU factors with row exchanges;
-    return whether it is regular.
+    """Replace the leading k-by-k block of A by its LU factors with row interchanges;
+    return whether it is nonsingular.
 
-    Two columns are eliminated at a time, as that halves the passes over the rest."""
+    Two columns are eliminated at a time, which halves the number of passes over the
+    rest.
+    """
     for first in range(0, k, 2):
         last = min(first + 2, k)
         for j in range(first, last):
@@ -109,7 +112,8 @@ def _basic_solution(
     M: Any, q: Any, basic: Any, A: Any, rows: Any, P: Any, z: Any, b: Any
 ) -> int:
     """Write the z of a basis into z, and factors of M_PP into A; return the order of
-    M_PP, -1 if it is singular."""
+    M_PP, or -1 if it is singular.
+    """
     k = 0
     for i in range(q.size):
         z[i] = 0.0
@@ -130,8 +134,9 @@ def _basic_solution(
 
 @compiled
 def _repeats(M: Any, q: Any, i: int, k: int, P: Any) -> bool:
-    """Return whether row i is one of the basic rows but for the sign, as far as z_P
-    goes, so that w_i = 0."""
+    """Return whether row i equals plus or minus one of the basic rows in the columns of
+    P and in q, so that w_i = 0.
+    """
     for a in range(k):
         same, opposite = q[i] == q[P[a]], q[i] == -q[P[a]]
         for c in range(k if same or opposite else 0):
@@ -142,7 +147,7 @@ def _repeats(M: Any, q: Any, i: int, k: int, P: Any) -> bool:
     return False
 
 
-# For dense M `pivot_blocks` would do as well, but takes 2 times as long with 4
+# `pivot_blocks` could replace this for dense M, but takes 2 times as long with 4
 # unknowns, 2.5 with 10, 3.5 with 20 and 4 with 50; for tridiagonal M 2, 2.5, 2 and .8.
 @inlined
 def _block_pivoting(
@@ -156,13 +161,17 @@ def _block_pivoting(
     z: Any,
     b: Any,
 ) -> tuple[int, int]:
-    """Exchange wrong signs, from a basis, as `newton` does with its safeguard; return
-    the order of the last M_PP, -1 if there is no solution, and the number of steps.
+    """Pivot on the infeasible indices, from a basis, as `newton` does with its
+    safeguard; return the order of the last M_PP, -1 if there is no solution, and the
+    number of steps.
 
-    is_start : whether the basis is a start that is given up for q < 0 if it is not near
-        a solution's."""
-    n, k, steps, single = q.size, 0, 0, False
-    fewest, waiting, left = n + 1, direct.BLOCK_PATIENCE, direct.FEW_INDEX_STEPS
+    is_start : whether the basis is a warm start, which is replaced by the basis of q <
+        0 if it is not close to that of a solution.
+    """
+    n, k, steps, is_single = q.size, 0, 0, False
+    min_violations = n + 1
+    patience = direct.BLOCK_PATIENCE
+    single_pivots_left = direct.FEW_INDEX_STEPS
     wrong = np.empty(n, np.bool_)
     for i in range(n):
         k += basic[i] or q[i] < 0.0
@@ -193,20 +202,21 @@ def _block_pivoting(
         is_start = False
         if not count:
             return k, steps
-        fewest, waiting, left, single = _safeguarded(
-            fewest, waiting, left, single, count
+        min_violations, patience, single_pivots_left, is_single = _safeguarded(
+            min_violations, patience, single_pivots_left, is_single, count
         )
-        if left < 0 or _is_hopeless(fewest, waiting, n):
+        if single_pivots_left < 0 or _is_hopeless(min_violations, patience, n):
             return -1, steps
         for i in range(n):
-            if wrong[i] and (not single or i == first):
+            if wrong[i] and (not is_single or i == first):
                 basic[i] = not basic[i]
 
 
 @compiled
 def _is_capped(M: Any, q: Any, i: int, violation: float, tol: float) -> bool:
-    """Return whether a violation of row i is at most tol times what
-    `measure.least_caps` returns."""
+    """Return whether a violation of row i is at most tol times the cap of
+    `measure.least_caps`.
+    """
     largest = q.argmin()
     logarithm = 0.0
     for k in range(q.size):
@@ -220,11 +230,12 @@ def _is_capped(M: Any, q: Any, i: int, violation: float, tol: float) -> bool:
 
 
 @inlined
-def _judged(
+def _refine_and_test(
     M: Any, q: Any, tol: float, k: int, A: Any, rows: Any, P: Any, z: Any, b: Any
 ) -> int:
-    """Refine z by its residual, with the factors of M_PP; return what it is, as the
-    kernel does."""
+    """Refine z by its residual, with the factors of M_PP; return CERTAIN if it solves
+    the problem for all possible rounding errors, otherwise CANDIDATE.
+    """
     n = q.size
     for a in range(k):
         total = q[P[a]]
@@ -234,7 +245,7 @@ def _judged(
     _solve(A, rows, k, b)
     for a in range(k):
         z[P[a]] = max(z[P[a]] - b[a], 0.0)
-    found = direct.CERTAIN
+    verdict_code = direct.CERTAIN
     for i in range(n):
         w, terms = q[i], abs(q[i])
         for j in range(n):
@@ -244,33 +255,36 @@ def _judged(
         worst = (abs(w) if z[i] > 0.0 else -w) + ROW_ROUNDING * terms
         is_small = worst <= tol * abs(q[i])
         if not (is_small or (worst <= tol * terms and _is_capped(M, q, i, worst, tol))):
-            found = direct.CANDIDATE
+            verdict_code = direct.CANDIDATE
         if terms <= TINY_TERMS:
             for j in range(n):
                 if M[i, j] != 0.0 and z[j] != 0.0:
-                    found = direct.CANDIDATE  # the product may have underflowed
-    return found
+                    verdict_code = direct.CANDIDATE  # the product may have underflowed
+    return verdict_code
 
 
 @inlined
 def _hides_terms(q: Any, largest: float, z: Any) -> bool:
-    """Return what `final_states.is_doubtful` asks first, of numbers that are not
-    long."""
-    least_z, largest_z, least_q, largest_q = np.inf, 0.0, np.inf, 0.0
+    """Return whether rounding may hide a term of a row by the sizes of the numbers, as
+    the first part of `final_states.is_doubtful` does for numbers that are not long.
+    """
+    smallest_z, largest_z, smallest_q, largest_q = np.inf, 0.0, np.inf, 0.0
     for i in range(q.size):
         if z[i] != 0.0:
-            least_z, largest_z = min(least_z, z[i]), max(largest_z, z[i])
+            smallest_z, largest_z = min(smallest_z, z[i]), max(largest_z, z[i])
         if q[i] != 0.0:
-            least_q, largest_q = min(least_q, abs(q[i])), max(largest_q, abs(q[i]))
-    return min(largest * least_z, least_q) < HIDDEN_TERM * max(
+            smallest_q = min(smallest_q, abs(q[i]))
+            largest_q = max(largest_q, abs(q[i]))
+    return min(largest * smallest_z, smallest_q) < HIDDEN_TERM * max(
         largest * largest_z, largest_q
     )
 
 
 @inlined
 def _is_sure(M: Any, q: Any, k: int, P: Any, z: Any) -> bool:
-    """Return whether a solution with the states of z surely differs from it by its last
-    digits alone."""
+    """Return whether a solution with the basis of z is proved to exist that differs
+    from z only in its last digits.
+    """
     is_open = _open_signs(M, q, P[:k], z, SURE_DIGITS)
     for i in range(q.size):
         if is_open[i] and (z[i] > 0.0 or not _repeats(M, q, i, k, P)):
@@ -282,25 +296,26 @@ def _is_sure(M: Any, q: Any, k: int, P: Any, z: Any) -> bool:
 def solve_one(
     M: Any, q: Any, basic: Any, is_start: bool, largest: float, tol: float
 ) -> Any:
-    """Return what was found for one problem from a basis, the steps of `newton`, and z
-    of shape (n,)."""
+    """Return the verdict code for one problem from a basis, the steps of `newton`, and
+    z of shape (n,).
+    """
     n = q.size
-    A, rows, P, z, b = (
-        np.empty((n, n)),
-        np.empty(n, np.int64),
-        np.empty(n, np.int64),
-        np.empty(n),
-        np.empty(n),
-    )
+    A = np.empty((n, n))
+    rows = np.empty(n, np.int64)
+    P = np.empty(n, np.int64)
+    z = np.empty(n)
+    b = np.empty(n)
     k, steps = _block_pivoting(M, q, basic.copy(), is_start, A, rows, P, z, b)
     if k < 0:
         return direct.NOTHING, steps, z
-    found = _judged(M, q, tol, k, A, rows, P, z, b) if k else direct.CERTAIN
+    verdict_code = (
+        _refine_and_test(M, q, tol, k, A, rows, P, z, b) if k else direct.CERTAIN
+    )
     is_long = n > 0 and max(largest, np.abs(q).max()) > LONG_NUMBER
     is_open = n <= FEW_UNKNOWNS and (
         is_long or (_hides_terms(q, largest, z) and not _is_sure(M, q, k, P, z))
     )
-    return direct.NOTHING if is_open else found, steps, z
+    return direct.NOTHING if is_open else verdict_code, steps, z
 
 
 @njit(
@@ -314,27 +329,30 @@ def solve_one(
     ),
     **OPTIONS,
 )
-def solve_rows(M: Any, Q: Any, largest: Any, tol: float, Z: Any, found: Any) -> None:
-    """Solve the problems with the rows of Q, each with its M or all with one; write
-    their z and the rest into rows."""
+def solve_rows(M: Any, Q: Any, largest: Any, tol: float, Z: Any, outcomes: Any) -> None:
+    """Solve the problems with the rows of Q, each with its M or all with the same;
+    write their z into Z, and verdict codes and steps into outcomes.
+    """
     for i in range(Q.shape[0]):
-        own = min(i, M.shape[0] - 1)
-        found[i, 0], found[i, 1], z = solve_one(
-            M[own], Q[i], Q[i] < 0.0, False, largest[own], tol
+        row_of_M = min(i, M.shape[0] - 1)
+        outcomes[i, 0], outcomes[i, 1], z = solve_one(
+            M[row_of_M], Q[i], Q[i] < 0.0, False, largest[row_of_M], tol
         )
         for j in range(z.size):
             Z[i, j] = z[j]
 
 
-FEW_ROWS = 48  # of M_BB, up to which LAPACK does not pay
-# Of M_BB: from this share of entries other than 0 on it does, if there are more.
+FEW_ROWS = 48  # rows of M_BB up to which LAPACK takes longer
+# Fraction of nonzero entries of M_BB above which LAPACK takes less time, if there are
+# more rows.
 DENSE = 0.2
-CORRECTIONS = 2  # of a solution
+CORRECTIONS = 2  # corrections of a solution by its residual
 PLACES = types.Array(types.uint32, 1, "C", readonly=True)
 
 
 @compiled
 def _w(entries: Any, q: Any, z: Any) -> Any:
+    """Return M z + q."""
     (starts, columns, values), w = entries, q.copy()
     for i in range(q.size):
         total = 0.0
@@ -346,9 +364,9 @@ def _w(entries: Any, q: Any, z: Any) -> Any:
 
 @compiled
 def _factorize_thin(A: Any, rows: Any) -> bool:
-    """Replace A by its LU factors with row exchanges, passing over entries 0, one
-    column at a time, so that entries that cancel are 0; return whether it is
-    regular."""
+    """Replace A by its LU factors with row interchanges, one column at a time, skipping
+    zeros; return whether it is nonsingular.
+    """
     k = A.shape[0]
     others = np.empty(k, np.int64)
     for j in range(k):
@@ -377,42 +395,45 @@ def _factorize_thin(A: Any, rows: Any) -> bool:
 
 @compiled
 def _state(t: float, lower: float, upper: float) -> int:
-    """Return the state that z - w = t stands for, as `Box.basis_of` does for t / 2."""
+    """Return the state of z - w = t, as `Box.basis_of` does for t / 2."""
     return LOWER if t <= lower else UPPER if t >= upper else BASIC
 
 
 @inlined
 def _system(entries: Any, lower: Any, upper: Any, states: Any, order: Any) -> Any:
-    """Return whether M_BB is regular, z with zeros in place of basic variables, and the
-    system of the basis: the places of its variables, M_BB or its factors with their row
-    exchanges, and whether these are factors."""
+    """Return whether M_BB is nonsingular, z with zeros in place of basic variables, and
+    the system of the basis: the positions of its variables, M_BB or its factors with
+    their row interchanges, and whether these are factors.
+    """
     starts, columns, values = entries
-    n, k, place, z = states.size, 0, np.full(states.size, -1), np.empty(states.size)
+    n, k, position, z = states.size, 0, np.full(states.size, -1), np.empty(states.size)
     for i in order:
         z[i] = (
             0.0 if states[i] == BASIC else lower[i] if states[i] == LOWER else upper[i]
         )
         if states[i] == BASIC:
-            place[i], k = k, k + 1
+            position[i], k = k, k + 1
     A, rows, used = np.zeros((k, k)), np.empty(k, np.int64), 0
     for i in range(n):
-        if place[i] >= 0:
+        if position[i] >= 0:
             for at in range(starts[i], starts[i + 1]):
-                if place[columns[at]] >= 0:
-                    A[place[i], place[columns[at]]] = values[at]
+                if position[columns[at]] >= 0:
+                    A[position[i], position[columns[at]]] = values[at]
                     used += 1
     is_small = k <= FEW_ROWS or used <= DENSE * k * k
-    return not is_small or _factorize_thin(A, rows), z, (place, A, rows, is_small)
+    return not is_small or _factorize_thin(A, rows), z, (position, A, rows, is_small)
 
 
 @compiled
 def _correct(entries: Any, q: Any, system: Any, z: Any, w: Any) -> Any:
-    """Add to z what makes w_B = 0; return whether M_BB is regular, and w."""
-    place, A, rows, is_small = system
+    """Add a correction to z that makes w_B = 0; return whether M_BB is nonsingular, and
+    w.
+    """
+    position, A, rows, is_small = system
     b = np.empty(rows.size)
     for i in range(q.size):
-        if place[i] >= 0:
-            b[place[i]] = -w[i]
+        if position[i] >= 0:
+            b[position[i]] = -w[i]
     if is_small:
         _solve(A, rows, rows.size, b)
     else:
@@ -421,8 +442,8 @@ def _correct(entries: Any, q: Any, system: Any, z: Any, w: Any) -> Any:
         except Exception:  # numba catches no other: M_BB is singular
             return False, w
     for i in range(q.size):
-        if place[i] >= 0:
-            z[i] += b[place[i]]
+        if position[i] >= 0:
+            z[i] += b[position[i]]
     return True, _w(entries, q, z)
 
 
@@ -438,7 +459,8 @@ def _is_wrong(
     i: int,
 ) -> bool:
     """Return whether a component violates the condition of its state by more than
-    rounding."""
+    rounding errors.
+    """
     starts, columns, values = entries
     violation = (
         max(lower - z[i], z[i] - upper)
@@ -460,34 +482,35 @@ def _is_wrong(
 def pivot_blocks(
     begin: Any, columns: Any, values: Any, q: Any, lower: Any, upper: Any, t: Any
 ) -> Any:
-    """Exchange wrong signs, from the states of t = z - w, as `auto` lets `newton` do;
-    return the number of steps and z of the solution; if there is none, minus the number
-    of basic solutions, and 0."""
+    """Pivot on the infeasible indices, from the states of t = z - w, as `auto` runs
+    `newton`; return the number of steps and z of the solution. If there is none, return
+    minus the number of basic solutions, and an empty z.
+    """
     entries = begin, columns, values
-    # Which keeps factors sparse.
+    # Columns with few entries come first, which keeps factors sparse.
     order = np.argsort(np.bincount(columns, minlength=q.size), kind="mergesort")
     diagonal = np.zeros(q.size)
-    n, steps, waiting, most, is_single = q.size, 0, direct.BLOCK_PATIENCE, np.inf, False
-    states, last, wrong = (
-        np.empty(n, np.int8),
-        np.empty(n, np.int8),
-        np.zeros(n, np.bool_),
-    )
-    is_hasty, left = (
-        False,
-        direct.FEW_INDEX_STEPS if n <= direct.MAX_PIVOTED else MAX_LEAST_INDEX_STEPS,
+    n = q.size
+    steps = 0
+    patience = direct.BLOCK_PATIENCE
+    max_changes = np.inf
+    is_single = False
+    states = np.empty(n, np.int8)
+    next_states = np.empty(n, np.int8)
+    wrong = np.zeros(n, np.bool_)
+    is_hasty = False
+    single_pivots_left = (
+        direct.FEW_INDEX_STEPS if n <= direct.MAX_PIVOTED else MAX_LEAST_INDEX_STEPS
     )
     for i in range(n):
         for at in range(begin[i], begin[i + 1]):
             if columns[at] == i:
                 diagonal[i] = values[at]
         is_hasty |= diagonal[i] == 0.0
-        left = left if diagonal[i] > 0.0 else 0
-        states[i], last[i] = (
-            _state(t[i], lower[i], upper[i]),
-            _state(0.0, lower[i], upper[i]),
-        )
-    fewest = n + 1
+        single_pivots_left = single_pivots_left if diagonal[i] > 0.0 else 0
+        states[i] = _state(t[i], lower[i], upper[i])
+        next_states[i] = _state(0.0, lower[i], upper[i])
+    min_violations = n + 1
     while True:
         is_regular, z, system = _system(entries, lower, upper, states, order)
         w = _w(entries, q, z)
@@ -500,22 +523,27 @@ def pivot_blocks(
         for i in range(n):
             wrong[i] = _is_wrong(entries, q, lower[i], upper[i], states[i], z, w[i], i)
             count, first = count + wrong[i], min(first, i) if wrong[i] else first
-            now = states[i]
-            if wrong[i]:
-                now = BASIC if now != BASIC else UPPER if z[i] > upper[i] else LOWER
-            changes, last[i] = changes + (now != last[i]), now
+            next_state = states[i]
+            if wrong[i] and next_state != BASIC:
+                next_state = BASIC
+            elif wrong[i]:
+                next_state = UPPER if z[i] > upper[i] else LOWER
+            changes += next_state != next_states[i]
+            next_states[i] = next_state
         if not count:
             for _ in range(CORRECTIONS):
                 _, w = _correct(entries, q, system, z, w)
             return steps, np.minimum(np.maximum(z, lower), upper)
-        if is_hasty and changes > most:
+        if is_hasty and changes > max_changes:
             return -steps, np.zeros(0)
-        most = max(NEWTON_SETTLING_FACTOR * changes, float(SETTLED_CHANGES))
-        fewest, waiting, left, is_single = _safeguarded(
-            fewest, waiting, left, is_single, count
+        max_changes = max(NEWTON_SETTLING_FACTOR * changes, float(SETTLED_CHANGES))
+        min_violations, patience, single_pivots_left, is_single = _safeguarded(
+            min_violations, patience, single_pivots_left, is_single, count
         )
-        if left < 0 or (n <= direct.MAX_PIVOTED and _is_hopeless(fewest, waiting, n)):
+        if single_pivots_left < 0 or (
+            n <= direct.MAX_PIVOTED and _is_hopeless(min_violations, patience, n)
+        ):
             return -steps, np.zeros(0)
         for i in range(n):
             if wrong[i] and (not is_single or i == first):
-                states[i] = last[i]
+                states[i] = next_states[i]

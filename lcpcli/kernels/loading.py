@@ -1,5 +1,7 @@
-"""How kernels are loaded: from numba's cache, or compiled, which takes seconds once on
-a machine, and which a message says; or all are compiled ahead of their first use."""
+"""Loading of the kernels: from numba's cache, or by compilation, which takes up to a
+minute once on a machine, and which a message announces; and compilation of all kernels
+before their first use.
+"""
 
 from __future__ import annotations
 
@@ -24,24 +26,24 @@ ANNOUNCEMENT = (
 DAMAGED = "lcpcli: compiled kernels were damaged, and are compiled again"
 LEFT_OUT = "lcpcli: going on without compiled kernels"
 WAITING = "lcpcli: waiting for another process, which compiles the kernels"
-KERNELS = 15  # that `compiled` uses
-# Modules that need none of each other, those that take longest first: processes that
-# start together compile different ones.
+KERNELS = 15  # the number of kernels that `compiled` uses
+# The modules are independent of each other, so that processes that start together
+# compile different ones; those that take longest come first.
 MODULES = ("mixed_kernels", "pivoting_kernels", "kernels", "measure_kernels")
-PATIENCE = 1.0  # seconds before a wait for another process is told of
+PATIENCE = 1.0  # seconds after which a wait for another process is announced
 
 
 class Announcement(event.Listener):
-    """The message that kernels are compiled, when the first of them is.
+    """The message that kernels are compiled, printed when the first compilation starts.
 
     tell : a function to call instead, with the name of each kernel when its compilation
-        begins. before : a function to call before each.
+        begins. before : a function to call before each compilation.
     """
 
     is_due = True
     tell: Callable[[str], None] | None = None
     before: Callable[[], None] | None = None
-    _depth = 0  # of the compilation of a function that another one calls
+    _depth = 0  # compilations under way: functions called by others are nested
 
     def on_start(self, event: event.Event) -> None:
         self._depth += 1
@@ -61,11 +63,11 @@ class Announcement(event.Listener):
         self.is_due = False
 
 
-ONCE = Announcement()  # in a process, for all modules of kernels
+ONCE = Announcement()  # one message in a process, for all modules of kernels
 
 
 class _Wait:
-    """The wait for another process, which is told of when it becomes long."""
+    """The wait for another process, which is announced when it becomes long."""
 
     def __init__(self) -> None:
         self._end = time.monotonic() + PATIENCE
@@ -76,9 +78,10 @@ class _Wait:
 
 
 def load(*modules: str) -> None:
-    """Load modules of kernels. Those that another process compiles come last, and are
-    taken from the cache when it has ended. Raises OptionError if the cache cannot be
-    used, after a message, unless `tell` of ONCE replaces messages."""
+    """Load modules of kernels. Those that another process is compiling come last, and
+    are taken from the cache when it has ended. Raises OptionError if the cache cannot
+    be used, after a message, unless `tell` of ONCE replaces messages.
+    """
     if config.DISABLE_JIT:
         return
     try:
@@ -90,16 +93,19 @@ def load(*modules: str) -> None:
 
 
 def _load(cache: Cache, modules: Sequence[str]) -> None:
+    """Load modules of kernels; raise OptionError if the cache cannot be used."""
     folder = str(cache.folder)
     try:
         if cache.repair():
             ONCE.say(DAMAGED)
-        left = list(modules)
+        modules_left = list(modules)
         for module in filter(cache.has_loaded, modules):
             _import(cache, module)
-            left.remove(module)
+            modules_left.remove(module)
         for wait in (None, _Wait()):
-            left = [module for module in left if not _compiled(cache, module, wait)]
+            modules_left = [
+                module for module in modules_left if not _compiled(cache, module, wait)
+            ]
     except TimeoutError:
         raise OptionError(folder, "is locked by a process that does not end") from None
     except OSError as error:
@@ -109,9 +115,10 @@ def _load(cache: Cache, modules: Sequence[str]) -> None:
 
 
 def _compiled(cache: Cache, module: str, wait: Callable[[], None] | None) -> bool:
-    """Load a module that may have to be compiled; return False if another process does
-    that, unless `wait` is given, which is called while it does. A process that is
-    killed leaves what it has compiled."""
+    """Load a module that may have to be compiled. If another process is compiling it,
+    call `wait` until that ends; return False if `wait` is None. A process that is
+    killed leaves the kernels that it has compiled in the cache.
+    """
     with cache.compiling(module, wait) as is_alone:
         if not is_alone:
             return False
@@ -134,8 +141,8 @@ def _import(cache: Cache, module: str) -> None:
     except Exception as error:
         if hides_interrupt(error):
             raise KeyboardInterrupt from None
-        # A file without a checksum was damaged, as by a power failure: the next run
-        # compiles all of them again.
+        # A file without a checksum was damaged, for example by a power failure: the
+        # next run compiles all kernels again.
         cache.forget()
         fault = f"has kernels that cannot be loaded ({type(error).__name__})"
         raise OptionError(str(cache.folder), fault) from None
@@ -143,24 +150,25 @@ def _import(cache: Cache, module: str) -> None:
 
 def compile_all(tell: Callable[[str], None]) -> tuple[int, int, str]:
     """Load all kernels, which compiles those that the cache lacks; `tell` is called
-    with the name of each as that begins. Return how many were compiled, how many were
-    there, and the folder with the cache, "" without any. Raises OptionError as `load`
-    does."""
+    with the name of each when its compilation begins. Return the number of compiled
+    kernels, the number of those loaded from the cache, and the folder of the cache, ""
+    if there is none. Raises OptionError as `load` does.
+    """
     ONCE.tell = tell
     load(*MODULES)
-    ways = map(
+    kernel_modules = map(
         import_module, ("lcpcli.kernels.compiled", "lcpcli.kernels.mixed_kernels")
     )
-    made = {
+    kernels = {
         id(each): each
-        for way in ways
+        for way in kernel_modules
         for each in vars(way).values()
         if isinstance(each, Dispatcher)
     }.values()
-    now = sum(bool(kernel.stats.cache_misses) for kernel in made)
+    n_compiled = sum(bool(kernel.stats.cache_misses) for kernel in kernels)
     folder = (
-        os.path.commonpath([str(kernel.stats.cache_path) for kernel in made])
-        if made
+        os.path.commonpath([str(kernel.stats.cache_path) for kernel in kernels])
+        if kernels
         else ""
     )
-    return now, len(made) - now, folder
+    return n_compiled, len(kernels) - n_compiled, folder

@@ -1,11 +1,11 @@
-"""The judgement of a point by the whole measure, and the entries of M other than 0,
+"""The acceptance test of a point by the complete measure, and the scaling factors of M,
 compiled by numba.
 
-These are `box.reference`, `Measure.surely_solves` and `linalg.units.units` once more,
-for moderate numbers and M in compressed sparse rows with sorted columns: begin,
-columns, values. Where they find no solution beyond doubt, the methods themselves
-decide. As numba's cache knows of changes in this file alone, it uses no kernels of
-others.
+These are `box.reference`, `Measure.surely_solves` and `linalg.units.units`, for
+moderate numbers and M in compressed sparse rows with sorted columns: begin, columns,
+values. If they do not decide with a margin larger than rounding errors, the methods
+themselves decide. As numba's cache detects changes only in this file, it uses no
+kernels of other files.
 """
 
 from __future__ import annotations
@@ -23,7 +23,7 @@ from lcpcli.verify.measure import DROWNED, FINEST
 
 OPTIONS = {"cache": True, "nogil": True, "error_model": "numpy"}
 compiled = njit(**OPTIONS)
-# Unsigned, as numba tests each signed index for its sign.
+# Indices are unsigned, as numba tests the sign of each signed index.
 INDICES = types.Array(types.uint32, 1, "C", readonly=True)
 VECTOR = types.Array(types.float64, 1, "C", readonly=True)
 NUMBERS, PARTS, PLACES = (
@@ -55,7 +55,7 @@ def _rows(begin: Any, columns: Any, values: Any, q: Any, z: Any) -> Any:
 
 @compiled
 def _excess(z: float, w: float, lower: float, upper: float) -> float:
-    """Return by how much w has the wrong sign for an admissible z."""
+    """Return by how much w has the wrong sign for a z within its bounds."""
     return max(w if z > lower else -np.inf, -w if z < upper else -np.inf)
 
 
@@ -73,7 +73,8 @@ def _reference(
     begin: Any, columns: Any, values: Any, q: Any, lower: Any, upper: Any
 ) -> Any:
     """Return the reference point and its M z + q and |M| |z| + |q|, and whether these
-    are sure as those of `_rows`."""
+    are finite and free of underflow.
+    """
     n = q.size
     near, corner = np.empty(n), np.empty(n)
     for i in range(n):
@@ -102,22 +103,21 @@ def _sizes(
     z: Any,
     reference: Any,
     q_ref: Any,
-    least: Any,
+    min_q_ref: Any,
     is_rough: Any,
 ) -> Any:
-    """Return `Measure.component_sizes`, but NaN where q_ref is too rough. least :
-    bounds on |q_ref|, from below."""
+    """Return `Measure.component_sizes`, but NaN if q_ref is too inaccurate. min_q_ref :
+    lower bounds on |q_ref|.
+    """
     n, (rho, gamma, parts, count) = z.size, units
-    sizes, of_reference, rough = (
-        np.full(count, -np.inf),
-        np.full(count, -np.inf),
-        np.zeros(count, np.bool_),
-    )
+    sizes = np.full(count, -np.inf)
+    of_reference = np.full(count, -np.inf)
+    rough = np.zeros(count, np.bool_)
     for i in range(n):
         part = parts[i]
-        rough[part] |= is_rough[i] and least[i] == 0.0
-        if least[i] > 0.0:
-            size = np.log2(least[i]) + rho[i]
+        rough[part] |= is_rough[i] and min_q_ref[i] == 0.0
+        if min_q_ref[i] > 0.0:
+            size = np.log2(min_q_ref[i]) + rho[i]
             of_reference[part] = max(of_reference[part], size)
             if _excess(reference[i], q_ref[i], lower[i], upper[i]) > 0.0:
                 sizes[part] = max(sizes[part], size)
@@ -142,8 +142,9 @@ def _sizes(
 
 @compiled
 def _root(parents: Any, i: int) -> int:
-    """Return the number that stands for the component of a node, and shorten the way to
-    it."""
+    """Return the root of the component of a node, and shorten the path to it
+    (union-find).
+    """
     while parents[i] != i:
         parents[i] = parents[parents[i]]
         i = parents[i]
@@ -155,12 +156,10 @@ def _components(begin: Any, columns: Any, values: Any) -> Any:
     """Return the components of the rows and, after them, of the columns, shape (2 n,),
     and their number."""
     n = begin.size - 1
-    parents, numbers, parts, count = (
-        np.arange(2 * n),
-        np.full(2 * n, -1),
-        np.empty(2 * n, np.int64),
-        0,
-    )
+    parents = np.arange(2 * n)
+    numbers = np.full(2 * n, -1)
+    parts = np.empty(2 * n, np.int64)
+    count = 0
     for i in range(n):
         a = _root(parents, i)
         for at in range(begin[i], begin[i + 1]):
@@ -179,8 +178,9 @@ def _components(begin: Any, columns: Any, values: Any) -> Any:
 @njit(types.Tuple((NUMBERS, NUMBERS, PARTS, types.int64))(*ROWS), **OPTIONS)
 def units_of(begin: Any, columns: Any, values: Any) -> Any:
     """Return log2 of R and of C, the components of rows and columns, shape (2 n,), and
-    their number, as `units.units` finds them up to a constant for each component; 0
-    components if they are not settled."""
+    their number, as `units.units` does up to a constant for each component; 0
+    components if conjugate gradients do not converge.
+    """
     n = begin.size - 1
     sums, counts = np.zeros(2 * n), np.zeros(2 * n)
     used = values != 0.0
@@ -190,23 +190,21 @@ def units_of(begin: Any, columns: Any, values: Any) -> Any:
             for node in (i, n + columns[at]):
                 sums[node] += logarithm
                 counts[node] += used[at]
-    x, residual, step, direction, image = (
-        np.zeros(2 * n),
-        -sums,
-        np.empty(2 * n),
-        np.zeros(2 * n),
-        np.empty(2 * n),
-    )
-    before, settled, is_settled = 0.0, CONVERGED_ERROR, False
+    x = np.zeros(2 * n)
+    residual = -sums
+    step = np.empty(2 * n)
+    direction = np.zeros(2 * n)
+    image = np.empty(2 * n)
+    before, goal, has_converged = 0.0, CONVERGED_ERROR, False
     for k in range(FEW_CG_STEPS):
         largest = size = total = 0.0
         for v in range(2 * n):
             step[v] = residual[v] / max(counts[v], 1.0)
             largest = max(largest, abs(step[v]))
             size += residual[v] * step[v]
-        settled = settled if k else CONVERGED_ERROR * max(largest, 1.0)
-        is_settled = not largest > settled
-        if is_settled:
+        goal = goal if k else CONVERGED_ERROR * max(largest, 1.0)
+        has_converged = not largest > goal
+        if has_converged:
             break
         for v in range(2 * n):
             direction[v] = step[v] + (size / before if k else 0.0) * direction[v]
@@ -223,7 +221,7 @@ def units_of(begin: Any, columns: Any, values: Any) -> Any:
             x[v] += size / total * direction[v]
             residual[v] -= size / total * image[v]
     parts, count = _components(begin, columns, values)
-    return x[:n].copy(), x[n:].copy(), parts, count if is_settled else 0
+    return x[:n].copy(), x[n:].copy(), parts, count if has_converged else 0
 
 
 @njit(types.Tuple((types.boolean, NUMBERS, NUMBERS))(*ROWS, *(VECTOR,) * 3), **OPTIONS)
@@ -231,7 +229,8 @@ def reference_of(
     begin: Any, columns: Any, values: Any, q: Any, lower: Any, upper: Any
 ) -> Any:
     """Return whether the reference point z of a mixed problem seems to solve it, z, and
-    z - w, empty for far bounds."""
+    z - w, which is empty if a bound is far from 0.
+    """
     z, w, _, _ = _reference(begin, columns, values, q, lower, upper)
     t, solves = z - w, True
     for i in range(z.size):
@@ -243,7 +242,7 @@ def reference_of(
 
 
 @compiled
-def _judgement(
+def _acceptance_test(
     begin: Any,
     columns: Any,
     values: Any,
@@ -257,43 +256,39 @@ def _judgement(
     reference, q_ref, at_reference, is_sure = _reference(
         begin, columns, values, q, lower, upper
     )
-    w, given, is_sure_too = _rows(begin, columns, values, q, z)
-    terms, error, least, q_error = (
-        given.copy(),
-        ROW_ROUNDING * given,
-        np.abs(q_ref),
-        np.zeros(n),
-    )
-    is_moved, is_rough, is_sure = (
-        reference.any(),
-        np.zeros(n, np.bool_),
-        is_sure and is_sure_too,
-    )
+    w, full_terms, is_sure_too = _rows(begin, columns, values, q, z)
+    terms = full_terms.copy()
+    error = ROW_ROUNDING * full_terms
+    min_q_ref = np.abs(q_ref)
+    q_error = np.zeros(n)
+    is_moved = reference.any()
+    is_rough = np.zeros(n, np.bool_)
+    is_sure = is_sure and is_sure_too
     if is_moved:
         q_error = ROW_ROUNDING * at_reference
-        far_w, far, is_sure_too = _rows(begin, columns, values, q_ref, z - reference)
+        far_w, far_terms, is_sure_too = _rows(
+            begin, columns, values, q_ref, z - reference
+        )
         is_sure &= is_sure_too
         for i in range(n):
-            far_error = ROW_ROUNDING * far[i] + q_error[i]
+            far_error = ROW_ROUNDING * far_terms[i] + q_error[i]
             if far_error < error[i]:
                 w[i], error[i] = far_w[i], far_error
-            terms[i] = min(given[i], max(far[i], FINEST * given[i]))
-            # Such rows are summed exactly elsewhere.
-            is_rough[i] = at_reference[i] > CANCELLATION * least[i]
+            terms[i] = min(full_terms[i], max(far_terms[i], FINEST * full_terms[i]))
+            # The numpy version sums such rows exactly; here they are not decided.
+            is_rough[i] = at_reference[i] > CANCELLATION * min_q_ref[i]
             if is_rough[i]:
-                least[i] = max(least[i] - q_error[i], 0.0)
+                min_q_ref[i] = max(min_q_ref[i] - q_error[i], 0.0)
     is_closed = is_solution = is_small = True
     fails, worst, is_reference = False, np.empty(n), not (z != reference).any()
     for i in range(n):
-        excess, most = (
-            _excess(z[i], w[i], lower[i], upper[i]),
-            max(tol * terms[i], ROUNDING * given[i]),
-        )
+        excess = _excess(z[i], w[i], lower[i], upper[i])
+        allowed = max(tol * terms[i], ROUNDING * full_terms[i])
         is_solution &= _excess(z[i], q_ref[i], lower[i], upper[i]) + q_error[i] <= 0.0
         worst[i] = excess + error[i]
-        is_closed &= worst[i] <= tol * min(least[i], terms[i])
-        is_small &= worst[i] <= most
-        fails |= excess - error[i] > most
+        is_closed &= worst[i] <= tol * min(min_q_ref[i], terms[i])
+        is_small &= worst[i] <= allowed
+        fails |= excess - error[i] > allowed
     answer, is_known = UNDECIDED, is_sure and not is_rough.any()
     if is_sure and is_reference:
         answer = SOLVES if is_solution and is_small else answer
@@ -303,14 +298,14 @@ def _judgement(
         units = units_of(begin, columns, values)
         rho, parts, count = units[0], units[2], units[3]
         answer = SOLVES if count else UNDECIDED
-        sizes = _sizes(units, lower, upper, z, reference, q_ref, least, is_rough)
+        sizes = _sizes(units, lower, upper, z, reference, q_ref, min_q_ref, is_rough)
         for i in range(n if count else 0):
-            cap = max(2.0 ** (sizes[parts[i]] - rho[i]), least[i])
+            cap = max(2.0 ** (sizes[parts[i]] - rho[i]), min_q_ref[i])
             if not worst[i] <= max(
-                tol * min(terms[i], cap), ROUNDING * min(given[i], DROWNED * cap)
+                tol * min(terms[i], cap), ROUNDING * min(full_terms[i], DROWNED * cap)
             ):
                 answer = UNDECIDED
-    return answer, is_known, (w, terms, given, error), units
+    return answer, is_known, (w, terms, full_terms, error), units
 
 
 @njit(types.boolean(*ROWS, *(VECTOR,) * 3, types.float64, VECTOR), **OPTIONS)
@@ -324,15 +319,16 @@ def surely_solves(
     tol: float,
     z: Any,
 ) -> bool:
-    """Return whether an admissible z solves the problem, whatever the rounding errors
-    in w are."""
+    """Return whether a z within its bounds solves the problem for all possible rounding
+    errors in w.
+    """
     return bool(
-        _judgement(begin, columns, values, q, lower, upper, tol, z)[0] == SOLVES
+        _acceptance_test(begin, columns, values, q, lower, upper, tol, z)[0] == SOLVES
     )
 
 
 @njit((*ROWS, *(VECTOR,) * 3, types.float64, VECTOR), **OPTIONS)
-def judgement(
+def acceptance_test(
     begin: Any,
     columns: Any,
     values: Any,
@@ -342,15 +338,17 @@ def judgement(
     tol: float,
     z: Any,
 ) -> Any:
-    """Return whether an admissible z surely SOLVES the problem, surely FAILS to, or
-    neither; `measure.Rows`, shape (4, n), if these are known and the z does not; and
-    what `units_of` does, without components if it was not needed."""
-    answer, is_known, own, units = _judgement(
+    """Return SOLVES or FAILS if that holds for all possible rounding errors in w of a z
+    within its bounds, otherwise UNDECIDED; `measure.Rows`, shape (4, n), if they are
+    known and z is not proved to solve the problem; and the result of `units_of`, with 0
+    components if it was not needed.
+    """
+    answer, is_known, values_of_rows, units = _acceptance_test(
         begin, columns, values, q, lower, upper, tol, z
     )
     rows = np.empty((4 if is_known and answer != SOLVES else 0, z.size))
     for k in range(len(rows)):
-        rows[k] = own[k]
+        rows[k] = values_of_rows[k]
     return answer, rows, units
 
 
@@ -361,12 +359,11 @@ def judgement(
     **OPTIONS,
 )
 def compressed(M: Any) -> Any:
+    """Return a dense M in compressed sparse rows."""
     n, used = M.shape[0], 0
-    begin, columns, values = (
-        np.zeros(n + 1, np.uint32),
-        np.empty(n * n, np.uint32),
-        np.empty(n * n),
-    )
+    begin = np.zeros(n + 1, np.uint32)
+    columns = np.empty(n * n, np.uint32)
+    values = np.empty(n * n)
     for i in range(n):
         row = M[i]
         for j in range(n):
@@ -378,15 +375,17 @@ def compressed(M: Any) -> Any:
 
 @njit(NUMBERS(VECTOR, VECTOR, VECTOR), **OPTIONS)
 def on_bounds(lower: Any, upper: Any, z: Any) -> Any:
-    """Return z with 0 and bounds in place of entries that are near them."""
-    most, found = SMALL_DISTANCE * np.abs(z).max(), np.empty(z.size)
+    """Return z with 0 and bounds in place of entries that differ from them by rounding
+    errors.
+    """
+    max_distance, moved = SMALL_DISTANCE * np.abs(z).max(), np.empty(z.size)
     for i in range(z.size):
-        inside = 0.0 if abs(z[i]) <= most else z[i]
-        found[i] = (
+        inside = 0.0 if abs(z[i]) <= max_distance else z[i]
+        moved[i] = (
             lower[i]
-            if z[i] - lower[i] <= most
+            if z[i] - lower[i] <= max_distance
             else upper[i]
-            if upper[i] - z[i] <= most
+            if upper[i] - z[i] <= max_distance
             else inside
         )
-    return found
+    return moved

@@ -1,5 +1,6 @@
-"""The elimination of free variables, and the states of what is left of a mixed problem,
-compiled by numba."""
+"""The elimination of free variables, and the states of a mixed problem from those of
+the reduced problem, compiled by numba.
+"""
 
 from __future__ import annotations
 

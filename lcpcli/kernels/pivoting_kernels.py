@@ -34,8 +34,9 @@ exponents = njit((MATRIX,), cache=True, **OPTIONS)(free_variables.exponents)
 
 @njit((MATRIX, VECTOR, VECTOR, VECTOR, STATES), cache=True, **OPTIONS)
 def basic_solution(M: Any, q: Any, lower: Any, upper: Any, states: Any) -> Any:
-    """Return the basic solution z of a basis, put within the bounds, shape (n,); the
-    least one if M_BB is singular."""
+    """Return the basic solution z of a basis, projected on the bounds, shape (n,); the
+    least-norm one if M_BB is singular.
+    """
     z, nothing = np.zeros(q.size), np.zeros(q.size)
     for i in range(q.size):
         if states[i] != BASIC:

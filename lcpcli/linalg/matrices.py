@@ -444,9 +444,10 @@ def unit_columns(n: int, selected: Indices, sparse: bool) -> Matrix:
     """Return the selected columns of the identity of order n, as a sparse or a dense
     matrix.
     """
-    shape, rows_and_columns = (
-        (n, selected.size),
-        (selected.astype(np.int32), np.arange(selected.size, dtype=np.int32)),
+    shape = (n, selected.size)
+    rows_and_columns = (
+        selected.astype(np.int32),
+        np.arange(selected.size, dtype=np.int32),
     )
     if sparse:
         with imports:

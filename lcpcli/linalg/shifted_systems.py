@@ -126,10 +126,8 @@ class SuperLU:
             "options": {"SymmetricMode": True, "Equil": False},
         }
         factorize = partial(splu, self._columns, permc_spec=self._search, **how)
-        self._lu, self._solving = (
-            factors.factorized(factorize, self._columns.nnz),
-            self._order,
-        )
+        self._lu = factors.factorized(factorize, self._columns.nnz)
+        self._solving = self._order
         if self._search != "NATURAL":
             self._keep(self._lu.perm_c, "NATURAL")
 

@@ -441,10 +441,8 @@ def _eliminated(
         d = counts[0].copy()
         factors = systems(E, np.ones(n))
     else:
-        E, roots = (
-            block_array([[None, E], [E.T, None]], format="csr"),
-            _first_of_components(component_of, n_components),
-        )
+        E = block_array([[None, E], [E.T, None]], format="csr")
+        roots = _first_of_components(component_of, n_components)
         b = -np.concatenate(sums)
         d = counts.flatten()
         factors = systems(E, None)

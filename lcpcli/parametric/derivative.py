@@ -151,10 +151,8 @@ def derivative(
     changes, each of which may be None for no change.
     """
     dM = changes["dM"]
-    at, rows = (
-        linearization(result, J is not None),
-        None if J is None else _rows(J, problem.n),
-    )
+    at = linearization(result, J is not None)
+    rows = None if J is None else _rows(J, problem.n)
     if rows is not None:
         _refuse_undetermined(at, rows)
     dq, *bound_changes = by_names(
@@ -428,10 +426,8 @@ class Linearization:
         self.z = z
         self._or_singular = or_singular
         self._low, self._high = problem.box.lower, problem.box.upper
-        basic, kinks = (
-            (z > self._low) & (z < self._high),
-            np.zeros(problem.n, dtype=bool),
-        )
+        basic = (z > self._low) & (z < self._high)
+        kinks = np.zeros(problem.n, dtype=bool)
         for _ in range(MAX_EXCHANGES):
             at_kink, infeasible = self._corrected(basic)
             kinks |= at_kink

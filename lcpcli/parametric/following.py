@@ -480,10 +480,8 @@ class _Following:
                 if states is not None
             )
         else:
-            t, z = (
-                np.array([point.t for point in points]),
-                _rows([point.z for point in points], self.family),
-            )
+            t = np.array([point.t for point in points])
+            z = _rows([point.z for point in points], self.family)
             states = _rows([point.states for point in points[1:]], self.family, np.int8)
             t, z, w, is_verified = verify(
                 self.family,
@@ -513,10 +511,8 @@ class _Following:
                 [start + point.s * (stop - start) for point in points], z, w
             )
             z, w = ([rounded(row) for row in rows] for rows in (z, w))
-        t, states = (
-            np.array([point.t for point in points]),
-            [point.states for point in points[1:]],
-        )
+        t = np.array([point.t for point in points])
+        states = [point.states for point in points[1:]]
         is_verified = bool(points) and self._are_solutions
         arrays = _rows(z, family), _rows(w, family), _rows(states, family, np.int8)
         return Path(family, t, *arrays, "", "", is_verified, 0.0, exact=exact)

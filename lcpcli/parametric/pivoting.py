@@ -151,10 +151,8 @@ class Pivoting:
         for j in np.flatnonzero(states != BASIC).tolist():
             self._shift(j, 1.0)
         self.system.begin(np.flatnonzero(states == BASIC))
-        random, at = (
-            generator(0).uniform(1, 2, (3, n)),
-            np.where(states == UPPER, -1.0, 1.0),
-        )
+        random = generator(0).uniform(1, 2, (3, n))
+        at = np.where(states == UPPER, -1.0, 1.0)
         self.perturbed_q = np.where(states == BASIC, 0.0, at * random[0])
         self.perturbed_bounds = np.where(states == BASIC, [-random[1], random[2]], 0.0)
         self._recompute_vertex()

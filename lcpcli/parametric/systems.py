@@ -136,11 +136,9 @@ class DenseBasisFactorization(BasisFactorization):
             value = column[coming]
             position = k
             terms = abs(value) + np.abs(row) @ np.abs(change)
-            self._inverse[k, :k], self._inverse[:k, k], self._inverse[k, k] = (
-                -(row @ X),
-                0.0,
-                1.0,
-            )
+            self._inverse[k, :k] = -(row @ X)
+            self._inverse[:k, k] = 0.0
+            self._inverse[k, k] = 1.0
             change = np.append(change, value - row @ change)
             self._rows[k], self._at[old], self.k = coming, k, k + 1
         else:
@@ -157,11 +155,9 @@ class DenseBasisFactorization(BasisFactorization):
         X -= np.outer(change, X[position])
         self.age += 1
         if leaving < 0:
-            self._cols[position], self._columns[position], self._at[new] = (
-                new,
-                column,
-                position,
-            )
+            self._cols[position] = new
+            self._columns[position] = column
+            self._at[new] = position
             return
         self.k, p, self._at[new] = (last := self.k - 1), self._at[new], -1
         X[:, p], X[position] = X[:, last], X[last]
@@ -277,11 +273,9 @@ class SparseBasisFactorization(BasisFactorization):
         self._changes, self.age = [], 0
 
     def begin(self, basic: Indices) -> None:
-        (
-            self._slots[basic],
-            self._position_of[basic],
-            self._position_of[self.n + 1 + basic],
-        ) = basic, basic, -1
+        self._slots[basic] = basic
+        self._position_of[basic] = basic
+        self._position_of[self.n + 1 + basic] = -1
         self.refresh()
 
     def exchange(self, old: int, new: int) -> None:

@@ -119,10 +119,8 @@ class _Breakpoints:
         """Return the z of some breakpoints for these s: each component is exactly at
         the bound where it is on an adjacent piece, and otherwise within its bounds.
         """
-        is_mixed, (before, after) = (
-            self.family.is_mixed,
-            (states[some] for states in self.adjacent_states),
-        )
+        is_mixed = self.family.is_mixed
+        before, after = (states[some] for states in self.adjacent_states)
         low, high = (
             self.family.bounds(s[:, np.newaxis])
             if is_mixed
@@ -145,10 +143,8 @@ class _Breakpoints:
         used = z.any(axis=0)
         if not is_sparse(M) and 2 * np.count_nonzero(used) < used.size:
             M, z = M[:, used], z[:, used]
-        self.w, self.sizes = (
-            product(M, z.T).T + self.Q,
-            absolute_product(M, np.abs(z).T).T,
-        )
+        self.w = product(M, z.T).T + self.Q
+        self.sizes = absolute_product(M, np.abs(z).T).T
 
     def verify_or_replace(self, some: range) -> bool:
         """Return whether these breakpoints solve their problems, if necessary after
@@ -332,10 +328,8 @@ class _Breakpoints:
         allowed = max(self.tol, ROUNDING) * (
             sizes + np.where(_keeps_sign(Q), np.abs(Q), 0.0)
         )
-        states, w = (
-            self.states[: n_breakpoints - 1],
-            np.where(self.family.is_fixed, 0.0, self.w),
-        )
+        states = self.states[: n_breakpoints - 1]
+        w = np.where(self.family.is_fixed, 0.0, self.w)
         for offset in (0, 1):
             breakpoints = slice(offset, len(states) + offset)
             violations = np.where(

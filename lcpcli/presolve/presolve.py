@@ -187,10 +187,8 @@ def _problem(problem_before: Problem, system: ReducedProblem) -> Problem:
     """Return the reduced problem, sparse or dense as the original one is."""
     kept_columns, position = system.columns, np.zeros(system.n, dtype=np.intp)
     position[kept_columns] = np.arange(kept_columns.size)
-    rows, columns = (
-        position[system.column_of[system.entries.rows]],
-        position[system.entries.columns],
-    )
+    rows = position[system.column_of[system.entries.rows]]
+    columns = position[system.entries.columns]
     shape = (kept_columns.size, kept_columns.size)
     if is_sparse(problem_before.M):
         with imports:

@@ -310,10 +310,8 @@ def call(function: Callable[..., Any], seconds: float, *arguments: Any) -> Any:
     if seconds > LONG_CALL_SECONDS and sys.executable:
         with imports:
             import subprocess
-        command, request = (
-            [sys.executable, "-c", CODE, *sys.path],
-            marshal.dumps((function.__name__, arguments)),
-        )
+        command = [sys.executable, "-c", CODE, *sys.path]
+        request = marshal.dumps((function.__name__, arguments))
         time_left = remaining() if remaining() < math.inf else None
         try:
             done = subprocess.run(

@@ -277,10 +277,8 @@ def _in_integers(row: dict[int, Any], constant: Any) -> tuple[dict[int, int], in
     """Return the row and the constant multiplied by the smallest positive integer that
     makes them integers, and that integer.
     """
-    (numerator, denominator), ratios = (
-        constant.as_integer_ratio(),
-        [entry.as_integer_ratio() for entry in row.values()],
-    )
+    numerator, denominator = constant.as_integer_ratio()
+    ratios = [entry.as_integer_ratio() for entry in row.values()]
     scale = math.lcm(
         denominator, *(entry_denominator for _, entry_denominator in ratios)
     )

@@ -83,10 +83,8 @@ class RationalPivoting:
                 return
             row = self.dictionary.rows.get(self.parameter)
             slope = 1 if row is None else row[k]
-            rise, is_point = (
-                (slope > 0) - (slope < 0),
-                not self.dictionary.value(leaving),
-            )
+            rise = (slope > 0) - (slope < 0)
+            is_point = not self.dictionary.value(leaving)
             self.dictionary.pivot(leaving, k)
             done = Pivot(entering, leaving, tuple(self.states), rise, is_point)
             if leaving < self.parameter:

@@ -178,10 +178,8 @@ class FarkasSystem:
     def __init__(self, A: Matrix, b: Vector, box: Box, effort: float) -> None:
         self._A, self._effort = A, effort / 2
         self.power = max(math.frexp(np.abs(b).max())[1], -LARGEST_SHIFT)
-        (*_, self.low, self.high), (*bounds, low, high) = (
-            sides(box, b.size),
-            sides(box, A.shape[1]),
-        )
+        *_, self.low, self.high = sides(box, b.size)
+        *bounds, low, high = sides(box, A.shape[1])
         with np.errstate(all="ignore"):
             self._b, lower, upper = (np.ldexp(v, -self.power) for v in (b, *bounds))
         self._columns = lower, upper, low, high

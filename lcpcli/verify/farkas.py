@@ -223,10 +223,8 @@ class Multiplied:
         """Return an upper bound on the total over these columns, for changes of y up to
         `change` and errors of A'y up to `error`, with a relative margin.
         """
-        supremum, rounding = (
-            self.supremum[counted],
-            4 * (self.y.size + self.bound_sizes.size + 2),
-        )
+        supremum = self.supremum[counted]
+        rounding = 4 * (self.y.size + self.bound_sizes.size + 2)
         terms = np.abs(self.b) @ np.abs(self.y) + np.abs(supremum).sum()
         rest = 2 * (
             (np.abs(self.b) * change).sum() + self.bound_sizes[counted] @ error[counted]
@@ -284,10 +282,8 @@ class Multiplied:
         certain : columns that are known to have the right sign and add nothing to the
             total.
         """
-        (multiple, _), (lower, upper, low, high) = (
-            numbers.over_one_denominator(y),
-            self._bounds,
-        )
+        multiple, _ = numbers.over_one_denominator(y)
+        lower, upper, low, high = self._bounds
         total = numbers.product(self.b, multiple)
         for j in np.flatnonzero(self.used & np.logical_not(certain)).tolist():
             value = numbers.product(matrices.dense(self.rows[:, [j]])[:, 0], multiple)

@@ -197,10 +197,8 @@ class Measure:
         c_i is at least |q_ref|_i; it is computed only if this lower bound does not
         decide.
         """
-        worst, min_caps = (
-            self.data.box.excess(z, rows.w) + rows.error,
-            np.abs(self.data.q_ref),
-        )
+        worst = self.data.box.excess(z, rows.w) + rows.error
+        min_caps = np.abs(self.data.q_ref)
         if self.data.reference_z is not None:  # else the terms include it
             min_caps = np.minimum(min_caps, rows.terms)
         closed = worst <= tol * min_caps
@@ -337,10 +335,8 @@ class Measure:
         """Return the part of `unsolved_sizes` that the violations at z_ref
         contribute.
         """
-        units, violations = (
-            self.data.units,
-            self.violations(self.reference, self.reference_w),
-        )
+        units = self.data.units
+        violations = self.violations(self.reference, self.reference_w)
         return units.largest(np.log2(violations) + units.rows, units.row_part)
 
     @np.errstate(divide="ignore")

@@ -148,10 +148,8 @@ def large_solution(
     rounding, of the basis of a point or of the proof.
     """
     points = [z for z in points if np.isfinite(z).all()]
-    large, sentence = (
-        next((z for z in points if is_rounded_solution(problem, z)), None),
-        EXACT,
-    )
+    large = next((z for z in points if is_rounded_solution(problem, z)), None)
+    sentence = EXACT
     if large is None:
         with suppress(TimeIsUp):
             data, effort = ExactProblem.of_floats(problem), Effort(EFFORT)
@@ -168,12 +166,10 @@ def large_solution(
             for point in (*points, proof.vector)
             for z in _basic_solutions(problem, point)
         )
-        large, sentence = (
-            next(
-                (z for z in chain(points, basic) if is_run_off(problem, z, tol)), None
-            ),
-            RUN_OFF,
+        large = next(
+            (z for z in chain(points, basic) if is_run_off(problem, z, tol)), None
         )
+        sentence = RUN_OFF
     if large is None:
         return None
     size = f"{np.abs(large).max():.0e}".replace("e+", "e")

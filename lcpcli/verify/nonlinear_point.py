@@ -89,18 +89,14 @@ def proved_bound(problem: NonlinearProblem, z: Vector) -> Bound:
             break
         low, high = z.copy(), z.copy()
         low[B], high[B] = z[B] - radius, z[B] + radius
-        low[at_upper], high[at_lower] = (
-            z[at_upper] - max_radius,
-            z[at_lower] + max_radius,
-        )
+        low[at_upper] = z[at_upper] - max_radius
+        high[at_lower] = z[at_lower] + max_radius
         box_bounds = (
             np.where(low < z, np.nextafter(low, -np.inf), low),
             np.where(high > z, np.nextafter(high, np.inf), high),
         )
-        values, widths = (
-            problem.interval(*box_bounds),
-            np.nextafter(np.maximum(box_bounds[1] - z, z - box_bounds[0]), np.inf),
-        )
+        values = problem.interval(*box_bounds)
+        widths = np.nextafter(np.maximum(box_bounds[1] - z, z - box_bounds[0]), np.inf)
         J_middle, J_width = _middle(
             dense(values.J_lower)[np.ix_(B, B)], dense(values.J_upper)[np.ix_(B, B)]
         )
@@ -339,10 +335,8 @@ class NonlinearPoint(Point):
             self.criterion.problem.M,
         )
         lacking = slopes.lacking(needed)
-        wrong, terms = (
-            lacking | slopes.refuted,
-            np.maximum(slopes.min_terms, np.abs(self.F)),
-        )
+        wrong = lacking | slopes.refuted
+        terms = np.maximum(slopes.min_terms, np.abs(self.F))
         if wrong.any():
             row_terms, full = (
                 np.where(wrong, np.minimum(terms, others), others)

@@ -631,10 +631,8 @@ def without_small_distances(measure: Measure, z: Vector) -> Vector:
     all satisfied at the reference point, given the other z_i, are set to it.
     """
     units, reference = measure.data.units, measure.reference
-    distances, sizes = (
-        np.log2(np.abs(z - reference)) - units.columns,
-        measure.unsolved_sizes(z),
-    )
+    distances = np.log2(np.abs(z - reference)) - units.columns
+    sizes = measure.unsolved_sizes(z)
     small = np.minimum(units.largest(distances, units.column_part), sizes)[
         units.column_part
     ]

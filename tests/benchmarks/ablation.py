@@ -481,7 +481,7 @@ SWITCHES: tuple[Switch, ...] = (
         "kernels of entries",
         "solving.direct_run:acceptance_test",
         constant(lambda *_: (None, None)),
-        ("kernels.compiled:judged_by_entries",),
+        ("kernels.compiled:test_sparse",),
     ),
     Switch("basic zeros", "methods.direct:basic_zeros", nothing),
     # The interior point method.

@@ -105,7 +105,7 @@ def test_the_compiled_checks_say_nothing_else_than_the_measure(
     )
     point = Point(Criterion(sparse), z)
     if sparse.is_moderate:
-        surely, rows = compiled.judged_by_entries(sparse, z, 1e-10)
+        surely, rows = compiled.test_sparse(sparse, z, 1e-10)
         assert surely in (None, point.solves())
         if rows is not None:
             usual = point.criterion.measure.rows(z)
@@ -113,7 +113,7 @@ def test_the_compiled_checks_say_nothing_else_than_the_measure(
             assert all(map(partial(np.allclose, atol=0), rows[1:3], usual[1:3]))
             assert np.all(rows.error >= (1 - 1e-12) * usual.error)
     assert (
-        Point(Criterion(sparse, acceptance_test=compiled.judged_by_entries), z).solves()
+        Point(Criterion(sparse, acceptance_test=compiled.test_sparse), z).solves()
         == point.solves()
     )
 

@@ -365,7 +365,7 @@ def test_kernels_are_compiled_when_they_are_loaded_and_not_during_a_run() -> Non
         compiled.follow,
         compiled.solve_one,
         compiled.basic_solution,
-        compiled.judgement,
+        compiled.acceptance_test,
     ]
     before = [len(kernel.signatures) for kernel in made]
     for problem in (
