@@ -1,5 +1,6 @@
-"""Additions by other packages, found by entry points; they are loaded only where this
-package does not know a name."""
+"""Additions by other packages, found by entry points. They are loaded only for names
+that this package does not define.
+"""
 
 from __future__ import annotations
 
@@ -47,8 +48,9 @@ def package(group: str, name: str) -> str | None:
 
 @cache
 def names(group: str) -> frozenset[str]:
-    """Return the names that other packages declare, which a process looks for on disk
-    once."""
+    """Return the names that other packages declare. A process searches the disk for
+    them once.
+    """
     with imports:
         from importlib.metadata import entry_points
     return frozenset(point.name for point in entry_points(group=f"lcpcli.{group}"))

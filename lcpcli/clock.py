@@ -1,5 +1,6 @@
-"""The clock of every run: seconds that a user waits for a solution, in which imports do
-not count."""
+"""The clock of every run: the seconds that a user waits for a solution, without the
+time for imports.
+"""
 
 from __future__ import annotations
 
@@ -11,14 +12,16 @@ PARTS = ("setup", "solve", "verify")
 
 
 class _Imports(threading.local):
-    """The context in which modules are loaded, whose time does not count: the clock of
+    """The context in which modules are loaded, whose time is not counted: the clock of
     the thread leaves it out.
 
-    It stands around each import in a function that a run may call, also of what a
-    library loads at its first use.
+    Every import in a function that a run may call is made in this context, also if a
+    library imports a module at its first use.
     """
 
-    # Of all imports of the thread; of the one under way.
+    # The seconds of all imports of the thread so far; the nesting depth and the start
+    # of
+    # the current import.
     seconds, _depth, _began = 0.0, 0, 0.0
 
     def __enter__(self) -> None:
@@ -36,16 +39,18 @@ imports = _Imports()
 
 
 def seconds() -> float:
-    """Return the seconds since a moment that is arbitrary, and another one in each
-    thread, without those of imports."""
+    """Return the seconds since a fixed moment, without those of imports. The moment is
+    arbitrary and differs between threads.
+    """
     return time.perf_counter() - imports.seconds
 
 
 class Stopwatch:
-    """The seconds of one run, divided among its PARTS, which take turns.
+    """The seconds of one run, divided among its PARTS.
 
-    clock : the clock. began : the start of the run, by that clock. parts : the seconds
-        of each part.
+    clock : the function that returns the time.
+    began : the start of the run, by that clock.
+    parts : the seconds of each part.
     """
 
     def __init__(self, clock: Callable[[], float], began: float) -> None:
@@ -53,7 +58,7 @@ class Stopwatch:
         self.parts = dict.fromkeys(PARTS, 0.0)
 
     def count(self, part: str) -> None:
-        """Count the time since the last call as part of the run."""
+        """Add the time since the last call to a part of the run."""
         now = self._clock()
         self.parts[part] += now - self._last
         self._last = now
@@ -62,7 +67,9 @@ class Stopwatch:
         self._last = self._clock()
 
     def pause(self) -> None:
-        """Leave out the time since the last call, also of what has elapsed."""
+        """Leave the time since the last call out of all parts and of the elapsed
+        time.
+        """
         last = self._last
         self.skip()
         self._began += self._last - last

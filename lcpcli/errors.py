@@ -1,5 +1,6 @@
-"""How a run ends: the exit codes; and errors in input, one line that says where, what
-is wrong, and how to fix it."""
+"""The exit codes of runs, and the errors for invalid input: one line that says where
+the error is, what is wrong, and how to fix it.
+"""
 
 from __future__ import annotations
 
@@ -29,18 +30,18 @@ class Exit(IntEnum):
     CLOSED_PIPE = 141, "the reader of a pipe has closed it"  # SIGPIPE
 
 
-# Of the commands that solve.
+# The exit codes of the commands that solve problems, with their meanings.
 EXITS: dict[Exit, str] = {
     code: code.meaning for code in Exit if code is not Exit.CLOSED_PIPE
 }
-# Characters of a text in a message, so that the message stays on one line.
+# A longer text is cut off after this many characters in a message, which has one line.
 LONGEST_QUOTE = 40
 UMLAUTS = {
     ord(letter): ascii
     for letter, ascii in {"ä": "ae", "ö": "oe", "ü": "ue", "é": "e", "ú": "u"}.items()
 }
-SHORTEST_WORD = 5  # letters of a word that is sought in meanings
-# Faults and hints that several modules have in the same words.
+SHORTEST_WORD = 5  # letters that a word must have to be searched for in meanings
+# Faults and hints that several modules word in the same way.
 NO_SUCH_FILE = "no such file"
 IS_DIRECTORY = "is a directory"
 IS_MISSING = "is missing"
@@ -62,8 +63,8 @@ ROW_OF_NUMBERS = "give one row or one column of numbers"
 ONE_VARIABLE = "give a program with at least one variable"
 REAL = "give real numbers; lcp solves real problems only"
 SCALE_PAYOFFS = "scale the payoffs"
-# What a terminal obeys, what ends a line or turns its direction, and what no text has:
-# half characters, noncharacters
+# Characters that control a terminal, that end a line or change its direction, and that
+# occur in no text: surrogates and noncharacters.
 _LAST = "".join(
     map(
         chr,
@@ -79,8 +80,8 @@ UNSEEN = re.compile(
 )
 # The distributions of modules that have other names.
 DISTRIBUTIONS = {"flint": "python-flint"}
-# The likeness of words that differ by a letter or two, more telling than a common
-# beginning.
+# Words with at least this similarity, by difflib, differ by a letter or two. They are
+# suggested before words with a common beginning.
 VERY_CLOSE = 0.85
 # Characters of a known word with which an unknown word begins; fewer match by chance.
 SHORTEST_BEGINNING = 3
@@ -90,10 +91,11 @@ LARGEST_DIFFERENCE = 2
 
 
 def visible(text: str) -> str:
-    """Return a text for people, in one line: each character that a terminal would obey,
-    that breaks or turns lines, or that no text has is an escape as in Python, such as
-    \\x1b or \\n; all others, also the backslash, stay."""
-    if text.isprintable():  # as most are, and this sees it sooner
+    r"""Return a text for people as one line: characters that control a terminal, that
+    break lines or change their direction, or that occur in no text, become escapes as
+    in Python, such as \\x1b or \\n. All others stay, including the backslash.
+    """
+    if text.isprintable():  # most texts are, and this is faster than the search
         return text
     return UNSEEN.sub(lambda match: repr(match[0])[1:-1], text)
 
@@ -113,8 +115,9 @@ def quoted(text: str) -> str:
 
 
 def unknown(value: object) -> str:
-    """Return the fault of a word, or of another value, that is none of those that may
-    stand there."""
+    """Return the fault of a word, or of another value, that is none of the valid
+    ones.
+    """
     return f"{quoted(value) if isinstance(value, str) else repr(value)} is unknown"
 
 
@@ -124,14 +127,16 @@ def out_of_range(value: object) -> str:
 
 
 def numbers_for(n: int, noun: str, m: int, other: str) -> str:
-    """Return the fault of n things where m others need one each: "has 1 entry for 2
-    unknowns"."""
+    """Return the fault of n things where m others need one each, such as "has 1 entry
+    for 2 unknowns".
+    """
     return f"has {count(n, noun)} for {count(m, other)}"
 
 
 def likely(user_word: str, valid_names: Iterable[str], otherwise: str = "") -> str:
-    """Return the hint for an unknown word: the known word likely meant; failing that,
-    `otherwise` or all known."""
+    """Return the hint for an unknown word: the valid name that was probably meant; if
+    none resembles it, `otherwise` or all valid names.
+    """
     valid_names = tuple(valid_names)
     close = nearest(user_word, valid_names)
     return (
@@ -146,8 +151,9 @@ def folded(text: str) -> str:
 
 
 def meant(user_word: str, meanings: Mapping[str, str]) -> str:
-    """Return the hint for an unknown word of which only one meaning speaks, as of an
-    author; "" if there is none."""
+    """Return the hint for an unknown word that occurs in the meaning of just one name,
+    such as the name of an author; "" if there is no such name.
+    """
     folded_word = folded(user_word).replace("-", " ")
     matches = [
         name for name, meaning in meanings.items() if folded_word in folded(meaning)
@@ -160,8 +166,9 @@ def meant(user_word: str, meanings: Mapping[str, str]) -> str:
 
 
 def nearest(user_word: str, valid_names: tuple[str, ...]) -> str | None:
-    """Return the known word that begins with an unknown one, or is its beginning, or
-    else resembles it; else None."""
+    """Return the valid name that begins with the unknown word, or with which the word
+    begins, or which resembles it; None if there is none.
+    """
     from difflib import get_close_matches
 
     folded_word = user_word.casefold()
@@ -230,7 +237,7 @@ def unknown_key(
 
 
 class File(str):
-    """The name of a file in the place of an error, of which records have it apart."""
+    """The name of a file as the location of an error. Records contain it separately."""
 
 
 Where: TypeAlias = "str | tuple[str, ...]"
@@ -319,8 +326,9 @@ def listed(words: Iterable[str], joint: str = "and") -> str:
 
 
 def kind(value: Any) -> str:
-    """Return the kind of a value in words that an author of files knows: a list, an
-    object."""
+    """Return the type of a value in words that authors of files know: a list, an
+    object.
+    """
     if type(value).__name__ in ("bool", "bool_"):  # also numpy's
         return str(value).lower()
     if isinstance(value, str):
@@ -338,8 +346,9 @@ def kind(value: Any) -> str:
 
 
 def missing(*modules: str) -> tuple[str, str]:
-    """Return the fault and the hint where modules are not installed. The hint names
-    packages of the index, not an extra of this one, which is on none."""
+    """Return the fault and the hint for modules that are not installed. The hint names
+    packages of the index, not an extra of this package, which is not on the index.
+    """
     packages = dict.fromkeys(module.partition(".")[0] for module in modules)
     names = [DISTRIBUTIONS.get(package, package) for package in packages]
     return f"needs {listed(names)}", f"pip install {' '.join(names)}"

@@ -21,13 +21,14 @@ from typing import Any, TypeVar
 from lcpcli import clock
 
 Item = TypeVar("Item")
-REQUESTS = (signal.SIGINT, signal.SIGTERM)  # to end
-NO_LIMIT = (
-    sys.float_info.max
-)  # the deadline of a context `deadline_after` without a limit
+REQUESTS = (signal.SIGINT, signal.SIGTERM)  # signals that ask the process to end
+# The deadline of a context `deadline_after` without a limit. It is finite, as an
+# infinite
+# one means that no such context is open.
+NO_LIMIT = sys.float_info.max
 SOON = 0.001  # seconds until a signal is repeated
-# Seconds between checks for Ctrl-C: a delay that is hardly noticed, and hardly any
-# work.
+# Seconds between checks for Ctrl-C: short enough that a user does not notice the delay,
+# and long enough that the checks take no noticeable time.
 WAIT = 0.2
 
 
@@ -36,7 +37,8 @@ class TimeIsUp(Exception):
 
 
 abandoned: list[threading.Thread] = []  # threads of calls that are no longer waited for
-# Threads that keep a value until it is released, by what releases it; their name.
+# The name of threads that keep a value until it is released, and these threads by the
+# event that releases the value.
 OWNER = "owner"
 _owners: dict[threading.Event, threading.Thread] = {}
 # Signals that have asked this run to end, where a context below was open.
@@ -48,8 +50,8 @@ _LOADING = {
 # The package whose calls hand objects of LLVM from one owner to another in two steps:
 # an error between the two frees an object twice, which ends the process by a signal.
 _OWNING = "llvmlite.binding"
-_stops: list[int] = []  # those that work within `stopping` has to react to
-# By `clock.seconds`
+_stops: list[int] = []  # signals to which work in a context `stopping` has to react
+# The time by `clock.seconds` when the time of the innermost context is up.
 _deadline: ContextVar[float] = ContextVar("deadline", default=math.inf)
 _watch: ContextVar[Callable[[], None] | None] = ContextVar("watch", default=None)
 
@@ -93,7 +95,8 @@ def raise_if_timed_out() -> None:
     """Raise TimeIsUp if the time of the context `deadline_after` is up, or if a signal
     in a context `stopping` ends it."""
     deadline = _deadline.get()
-    # Some calls come with every number.
+    # This is called for every number in some loops, so that it reads no clock if it
+    # can.
     if deadline < math.inf and (
         _stops or (deadline < NO_LIMIT and clock.seconds() > deadline)
     ):
@@ -101,8 +104,7 @@ def raise_if_timed_out() -> None:
 
 
 def in_time(items: Iterable[Item]) -> Iterator[Item]:
-    """Yield the items one after another until the time is up, as work on many takes
-    seconds."""
+    """Yield the items one after another, and raise TimeIsUp when the time is up."""
     for item in items:
         raise_if_timed_out()
         yield item
@@ -114,13 +116,14 @@ def handling(
     handler: Callable[[int, Any], None] | signal.Handlers,
     usual: Any = None,
 ) -> Iterator[None]:
-    """Open a context in which `handler` handles a signal; if `usual` is given, only
-    where that handles it otherwise."""
+    """Open a context in which `handler` handles a signal. If `usual` is passed, it does
+    so only if `usual` has handled the signal before.
+    """
     before = signal.getsignal(number)
     is_set = (
         usual in (None, before)
         and threading.current_thread() is threading.main_thread()
-    )  # which receives signals
+    )  # signals are received by the main thread
     if is_set:
         signal.signal(number, handler)
     try:
@@ -159,8 +162,9 @@ def terminable() -> Iterator[None]:
 
 
 def repeat(number: int) -> None:
-    """Send a signal to this process once more in a moment, as its handler could not
-    raise an error where it came."""
+    """Send a signal to this process again after a moment. A handler calls this if it
+    must not raise an exception where the signal has arrived.
+    """
 
     def send() -> None:
         time.sleep(SOON)
@@ -171,9 +175,10 @@ def repeat(number: int) -> None:
 
 @contextmanager
 def stopping() -> Iterator[list[int]]:
-    """Open a context in which the first Ctrl-C or SIGTERM, as a time limit does, ends
-    what is done in a context `deadline_after` at its next `raise_if_timed_out`, and a
-    second one acts as usual; yield the list of such signals."""
+    """Open a context in which the first Ctrl-C or SIGTERM acts like a time limit: it
+    ends work in a context `deadline_after` at its next `raise_if_timed_out`. A second
+    one acts as usual. Yield the list of these signals.
+    """
     with ExitStack() as handlers:
 
         def stop(number: int, _: object) -> None:
@@ -192,9 +197,10 @@ def stopping() -> Iterator[list[int]]:
 
 @contextmanager
 def deferring_signals() -> Iterator[None]:
-    """Open a context in which Ctrl-C and SIGTERM wait until it closes: nothing in it is
-    left half done. In processes that start in it they are blocked until these end
-    that."""
+    """Open a context in which Ctrl-C and SIGTERM wait until it closes, so that nothing
+    in it is left half done. Processes that start in it inherit the blocked signals
+    until they unblock them.
+    """
     late: list[int] = []
     usual = (
         ()
@@ -204,7 +210,8 @@ def deferring_signals() -> Iterator[None]:
     try:
         with ExitStack() as stack:
             for number in REQUESTS:
-                # Else it was not set from Python, and could not be restored.
+                # A handler that was not set from Python is None, and could not be
+                # restored.
                 if signal.getsignal(number) is not None:
                     stack.enter_context(
                         handling(number, lambda number, _: late.append(number))
@@ -229,7 +236,9 @@ def interruptibly(call: Callable[[], Any]) -> Any:
 
 
 class Owned:
-    """A value that is deleted by the thread that made it, when this is deleted."""
+    """A value that is deleted by the thread that has made it, when this object is
+    deleted.
+    """
 
     def __init__(self, outcome: list[Any], released: threading.Event) -> None:
         self._outcome, self._released = outcome, released
@@ -243,12 +252,12 @@ class Owned:
 
 
 def owned(call: Callable[[], Any]) -> Owned:
-    """Make a call as `interruptibly`, whose value must not be kept beyond what is
-    returned.
+    """Make a call as `interruptibly` does. The value must not be used after the object
+    that is returned has been deleted.
 
-    Its thread waits until it may delete the value: memory of SuperLU that another
-    thread frees is lost (scipy's issue 15921; 30 MB for each factorization of a plate
-    with 150 x 150 unknowns).
+    The thread of the call waits until it may delete the value: memory of SuperLU that
+    another thread frees is lost (scipy's issue 15921; 30 MB for each factorization of a
+    plate with 150 x 150 unknowns).
     """
     if not _owners:
         atexit.unregister(_release)
@@ -258,7 +267,7 @@ def owned(call: Callable[[], Any]) -> Owned:
 
 
 def _release() -> None:
-    """Have all owners delete their values, as long as the interpreter can do that."""
+    """Make all owners delete their values, while the interpreter can still do that."""
     owners = list(_owners.items())
     for released, _ in owners:
         released.set()
@@ -267,8 +276,9 @@ def _release() -> None:
 
 
 def _called(call: Callable[[], Any], released: threading.Event | None) -> list[Any]:
-    """Return the value of a call in a thread, alone in a list, which the thread clears
-    when it is released, if it is to wait for that."""
+    """Return a list whose only entry is the value of a call, which is made in a thread.
+    If `released` is passed, the thread waits for this event and then clears the list.
+    """
     if threading.current_thread() is not threading.main_thread():
         return [call()]
     watch = _watch.get()
@@ -319,8 +329,9 @@ def _called(call: Callable[[], Any], released: threading.Event | None) -> list[A
 
 
 def flush_compiled() -> None:
-    """Flush what compiled code has printed, which waits in C's own buffer; only numpy
-    and what uses it prints."""
+    """Flush the output of compiled code, which C buffers separately. Only numpy and
+    packages that use it print in this way.
+    """
     if "numpy" in sys.modules:
         import ctypes
 

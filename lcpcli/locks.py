@@ -6,8 +6,9 @@ from typing import IO, Any
 
 
 def lock(file: IO[Any]) -> bool:
-    """Lock an open file until it is closed; return False if another one has locked it.
-    Systems and file systems without locks grant every one."""
+    """Lock an open file until it is closed. Return False if another process has locked
+    it. On systems and file systems without locks, return True.
+    """
     try:
         import fcntl
 

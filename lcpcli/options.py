@@ -1,5 +1,6 @@
-"""The declaration of a numeric option, and the options that belong to no method. No
-import is heavy, for help."""
+"""The declaration of numeric options, and the options that belong to no method. Only
+light modules are imported, as help needs this one.
+"""
 
 from __future__ import annotations
 
@@ -14,7 +15,8 @@ from typing import Any, NamedTuple
 from lcpcli.clock import imports
 from lcpcli.errors import OptionError, ParameterError, missing, out_of_range, quoted
 
-# After which an inspection starts no further step by default: a short wait.
+# After this time an inspection starts no further step by default, so that the user does
+# not wait long.
 INSPECTION_SECONDS = 2.0
 AUTO = "auto"  # the value of an option that is to be derived from the problem
 # The environment variable with which all calls of a process use the compiled kernels.
@@ -78,7 +80,9 @@ class Option(NamedTuple):
         return f"it must be: {self.range}"
 
     def value_of(self, text: str) -> float | str:
-        """Return what a text says, one of the words or a number, whatever its range."""
+        """Return the value of a text: one of the words of the option, or a number,
+        which may be out of range.
+        """
         if text in self.words:
             return text
         try:
@@ -110,8 +114,9 @@ class Option(NamedTuple):
 
 
 def check(options: Iterable[Option], option_values: Mapping[str, Any]) -> None:
-    """Check the values of some options, by name, each alone and all together; None
-    stands for "not given"."""
+    """Check the values of options, by name, each alone and all together. None means
+    that the user has set no value.
+    """
     declared = {option.name: option for option in options}
     values: dict[str, Any] = {}
     for name, option in declared.items():

@@ -1,7 +1,11 @@
-"""Strategies of all players of a game: what a best response to them would gain, how
-those that are proposed are verified, and their check after a run has solved the problem
-of a game: a payoff that is far larger than all that are reached, as a penalty for a
-forbidden move, makes the residual of strategies small that are no equilibrium."""
+"""Strategies of all players of a game: the gains by best responses, the verification of
+proposed strategies, and the check of strategies after a run has solved the problem of a
+game.
+
+The check is needed because a payoff that is much larger than all payoffs reached, such
+as a penalty for a forbidden move, can make the residual of strategies small that are no
+equilibrium.
+"""
 
 from __future__ import annotations
 
@@ -24,15 +28,13 @@ from lcpcli.typing import Vector
 from lcpcli.verify.point import Criterion, Point
 from lcpcli.verify.verification import Proposed, Verification
 
-# Times n tol: the largest gain, relative to its terms, that counts as none, as M is
-# rounded.
+# A gain of at most 10 n tol, relative to its terms, is tolerated, as M is rounded.
 PER_UNKNOWN = 10
-# By how much probabilities may miss the sum 1, as those do that are printed with seven
-# digits.
+# The tolerance on the sum of probabilities, which may be printed with seven digits.
 SUM_TOLERANCE = 1e-6
 HINT = "give probabilities, at least 0 and with the sum 1"
-EFFORT = 20.0  # seconds of exact arithmetic, counted as work
-MAX_UNKNOWNS = 60  # of a game for which all states are tried in exact arithmetic
+EFFORT = 20.0  # limit on exact arithmetic, in seconds that it usually takes
+MAX_UNKNOWNS = 60  # the largest game for which all states are searched exactly
 UNSOLVED = "not solved, so there are no strategies"
 REASON = "z solves the problem to the tolerance, but its strategies are {}"
 
@@ -58,8 +60,9 @@ class Profile(Answer):
 
 
 class CheckedProfile(NamedTuple):
-    """The strategies that z stands for, and whether they are an equilibrium to the
-    tolerance, by best responses."""
+    """The strategies that z represents, and whether they are an equilibrium to the
+    tolerance, by best responses.
+    """
 
     profile: Profile
     are_equilibrium: bool
@@ -73,7 +76,8 @@ Exact: TypeAlias = Callable[[Effort], Sequence[Fraction] | None]
 
 def accepted(game: Formulation, result: Result, reading: Reading) -> Result:
     """Return the result of `checked` for a game whose exact solutions are searched for
-    near z, and then in all states."""
+    close to z, and then among all states.
+    """
     is_small = result.problem.n <= MAX_UNKNOWNS
     exactly = partial(_exact_solution, game, result) if is_small else None
     return checked(result, reading, exactly)
@@ -93,9 +97,13 @@ def _exact_solution(
 
 def checked(result: Result, reading: Reading, exactly: Exact | None) -> Result:
     """Return the result of a run that has solved a game, if its strategies, if it has
-    any, are an equilibrium to the tolerance; else one of exact arithmetic by `auto`, or
-    one that is stalled and says what the players would gain. exactly : finds a z in
-    exact arithmetic; None if that takes too long."""
+    any, are an equilibrium to the tolerance. Otherwise return a result of exact
+    arithmetic, if the method is `auto`, or the result with the status stalled and the
+    gains of the players.
+
+    exactly : a function that returns a z in exact arithmetic, or None if that takes too
+        long.
+    """
     strategies = reading(result.z, result.tol)
     if strategies is None or strategies.are_equilibrium:
         return result
@@ -122,8 +130,9 @@ def checked(result: Result, reading: Reading, exactly: Exact | None) -> Result:
 
 
 def _rounded(result: Result, exactly: Exact) -> Vector | None:
-    """Return an equilibrium of the game with its payoffs as written, rounded; None if
-    none is found in time."""
+    """Return a rounded equilibrium of the game with its payoffs as written, or None if
+    none is found in time.
+    """
     with imports:
         from lcpcli.verify.exact_solution import finitely_rounded
     z: Sequence[Fraction] | None = None
@@ -137,8 +146,9 @@ def cells_of(
     parts: Sequence[Sequence[Any]] = (),
     payoffs: Sequence[Any] = (),
 ) -> dict[str, Sequence[Any]]:
-    """Return columns of CSV: of each probability, in a part for each player, the player
-    and the payoff of this one."""
+    """Return columns of CSV: for each probability, in a part for each player, the
+    player, the probability and the player's payoff.
+    """
     each = list(zip(players, parts, payoffs, strict=True))
     return {
         "player": [name for name, part, _ in each for _ in part],
@@ -154,8 +164,9 @@ def are_probabilities(values: Any) -> bool:
 def with_strategies(
     verification: Verification, profile: Profile, are_equilibrium: bool
 ) -> Verification:
-    """Return the verification of a z, accepted if the strategies for which it stands
-    are an equilibrium too, and what these are."""
+    """Return the verification of a z with the strategies that it represents; it is
+    accepted only if these are an equilibrium too.
+    """
     accepted = verification.accepted and are_equilibrium
     joint = (
         "; as strategies, "
@@ -173,8 +184,10 @@ def of_strategies(
     are_equilibrium: bool,
     divided: str = "",
 ) -> Verification:
-    """Return the verification of strategies by that of the z that stands for them.
-    divided : a remark on what was done to them."""
+    """Return the verification of strategies by that of the z that represents them.
+
+    divided : a remark on a division of the strategies by their sums.
+    """
     if proposed.data is None and not np.isfinite(z).all():
         raise ProblemError(
             "z",

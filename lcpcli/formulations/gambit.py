@@ -1,5 +1,5 @@
-"""What Gambit's files are made of, https://www.gambit-project.org: their words, and the
-payoffs of more than two players, which may be sums over pairs of them.
+"""The parts of Gambit's files, https://www.gambit-project.org: their tokens, and the
+payoffs of more than two players, which may be sums over pairs of players.
 """
 
 from __future__ import annotations
@@ -11,7 +11,7 @@ from itertools import product
 
 from lcpcli.errors import ProblemError
 
-Payoffs = Sequence[Sequence[Fraction]]  # of all players, for each profile
+Payoffs = Sequence[Sequence[Fraction]]  # the payoffs of all players, for each profile
 Profile = tuple[int, ...]  # a strategy of each player, from 0
 
 # A text, a brace, a word, or an open quote.
@@ -21,14 +21,15 @@ TOKEN = re.compile(r'"(?:\\.|[^"\\])*"|[{}]|[^\s,{}"]+|"', re.DOTALL)
 def pair_payoffs(
     sizes: Sequence[int], payoffs: Payoffs, players: Sequence[str]
 ) -> dict[tuple[int, int], list[list[Fraction]]]:
-    """Return for each pair of players (i, j) the matrix of what i gets from j, or raise
-    ProblemError, which names a profile, if the payoffs are no sums of these.
+    """Return for each pair of players (i, j) the matrix of the payoffs of i against j;
+    raise ProblemError, which names a profile, if the payoffs are no sums of these.
 
     sizes : the numbers of strategies. payoffs : for each profile, of which the first
         player's strategy changes fastest. players : their names.
 
-    The matrices are not unique: a function of a player's own strategy may be moved from
-    one pair to another. All of it stands in the pair with the first other player.
+    The matrices are not unique: a function of a player's strategy alone may be moved
+    from one pair to another. All of it is put into the pair with the first other
+    player.
     """
     n = len(sizes)
     profiles = [each[::-1] for each in product(*map(range, reversed(sizes)))]

@@ -1,9 +1,9 @@
-"""What a z says about a game: mixed strategies, checked by best responses.
+"""The mixed strategies that a z represents, verified by best responses.
 
-Strategies stand for a z: the components of z that belong to a player are its
-probabilities divided by what a best response costs the other one. A z whose two parts
-are nonnegative and each add up to 1 is read as strategies: it solves the LCP only if
-these costs are 1, where both readings are the same.
+The components of z that belong to a player are its probabilities divided by the cost of
+a best response of the other player. A z whose two parts are nonnegative and have the
+sum 1 each is read as strategies: it solves the LCP only if these costs are 1, where
+both readings agree.
 """
 
 from __future__ import annotations
@@ -40,14 +40,14 @@ from lcpcli.verify.verification import Proposed, Verification
 
 @dataclass(frozen=True, eq=False)
 class Equilibrium(Answer):
-    """What a solution of the LCP says about the game.
+    """The equilibrium that a solution of the LCP represents.
 
     row, column : the mixed strategies, probabilities in the order of the game's rows
         and columns; None, as are payoffs and gains, if the LCP is not solved.
-    payoffs : the expected payoffs of the row and the column player, in the game's
-        units.
+    payoffs : the expected payoffs of the row and the column player, in the scale of A
+        and B.
     gains : how much each player would gain by a best response to the other, computed
-        from A and B; 0 if the gain is only rounding error.
+        from A and B; 0 if the gain is at the level of rounding errors.
     statement : whether the strategies are an equilibrium.
     exact : row and column as fractions if z is proved, else None.
     """
@@ -111,8 +111,9 @@ def answer(game: Game, result: Result) -> Equilibrium:
 
 @np.errstate(all="ignore")
 def strategies_of(game: Game, z: Any, tol: float) -> equilibria.CheckedProfile | None:
-    """Return the strategies that z stands for, in its numbers; None if it stands for
-    none."""
+    """Return the strategies that z represents, in its numbers; None if it represents
+    none.
+    """
     strategies = strategies_at(game, z)
     return (
         None
@@ -128,6 +129,8 @@ def accepted(game: Game, result: Result) -> Result:
 
 
 def _exact(result: Result, game: Game, effort: Effort) -> Any:
+    """Return the exact z of an equilibrium that the method of Lemke and Howson finds,
+    or None."""
     with imports:
         from lcpcli.rational import pivoting
     problem = result.problem
@@ -139,8 +142,9 @@ def _exact(result: Result, game: Game, effort: Effort) -> Any:
 
 
 def joined(game: Game, parts: Mapping[str, Sequence[Fraction]]) -> list[Fraction]:
-    """Return the strategies of both players one after the other, or raise ProblemError
-    if they are none."""
+    """Return the strategies of both players one after the other; raise ProblemError if
+    they are no probabilities.
+    """
     values: list[Fraction] = []
     for player, size in zip(PLAYERS, game.A.shape, strict=True):
         part = parts[player]
@@ -160,8 +164,9 @@ def joined(game: Game, parts: Mapping[str, Sequence[Fraction]]) -> list[Fraction
 
 @np.errstate(all="ignore")  # overflow counts as infinite
 def verified(game: Game, proposed: Proposed) -> Verification:
-    """Verify z, or the z of strategies, which a z is whose two parts are nonnegative
-    and each add up to 1."""
+    """Verify z, or strategies: a z whose two parts are nonnegative and have the sum 1
+    each.
+    """
     profile = strategies_at(game, proposed.array)
     if profile is None:
         return proposed.of_z(proposed.values)
@@ -181,8 +186,9 @@ def verified(game: Game, proposed: Proposed) -> Verification:
 def _point_of(
     game: Game, problem: Problem, both: Any, data: ExactProblem | None
 ) -> Any:
-    """Return the z of both players' strategies, each divided by the other's best cost;
-    exact for exact data."""
+    """Return the z of both players' strategies: each divided by the other player's best
+    cost; exact for exact data.
+    """
     costs = (
         problem.M @ both
         if data is None

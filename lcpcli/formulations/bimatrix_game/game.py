@@ -1,5 +1,10 @@
-"""A game of two players as an LCP: C. E. Lemke, J. T. Howson, Equilibrium points of
-bimatrix games, J. SIAM 12 (1964) 413-423."""
+"""A two-player game as an LCP: C. E. Lemke, J. T. Howson, Equilibrium points of
+bimatrix games, J. SIAM 12 (1964) 413-423.
+
+With positive costs R and C, a constant minus the payoffs, z = (x, y) solves the LCP
+with M = [0 R; C' 0] and q = -e if and only if x and y, each divided by its sum, are an
+equilibrium.
+"""
 
 from __future__ import annotations
 
@@ -52,10 +57,10 @@ PAYOFF = re.compile(
     r"|(?:[0-9]{1,1000}\.?[0-9]{0,1000}|\.[0-9]{1,1000})(?:[eE][-+]?[0-9]{1,3})?)\s*"
 )
 
-# digits: enough for sums and differences of any doubles, which have 650 at most.
+# Digits that suffice for sums and differences of any floats, which have at most 650.
 EXACT_CONTEXT = Context(prec=1000)
-MAX_DIGITS = 15  # of a decimal that the nearest double tells
-SURELY = 2.0**-50  # relative: more than the rounding of a sum of small terms
+MAX_DIGITS = 15  # a decimal of up to 15 digits is the shortest of its nearest float
+SURELY = 2.0**-50  # relative bound on the rounding errors of a sum of small terms
 
 Payoffs = list[list[Fraction]]
 
@@ -118,14 +123,14 @@ def from_game(
 
 @dataclass(frozen=True, eq=False)
 class Game(Formulation):
-    """The game whose equilibria are given by M = [0 R; C' 0] and q = -e, with costs R =
-    r - A and C = c - B.
+    """The game whose equilibria are represented by M = [0 R; C' 0] and q = -e, with
+    costs R = r - A and C = c - B.
 
     A, B : the payoffs of the row and the column player, both of shape (m, k).
     rows, columns : the names of the strategies; empty if they have none.
     players : the names of the players; empty if they have none.
-    written : A and B before rounding, if some payoffs are fractions, or longer than
-        doubles; else shortest decimals.
+    written : A and B before rounding, if some payoffs are fractions, or have more
+        digits than floats; else shortest decimals.
     """
 
     A: Vector
@@ -163,7 +168,7 @@ class Game(Formulation):
         *,
         in_text: bool,
     ) -> dict[str, Any] | None:
-        """Return the payoffs, in a text as written, and names."""
+        """Return the payoffs, in a text as written, and the names."""
         payoffs: Any = (self.A, self.B)
         if in_text and self.written is not None:
             payoffs = (np.array(each, dtype=object) for each in self.written)
@@ -209,6 +214,7 @@ class Game(Formulation):
         return cls(one, other, *names, exact, names_of("players", players, 2, "player"))
 
     def negated(self) -> Game:
+        """Return the game with the negative payoffs, for costs."""
         A, B = (
             [[-value for value in row] for row in matrix]
             for matrix in self.written or ([], [])
@@ -278,8 +284,9 @@ class Game(Formulation):
         return r, c
 
     def names(self, n: int, purpose: str = FULL) -> Sequence[str]:  # noqa: ARG002
-        """Return the names of the strategies, "" where they have none; labels and cells
-        then have their numbers."""
+        """Return the names of the strategies, "" if they have none; labels and cells
+        then have their numbers.
+        """
         if purpose in (LABELS, CELLS):
             names: list[str] = self.sibling("strategies").names_of(self)
             return names
@@ -312,8 +319,9 @@ class Game(Formulation):
 
 
 def _costs(field: str, payoffs: Any) -> Vector:
-    """Return positive costs, a constant minus the payoffs, rounded once. Doubles count
-    as their shortest decimals."""
+    """Return positive costs, a constant minus the payoffs, rounded once. Floats are
+    taken as their shortest decimals.
+    """
     with suppress(OverflowError), localcontext(EXACT_CONTEXT):
         if isinstance(payoffs, np.ndarray):
             costs = _costs_of_short(payoffs)
@@ -330,11 +338,11 @@ def _costs(field: str, payoffs: Any) -> Vector:
 
 @np.errstate(over="ignore")
 def _costs_of_short(payoffs: Vector) -> Vector | None:
-    """Return the same costs where all payoffs are whole multiples of one power of ten,
-    of at most MAX_DIGITS digits, without writing any as a decimal; else None.
+    """Return the costs if all payoffs are integer multiples of one power of ten, with
+    at most MAX_DIGITS digits, without converting any to a decimal; else None.
 
-    No other decimal of so many digits is as near to the same double, and the whole
-    numbers, their differences and the power are exact.
+    Different decimals of so few digits have different nearest floats, and the integers,
+    their differences and the power of ten are exact.
     """
     for digits in range(MAX_DIGITS):
         unit = 10.0**digits
@@ -353,11 +361,11 @@ def _costs_of_short(payoffs: Vector) -> Vector | None:
 
 @np.errstate(all="ignore")
 def _costs_of_doubles(payoffs: Vector) -> Vector:
-    """Return the same costs of any doubles; only those are written as decimals of which
-    the last half of a unit decides how their cost is rounded.
+    """Return the costs for any floats. Only those payoffs are converted to decimals for
+    which half a unit in the last place decides how the cost is rounded.
 
-    A cost is s + t less what separates the payoff from its decimal, where s + t is
-    exact by D. E. Knuth's sum.
+    A cost is s + t minus the difference of the payoff from its decimal, where s + t is
+    exact by Knuth's TwoSum.
     """
     extremes = [
         [Decimal(repr(float(extreme))) for extreme in (payoffs.max(), payoffs.min())]
@@ -387,13 +395,14 @@ def _constant(payoffs: Any) -> Any:
 
 
 def _payoffs(field: str, values: Any) -> tuple[Vector, Payoffs | None]:
-    """Return payoffs rounded to doubles and, if some are fractions or texts like "1/3",
-    also unrounded."""
+    """Return payoffs rounded to floats and, if some are fractions or texts like "1/3",
+    also unrounded.
+    """
     rows = []
     has_rows = isinstance(values, (list, tuple)) and all(
         isinstance(row, (list, tuple)) for row in values
     )
-    # As most payoffs are neither texts nor fractions.
+    # Most payoffs are neither texts nor fractions, and need no conversion.
     if has_rows and not {*map(type, chain.from_iterable(values))} <= {int, float}:
         is_number = PAYOFF.fullmatch
         values = rows = [
@@ -410,12 +419,14 @@ def _payoffs(field: str, values: Any) -> tuple[Vector, Payoffs | None]:
 
 
 def _decimals(payoffs: Vector) -> Payoffs:
+    """Return the shortest decimals of payoffs as fractions."""
     return [[Fraction(repr(value)) for value in row] for row in payoffs.tolist()]
 
 
 def _listed(payoffs: Vector, exact: Payoffs | None) -> list[list[float | str]]:
-    """Return rows of numbers for JSON: whole ones as integers, without a point, and
-    fractions as texts."""
+    """Return rows of numbers for JSON: integers without a decimal point, and fractions
+    as texts.
+    """
     rows: list[list[float | str]] = [
         [int(v) if v.is_integer() and abs(v) < 1e15 else v for v in row]
         for row in payoffs.tolist()
@@ -430,4 +441,5 @@ def _listed(payoffs: Vector, exact: Payoffs | None) -> list[list[float | str]]:
 
 
 def _depth(payoffs: Any) -> int:
+    """Return the depth of nested lists."""
     return 1 + _depth(payoffs[0]) if isinstance(payoffs, list) and payoffs else 0

@@ -57,7 +57,7 @@ class ExactEquilibrium:
     row, column : the strategies, exact probabilities. payoffs : the payoffs of the row
         and the column player.
     pure : whether both players play one strategy only.
-    index : 1 or -1; None where the game is degenerate: a strategy has more pure best
+    index : 1 or -1; None if the game is degenerate there: a strategy has more pure best
         replies than its support has elements. If no equilibrium is degenerate, the
         indices of all add up to 1.
     """
@@ -86,14 +86,14 @@ class NashSubset:
 
 @dataclass(frozen=True)
 class Equilibria:
-    """The equilibria of a game of two players, as far as they were found.
+    """The equilibria of a two-player game, as far as they were found.
 
     extreme : the extreme equilibria. subsets : the maximal Nash subsets, each of them
-    complete; if all are here, their union is the set of equilibria. complete : whether
-    they are proved to be all. components : which subsets are connected, counted from 0;
-    None if there may be others, which might connect them. is_degenerate : whether the
-    game is degenerate at an equilibrium (see `ExactEquilibrium`), which need not be
-    isolated then; None if not known.
+        complete; if all are listed, their union is the set of equilibria. complete :
+        whether they are proved to be all. components : which subsets are connected,
+        counted from 0; None if there may be others, which might connect them.
+        is_degenerate : whether the game is degenerate at an equilibrium (see
+        `ExactEquilibrium`), which then need not be isolated; None if not known.
     """
 
     extreme: tuple[ExactEquilibrium, ...]
@@ -109,8 +109,9 @@ class Equilibria:
         subsets: Sequence[Sequence[int]],
         complete: bool,
     ) -> Equilibria:
-        """Return the equilibria with these extreme ones, of which each subset has those
-        with its indices."""
+        """Return the equilibria with these extreme ones; each subset consists of the
+        indices of its extreme equilibria.
+        """
         maximal = tuple(
             NashSubset(
                 tuple(dict.fromkeys(extreme[k].row for k in part)),
@@ -135,20 +136,22 @@ class Equilibria:
 
 
 class Players(Meaning):
-    """The players of a game, with the equilibria that some solutions of its LCP stand
-    for."""
+    """The players of a game, with the equilibria that solutions of its LCP
+    represent.
+    """
 
     def __init__(self, data: ExactProblem, game: Game) -> None:
         super().__init__(data)
         self._game, self._rows = game, len(game.A)
         self._constants = game.cost_constants()
         self._found: dict[RationalPoint, ExactEquilibrium] = {}
-        # Each once, as many equilibria may share it.
+        # Each strategy is stored once, as many equilibria may share it.
         self._strategies: dict[Vertex, Vertex] = {}
 
     def payoffs(self) -> Mapping[str, Payoff]:
-        """Return the payoffs by costs u and v, the unknowns behind those of
-        `in_payoffs`."""
+        """Return the payoffs in terms of the costs u and v, the last unknowns of
+        `in_payoffs`.
+        """
         unknowns = (self.data.n, self.data.n + 1)
         return {
             player: Payoff(i, Fraction(1), constant)
@@ -158,11 +161,11 @@ class Players(Meaning):
         }
 
     def in_payoffs(self) -> InPayoffs:
-        """Return the problem with the strategies x and y as unknowns, in place of x / v
-        and y / u, and with the costs u and v of the row and the column player:
+        """Return the problem whose unknowns are the strategies x and y, instead of x /
+        v and y / u, and the costs u and v of the row and the column player:
 
-        0 <= x,  R y - u e >= 0,  u free,  e'x = 1,
-        0 <= y,  C'x - v e >= 0,  v free,  e'y = 1.
+        0 <= x,  R y - u e >= 0,  u free,  e'x = 1, 0 <= y,  C'x - v e >= 0,  v free,
+        e'y = 1.
         """
         m, n = self._rows, self.data.n
         costs, one = (n, n + 1), Fraction(1)
@@ -188,7 +191,7 @@ class Players(Meaning):
     def take(
         self, vertices: Sequence[RationalPoint], check: Callable[[], None]
     ) -> None:
-        """Make equilibria of extreme solutions."""
+        """Compute the equilibria of extreme solutions."""
         for z in vertices:
             if z not in self._found:
                 check()
@@ -207,8 +210,9 @@ class Players(Meaning):
         return EquilibriaInOrder(self._game, self._found, pieces, complete)
 
     def _equilibrium(self, z: Values) -> ExactEquilibrium:
-        """Return the equilibrium of the strategies in z, each divided by the other's
-        costs; best replies have w = 0."""
+        """Return the equilibrium of the strategies in z; best replies have w = 0, and
+        payoffs follow from the sums of z.
+        """
         m, (r, c) = self._rows, self._constants
         x, y = (
             self._strategies.setdefault(strategy, strategy)
@@ -224,10 +228,11 @@ class Players(Meaning):
         return ExactEquilibrium(x, y, payoffs, max(x) == 1 == max(y), index)
 
     def _index(self, rows: Sequence[int], columns: Sequence[int]) -> int:
-        """Return the sign of the determinants of the costs on the supports, times -1
-        for each strategy but one in the supports (L. S. Shapley, Mathematical
+        """Return the index: the sign of the determinants of the costs on the supports,
+        times -1 for each strategy but one in the supports (L. S. Shapley, Mathematical
         Programming Study 1 (1974) 175-189, where the determinants are of positive
-        payoffs, each with that factor); 1 for a pure equilibrium."""
+        payoffs, each with that factor); 1 for a pure equilibrium.
+        """
         M, pairs = self.data.rows, ((rows, columns), (columns, rows))
         costs = (
             [[M[i][j] for j in others] for i in indices] for indices, others in pairs
@@ -237,8 +242,9 @@ class Players(Meaning):
 
 
 class EquilibriaInOrder(Arrangement):
-    """Pieces and their vertices in the order of their equilibria. equilibria :
-    that of each vertex."""
+    """Pieces and their vertices in the order of their equilibria. equilibria : the
+    equilibrium of each vertex.
+    """
 
     equilibria: Equilibria
 
@@ -294,8 +300,9 @@ class EquilibriaInOrder(Arrangement):
         max_width: float,
         cell: Callable[[Fraction], str],
     ) -> Listing:
-        """Return a row for each extreme equilibrium; those of a component are a
-        group."""
+        """Return a row for each extreme equilibrium; the rows of a component form a
+        group.
+        """
         extreme, subsets = self.equilibria.extreme, self.equilibria.subsets
         names = names_of(self._game, max_width)
         is_indexed = any(each.index is not None for each in extreme)
@@ -345,6 +352,7 @@ class EquilibriaInOrder(Arrangement):
 
 
 def _strategy(multiple: Sequence[Fraction]) -> Vertex:
+    """Return a multiple of a strategy divided by its sum."""
     weights, _ = over_one_denominator(multiple)
     total = sum(weights)
     return Vertex(Fraction(weight, total) for weight in weights)

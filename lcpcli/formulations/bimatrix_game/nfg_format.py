@@ -1,9 +1,9 @@
-"""Gambit's .nfg files: games of two players in strategic form, and of more players if
+"""Gambit's .nfg files: two-player games in strategic form, and games of more players if
 they are polymatrix games.
 
 A file lists the payoffs of all profiles of strategies, or outcomes with payoffs and
-then the outcome of each profile; the first player's strategy changes fastest; outcome 0
-pays nothing. (Gambit, https://www.gambit-project.org, file formats.)
+then the outcome of each profile; the first player's strategy changes fastest, and
+outcome 0 has payoffs 0. (Gambit, https://www.gambit-project.org, file formats.)
 """
 
 from __future__ import annotations
@@ -22,10 +22,10 @@ from lcpcli.files.json_format import lossless_of
 from lcpcli.formulations.gambit import TOKEN, pair_payoffs
 from lcpcli.rational.numbers import ratio
 
-Payoffs = tuple[Fraction, ...]  # of all players
+Payoffs = tuple[Fraction, ...]  # the payoffs of all players
 
 
-# As in every format.
+# The parameters are those of every format.
 def fields(content: bytes, number: Number = float) -> dict[str, Any]:  # noqa: ARG001
     """Return the game in an .nfg file."""
     parts: list[Any] = [*_nested(decode(content)), *6 * [""]]
@@ -53,7 +53,7 @@ def fields(content: bytes, number: Number = float) -> dict[str, Any]:  # noqa: A
     without = "has a player without strategies"
     refuse(not min(sizes), "", without, "give each at least one")
     number_of_profiles = math.prod(sizes)
-    # A text here is a comment.
+    # Texts between the payoffs are comments.
     cells = [cell for cell in cells if cell and not _is_text(cell)]
     payoffs = _payoffs(cells, len(sizes))
     refuse(len(payoffs) < number_of_profiles, "", ENDS_TOO_EARLY, CUT_OFF)
@@ -88,6 +88,7 @@ def fields(content: bytes, number: Number = float) -> dict[str, Any]:  # noqa: A
 def _of_two(
     sizes: Sequence[int], payoffs: Sequence[Payoffs], labels: Sequence[list[str]]
 ) -> dict[str, Any]:
+    """Return the fields of a two-player game."""
     m, k = sizes
     A, B = (
         [[lossless_of(payoffs[j * m + i][player]) for j in range(k)] for i in range(m)]
@@ -101,8 +102,9 @@ def _of_two(
 
 
 def _nested(text: str) -> list[Any]:
-    """Return the words and the quoted texts of a file, with a list for each pair of
-    braces."""
+    """Return the words and the quoted texts of a file, in a nested list for each pair
+    of braces.
+    """
     braces = {"{": "[", "}": "],\n"}
     parts = (
         braces.get(token) or f"{json.dumps(token)},\n" for token in TOKEN.findall(text)
@@ -116,7 +118,8 @@ def _nested(text: str) -> list[Any]:
 
 def _payoffs(cells: list[Any], players: int) -> list[Payoffs]:
     """Return the payoffs of all players for each profile of strategies, from a list of
-    them or of outcomes."""
+    payoffs or of outcomes.
+    """
     if not (cells and isinstance(cells[0], list)):
         return _in_groups(cells, players)
     outcomes = [(Fraction(0),) * players]
@@ -144,6 +147,7 @@ def _payoffs(cells: list[Any], players: int) -> list[Payoffs]:
 
 
 def _in_groups(numbers: list[Any], players: int) -> list[Payoffs]:
+    """Return numbers in groups with one for each player."""
     values = [ratio(str(number)) for number in numbers]
     odd = "an odd number of payoffs"
     several = f"a number of payoffs that is no multiple of {players}"

@@ -1,5 +1,4 @@
-"""Mixed strategies of a game of two players: what a best response to them would
-gain."""
+"""Mixed strategies of a two-player game, and the gains by best responses to them."""
 
 from __future__ import annotations
 
@@ -23,8 +22,9 @@ PLAYERS = "row", "column"
 @dataclass(frozen=True, eq=False)
 class Strategies(Profile):
     """A pair of mixed strategies of a game: the probabilities, the payoffs, and how
-    much each player would gain by a best response to the other, 0 if that is only
-    rounding; all doubles, or all fractions."""
+    much each player would gain by a best response to the other, 0 if that is at the
+    level of rounding errors; all floats, or all fractions.
+    """
 
     row: Vector
     column: Vector
@@ -38,8 +38,9 @@ class Strategies(Profile):
 
     @classmethod
     def of(cls, game: Game, x: Vector, y: Vector) -> Strategies:
-        """Return the strategies x, y of a game: doubles, or fractions in arrays of
-        objects, with payoffs as written."""
+        """Return the strategies x, y of a game: floats, or fractions in arrays of
+        objects, with payoffs as written.
+        """
         exact = x.dtype == object
         number: Any = Fraction if exact else float
         A, B = (
@@ -63,8 +64,10 @@ class Strategies(Profile):
         return cls(x, y, (row, column), tuple(by_best), players, game)
 
     def are_best(self, tol: float) -> bool:
-        """Return whether no player gains more than is allowed of the terms of its gain,
-        of payoffs that are met."""
+        """Return whether no player gains more than the tolerance times the terms of its
+        gain, which are measured from its payoff: a payoff that is never reached does
+        not count.
+        """
         allowed = PER_UNKNOWN * sum(self.game.A.shape) * tol
         doubles = self.row.astype(float), self.column.astype(float)
         terms = _terms(self.game, *doubles, self.payoffs)
@@ -76,8 +79,9 @@ class Strategies(Profile):
 def _terms(
     game: Game, x: Vector, y: Vector, centres: Sequence[Any]
 ) -> tuple[float, float]:
-    """Return each player's terms of its gain: sizes of payoffs less a centre, in its
-    mixture and its best response."""
+    """Return the sizes of the terms of each player's gain: |payoff - centre| in its
+    mixed strategy and in its best response.
+    """
     terms = []
     for A, strategy, other, centre in (
         (game.A, x, y, centres[0]),
@@ -90,8 +94,9 @@ def _terms(
 
 @np.errstate(all="ignore")
 def strategies_at(game: Game, z: Any) -> Strategies | None:
-    """Return the strategies that z stands for, in its numbers; None if it stands for
-    none."""
+    """Return the strategies that z represents, in its numbers; None if it represents
+    none.
+    """
     parts = game.parts(z)
     if any(min(part) < 0 or not 0 < part.sum() < np.inf for part in parts):
         return None
@@ -115,7 +120,8 @@ def lines_of(
 
 def names_of(game: Game, max_width: float = math.inf) -> list[str]:
     """Return the names of all strategies, by `short_names` with the letters x and y; a
-    name that both players have says whose it is."""
+    name that both players have is preceded by that of the player.
+    """
     both = set(game.rows) & set(game.columns)
     players = game.players or ("row", "column" if max_width == math.inf else "col")
     max_width += (len(players[0]) + 1) * bool(both)

@@ -1,4 +1,4 @@
-"""Games of two players in two tables, one with the payoffs of each player."""
+"""Two-player games in two tables, one with the payoffs of each player."""
 
 from __future__ import annotations
 
@@ -34,9 +34,10 @@ def input_of(paths: Sequence[str]) -> Input:
 
 
 def hint(files: Sequence[InputFile]) -> str:
-    """Return the line that says that two files may be the payoffs of a game, as tables
-    of the same shape that are square, or have labels and no q, or have a shape that no
-    problem has; "" for other files."""
+    """Return the line that says that two files may be the payoffs of a game, if they
+    are tables of the same shape that are square, or have labels and no q, or a shape
+    that no problem has; "" for other files.
+    """
     try:
         (A, rows, columns), (B, _, others) = map(_table, files)
     except LCPError:
@@ -50,9 +51,10 @@ def hint(files: Sequence[InputFile]) -> str:
 
 
 def _shared(path: str, key: str, names: list[str], others: list[str]) -> list[str]:
-    """Return the names that two tables give a player's strategies; an empty list if the
-    numbers of names differ. Raises ProblemError if the names in the second table, in
-    the file `path`, differ, or are in another order."""
+    """Return the names that two tables have for a player's strategies; an empty list if
+    the numbers of names differ. Raises ProblemError if the names in the second table,
+    in the file `path`, differ, or are in another order.
+    """
     if names and others and len(names) != len(others):
         return []
     if names and others and names != others:

@@ -1,5 +1,7 @@
-"""What a z says about contacts: impulses and velocities in the order of the caller, and
-whether each contact is separated, sticks or slides; recomputed from A and b."""
+"""The impulses, velocities and states of contacts that a z represents, in the order of
+the caller, recomputed from A and b: whether each contact is separated, sticks or
+slides.
+"""
 
 from __future__ import annotations
 
@@ -30,7 +32,7 @@ SEPARATED = "separated"
 STICKING = "sticking"
 SLIDING = "sliding"
 STATES = (STICKING, SLIDING, SEPARATED)
-MAX_CONTACTS = 100  # in a table, a few screens
+MAX_CONTACTS = 100  # contacts in a table, a few screens
 UNSOLVED = "not solved, so the states of the contacts are not known"
 JAMMED = (
     "jammed: no impulses within the cones of friction lead to velocities that the "
@@ -56,11 +58,11 @@ REASON = "z solves the problem to the tolerance, but x and w = A x + b do not"
 
 @dataclass(frozen=True, eq=False)
 class ContactState:
-    """A contact.
+    """The state of a contact.
 
     normal, tangential : the indices of its unknowns in x, from 0.
-    state : "separated" without an impulse; else "sticking" without a tangential
-        velocity, and "sliding" with one.
+    state : "separated" if it has no impulse; else "sticking" if it has no tangential
+        velocity, and "sliding" if it has one.
     """
 
     normal: int
@@ -70,13 +72,13 @@ class ContactState:
 
 @dataclass(frozen=True, eq=False)
 class Impulses(Answer):
-    """What a solution says about contacts.
+    """The impulses, velocities and contact states that a solution represents.
 
     x, w : the impulses or forces, and the velocities A x + b, or W x + q with
-        restitution, 0 where these are only rounding error, in the order of A; None, as
-        are the contacts, if the problem is not solved.
+        restitution, 0 if they are at the level of rounding errors, in the order of A;
+        None, as are the contacts, if the problem is not solved.
     contacts : their states, in the order of their normal unknowns.
-    statement : how many of them stick, slide and are separated, or why that is not
+    statement : how many contacts stick, slide and are separated, or why that is not
         known.
     exact : x and w in fractions if z is proved, else None.
     """
@@ -184,7 +186,7 @@ def impulses_at(contact: Contact, z: Vector) -> tuple[Vector, Vector]:
     if contact.is_planar:
         tangents = friction.tangents[:, 0]
         max_friction = friction.coefficients * np.maximum(x[friction.normals], 0.0)
-        # A lambda that is not 0 asks for the upper end, exactly.
+        # If lambda > 0, complementarity requires exactly the upper bound.
         at_end = z[contact.b.size :] > 0
         inside = np.clip(x[tangents], -max_friction, max_friction)
         inside[abs(inside) <= ROUNDING * max_friction] = 0.0
@@ -195,8 +197,9 @@ def impulses_at(contact: Contact, z: Vector) -> tuple[Vector, Vector]:
 def _exactly(
     contact: Contact, z: Sequence[Fraction], rows: Sequence[Fraction]
 ) -> dict[str, list[Fraction]]:
-    """Return x and w of an exact z with the rows M z + q, of whatever exact numbers
-    these are: those of beta and lambda are w + lambda and mu x_f - x_t."""
+    """Return x and w from an exact z and its rows M z + q: the rows of beta and lambda
+    are w + lambda and mu x_f - x_t.
+    """
     n = contact.b.size
     x, w = list(z[:n]), list(rows[:n])
     for row, t in enumerate(contact.friction.tangents[:, 0].tolist(), n):
@@ -236,8 +239,9 @@ def _statement(states: Sequence[ContactState]) -> str:
 
 @np.errstate(all="ignore")
 def accepted(contact: Contact, result: Result) -> Result:
-    """Return a result whose x and w satisfy the laws of contact to the tolerance, or
-    the same as stalled."""
+    """Return the result if its x and w satisfy the laws of contact to the tolerance,
+    otherwise the result with the status stalled.
+    """
     if not contact.is_planar or _is_solved(contact, result.z, result.tol):
         return result
     message = Status.STALLED.sentence(REASON)
@@ -245,12 +249,14 @@ def accepted(contact: Contact, result: Result) -> Result:
 
 
 def _is_solved(contact: Contact, z: Vector, tol: float) -> bool:
-    """Return whether x solves the boxed problem of A and b with the bounds of friction
-    that its own normal impulses give."""
+    """Return whether x solves the mixed problem of A and b with the friction bounds
+    that the normal impulses of x imply.
+    """
     x, w = impulses_at(contact, z)
     lower, upper = contact.box(x)
     x = np.clip(x, lower, upper)
-    # Up to rounding, as for nearly every result, that is so by any measure.
+    # Almost every result satisfies the conditions up to rounding, which needs no
+    # measure.
     rounding = ROW_ROUNDING * terms_of(contact, x)
     falls = (w >= -rounding) | (x == upper)
     rises = (w <= rounding) | (x == lower)
@@ -276,8 +282,9 @@ def terms_of(contact: Contact, x: Vector) -> Vector:
 
 
 def point_of(contact: Contact, x: Vector) -> Vector:
-    """Return the z of an x in the plane, whose beta and lambda are exactly 0, and at
-    the ends of their ranges, where the difference is only rounding."""
+    """Return the z of an x in the plane. Its beta and lambda are exactly 0, or beta is
+    at the end of its range, if they differ from that only by rounding errors.
+    """
     n, friction = contact.b.size, contact.friction
     tangents = friction.tangents[:, 0]
     max_friction = friction.coefficients * x[friction.normals]

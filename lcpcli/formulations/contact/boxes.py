@@ -1,4 +1,6 @@
-"""The model of game engines: boxes, whose bounds of friction lag behind."""
+"""The contact model of game engines: a sequence of mixed problems with friction bounds
+from the previous one.
+"""
 
 from __future__ import annotations
 
@@ -10,12 +12,16 @@ from lcpcli.formulations.contact.friction import Contact
 from lcpcli.model.problem import Problem
 
 MAX_BOXES = 100
-AT_REST = 1e-10  # relative to the largest bound of friction: a change that counts as 0
+# A change of the friction bounds below this, relative to the largest one, is considered
+# 0.
+AT_REST = 1e-10
 
 
 def last_box(contact: Contact, name: str, source: str, note: str) -> Problem:
-    """Return the box in which the bounds of friction no longer change, or the last of
-    MAX_BOXES; its note says which. Raises ProblemError if a box is not solved."""
+    """Return the mixed problem in which the friction bounds no longer change, or the
+    last of MAX_BOXES; its note says which. Raises ProblemError if one of them is not
+    solved.
+    """
     with imports:
         from lcpcli.solving.call import run
     tangents = contact.friction.tangents[:, 0]

@@ -1,24 +1,23 @@
-"""Contact with friction as M and q, in two ways.
+"""Contact with Coulomb friction as M and q, in two forms.
 
-An unknown x_i that is a tangential force or impulse lies between -mu x_f and mu x_f,
-where x_f is the normal one of its contact; w = A x + b are velocities. The law of
-Coulomb asks for w_i >= 0 at the lower end, w_i <= 0 at the upper one, and w_i = 0
-between.
+A tangential force or impulse x_i lies between -mu x_f and mu x_f, where x_f is the
+normal one of its contact; w = A x + b are velocities. Coulomb's law requires w_i >= 0
+at the lower bound, w_i <= 0 at the upper one, and w_i = 0 between them.
 
-The compact form has two unknowns for each tangential one, beta and lambda, with
-x_i = beta - mu x_f:
+The compact form has two unknowns for each tangential one, beta and lambda, with x_i =
+beta - mu x_f:
 
     beta >= 0,    w_i + lambda >= 0,     their product 0,
     lambda >= 0,  2 mu x_f - beta >= 0,  their product 0.
 
-Its solutions are those of the problem itself, but its matrix need not be copositive:
-A = [1 1.2; 1.2 2] and mu = 1 have the diagonal entry 1 - 1.2.
+Its solutions are those of the problem itself, but its matrix need not be copositive: A
+= [1 1.2; 1.2 2] and mu = 1 have the diagonal entry 1 - 1.2.
 
 The form of D. E. Stewart, J. C. Trinkle, Int. J. Numer. Methods Eng. 39 (1996)
 2673-2691, has a beta >= 0 for each of several directions d in the tangent line or
-plane, of which the tangential unknowns are the sum, and lambda against
-mu x_f - sum beta. Its matrix is copositive if A is positive semidefinite. In a plane
-these directions are the vertices of a regular polygon inside the circle of Coulomb.
+plane, whose combination is the tangential impulse, and lambda complementary to mu x_f -
+sum beta. Its matrix is copositive if A is positive semidefinite. In a plane these
+directions are the vertices of a regular polygon inside the friction circle.
 """
 
 from __future__ import annotations
@@ -65,7 +64,8 @@ class Form(NamedTuple):
 def compact(
     A: Matrix, b: Vector, lower: Vector, upper: Vector, friction: Friction
 ) -> Form:
-    """Return the compact form, z = (x with beta in place of tangential ones, lambda).
+    """Return the compact form, z = (x with beta instead of the tangential unknowns,
+    lambda).
 
     friction : with one tangential unknown each.
     """
@@ -131,20 +131,22 @@ def stewart_trinkle(
 
 def polygon(facets: int) -> Vector:
     """Return the vertices of a regular polygon in the unit circle, shape (facets, 2),
-    each with its opposite exactly; of a segment for 2, shape (2, 1)."""
+    each with its exact opposite; for 2 facets the ends of a segment, shape (2, 1).
+    """
     if facets == 2:
         return np.array([[1.0], [-1.0]])
     angles = 2 * np.pi * np.arange(facets // 2) / facets
     half = np.column_stack((np.cos(angles), np.sin(angles)))
-    half[abs(half) < 1e-15] = 0.0  # as of the cosine of a right angle
+    half[abs(half) < 1e-15] = 0.0  # for example the cosine of a right angle
     return np.concatenate((half, -half))
 
 
 def exact_compact(
     A: Matrix, b: Vector, lower: Vector, upper: Vector, friction: Friction
 ) -> tuple[Any, ...]:
-    """Return the compact form of the shortest decimals of the numbers: the rows of M, q
-    and the bounds, as fractions."""
+    """Return the compact form for the shortest decimals of the numbers: the rows of M,
+    q and the bounds, as fractions.
+    """
     n, normals = b.size, friction.normals.tolist()
     tangents = friction.tangents[:, 0].tolist()
     mus = [shortest_decimal(mu) for mu in friction.coefficients.tolist()]
@@ -174,6 +176,7 @@ def exact_compact(
 def _form(
     upper_rows: Matrix, b: Vector, C: Matrix, bounds: tuple[Vector, Vector], T: Matrix
 ) -> Form:
+    """Return the problem whose last rows are C z >= 0, complementary to lambda."""
     k = C.shape[0]
     if is_sparse(C):
         with imports:
@@ -190,9 +193,10 @@ def _form(
 def _matrix(
     like: Matrix, shape: tuple[int, int], *parts: tuple[Any, ...], values: float = 1.0
 ) -> Matrix:
-    """Return a matrix, dense or sparse as another one, of entries at rows and columns.
+    """Return a matrix, dense or sparse as `like`, with entries at these rows and
+    columns.
 
-    parts : rows, columns and values; these may be left out, and are then `values`.
+    parts : rows, columns and values; if the values are left out, they are `values`.
     """
     if not is_sparse(like):
         M = np.zeros(shape)

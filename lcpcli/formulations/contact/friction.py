@@ -1,5 +1,6 @@
-"""Contact with Coulomb friction from what engineers hold: A, b, lo, hi and findex, as
-ODE, Bullet and DART do, or a Delassus matrix W, q and mu, as Siconos does."""
+"""Contact with Coulomb friction from the data of engineering programs: A, b, lo, hi and
+findex, as in ODE, Bullet and DART, or a Delassus matrix W, q and mu, as in Siconos.
+"""
 
 from __future__ import annotations
 
@@ -40,9 +41,10 @@ from lcpcli.model.right_hand_sides import like_with
 from lcpcli.rational.numbers import shortest_decimal
 from lcpcli.typing import BoundLike, Indices, Matrix, States, Vector, VectorLike
 
-NONE = -1  # in findex: an unknown that has no normal one
+NONE = -1  # in findex: an unknown that is not tangential
 FACETS = 8
-# Of the largest entry: how far M and q may be from those that are made again.
+# M and q belong to contacts if they differ from their matrices by at most this,
+# relative to the largest entry.
 ROUNDING = 64 * EPS
 NAME_NORMAL = f"give the index of a normal unknown, or {NONE} for none {FROM_0}"
 FROM_ZERO = f"give a number from 0 {FROM_0}"
@@ -64,9 +66,9 @@ def from_findex(
     source: str = "",
     note: str = "",
 ) -> Problem:
-    """Return the problem of contact with friction that is given by bounds and friction
-    indices: find x in its bounds with w = A x + b, w_i >= 0 where x_i is below its
-    upper bound, and w_i <= 0 where it is above its lower one.
+    """Return the problem of contact with friction for bounds and friction indices: find
+    x in its bounds with w = A x + b, w_i >= 0 where x_i is below its upper bound, and
+    w_i <= 0 where it is above its lower one.
 
     A : shape (n, n), dense or sparse; symmetric and positive semidefinite if it is the
         inverse mass at the contacts. b : shape (n,). A x is a velocity or an
@@ -118,8 +120,8 @@ def from_contact(
     source: str = "",
     note: str = "",
 ) -> Problem:
-    """Return the problem of contact with friction that is given by a Delassus matrix:
-    find impulses r with velocities u = W r + q, by the laws of Signorini and Coulomb.
+    """Return the problem of contact with friction for a Delassus matrix: find impulses
+    r with velocities u = W r + q, by the laws of Signorini and Coulomb.
 
     W : shape (n, n), dense or sparse, with rows and columns by contacts: normal and
         tangential, in three dimensions normal and two tangential ones.
@@ -151,7 +153,8 @@ def from_contact(
 
 class Impact(NamedTuple):
     """Newton's law of impact: q without it, the coefficients of restitution, shape
-    (k,), and the velocities before the step; b = q + shift."""
+    (k,), and the velocities before the step; b = q + shift.
+    """
 
     q: Vector
     restitution: Vector
@@ -161,15 +164,15 @@ class Impact(NamedTuple):
 
 @dataclass(frozen=True, eq=False)
 class Contact(Formulation):
-    """What a problem of contact with friction was made from.
+    """The data of a problem of contact with friction.
 
     A, b, lower, upper : as in `from_findex`, or W and q, without bounds of tangential
         unknowns. friction : which unknowns are tangential.
     facets : the number of directions of friction, 2 in the plane.
-    key : "findex" or "W", by which a file has it.
+    key : "findex" or "W", the key by which a file is recognized.
     ids : of the contacts, or of the unknowns of findex, in a sequence; None for their
         indices.
-    impact : what Newton's law of impact has added to q; None without restitution.
+    impact : the addition to q by Newton's law of impact; None without restitution.
     """
 
     A: Matrix
@@ -260,28 +263,29 @@ class Contact(Formulation):
         """Return the problem, with these texts."""
         M, q, lower, upper = self._form.conditions
         problem = Problem(M, q, lower=lower, upper=upper, **texts)
-        # `Problem` would check whether it fits, but it has just made them.
+        # This skips the check of `Problem` that the formulation fits M and q.
         return problem.having(origin=self)
 
     def has_matrices_of(self, other: Contact) -> bool:
-        """Return whether the problem of another one differs in b alone, or not at
-        all."""
+        """Return whether the problem of another one differs at most in b."""
         parts = (self.A, *self.friction, self.lower, self.upper)
         others = (other.A, *other.friction, other.lower, other.upper)
         is_dense = not (is_sparse(self.A) or is_sparse(other.A))
         return is_dense and all(map(np.array_equal, parts, others))
 
     def with_matrices_of(self, like: Problem) -> Problem:
-        """Return the problem with the M of the problem of another one that has the same
-        matrices, and with all that is known of M."""
+        """Return the problem with the M of `like`, the problem of contacts with the
+        same matrices, and with all cached facts about M.
+        """
         origin: Any = like.formulation
         problem = like_with(like, self._share_form(origin._form), like.box)
         fields = {key: value for key, value in vars(problem).items() if key != "names"}
         return Problem.of_fields(fields, origin=self)
 
     def _share_form(self, form: Form) -> Vector:
-        """Take over the form of contacts that differ in b alone, which would be
-        computed again, and return its q."""
+        """Take over the form of contacts that differ only in b, instead of computing it
+        again, and return its q.
+        """
         if self.is_planar:
             q = np.concatenate((self.b, np.zeros(self.friction.normals.size)))
         else:
@@ -312,8 +316,9 @@ class Contact(Formulation):
         return self._form.T
 
     def box(self, x: Vector) -> tuple[Vector, Vector]:
-        """Return the bounds of x in the plane, with those of friction that the normal
-        ones of an x lead to."""
+        """Return the bounds of x in the plane, with the friction bounds for the normal
+        components of x.
+        """
         friction = self.friction
         lower = self.lower.copy()
         upper = self.upper.copy()
@@ -334,8 +339,9 @@ class Contact(Formulation):
         return bool(off <= ROUNDING * size and off_q <= ROUNDING * size_q)
 
     def of_conditions(self, conditions: Conditions) -> Contact | None:
-        """Return the contacts with the b that makes this q; None for a q that no b
-        makes, or for other bounds."""
+        """Return the contacts with the b that yields this q; None if no b does, or for
+        other bounds.
+        """
         form = self._form
         if not all(map(np.array_equal, conditions[2:], form.conditions[2:])):
             return None
@@ -355,8 +361,9 @@ class Contact(Formulation):
         return contact if off <= ROUNDING * abs(q).max(initial=0.0) else None
 
     def exact_conditions(self) -> tuple[Any, ...] | None:
-        """Return those of the shortest decimals of all numbers; None in space, where
-        the directions are no fractions."""
+        """Return the conditions for the shortest decimals of all numbers; None in
+        space, where the directions are no rational numbers.
+        """
         if not self.is_planar:
             return None
         parts = self.A, self.b, self.lower, self.upper, self.friction
@@ -423,8 +430,9 @@ def of_findex(
     findex: Any,
     fields: tuple[str, str],
 ) -> Contact:
-    """Return the contacts of these data, or raise ProblemError. fields : the names of
-    the bounds in messages."""
+    """Return the contacts of these data; raise ProblemError if they are invalid. fields
+    : the names of the bounds in messages.
+    """
     b = as_vector("b", b)
     n = b.size
     matrix = readonly_matrix(as_square("A", A, n, "b")[0], A)
@@ -441,8 +449,9 @@ def of_findex(
 def _refuse_friction(
     t: int, f: int, lower: Vector, upper: Vector, fields: tuple[str, str]
 ) -> None:
-    """Raise ProblemError for bounds of a tangential and of its normal unknown that are
-    no friction."""
+    """Raise ProblemError if the bounds of a tangential unknown and of its normal one
+    are not those of friction.
+    """
     below, above = fields
     mu = upper[t]
     if mu == math.inf:
@@ -461,8 +470,9 @@ def _refuse_friction(
 
 
 def _friction_indices(findex: Any, n: int) -> Indices:
-    """Return findex as integers, or raise ProblemError for an entry that names no
-    normal unknown."""
+    """Return findex as integers; raise ProblemError for an entry that is not the index
+    of a normal unknown.
+    """
     values = as_flat(
         "findex", plain("findex", findex, "a list of indices"), n, "unknown"
     )
@@ -486,8 +496,9 @@ def of_delassus(
     facets: Any,
     law: tuple[Any, Any] = (None, None),
 ) -> Contact:
-    """Return the contacts of these data, or raise ProblemError. law : restitution, and
-    the velocities before the step."""
+    """Return the contacts of these data; raise ProblemError if they are invalid. law :
+    restitution, and the velocities before the step.
+    """
     width, edges = _integer(dimension), _integer(facets)
     if width not in (2, 3):
         raise ProblemError("dimension", f"is {dimension!r}", "give 2 or 3")
@@ -534,7 +545,7 @@ def _impact(
         raise ProblemError(f"restitution[{k}]", reason, hint)
     velocities = as_vector("before", before, q.size, "velocity")
     shift = np.zeros(q.size)
-    # Of the numbers as written: .1 times 3 is .3.
+    # The product of the decimals is exact: .1 times 3 is .3.
     pairs = zip(coefficients.tolist(), velocities[normals].tolist(), strict=True)
     shift[normals] = [
         float(shortest_decimal(e) * shortest_decimal(u)) for e, u in pairs
@@ -543,8 +554,7 @@ def _impact(
 
 
 def _integer(raw_value: Any) -> int:
-    """Return a whole number, which may stand in an array of one entry; -1 for anything
-    else."""
+    """Return an integer, which may be an array of one entry; -1 for anything else."""
     if isinstance(raw_value, np.ndarray) and raw_value.size == 1:
         raw_value = raw_value.item()
     is_whole = isinstance(raw_value, (int, float, np.number)) and raw_value == int(

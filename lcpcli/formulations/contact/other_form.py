@@ -1,6 +1,7 @@
-"""The form of Stewart and Trinkle, where a method ends in a ray of the compact one: its
-matrix is copositive, so that Lemke's method ends with a solution where their theorem
-says so."""
+"""The form of Stewart and Trinkle, which is solved if a method ends on a ray of the
+compact form: its matrix is copositive, so that Lemke's method ends with a solution
+under the conditions of their theorem.
+"""
 
 from __future__ import annotations
 
@@ -22,9 +23,10 @@ ENDS = Status.RAY, Status.STALLED, Status.BREAKDOWN
 
 @np.errstate(all="ignore")  # overflow counts as infinite
 def retried(contact: Contact, result: Result) -> Result:
-    """Return a result by the same method on the other form, as one of the problem
-    itself; or the same result if that is not solved either, or in space, where there is
-    one form alone."""
+    """Return a result of the same method for the other form, as a result of the problem
+    itself; the original result if that is not solved either, or in space, where there
+    is only one form.
+    """
     time_left = result.limits.time_limit - result.seconds
     is_open = result.status in ENDS and result.method in METHODS and time_left > 0
     if not (is_open and contact.is_planar and contact.contacts):

@@ -1,5 +1,6 @@
 """Contact over time: the problem of the next step, and the states of the contacts that
-persist."""
+persist.
+"""
 
 from __future__ import annotations
 
@@ -23,15 +24,16 @@ KEYS = {
     "W": ("W", "q", "mu", "restitution", "before", "ids"),
     "findex": ("A", "b", "lower", "upper", "findex", "ids"),
 }
-ABSENT = -1  # in place of an unknown that there is not
+ABSENT = -1  # the position of an unknown that does not exist
 
 
 def following(
     before: Contact, like: Problem, states: States | None, data: Mapping[str, Any]
 ) -> tuple[Problem, States | None]:
     """Return the problem with other data, each by default as before, and the states of
-    its unknowns: those of before where a contact, or with friction indices an unknown,
-    has the same id, and where it is new those of no impulse."""
+    its unknowns: the states before for a contact, or with friction indices an unknown,
+    with the same id, and states without impulse for new ones.
+    """
     refuse_unknown("", data, KEYS[before.key], "the data of contacts")
     contact = _with(before, data)
     number = len(_positions_of_contacts(contact))
@@ -58,6 +60,7 @@ def following(
 
 
 def _with(before: Contact, data: Mapping[str, Any]) -> Contact:
+    """Return the contacts with other data, each by default as before."""
     friction = before.friction
     if before.key == "W":
         law = before.impact
@@ -77,7 +80,9 @@ def _with(before: Contact, data: Mapping[str, Any]) -> Contact:
 
 
 def _single(values: Vector) -> Vector | float:
-    """Return a number in place of equal ones, also for another number of contacts."""
+    """Return one number if all are equal, so that it is valid for any number of
+    contacts.
+    """
     return float(values[0]) if np.unique(values).size == 1 else values
 
 
@@ -99,8 +104,9 @@ def _distinct(ids: Any, number: int, key: str) -> tuple[Hashable, ...]:
 
 
 def _positions_of_contacts(contact: Contact) -> Indices:
-    """Return the places in z of the unknowns of each contact, or with friction indices
-    of each unknown: a row for each, with ABSENT where it has fewer."""
+    """Return the positions in z of the unknowns of each contact, or with friction
+    indices of each unknown: a row for each, with ABSENT if it has fewer.
+    """
     n, friction = contact.b.size, contact.friction
     k = friction.normals.size
     if contact.key == "findex":

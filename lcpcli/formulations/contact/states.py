@@ -1,10 +1,11 @@
-"""The next step of contacts in the plane from their states in the last one: where they
-separate, stick or slide as before, one linear system in the impulses that are not at an
-end of their range has the solution.
+"""The next step of contacts in the plane, starting from their states in the previous
+one: if they separate, stick or slide as before, the solution follows from one linear
+system in the impulses that are not at an end of their range.
 
-Contacts whose signs are wrong change their states together, a few times, as in block
+Contacts with wrong signs change their states together, a few times, as in block
 principal pivoting (L. F. Portugal, J. J. Judice, L. N. Vicente, Math. Comp. 63 (1994)
-625-643). Nothing guarantees that this ends: then the methods for any problem go on.
+625-643). Nothing guarantees that this terminates: otherwise the general methods solve
+the problem.
 """
 
 from __future__ import annotations
@@ -19,14 +20,17 @@ from lcpcli.model.formulation import Proposal
 from lcpcli.typing import States, Vector
 
 MAX_SYSTEMS = 5
-SHIFT = 1e-10  # of the diagonal of a system, relative to its largest entry
+# Added to the diagonal of a system, relative to its largest entry, which makes systems
+# of redundant contacts nonsingular; CORRECTIONS steps of refinement remove its effect.
+SHIFT = 1e-10
 CORRECTIONS = 2
 
 
 class _Step:
     """The contacts, and the states of all unknowns: `states` of those that are not
     tangential; `slip_signs` of the tangential ones, -1 and 1 at an end of their range,
-    0 between them."""
+    0 between the ends.
+    """
 
     def __init__(self, contact: Contact, states: States) -> None:
         n, friction = contact.b.size, contact.friction
@@ -41,11 +45,11 @@ class _Step:
         self.lower, self.upper = contact.lower, contact.upper
 
     def impulses(self) -> Vector | None:
-        """Return x with these states; None if there is no single one."""
+        """Return x for these states, or None if it is not unique."""
         is_free = self.is_other & (self.states == BASIC)
         x = np.where(self.states == UPPER, self.upper, self.lower)
         x[is_free | ~self.is_other] = 0.0
-        # A tangential impulse whose normal one is 0 is 0, too.
+        # If a normal impulse is 0, its tangential one is 0 too.
         is_open = is_free[self.normals] | (x[self.normals] > 0)
         is_free[self.tangents] = (self.slip_signs == 0) & is_open
         free, slips = is_free.nonzero()[0], self.slip_signs * self.mu
@@ -70,8 +74,9 @@ class _Step:
         return x
 
     def exchanged(self, x: Vector, w: Vector, rounding: Vector) -> bool:
-        """Change the states whose signs are wrong at x beyond rounding, and return
-        whether there are any."""
+        """Change the states whose signs are wrong at x by more than rounding errors,
+        and return whether there are any.
+        """
         small = EPS * float(np.abs(x).max(initial=0.0))
         states = self.states.copy()
         is_basic = states == BASIC
@@ -99,9 +104,10 @@ class _Step:
 def _solved(block: Vector, row: Vector) -> Vector | None:
     """Return y with block y + row = 0; None if the shifted block is singular.
 
-    A small multiple of the identity makes blocks of redundant contacts regular; its
-    effect on y is corrected, and in directions that change no velocity y stays near
-    0."""
+    A small multiple of the identity makes blocks of redundant contacts nonsingular; its
+    effect on y is corrected, and in directions that change no velocity y stays close to
+    0.
+    """
     shift = SHIFT * float(np.abs(block).max())
     shifted = block.copy()
     shifted.flat[:: len(row) + 1] += shift
@@ -117,8 +123,9 @@ def _solved(block: Vector, row: Vector) -> Vector | None:
 
 @np.errstate(all="ignore")
 def followed(contact: Contact, states: States) -> Proposal | None:
-    """Return the z of contacts from the states of its unknowns in the step before; None
-    if these do not lead to a solution."""
+    """Return the z of contacts by the states of its unknowns in the previous step; None
+    if these do not lead to a solution.
+    """
     is_dense = isinstance(contact.A, np.ndarray)
     if not (is_dense and contact.is_planar and contact.contacts):
         return None

@@ -1,4 +1,6 @@
-"""What a z says about a game tree: behavior strategies, checked by best responses."""
+"""The behavior strategies that a z of a game tree represents, verified by best
+responses.
+"""
 
 from __future__ import annotations
 
@@ -38,21 +40,21 @@ from lcpcli.verify.verification import Proposed, Verification
 
 @dataclass(frozen=True, eq=False)
 class BehaviorEquilibrium(Answer):
-    """What a solution of the mixed problem says about a game tree.
+    """The equilibrium that a solution of the mixed problem of a game tree represents.
 
     players : the names of both players.
     information_sets : behavior strategies, the first player's and then the second
         player's information sets, in the order of the file; None, as are the plans,
-        payoffs and gains, if the problem is not solved. Where a player's own moves
-        exclude an information set, its actions have the same probability; any others
-        give an equilibrium too.
+        payoffs and gains, if the problem is not solved. At an information set that a
+        player's earlier moves exclude, its actions have equal probabilities; any other
+        probabilities are an equilibrium too.
     plans : the realization plans, for each sequence of a player's moves the product of
         their probabilities.
     payoffs : the expected payoffs of both players. gains : how much each player would
         gain by a best response, computed on the tree, backward over its information
-        sets; 0 if the gain is only rounding error.
-    statement : whether the strategies are an equilibrium. That they are one in each
-        subgame is not asked.
+        sets; 0 if the gain is at the level of rounding errors.
+    statement : whether the strategies are an equilibrium; they need not be one in each
+        subgame.
     exact : the same in fractions if z is proved, else None.
     """
 
@@ -111,7 +113,7 @@ def accepted(game: ExtensiveGame, result: Result) -> Result:
 
 
 def behavior_at(game: ExtensiveGame, z: Sequence[Any]) -> Behavior:
-    """Return the strategies that the plans in z stand for."""
+    """Return the strategies that the plans in z represent."""
     x, y, *_ = game.parts(z)
     return Behavior.of_plans(game, list(x), list(y))
 
@@ -120,8 +122,9 @@ def behavior_at(game: ExtensiveGame, z: Sequence[Any]) -> Behavior:
 def profile_of(
     game: ExtensiveGame, z: Sequence[Any] | Vector, tol: float
 ) -> equilibria.CheckedProfile | None:
-    """Return the strategies that z stands for, in its numbers, and whether they are an
-    equilibrium to the tolerance; None if it stands for none."""
+    """Return the strategies that z represents, in its numbers, and whether they are an
+    equilibrium to the tolerance; None if it represents none.
+    """
     values = z.tolist() if isinstance(z, np.ndarray) else z
     x, y, *_ = game.parts(values)
     if min(*x, *y) < 0 or not (x[0] and y[0]):
@@ -149,7 +152,8 @@ def verified(game: ExtensiveGame, proposed: Proposed) -> Verification:
 
 def _proposed(game: ExtensiveGame, values: Sequence[Any] | Vector) -> Behavior:
     """Return the strategies with these probabilities of all actions, divided by their
-    sums, or raise ProblemError."""
+    sums; raise ProblemError if they are no probabilities.
+    """
     remaining, strategies = iter(values), list[list[list[Any]]]()
     for player in game.tree.players:
         probabilities_of_sets = [
@@ -173,8 +177,9 @@ def _proposed(game: ExtensiveGame, values: Sequence[Any] | Vector) -> Behavior:
 
 
 def moves(profile: Any) -> list[list[Any]]:
-    """Return for each player the probabilities of the last moves of the sequences, the
-    first of which has none. profile : a `Behavior` or an answer."""
+    """Return for each player the probabilities of the last moves of its sequences, 1
+    for the empty sequence. profile : a `Behavior` or an answer.
+    """
     sets = (
         [each.probabilities for each in profile.information_sets if each.player == name]
         for name in profile.players

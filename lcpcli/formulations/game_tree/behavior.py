@@ -1,6 +1,7 @@
-"""Behavior strategies of a game tree: what a best response to them would gain, computed
-from the ends of the tree, backward over a player's information sets, not from the
-matrices of the sequence form."""
+"""Behavior strategies of a game tree, and the gains by best responses to them, computed
+from the terminal nodes of the tree backward over a player's information sets, not from
+the matrices of the sequence form.
+"""
 
 from __future__ import annotations
 
@@ -26,9 +27,10 @@ Strategy = list[list[Any]]  # for each information set the probabilities of its 
 
 @dataclass(frozen=True, eq=False)
 class InformationSetStrategy:
-    """What a player does at an information set: the player's name, the label, the
+    """The strategy of a player at an information set: the player's name, the label, the
     actions and their probabilities, and the probability that the information set is
-    reached."""
+    reached.
+    """
 
     player: str
     label: str
@@ -39,10 +41,11 @@ class InformationSetStrategy:
 
 @dataclass(frozen=True, eq=False)
 class Behavior(Profile):
-    """Behavior strategies of both players of a game tree, all numbers in doubles or in
-    fractions: what they do at all information sets, in the order of the file, the
+    """Behavior strategies of both players of a game tree, all numbers as floats or as
+    fractions: the strategies at all information sets, in the order of the file, the
     realization plans, the expected payoffs, and how much each player would gain by a
-    best response, 0 if that is only rounding."""
+    best response, 0 if that is at the level of rounding errors.
+    """
 
     players: list[str]
     information_sets: list[InformationSetStrategy]
@@ -58,7 +61,7 @@ class Behavior(Profile):
 
     @classmethod
     def of(cls, game: ExtensiveGame, strategies: Sequence[Strategy]) -> Behavior:
-        """Return what these strategies are, in the numbers that they have."""
+        """Return the profile of these strategies, in the numbers that they have."""
         tree, players = game.tree, game.tree.players
         one, two = map(plan_of, players, strategies)
         exact = not any(isinstance(value, float) for value in (*one, *two))
@@ -113,8 +116,9 @@ class Behavior(Profile):
         )
 
     def are_best(self, game: ExtensiveGame, tol: float) -> bool:
-        """Return whether no player gains more than is allowed of the terms of its gain,
-        counted from what it gets."""
+        """Return whether no player gains more than the tolerance times the terms of its
+        gain, which are measured from its payoff.
+        """
         allowed = PER_UNKNOWN * sum(game.sizes) * tol
         terminal_nodes, plans = (
             _terminal_nodes(game.tree, float),
@@ -136,7 +140,8 @@ class Behavior(Profile):
 
 def point_of(game: ExtensiveGame, x: Plan, y: Plan) -> list[Any]:
     """Return the z with these plans, and with the costs of best responses to them, in
-    the numbers that they have."""
+    the numbers that they have.
+    """
     z = [*x, *y]
     for player, other in ((0, y), (1, x)):
         player_sets, exact = (
@@ -153,6 +158,7 @@ def point_of(game: ExtensiveGame, x: Plan, y: Plan) -> list[Any]:
 
 
 def plan_of(player: Player, strategy: Strategy) -> Plan:
+    """Return the realization plan of a behavior strategy."""
     plan: Plan = [1]
     for before, probabilities in zip(player.before, strategy, strict=True):
         plan += [plan[before] * probability for probability in probabilities]
@@ -161,7 +167,8 @@ def plan_of(player: Player, strategy: Strategy) -> Plan:
 
 def strategy_of(player: Player, plan: Plan) -> Strategy:
     """Return the behavior strategy of a plan, uniform at information sets that the
-    player's own moves exclude."""
+    player's earlier moves exclude.
+    """
     strategy: Strategy = []
     for i in range(len(player.sets)):
         total = sum(probabilities := [plan[sequence] for sequence in player.moves(i)])
@@ -177,7 +184,7 @@ def strategy_of(player: Player, plan: Plan) -> Strategy:
 def _terminal_nodes(
     tree: GameTree, number: Any
 ) -> list[tuple[tuple[int, int], Any, list[Any]]]:
-    """Return the ends of a tree with their numbers as doubles or fractions."""
+    """Return the terminal nodes of a tree with their numbers as floats or fractions."""
     return [
         (at, number(chance), list(map(number, payoffs)))
         for at, chance, payoffs in tree.terminal_nodes
@@ -187,8 +194,9 @@ def _terminal_nodes(
 def _expected(
     terminal_nodes: Sequence[Any], player: int, plan: Plan, other: Plan, centre: Any = 0
 ) -> tuple[Any, Any]:
-    """Return the expected payoff of a player less the centre, and the sum of the sizes
-    of its terms."""
+    """Return the expected payoff of a player minus the centre, and the sum of the sizes
+    of its terms.
+    """
     weights = (
         (chance * plan[at[player]] * other[at[1 - player]], payoffs)
         for at, chance, payoffs in terminal_nodes
@@ -213,9 +221,12 @@ def _best_plan(
 
 def _best_response(player: Player, behind: Plan) -> tuple[Strategy, list[Any]]:
     """Return a pure best response, with the first action of the largest payoff at each
-    information set, and the payoff of the game and of what follows each information
-    set. behind : what each sequence gets where the game then ends. Information sets
-    behind other ones of the player come later, and are decided first."""
+    information set, and the payoff of the game and of the continuation after each
+    information set.
+
+    behind : the payoff of each sequence at terminal nodes. Information sets that follow
+        others of the player come later, and are decided first.
+    """
     behind = [*behind]
     strategy = list[list[Any]]()
     largest = list[Any]()
@@ -235,8 +246,9 @@ def payoffs_of(equilibrium: Any) -> str:
 
 
 def table_of(sets: Sequence[InformationSetStrategy]) -> Table:
-    """Return a table of what players do at their information sets, actions that are not
-    chosen left out."""
+    """Return a table of the strategies at information sets, without actions that are
+    not chosen.
+    """
     chosen = (
         wording.named(
             list(information_set.probabilities),

@@ -19,14 +19,15 @@ def poker(n: int, seed: int, *, perturbation: float = 0.25) -> Problem:
     """Pose poker with one card each of r >= 2 ranks, about n = 12 r + 4 unknowns:
     Kuhn's game for r = 3.
 
-    Both ante 1. The first player bets 1 or checks; after a bet the second one calls or
-    folds, after a check it may bet, and then the first one calls or folds. The higher
-    card wins.
+    Both players ante 1. The first player bets 1 or checks; after a bet the second one
+    calls or folds, after a check it may bet, and then the first one calls or folds. The
+    higher card wins.
+
     H. W. Kuhn, A simplified two-person poker, Contributions to the Theory of Games I
     (1950) 97-103.
 
-    perturbation : of each payoff of each player at each end, at random; 0 is the
-        zero-sum game.
+    perturbation : the largest random change of each payoff of each player at each
+        terminal node; 0 is the zero-sum game.
     """
     ranks = max(2, round((n - 4) / 12))
     pairs = [(i, j) for i, j in product(range(1, ranks + 1), repeat=2) if i != j]
@@ -102,7 +103,7 @@ def _offers(k: int, i: int, j: int, discount: Fraction) -> Iterator[str]:
     asked, offered = (
         " ".join(f'"{verb} {price}"' for price in prices) for verb in ("ask", "offer")
     )
-    # Of outcomes: larger than those before.
+    # The numbers of outcomes are larger than all earlier ones.
     numbers = count_from(2 * k * k * k * (k * (i - 1) + j - 1) + 1)
 
     def end(price: int, factor: Fraction) -> str:

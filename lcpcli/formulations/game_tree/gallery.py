@@ -1,6 +1,7 @@
 """The families of game trees in the gallery: name | meaning | class of M | source."""
 
-# In the gallery behind bimatrix, in the module of the heading.
+# The family after which these are listed, and their table under the name of their
+# module.
 FAMILIES = (
     "bimatrix",
     """

@@ -1,10 +1,10 @@
 """A game tree as a mixed problem of the size of the tree: its sequence form.
 
 With perfect recall, the moves that a player has made before an information set are the
-same at all of its nodes; so each action of each information set stands for one sequence
-of the player's moves: D. Koller, N. Megiddo, B. von Stengel, Efficient computation of
-equilibria for extensive two-person games, Games and Economic Behavior 14 (1996)
-247-259; B. von Stengel, Efficient computation of behavior strategies, 220-246.
+same at all of its nodes; so each action of each information set corresponds to one
+sequence of the player's moves: D. Koller, N. Megiddo, B. von Stengel, Efficient
+computation of equilibria for extensive two-person games, Games and Economic Behavior 14
+(1996) 247-259; B. von Stengel, Efficient computation of behavior strategies, 220-246.
 """
 
 from __future__ import annotations
@@ -40,8 +40,8 @@ from lcpcli.model.formulation import (
 from lcpcli.model.formulations import TEXTS
 from lcpcli.model.problem import Problem
 
-MAX_DENSE = 200  # unknowns up to which M is dense, as pivoting is fast there
-LARGEST_INTEGER = 2**53  # up to here every integer is a double
+MAX_DENSE = 200  # unknowns up to which M is dense, as pivoting is then fast
+LARGEST_INTEGER = 2**53  # every integer up to this is exact in double precision
 
 Rows = list[dict[int, Fraction]]
 
@@ -81,14 +81,15 @@ def from_efg(text: str, *, name: str = "", source: str = "", note: str = "") -> 
         lower=lower,
         upper=upper,
     )
-    # `Problem` would check whether it fits, but it has just made them.
+    # This skips the check of `Problem` that the formulation fits M and q.
     return problem.having(origin=game)
 
 
 class Costs(NamedTuple):
-    """The costs of a player: factor (constant - payoff), at each pair of sequences that
-    leads to ends of the game the expectation over chance moves, summed over these
-    ends."""
+    """The costs of a player, factor (constant - payoff): for each pair of sequences
+    that leads to terminal nodes, the expectation over chance moves, summed over these
+    nodes.
+    """
 
     at: dict[tuple[int, int], Fraction]
     constant: Fraction
@@ -97,19 +98,22 @@ class Costs(NamedTuple):
 
 @dataclass(frozen=True, eq=False)
 class ExtensiveGame(Formulation):
-    """The game tree whose equilibria are given by z = (x, y, u, v), with costs C and D
-    of both players:
+    """The game tree whose equilibria are represented by z = (x, y, u, v), with costs C
+    and D of both players:
 
         0 <= x,  C y - E'u >= 0,  u free,  Ex = e,
         0 <= y,  D'x - F'v >= 0,  v free,  Fy = f.
 
     x and y are the realization plans: for each sequence of the player the product of
     the probabilities of its moves. Ex = e says that the empty sequence has probability
-    1, and that what leads to an information set is distributed over its actions. u has
-    the cost of the game to its player, and then of what follows each information set.
-    Costs are positive, so that M is copositive, and Lemke's method ends at a solution:
-    the largest payoff plus their range, minus the payoff, times what makes all costs
-    integers, if doubles have these, and a power of two.
+    1, and that the probability of reaching an information set is distributed over its
+    actions. u contains the cost of the game to its player, and then the cost of the
+    continuation after each information set.
+
+    Costs are positive, so that M is copositive, and Lemke's method ends at a solution.
+    They are the largest payoff plus the range of the payoffs, minus the payoff,
+    multiplied by a factor that makes all costs integers, if double precision represents
+    these, and by a power of two.
     """
 
     tree: GameTree
@@ -130,7 +134,7 @@ class ExtensiveGame(Formulation):
         *,
         in_text: bool,
     ) -> dict[str, Any] | None:
-        # An array holds no text of a game tree.
+        # Formats of arrays cannot contain the text of a game tree.
         return {"efg": self.tree.text} if in_text else None
 
     @classmethod
@@ -189,7 +193,7 @@ class ExtensiveGame(Formulation):
                 (i + 1, player.moves(i), [before])
                 for i, before in enumerate(player.before)
             )
-            # Of row k of E, the columns of its entries 1 and -1.
+            # The columns of the entries 1 and -1 of row k of E.
             for k, next_sequences, before in [(0, [0], []), *sets]:
                 for entry, other, sequences in (
                     (one, -one, next_sequences),
@@ -203,7 +207,7 @@ class ExtensiveGame(Formulation):
 
     def conditions(self) -> Conditions:
         rows, q, lower = self.exact_conditions()
-        # As `float` does, in half the time.
+        # This is what `float` computes, in half the time.
         values = np.array(
             [a.numerator / a.denominator for row in rows for a in row.values()]
         )
@@ -222,8 +226,9 @@ class ExtensiveGame(Formulation):
         return Conditions(M, np.array(q, dtype=float), low, np.full(len(q), np.inf))
 
     def _names(self) -> list[tuple[str, str, str]]:
-        """Return three ever longer names of each component: of a sequence by its last
-        move, of a cost by its set."""
+        """Return three names of increasing length of each component: of a sequence by
+        its last move, of a cost by its information set.
+        """
         plans, values = list[tuple[str, str, str]](), list[str]()
         for who, player in zip(self.tree.names(), self.tree.players, strict=True):
             plans.append((who, who, who))
@@ -243,7 +248,9 @@ class ExtensiveGame(Formulation):
         return [*plans, *((name, name, name) for name in values)]
 
     def names(self, n: int, purpose: str = FULL) -> Sequence[str]:  # noqa: ARG002
-        """Return the full names, or the shortest ones that differ, for tables."""
+        """Return the full names, or, for tables, the shortest ones that are
+        distinct.
+        """
         if purpose != HEADINGS:
             return [name for *_, name in self._names()]
         short, longer, full = zip(*self._names(), strict=True)
@@ -315,8 +322,9 @@ def _common(denominators: Iterable[int]) -> int:
 
 
 def _whole_costs(tree: GameTree, player: int, chances: int, units: int) -> Costs:
-    """Return the costs of a player, computed as integers: in these parts of chances and
-    of payoffs."""
+    """Return the costs of a player computed in integers: chances are integer multiples
+    of 1 / `chances`, and payoffs of 1 / `units`.
+    """
     payoffs_of = [
         payoffs[player].numerator * (units // payoffs[player].denominator)
         for *_, payoffs in tree.terminal_nodes

@@ -1,13 +1,13 @@
-"""The tree of a game, as it stands in the text of an .efg file.
+"""The tree of a game, as in the text of an .efg file.
 
 A file has a title, the names of the players and perhaps a comment, and then the nodes,
 each before its children, which are in the order of its actions: chance nodes, personal
 nodes and terminal nodes, each with an outcome. Information sets, chance events and
-outcomes have numbers; what is said of one where it is first named need not be said
-again. Outcome 0 pays nothing; the payoffs of all outcomes on a path add up. Numbers are
-integers, decimals or fractions, and commas count as blanks. Labels have no meaning and
-may be repeated. (Gambit, Software Tools for Game Theory,
-https://www.gambit-project.org, file formats.)
+outcomes have numbers; they are described where they are first named, and the
+description need not be repeated. Outcome 0 has payoffs 0; the payoffs of all outcomes
+on a path add up. Numbers are integers, decimals or fractions, and commas are treated as
+blanks. Labels have no meaning and may be repeated. (Gambit, Software Tools for Game
+Theory, https://www.gambit-project.org, file formats.)
 """
 
 from __future__ import annotations
@@ -33,8 +33,8 @@ from lcpcli.errors import (
 )
 from lcpcli.formulations.gambit import TOKEN
 
-MAX_BITS = 3322  # of denominators: a thousand digits
-CHANCE, TERMINAL = -1, -2  # in place of a player, 0 or 1
+MAX_BITS = 3322  # limit on denominators: a thousand digits
+CHANCE, TERMINAL = -1, -2  # the owner of a node that belongs to no player, 0 or 1
 
 Payoffs = tuple[Fraction, Fraction]
 NOTHING = Fraction(0), Fraction(0)
@@ -44,7 +44,8 @@ T = TypeVar("T")
 
 class InformationSet(NamedTuple):
     """An information set, or a chance event: its number in the file, label, actions,
-    and an event's probabilities."""
+    and the probabilities of an event.
+    """
 
     number: int
     label: str
@@ -56,10 +57,10 @@ class Node(NamedTuple):
     """A node of the tree.
 
     parent, move : the index of the parent among the nodes, -1 for the root, and that of
-        the action that leads here.
+        the action that leads from it to this node.
     owner, where : the player, 0 or 1, with the index of the information set; CHANCE,
         with the index of the event; or TERMINAL, with -1.
-    sequences, chance, payoffs : of the way from the root to the node the sequences of
+    sequences, chance, payoffs : on the path from the root to the node, the sequences of
         both players' moves, the product of the probabilities of the chance moves, and
         the sums of the payoffs.
     """
@@ -73,15 +74,16 @@ class Node(NamedTuple):
     payoffs: Payoffs
 
 
-# In place of the parent that the root does not have.
+# An artificial parent of the root.
 ROOT = Node(-1, 0, TERMINAL, -1, (0, 0), Fraction(1), NOTHING)
 
 
 @dataclass(frozen=True, eq=False)
 class Player:
-    """A player, and its sequences of moves: 0 for none yet, then one for each action of
-    each information set. before : for each of these, the sequence that leads there.
-    first : that of its first action; those of the others follow."""
+    """A player, and its sequences of moves: 0 for the empty one, then one for each
+    action of each information set. before : for each information set, the sequence that
+    leads to it. first : the sequence of its first action; those of the others follow.
+    """
 
     name: str
     sets: list[InformationSet]
@@ -105,8 +107,9 @@ class Player:
 
 @dataclass(frozen=True, eq=False)
 class GameTree:
-    """A game of two players with perfect recall, as in a file. events : the chance
-    events. text : that of the file."""
+    """A two-player game with perfect recall, as in a file. events : the chance events.
+    text : the text of the file.
+    """
 
     text: str
     title: str
@@ -119,8 +122,9 @@ class GameTree:
 
     @cached_property
     def terminal_nodes(self) -> list[tuple[tuple[int, int], Fraction, Payoffs]]:
-        """Return the sequences, the chance and the payoffs of each end of the game that
-        chance does not exclude."""
+        """Return the sequences, the chance and the payoffs of each terminal node that
+        chance does not exclude.
+        """
         return [
             node[-3:] for node in self.nodes if node.owner == TERMINAL and node.chance
         ]
@@ -128,7 +132,8 @@ class GameTree:
 
 def _brief(value: Fraction, of: str) -> Fraction:
     """Return a number of moderate length; raise ProblemError for any other, which would
-    make all that follows slow."""
+    make all computations slow.
+    """
     if value.denominator.bit_length() > MAX_BITS:
         raise ProblemError(
             "",
@@ -139,8 +144,9 @@ def _brief(value: Fraction, of: str) -> Fraction:
 
 
 def distinct_labels(labels: Sequence[str], numbers: Sequence[int] = ()) -> list[str]:
-    """Return labels, with the number of each, by default its place, behind it where the
-    label is empty or repeated."""
+    """Return labels; a label that is empty or repeated is followed by its number, by
+    default its position.
+    """
     times, pairs = (
         Counter(labels),
         zip(labels, numbers or range(1, len(labels) + 1), strict=True),
@@ -156,7 +162,7 @@ NUMBER = re.compile(
     r"(?:[eE][-+]?[0-9]{1,3})?|"
     r"[-+]?[0-9]{1,1000}/0*[1-9][0-9]{0,999}"
 )
-LARGEST = 10**300  # payoff: sums and differences of a few are doubles
+LARGEST = 10**300  # payoffs up to this have sums and differences that do not overflow
 NODES = {"c": "chance", "p": "a player", "t": "the end"}
 NODE, NAME, WHOLE = map(re.compile, ("|".join(NODES), r'(?s)".*"', "[0-9]{1,9}"))
 ESCAPED = re.compile(r"\\(.)", re.DOTALL)
@@ -170,7 +176,9 @@ def tree_in(text: Any) -> GameTree:
 
 
 class _Reading:
-    """The words of a text that are left to be read, and what has been read so far."""
+    """The tokens of a text that remain to be read, and the parts that have been
+    read.
+    """
 
     def __init__(self, text: str) -> None:
         self.tokens: list[str] = [*TOKEN.findall(text), "", ""]
@@ -179,16 +187,17 @@ class _Reading:
         self.sets: dict[int, list[InformationSet]] = {CHANCE: [], 0: [], 1: []}
         # The index of each set, by its number.
         self.numbers: dict[int, dict[int, int]] = {CHANCE: {}, 0: {}, 1: {}}
-        # What words that come again and again say: numbers, and between the same braces
-        # as before the actions of an information set.
+        # Values of repeated tokens: numbers, and the actions of an information set, by
+        # the tokens in its braces.
         self.values: dict[str, Fraction] = {}
         self.actions: dict[tuple[int, int], tuple[str, ...]] = {}
 
     def error(
         self, reason: str, hint: str, position: int | None = None
     ) -> ProblemError:
-        """Return the error for the word at a place, by default the last one that was
-        read."""
+        """Return the error for the token at a position, by default the last one that
+        was read.
+        """
         at = max(self.position - 1, 0) if position is None else position
         if (token := next(islice(TOKEN.finditer(self.text), at, None), None)) is None:
             return ProblemError("", ENDS_TOO_EARLY, CUT_OFF)
@@ -199,7 +208,7 @@ class _Reading:
     def next_token(
         self, pattern: re.Pattern[str] | None = None, of: str = "", hint: str = ""
     ) -> str:
-        """Return the next word, which has to match a pattern, in full."""
+        """Return the next token, which has to match a pattern completely."""
         self.position += 1
         token = self.tokens[self.position - 1]
         if pattern is not None and not pattern.fullmatch(token):
@@ -235,8 +244,9 @@ class _Reading:
         return value
 
     def in_braces(self) -> tuple[str, ...] | None:
-        """Return the words between the braces that come next, which are not read by
-        that; None if there are none."""
+        """Return the tokens between the next braces without reading them; None if there
+        are none.
+        """
         if self.tokens[self.position] != "{":
             return None
         with suppress(ValueError):  # no brace closes the list
@@ -245,7 +255,7 @@ class _Reading:
         return None
 
     def listed(self, each: Callable[[], T]) -> tuple[T, ...] | None:
-        """Return what is between braces; None if there is no list."""
+        """Return the items between braces; None if there is no list."""
         if self.tokens[self.position] != "{":
             return None
         self.position += 1
@@ -297,8 +307,9 @@ class _Reading:
             self.position += 1
 
     def nodes(self, players: tuple[Player, Player]) -> list[Node]:
-        """Return the nodes, and add what leads to the information sets, in the order of
-        first nodes, to the players."""
+        """Return the nodes, and add the sequences that lead to the information sets, in
+        the order of their first nodes, to the players.
+        """
         nodes, pending = list[Node](), [(-1, 0)]
         letters = ", ".join(f"{letter} for {what}" for letter, what in NODES.items())
         while pending:
@@ -322,7 +333,7 @@ class _Reading:
                 chance = _brief(chance * odds, "chances")
             if payoffs is NOTHING:
                 payoffs = outcome
-            elif outcome is not NOTHING:  # as few are, and fractions take long to add
+            elif outcome is not NOTHING:  # most are, and adding fractions is slow
                 payoffs = (
                     _brief(payoffs[0] + outcome[0], "payoffs"),
                     _brief(payoffs[1] + outcome[1], "payoffs"),
@@ -345,8 +356,9 @@ class _Reading:
     def recall(
         self, owner: int, player: Player, index: int, before: int, position: int
     ) -> None:
-        """Take note of the sequence before an information set, which has to be the same
-        at all of its nodes."""
+        """Record the sequence before an information set, which has to be the same at
+        all of its nodes.
+        """
         if index == len(player.before):
             player.before.append(before)
             player.first.append(
@@ -369,7 +381,7 @@ class _Reading:
         return number - 1
 
     def information_set(self, owner: int) -> int:
-        """Return the index of the information set, or of the event, that comes next."""
+        """Return the index of the next information set or chance event in the text."""
         what, article = "chance event", "a"
         if owner != CHANCE:
             what, article = "information set", "an"

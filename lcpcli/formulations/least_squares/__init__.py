@@ -1,2 +1,3 @@
-"""Linear least squares with signs, bounds and equations: coefficients of a fit, without
-the product A'A."""
+"""Linear least squares with bounds and equations, solved without forming the product
+A'A in the result.
+"""

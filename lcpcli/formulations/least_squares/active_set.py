@@ -1,18 +1,19 @@
 """The active-set method for least squares with bounds and equations.
 
-Coefficients are at a bound or free. The free ones solve a problem without bounds, by
-orthogonal factors of their columns; a step that would leave the bounds ends at the
-first of them, and one coefficient at a time is freed, by the sign of its multiplier:
-C. L. Lawson, R. J. Hanson, Solving Least Squares Problems (1974), chapter 23; with
-upper bounds P. B. Stark, R. L. Parker, Bounded-variable least squares, Computational
-Statistics 10 (1995) 129-141. |A x - b| decreases, so that no set of free coefficients
-comes twice. The first set is found by exchanges of many at a time: L. F. Portugal, J.
-J. Judice, L. N. Vicente, A comparison of block pivoting and interior-point algorithms
-for linear least squares problems with nonnegative variables, Mathematics of Computation
-63 (1994) 625-643.
+Each coefficient is either fixed at a bound or free. The free ones solve a least-squares
+problem without bounds, by orthogonal factors of their columns; a step that would leave
+the bounds stops at the first bound that it meets, and one coefficient at a time is
+freed, by the sign of its multiplier: C. L. Lawson, R. J. Hanson, Solving Least Squares
+Problems (1974), chapter 23; with upper bounds P. B. Stark, R. L. Parker,
+Bounded-variable least squares, Computational Statistics 10 (1995) 129-141. |A x - b|
+decreases, so that no set of free coefficients comes twice. The first set is found by
+exchanges of many coefficients at a time: L. F. Portugal, J. J. Judice, L. N. Vicente, A
+comparison of block pivoting and interior-point algorithms for linear least squares
+problems with nonnegative variables, Mathematics of Computation 63 (1994) 625-643.
 
-Near the end, residuals are computed with more digits than doubles have, so that signs
-are wrong only where the data leave them open.
+At the last points, residuals are computed with twice the precision of floating-point
+numbers and x is refined, so that signs are wrong only where rounding of the data
+decides them.
 """
 
 from __future__ import annotations
@@ -29,16 +30,21 @@ from lcpcli.linalg.doubles import EPS
 from lcpcli.model.box import BASIC, LOWER, UPPER
 from lcpcli.typing import Indices, Matrix, States, Vector
 
-# Of the terms of a multiplier: what rounding may make of it.
+# A multiplier is a sum of products; one that is at most this many times the sum of
+# their
+# absolute values may be rounding error of 0.
 ROUNDING_OF_MULTIPLIERS = 16 * EPS
+# Residuals that are all at most this many times |A| |x| + |b| are taken for 0.
 ROUNDING_OF_RESIDUALS = 4 * EPS
-# Of the terms of coefficients and multipliers: their errors without refinement.
+# The relative errors of coefficients and multipliers that have not been refined.
 UNREFINED = 64 * EPS
-LARGE_RESIDUAL = 1e-3  # of the terms: one that needs no more digits than doubles have
+# A residual that is larger than this, relative to the terms of A x - b, has at least 13
+# correct digits in double precision, so that it need not be computed with more.
+LARGE_RESIDUAL = 1e-3
 MAX_REFINEMENTS = 6
-# Steps for each coefficient, after which rounding must have led in a circle.
+# Steps for each coefficient, after which rounding errors must have led into a cycle.
 MAX_STEPS = 6
-# Exchanges of many coefficients that may leave more of them wrong than before.
+# How many exchanges in a row may fail to reduce the number of wrong coefficients.
 MAX_FAILED_EXCHANGES = 3
 MAX_EXCHANGES = 50
 MAX_REFINED_POINTS = 20
@@ -46,12 +52,13 @@ MAX_REFINED_POINTS = 20
 
 @dataclass
 class Minimizer:
-    """The state of the method, in its units.
+    """The state of the method, for a scaled problem (see `Scaled`).
 
-    x, r, y : coefficients, residuals b - A x, and multipliers of the equations.
-    states : LOWER, BASIC or UPPER for each coefficient; BASIC for one that is free. A
-        coefficient without bounds may also be LOWER, at 0, if its column depends on
-        those of the free ones.
+    x, r, y : the coefficients, the residuals b - A x, and the multipliers of the
+        equations.
+    states : LOWER, BASIC or UPPER for each coefficient; BASIC means free. A coefficient
+        without bounds may also be LOWER, with the value 0, if its column depends
+        linearly on those of the free ones.
     steps : how many sets of free coefficients were tried.
     """
 
@@ -63,8 +70,9 @@ class Minimizer:
     _last: tuple[bytes, Factors] | None = None
 
     def factors(self, data: Data) -> Factors:
-        """Return the factors of the free columns, which are kept until others are
-        free."""
+        """Return the factors of the free columns. They are computed again only if the
+        set of free coefficients has changed.
+        """
         key = self.states.tobytes()
         if self._last is None or self._last[0] != key:
             free = self.free
@@ -79,8 +87,10 @@ class Minimizer:
 
 
 def minimize(data: Data) -> Minimizer | None:
-    """Return the minimizer of a problem in the units of `Scaled`; None if no x within
-    the bounds satisfies the equations, or rounding hides the way."""
+    """Return the minimizer of a problem that has been scaled by `Scaled`; None if no x
+    within the bounds satisfies the equations, or if rounding errors make the method
+    cycle.
+    """
     start = start_of(data)
     if data.d.size:
         none = data.E[:0], data.d[:0]
@@ -97,8 +107,9 @@ def minimize(data: Data) -> Minimizer | None:
 
 
 def start_of(data: Data) -> Minimizer:
-    """Return the point at the bounds nearest to 0, without free coefficients; those
-    without bounds are 0."""
+    """Return the point of the box that is closest to 0 among those with each
+    coefficient at a bound; coefficients without bounds are 0. None of them is free.
+    """
     is_upper = np.abs(data.upper) < np.abs(data.lower)
     x = np.where(is_upper, data.upper, data.lower)
     x[np.isinf(x)] = 0.0
@@ -115,10 +126,11 @@ def _are_satisfied(data: Data, x: Vector) -> bool:
 
 
 def _exchanged(data: Data, start: Minimizer) -> Minimizer:
-    """Return the point to which exchanges of all wrong coefficients at once lead, moved
-    into the bounds; or the start, if they fail.
+    """Return the point to which exchanges of all wrong coefficients at once lead,
+    projected onto the bounds; or `start` itself, if they fail.
 
-    They take A'A, as a guess alone: what comes of it is a start.
+    The exchanges use A'A, which may lose half of the digits. That is harmless, as the
+    point is only a start for the active-set method.
     """
     A, b, lower, upper, *_ = data
     if len(A) < lower.size:
@@ -137,7 +149,9 @@ def _exchanged(data: Data, start: Minimizer) -> Minimizer:
 
 
 class Exchanged(NamedTuple):
-    """Where exchanges end: x, states, and how many coefficients are wrong."""
+    """Where exchanges end: x, states, and how many coefficients violate a bound or have
+    a multiplier of the wrong sign.
+    """
 
     x: Vector
     states: States
@@ -147,8 +161,10 @@ class Exchanged(NamedTuple):
 def exchanges(
     gram: Matrix, side: Vector, lower: Vector, upper: Vector, states: States
 ) -> Exchanged | None:
-    """Return where exchanges of all wrong coefficients lead, by A'A and A'b; None if a
-    system is not positive definite."""
+    """Return the point to which exchanges of all wrong coefficients lead, computed from
+    A'A (`gram`) and A'b (`side`); None if the matrix of the free coefficients is not
+    positive definite.
+    """
     solve = lapack().dposv
     min_wrong = lower.size + 1
     failures = 0
@@ -182,8 +198,12 @@ def exchanges(
 
 
 def _descended(data: Data, minimizer: Minimizer, noise: Vector) -> Minimizer | None:
-    """Return the point at which steps to minimizers of the free coefficients end; None
-    if they do not. noise : what rounding may make of the multipliers."""
+    """Return the point at which alternately minimizing over the free coefficients and
+    freeing one more ends; None if it does not end after `MAX_STEPS` steps for each
+    coefficient.
+
+    noise : bounds on the rounding errors of the multipliers.
+    """
     n = minimizer.x.size
     for _ in range(MAX_STEPS * (n + 10)):
         while not _step(data, minimizer, minimizer.factors(data)):
@@ -195,8 +215,10 @@ def _descended(data: Data, minimizer: Minimizer, noise: Vector) -> Minimizer | N
 
 
 def _step(data: Data, minimizer: Minimizer, factors: Factors) -> bool:
-    """Move the free coefficients to their minimizer, or up to the first bounds on the
-    way, which they then keep. Return whether it is reached."""
+    """Move the free coefficients to the minimizer over them, or as far as the first
+    bounds in that direction, and fix those that reach a bound. Return whether the
+    minimizer was reached.
+    """
     free = minimizer.free
     step = factors.step(minimizer.r, np.zeros(free.size), data.d - data.E @ minimizer.x)
     start = minimizer.x[free]
@@ -223,8 +245,10 @@ def _step(data: Data, minimizer: Minimizer, factors: Factors) -> bool:
 
 
 def _freed(data: Data, minimizer: Minimizer, noise: Vector) -> bool:
-    """Free the coefficient at a bound whose multiplier has the wrong sign by most, if
-    one has by more than rounding."""
+    """Free the coefficient at a bound whose multiplier has the wrong sign and is the
+    largest of these, and return True; return False if no multiplier has the wrong sign
+    by more than rounding error.
+    """
     slopes = data.A.T @ minimizer.r + data.E.T @ minimizer.y
     gains = np.where(minimizer.states == UPPER, -slopes, slopes)
     has_none = np.isinf(data.lower) & np.isinf(data.upper)
@@ -235,7 +259,7 @@ def _freed(data: Data, minimizer: Minimizer, noise: Vector) -> bool:
         if not gains[j] > 0:
             return False
         before, minimizer.states[j] = minimizer.states[j], BASIC
-        # Else the multiplier is rounding, or the column depends on others.
+        # Otherwise the multiplier is rounding error, or the column depends on others.
         if _moves_inside(data, minimizer, j, slopes[j]):
             return True
         minimizer.states[j] = before
@@ -243,8 +267,9 @@ def _freed(data: Data, minimizer: Minimizer, noise: Vector) -> bool:
 
 
 def _moves_inside(data: Data, minimizer: Minimizer, j: int, slope: float) -> bool:
-    """Return whether the step of the free coefficients moves one of them along its
-    slope."""
+    """Return whether the next step moves coefficient j, which has just been freed, in
+    the direction in which |A x - b| decreases.
+    """
     factors = minimizer.factors(data)
     if not factors.is_regular:
         return False
@@ -254,8 +279,9 @@ def _moves_inside(data: Data, minimizer: Minimizer, j: int, slope: float) -> boo
 
 
 def _noise(data: Data, minimizer: Minimizer) -> Vector:
-    """Return what rounding may make of the multipliers at points that are not
-    refined."""
+    """Return bounds on the rounding errors of the multipliers at points that have not
+    been refined.
+    """
     norms = column_norms(data.A)
     terms = norms * (np.sqrt(data.b @ data.b) + norms @ np.abs(minimizer.x))
     of_E = np.abs(data.E).T @ np.abs(minimizer.y)
@@ -263,8 +289,9 @@ def _noise(data: Data, minimizer: Minimizer) -> Vector:
 
 
 def _are_clear(data: Data, minimizer: Minimizer) -> bool:
-    """Return whether the signs of all coefficients and multipliers are known, and all
-    conditions hold to rounding, without refinement."""
+    """Return whether the signs of all coefficients and multipliers are correct in spite
+    of rounding errors, without refinement of the point.
+    """
     factors = minimizer.factors(data)
     if data.d.size or not factors.is_regular:
         return False
@@ -276,9 +303,12 @@ def _are_clear(data: Data, minimizer: Minimizer) -> bool:
 
 
 def are_clear(data: Data, minimizer: Minimizer, norms: Vector, rows: Vector) -> bool:
-    """Return whether the signs of all coefficients and multipliers of a point without
-    refinement are known. norms : of the columns of A. rows : those of the rows of the
-    pseudoinverse of the free columns."""
+    """Return whether the signs of all coefficients and multipliers of a point that has
+    not been refined are correct in spite of rounding errors.
+
+    norms : the 2-norms of the columns of A.
+    rows : the 2-norms of the rows of the pseudoinverse of the free columns.
+    """
     free = minimizer.free
     size = float(np.sqrt(minimizer.r @ minimizer.r))
     terms = float(np.sqrt(data.b @ data.b) + norms @ np.abs(minimizer.x))
@@ -302,8 +332,10 @@ def column_norms(A: Matrix) -> Vector:
 
 
 def _with_certain_signs(data: Data, minimizer: Minimizer) -> Minimizer | None:
-    """Return the minimizer to which refined points lead, whose signs are known to more
-    digits than those of others."""
+    """Return the minimizer, after refining it and continuing the method until the signs
+    of the refined coefficients and multipliers are those of a minimizer; None if the
+    method cycles.
+    """
     if _are_clear(data, minimizer):
         return minimizer
     for _ in range(MAX_REFINED_POINTS):
@@ -335,7 +367,7 @@ def _with_certain_signs(data: Data, minimizer: Minimizer) -> Minimizer | None:
 
 
 def _put_on_bounds(data: Data, minimizer: Minimizer) -> None:
-    """Put the coefficients that refinement has moved beyond their bounds there."""
+    """Fix the coefficients that refinement has moved beyond a bound at that bound."""
     below, above = minimizer.x < data.lower, minimizer.x > data.upper
     minimizer.states[below], minimizer.states[above] = LOWER, UPPER
     minimizer.x = np.clip(minimizer.x, data.lower, data.upper)
@@ -343,7 +375,9 @@ def _put_on_bounds(data: Data, minimizer: Minimizer) -> None:
 
 
 def _refine_to_digits(data: Data, minimizer: Minimizer) -> Minimizer:
-    """Return the point with x, r and y refined to nearly all of their digits."""
+    """Return the point with x, r and y improved by iterative refinement, with residuals
+    in twice the precision, to almost full double precision.
+    """
     free, last = minimizer.free, np.inf
     factors = minimizer.factors(data)
     both = np.vstack((factors.A, factors.E)).T

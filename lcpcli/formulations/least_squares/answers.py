@@ -1,5 +1,6 @@
-"""What a result says about a fit: coefficients, residuals and multipliers, whether they
-are the only ones, and points that are given to be checked."""
+"""What a result says about a fit: the coefficients, residuals and multipliers, and
+whether the minimizer is unique. Also the verification of proposed coefficients.
+"""
 
 from __future__ import annotations
 
@@ -37,10 +38,12 @@ from lcpcli.solving.result import Result
 from lcpcli.typing import Indices, Vector
 from lcpcli.verify.verification import Proposed, Verification
 
-MAX_COEFFICIENTS = 100  # in a table, a few screens
-MAX_ON_SCREEN = 24
-MAX_NAMED = 6  # in a sentence
-MAX_EXAMINED = 3000  # measurements, free coefficients and equations
+MAX_COEFFICIENTS = 100  # rows of a table in a report, which are a few screens
+MAX_ON_SCREEN = 24  # rows of a table on the screen
+MAX_NAMED = 6  # coefficients named in a sentence
+# Uniqueness is examined by the dense inverse of a system of this order, which is the
+# number of measurements, free coefficients and equations.
+MAX_EXAMINED = 3000
 UNSOLVED = "the fit was not found"
 INFEASIBLE = "no x within the bounds satisfies the equations"
 KEYS = (
@@ -71,25 +74,27 @@ DEPENDENT = "up to rounding of the data, {names} can change without changing A x
 class Fit(Answer):
     """What a solution of the mixed problem says about a fit.
 
-    names : those of the coefficients.
-    x : the coefficients that minimize |A x - b|, shape (n,); None, as are the others,
-        if the problem is not solved.
-    exact : x in fractions if z is proved, else None.
+    names : the names of the coefficients.
+    x : the coefficients that minimize |A x - b|, shape (n,); None if the problem is not
+        solved, as are all the following.
+    exact : x in fractions if z is proved, otherwise None.
 
     The following are computed when one of them is first read:
-    residual : b - A x, shape (m,), as exact as doubles are.
-    norm : its 2-norm. norm_error : a bound on the rounding error in norm.
+
+    residual : b - A x, shape (m,), correctly rounded or almost so.
+    norm : its 2-norm.
+    norm_error : a bound on the rounding error in `norm`.
     multipliers : the derivatives of the minimum of |A x - b|^2 / 2 with respect to the
         bounds, shape (n,): 0 for free coefficients, positive at lower and negative at
         upper bounds.
-    equation_multipliers : the same for d, shape (k,).
-    states : for each coefficient "lower", "upper" or "basic", which is free.
+    equation_multipliers : the derivatives with respect to d, shape (k,).
+    states : for each coefficient "lower", "upper" or "basic", which means free.
     support : the indices, from 0, of the coefficients that are not 0.
-    proved : "unique" if there is no other minimizer, and none for data that differ by
-        rounding has others of its coefficients at bounds; "several", with `other`,
-        another minimizer of shape (n,); or "up to rounding": which values the
-        coefficients with the indices `uncertain` have hangs on rounding of the data.
-        None if the problem is not solved, or too large to examine.
+    proved : "unique" if there is no other minimizer, and data that differ by rounding
+        have a minimizer with the same coefficients at bounds; "several" if there is
+        another minimizer, which is `other`, of shape (n,); "up to rounding" if the
+        values of the coefficients with the indices `uncertain` depend on rounding
+        errors of the data. None if the problem is not solved, or too large to examine.
     statement : what is proved, in a sentence.
     """
 
@@ -102,7 +107,9 @@ class Fit(Answer):
     @cached_property
     @np.errstate(all="ignore")
     def _measured(self) -> tuple[Vector, float, float, Vector] | None:
-        """Return the residual, its norm with the bound, and the multipliers."""
+        """Return the residual, its norm, a bound on the error of the norm, and the
+        multipliers.
+        """
         if self._problem is None:
             return None
         data, minimizer = self._problem
@@ -253,14 +260,19 @@ def answer(origin: LeastSquares, result: Result) -> Fit:
 def fit_at(
     origin: LeastSquares, data: Data, z: Vector, exact: list[Fraction] | None = None
 ) -> Fit:
-    """Return the answer for a solution z. exact : its coefficients in fractions."""
+    """Return the answer for a solution z.
+
+    exact : its coefficients in fractions.
+    """
     r, x, y = origin.parts(z)
     minimizer = Minimizer(x, r, y, states_of(data, x))
     return Fit(origin.coefficient_names(), x, exact, "solved", (data, minimizer))
 
 
 def _norm(values: Vector) -> tuple[float, float]:
-    """Return the 2-norm of values that are rounded once, and a bound on its error."""
+    """Return the 2-norm of values that have relative errors of one rounding, and a
+    bound on its error.
+    """
     exponent = math.frexp(np.abs(values).max(initial=0.0))[1]
     scaled = np.ldexp(values, -exponent)
     norm = math.ldexp(math.sqrt(math.fsum((scaled * scaled).tolist())), exponent)
@@ -269,8 +281,9 @@ def _norm(values: Vector) -> tuple[float, float]:
 
 @np.errstate(all="ignore")  # overflow counts as infinite
 def verified(origin: LeastSquares, proposed: Proposed) -> Verification:
-    """Verify z, or coefficients with their residuals and the multipliers that fit
-    best."""
+    """Verify z; or coefficients x alone, with the residuals b - A x and the multipliers
+    of the equations that satisfy the conditions of the free coefficients best.
+    """
     if len(proposed.values) == proposed.problem.n:
         return proposed.of_z(proposed.values)
     data = origin.data_in(proposed.problem)
@@ -291,7 +304,7 @@ def verified(origin: LeastSquares, proposed: Proposed) -> Verification:
 def _rows(
     proposed: Proposed, origin: LeastSquares, x: Sequence[Fraction]
 ) -> list[Fraction]:
-    """Return A x - b in exact numbers."""
+    """Return A x - b in fractions."""
     assert proposed.data is not None
     m, k = origin.measurements, proposed.problem.n - origin.measurements - len(x)
     zero = Fraction(0)

@@ -1,5 +1,7 @@
-"""Fits that are solved from A and b at once, and the point that the method proposes for
-a run. Their mixed problem, which is larger than A, is made only when it is read."""
+"""Fits that are solved directly from A and b, and the point that this method proposes
+for a run of the mixed problem. The mixed problem, whose matrix is larger than A, is
+made only when it is read.
+"""
 
 from __future__ import annotations
 
@@ -24,17 +26,21 @@ from lcpcli.solving.result import Result
 from lcpcli.typing import Mask, Vector
 
 METHOD = "least-squares"
-MAX_ENTRIES = 4_000_000  # of A, up to which it is stored dense
-# Of the terms of a row: its violation, far below every tolerance; and of |b|: the terms
-# of A x, beyond which they might cancel.
+MAX_ENTRIES = 4_000_000  # entries of A, up to which it is stored dense: 32 MB
+# The conditions must hold to this, relative to the terms of each row. It is 2e-13, far
+# below every tolerance that a user may set for a run that is not exact.
 ROUNDING_OF_ROWS = 1000 * EPS
+# With equations, the terms of A x may be this many times the largest |b|, and those of
+# E x this many times |d|. Larger terms cancel, which may hide a contradiction.
 MAX_CANCELLATION = 1e6
 REASON = "each row holds to 2e-13 of its own terms"
 
 
 @np.errstate(all="ignore")
 def proposed(data: Data) -> Proposal | None:
-    """Return the z of the minimizer; None if the method does not reach one."""
+    """Return the z of the minimizer; None if the active-set method does not reach
+    one.
+    """
     minimizer = None
     if is_sparse(data.A):
         scaled = Scaled.of(data)
@@ -54,8 +60,10 @@ def proposed(data: Data) -> Proposal | None:
 
 
 class Fits:
-    """Problems with one A, b of each being a column of `data.b` or all of it.
+    """Least-squares problems with the same A.
 
+    data : the numbers of the problems; b has one column for each of them, or is the
+        vector of the only one.
     labels : the names of the coefficients, if they have any.
     """
 
@@ -72,7 +80,7 @@ class Fits:
 
 
 class FitResult(RowResult):
-    """A result whose problem and point are made when they are read."""
+    """A result whose problem and answer are made when they are first read."""
 
     @cached_property
     def answer(self) -> Fit:
@@ -82,8 +90,11 @@ class FitResult(RowResult):
 
 
 def solved_at_once(fits: Fits, began: float) -> Result | None:
-    """Return the result of a single fit if its conditions hold to rounding; None if
-    they do not, so that a run has to decide."""
+    """Return the result of a single fit if its conditions hold to rounding; None
+    otherwise, in which case a run of the mixed problem has to decide.
+
+    began : when the call began, for the times in the result.
+    """
     data, stopwatch = fits.data, Stopwatch(seconds, began)
     stopwatch.count("setup")
     proposal = proposed(data)
@@ -99,13 +110,15 @@ def solved_at_once(fits: Fits, began: float) -> Result | None:
 
 @np.errstate(all="ignore")
 def holds(data: Data, r: Vector, x: Vector, y: Vector) -> Mask:
-    """Return whether all conditions hold so well that no measure of a violation, nor of
-    the terms of rows, could doubt them; for several fits, in columns, of each.
+    """Return whether all optimality conditions hold so closely that verification with
+    any tolerance would accept the point; for several fits, which are columns of r, x
+    and y, one truth value for each.
 
-    The criterion of the package (`verify.measure`) allows a row 1e-10 of its terms, and
-    caps these terms by what b and d call for. Here it is 2e-13 of them, for bounds that
-    have 0 between them, from which terms are counted; beside equations b and d have to
-    explain the terms.
+    The criterion of the package (`verify.measure`) allows a row a violation of 1e-10 of
+    its terms, and does not count terms that are much larger than b and d explain. Here
+    a row may be violated by 2e-13 of its terms. Bounds must have 0 between them,
+    because the criterion counts terms from the bounds; and with equations the terms
+    must be explained by b and d.
     """
     A, b, lower, upper, E, d = data
     if not ((lower <= 0) & (upper >= 0)).all():
@@ -118,7 +131,8 @@ def holds(data: Data, r: Vector, x: Vector, y: Vector) -> Mask:
     sizes, others = of_A @ np.abs(x), of_E @ np.abs(x)
     violation = np.abs(r + A @ x - b)
     good = (violation <= ROUNDING_OF_ROWS * (sizes + np.abs(b))).all(axis=0)
-    # Without equations there is a minimizer: large terms of A x hide no contradiction.
+    # Without equations a minimizer always exists, so that cancellation in A x cannot
+    # hide a contradiction.
     if len(data.d):
         largest = np.abs(b).max(axis=0, initial=0.0)
         good &= sizes.max(axis=0, initial=0.0) <= MAX_CANCELLATION * largest

@@ -1,9 +1,9 @@
-"""Which coefficients the data of a fit determine: whether other minimizers exist, and
-which coefficients are at a bound, or not, only by rounding of the data.
+"""Which coefficients the data of a fit determine: whether there are other minimizers,
+and whether rounding errors of the data decide which coefficients are at a bound.
 
-How far rounding of A, b, E and d may move coefficients and multipliers, to first order,
-follows from the inverse of the system of the free coefficients: A. Bjorck, Numerical
-Methods for Least Squares Problems (1996), section 1.4.
+How far rounding errors of A, b, E and d may move coefficients and multipliers, to first
+order, follows from the inverse of the system of the free coefficients: A. Bjorck,
+Numerical Methods for Least Squares Problems (1996), section 1.4.
 """
 
 from __future__ import annotations
@@ -24,9 +24,10 @@ from lcpcli.typing import Indices, Mask, Matrix, States, Vector
 UNIQUE = "unique"
 SEVERAL = "several"
 ROUNDED = "up to rounding"
-# Relative errors of the data, and of the computed minimizer, that count as rounding.
+# The relative errors that the data and the computed minimizer are assumed to have.
 ROUNDING_OF_DATA = 4 * EPS
-# Of a direction in which A x stays the same: what is rounding of 0.
+# Entries of a null vector of A that are below this, relative to the largest, are taken
+# for rounding errors of 0.
 ZERO = 1e-13
 FULL_RANK = 1e-8  # relative: the least singular value of rows that are independent
 # Of |b - A x|: a change of A x that makes it clearly smaller, by 5e-5 of it. Rounding
@@ -41,10 +42,12 @@ MAX_EXACT_TERMS = 200_000  # products of fractions that take a second
 class Determinacy(NamedTuple):
     """What the data say about a minimizer.
 
-    proved : UNIQUE, SEVERAL or ROUNDED. other : another minimizer, shape (n,), if there
-    are several. uncertain : the indices, from 0, of the coefficients that are at a
-    bound, or not, by rounding of the data. changing : those of coefficients that can
-    change without changing A x, if there are several, or up to rounding.
+    proved : UNIQUE, SEVERAL or ROUNDED.
+    other : another minimizer, shape (n,), if there are several.
+    uncertain : the indices, from 0, of the coefficients for which rounding errors of
+        the data decide whether they are at a bound.
+    changing : the indices of the coefficients that can change without changing A x,
+        exactly or up to rounding of the data.
     """
 
     proved: str
@@ -55,7 +58,7 @@ class Determinacy(NamedTuple):
 
 @np.errstate(all="ignore")
 def determinacy(data: Data, minimizer: Minimizer) -> Determinacy:
-    """Return what the data say about a minimizer, both in the units of the problem."""
+    """Return what the data say about a minimizer. Neither has to be scaled."""
     scaled = Scaled.of(data)
     scaled_minimizer = scaled.minimizer(minimizer)
     uncertain = _uncertain(scaled.data, scaled_minimizer)
@@ -77,7 +80,9 @@ def determinacy(data: Data, minimizer: Minimizer) -> Determinacy:
 
 
 def _uncertain(data: Data, minimizer: Minimizer) -> Mask:
-    """Return which coefficients rounding of the data may put at a bound or free."""
+    """Return for which coefficients rounding errors of the data decide whether they are
+    at a bound or free.
+    """
     A = data.A
     E = data.E
     states = minimizer.states
@@ -132,8 +137,9 @@ def _improvable(data: Data, minimizer: Minimizer) -> list[int]:
 def _terms(
     data: Data, minimizer: Minimizer, free: Indices
 ) -> tuple[Vector, Vector, Vector]:
-    """Return the sizes of the terms in the rows of the system of the free
-    coefficients."""
+    """Return the sums of the absolute values of the terms in the rows of the system of
+    the free coefficients.
+    """
     sizes = np.abs(minimizer.x)
     of_A = np.abs(data.A) @ sizes + np.abs(data.b)
     of_E = np.abs(data.E) @ sizes + np.abs(data.d)
@@ -142,9 +148,11 @@ def _terms(
 
 
 def _direction(data: Data, minimizer: Minimizer, inside: Mask) -> Vector | None:
-    """Return a direction in which A x and E x stay the same to rounding and x stays
-    within its bounds; None if there is none. inside : which coefficients may move, away
-    from their bound if they are at one."""
+    """Return a vector v with A v = 0 and E v = 0 up to rounding, such that x + t v is
+    within the bounds for a small t > 0; None if there is none.
+
+    inside : which coefficients may move, away from their bound if they are at one.
+    """
     free = minimizer.free
     both = np.vstack((data.A, data.E))
     direction = np.zeros(minimizer.x.size)
@@ -166,8 +174,10 @@ def _direction(data: Data, minimizer: Minimizer, inside: Mask) -> Vector | None:
 def _along_bounds(
     data: Data, minimizer: Minimizer, both: Matrix, at_bounds: Indices
 ) -> Vector | None:
-    """Return a direction that leaves bounds: the smallest A v, with E v, for v that
-    moves off them by 1 in all."""
+    """Return such a vector that moves coefficients away from their bounds, by the v for
+    which (A v, E v) is smallest among those whose movements away from the bounds have
+    the sum 1; None if it is not 0.
+    """
     moving = np.concatenate((minimizer.free, at_bounds))
     signs = np.ones(moving.size)
     signs[minimizer.free.size :] = np.where(
@@ -193,9 +203,10 @@ def _along_bounds(
 
 
 def _without_rounding(direction: Vector) -> Vector:
-    """Return a direction whose smallest entries, if they are rounding, are 0, and whose
-    others are rounded to 40 binary digits, so that ratios of small numbers are exact
-    again."""
+    """Return the direction with entries that are rounding errors of 0 set to 0. If all
+    others are integer multiples of the smallest one, up to rounding, they are replaced
+    by these integers.
+    """
     largest = np.abs(direction).max()
     direction = np.where(np.abs(direction) <= ZERO * largest, 0.0, direction)
     smallest = np.abs(direction[direction != 0]).min()
@@ -205,12 +216,13 @@ def _without_rounding(direction: Vector) -> Vector:
 
 
 def _is_exact(data: Data, direction: Vector) -> bool:
-    """Return whether A v = 0 and E v = 0 hold exactly for a direction, or for one near
-    it with the same signs."""
+    """Return whether A v = 0 and E v = 0 hold exactly for the direction v, or for
+    another one close to it with the same signs.
+    """
     moving = direction.nonzero()[0]
     both = np.vstack((data.A, data.E))[:, moving]
     sizes = np.linalg.svd(both, compute_uv=False)
-    # Then a small change of v makes up for any A v and E v.
+    # If the rows are independent, a small change of v makes A v and E v exactly 0.
     smallest, largest = sizes.min(initial=np.inf), sizes.max(initial=0.0)
     if moving.size > len(both) and smallest > FULL_RANK * largest:
         return True
@@ -224,8 +236,10 @@ def _is_exact(data: Data, direction: Vector) -> bool:
 
 
 def _moved(data: Data, x: Vector, along: Vector) -> Vector:
-    """Return the point in a direction that is as far as x is large, or at the first
-    bound."""
+    """Return the point x + t v for the direction v (`along`), where t v is as large as
+    x, or shorter if a bound is met before. If x cannot move in the direction v, the
+    direction -v is tried.
+    """
     largest = np.abs(x[along != 0]).max(initial=0.0)
     length = (largest or 1.0) / np.abs(along).max()
     rooms = np.where(along > 0, data.upper - x, x - data.lower)[along != 0]

@@ -1,14 +1,15 @@
-"""Least squares on the free columns alone, with the equations eliminated: systems
+"""Least squares on the free columns alone, with the equations eliminated. The systems
 
     dr + A dx         = f
     A' dr      + E'dy = g
               E dx    = e
 
-by an orthogonal basis of the solutions of E dx = 0, and the factors Q R of A on it:
-A. Bjorck, Numerical Methods for Least Squares Problems (1996), sections 1.5 and 5.1.
-With these factors, and residuals f and g of more digits, a solution is refined to
-nearly all of its digits, whatever the size of the residual: A. Bjorck, Iterative
-refinement of linear least squares solutions I, BIT 7 (1967) 257-278.
+are solved by an orthogonal basis of the solutions of E dx = 0, and the factors Q R of A
+times this basis: A. Bjorck, Numerical Methods for Least Squares Problems (1996),
+sections 1.5 and 5.1. With these factors, and f, g and e computed in twice the
+precision, a solution can be refined to almost full double precision, whatever the size
+of the residual: A. Bjorck, Iterative refinement of linear least squares solutions I,
+BIT 7 (1967) 257-278.
 """
 
 from __future__ import annotations
@@ -22,8 +23,9 @@ from lcpcli.clock import imports
 from lcpcli.linalg.doubles import EPS
 from lcpcli.typing import Matrix, Vector
 
-# Of the size of a column, and of the largest singular value of E: what rounding leaves
-# of one that depends on others.
+# A column is taken for dependent on those before it if its pivot in R is below this,
+# times the root of the number of rows, relative to the norm of the column; and singular
+# values of E below this, relative to the largest, are taken for 0.
 DEPENDENT = 8 * EPS
 
 
@@ -35,8 +37,9 @@ def lapack() -> Any:
 
 
 class Step(NamedTuple):
-    """A solution of the system: shapes (p,), (m,) and (k,), or for several right-hand
-    sides each with a column for each of them."""
+    """A solution of the system, of shapes (p,), (m,) and (k,); for several right-hand
+    sides, each has one column for each of them.
+    """
 
     dx: Vector
     dr: Vector
@@ -46,7 +49,8 @@ class Step(NamedTuple):
 class Factors:
     """The factors for p free columns A, of shape (m, p), and E, of shape (k, p).
 
-    is_regular : whether no column of A depends on others, but for what E excludes.
+    is_regular : whether the columns of A, restricted to the solutions of E dx = 0, are
+        linearly independent, so that the system has a unique dx.
     """
 
     def __init__(self, A: Matrix, E: Matrix) -> None:
@@ -66,7 +70,7 @@ class Factors:
             return
         self._qr, self._tau, *_ = lapack().dgeqrf(reduced)
         self.R = self._qr[: self.rank]
-        # The norm of a column of R is that of the column of A.
+        # The norm of a column of R equals that of the column of A, as Q is orthogonal.
         norms = np.sqrt(np.einsum("ij,ij->j", reduced, reduced))
         min_pivots = DEPENDENT * np.sqrt(m + self.rank) * norms
         self.is_regular = bool((np.abs(self.R.diagonal()) > min_pivots).all())
@@ -85,8 +89,9 @@ class Factors:
         return np.triu(lapack().dtrtri(self.R)[0])
 
     def step(self, f: Vector, g: Vector, e: Vector) -> Step:
-        """Return the solution for these right-hand sides; the factors must be
-        regular."""
+        """Return the solution for these right-hand sides. The factors must be
+        regular.
+        """
         minimum_norm = np.zeros_like(e)
         rest = g
         if self.basis is not None:
@@ -109,8 +114,9 @@ class Factors:
         return v, self._times_Q(turned, "N")
 
     def inverse(self) -> Matrix:
-        """Return the inverse of the system: what (f, g, e) contribute to (dx, dr,
-        dy)."""
+        """Return the inverse of the matrix of the system, which maps (f, g, e) to (dx,
+        dr, dy).
+        """
         (m, p), k = self.A.shape, len(self.E)
         unit = np.eye(m + p + k)
         return np.vstack(self.step(unit[:m], unit[m : m + p], unit[m + p :]))

@@ -43,7 +43,7 @@ from lcpcli.model.problem import Problem, conditions_of
 from lcpcli.model.right_hand_sides import dimensions
 from lcpcli.typing import BoundLike, Matrix, Vector, VectorLike
 
-MAX_DENSE_UNKNOWNS = 200  # for which M is dense, as pivoting is fast there
+MAX_DENSE_UNKNOWNS = 200  # up to here M is stored dense, as pivoting is fast then
 COEFFICIENT = "coefficient"
 KEYS = ("A", "b", "lsq", "lower", "upper", "E", "d", "columns", *TEXTS)
 
@@ -64,8 +64,9 @@ class Data(NamedTuple):
     d: Vector
 
     def conditions(self) -> Conditions:
-        """Return the optimality conditions in z = (r, x, y), as `LeastSquares` has
-        them."""
+        """Return the optimality conditions in z = (r, x, y), which `LeastSquares`
+        states.
+        """
         m, k = self.b.size, self.d.size
         n = self.lower.size
         free = np.inf
@@ -148,10 +149,11 @@ def from_lsq(
 def problem_of(
     data: Data, origin: LeastSquares, name: str = "", source: str = "", note: str = ""
 ) -> Problem:
-    """Return the mixed problem of data of the sizes of its origin."""
+    """Return the mixed problem with these data. `origin` has to have their sizes."""
     M, q, lower, upper = data.conditions()
     problem = Problem(M, q, name, source=source, note=note, lower=lower, upper=upper)
-    # `Problem` would check whether it fits, but it has just been made from it.
+    # `Problem` would check that the origin fits the conditions, which were made from
+    # it.
     return problem.having(origin=origin)
 
 
@@ -163,8 +165,9 @@ def data_of(
     E: Any = None,
     d: VectorLike | None = None,
 ) -> tuple[Data, tuple[str, ...]]:
-    """Return the validated data with the names of the columns of A, if it has any; or
-    raise ProblemError."""
+    """Return the validated data, and the names of the columns of A, if it has any.
+    Raises ProblemError if an argument cannot be used.
+    """
     labels: tuple[str, ...] = ()
     if type(A) is not np.ndarray and hasattr(A, "columns"):
         labels = texts(A.columns)
@@ -181,7 +184,9 @@ def data_of(
 
 
 def _measurements(b: Any, m: int) -> Vector:
-    """Return b as a vector, or as it is if it has a column for each of several fits."""
+    """Return b as a vector; or, if it has a column for each of several fits, as a
+    matrix.
+    """
     if dimensions(b) != 2:
         return as_vector("b", b, m, "row of A")
     columns = as_columns("b", b)
@@ -192,7 +197,7 @@ def _measurements(b: Any, m: int) -> Vector:
 
 
 def _equations(E: Any, d: Any, n: int) -> tuple[Matrix, Vector]:
-    """Return the equations E x = d, without rows if there are none."""
+    """Return E and d; if there are no equations, a matrix and a vector without rows."""
     if E is None and d is None:
         return np.zeros((0, n)), np.zeros(0)
     for key, value, other in (("E", E, "d"), ("d", d, "E")):
@@ -215,9 +220,9 @@ class LeastSquares(Formulation):
         lower <= x <= upper, w = -A'r - E'y,
         y free,              E x - d = 0.
 
-    w has the multipliers of the bounds, and y those of the equations; both are the
-    derivatives of the minimum of |A x - b|^2 / 2 with respect to the active bound and
-    to d, where they are unique.
+    w contains the multipliers of the bounds, and y those of the equations. Where they
+    are unique, they are the derivatives of the minimum of |A x - b|^2 / 2 with respect
+    to the active bounds and to d.
 
     measurements, coefficients : the lengths of r and x.
     columns : the names of the coefficients; empty if they have none.
@@ -270,8 +275,10 @@ class LeastSquares(Formulation):
         )
 
     def of_conditions(self, conditions: Conditions) -> LeastSquares | None:
-        """Return this object, which reads b and the bounds from the problem, if q has
-        0 in the rows of A'r, and only coefficients have bounds."""
+        """Return this object, which reads b and the bounds from the problem, if the
+        conditions have its form: q is 0 in the rows of A'r, and only coefficients have
+        bounds. Otherwise return None.
+        """
         of_x = self.parts(conditions.q)[1]
         r_lower, _, y_lower = self.parts(conditions.lower)
         r_upper, _, y_upper = self.parts(conditions.upper)
@@ -292,7 +299,7 @@ class LeastSquares(Formulation):
         return fields | ({"columns": list(self.columns)} if self.columns else {})
 
     def fitted(self, conditions: Conditions) -> Data:
-        """Return the data from which conditions of these sizes are made."""
+        """Return the data from which the conditions were made."""
         m, n = self.measurements, self.coefficients
         x, y = slice(m, m + n), slice(m + n, None)
         M, q = conditions.M, conditions.q
@@ -304,12 +311,16 @@ class LeastSquares(Formulation):
         return self.fitted(conditions_of(problem))
 
     def parts(self, z: Any) -> tuple[Any, Any, Any]:
-        """Return the r, x and y in a z, or in a w, a sequence of any numbers."""
+        """Return the r, x and y of z, or the corresponding parts of w; the entries of
+        the sequence may be numbers of any type.
+        """
         m, stop = self.measurements, self.measurements + self.coefficients
         return z[:m], z[m:stop], z[stop:]
 
     def names(self, n: int, purpose: str = FULL) -> Sequence[str]:
-        """Return the names of the components; labels are never empty."""
+        """Return the names of the components of z. Residuals and multipliers have none,
+        except for labels, which are never empty.
+        """
         m = self.measurements
         k = n - m - self.coefficients
         if purpose != LABELS:
@@ -326,7 +337,9 @@ class LeastSquares(Formulation):
     def bounds(
         self, problem: Problem, user_bounds: Mapping[str, Any]
     ) -> Mapping[str, Any]:
-        """Return bounds of z with these bounds of x."""
+        """Return the bounds of z in which the bounds of the coefficients are those of
+        the user.
+        """
         bounds = {"lower": problem.lower, "upper": problem.upper}
         new_bounds = {}
         for name, values in user_bounds.items():

@@ -1,4 +1,6 @@
-"""Fits in one call."""
+"""The functions `nnls` and `lsq`, which make a least-squares problem and solve it in
+one call.
+"""
 
 from __future__ import annotations
 

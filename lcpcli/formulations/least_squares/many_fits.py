@@ -1,10 +1,11 @@
-"""Fits of many right-hand sides b with one A: exchanges for all of them at once.
+"""Fits of many right-hand sides b with the same A, by exchanges for all of them at
+once.
 
-A guess of the free coefficients of each comes from A'A, whose systems are solved once
-for each set of free coefficients that occurs; the solutions are then corrected by
-residuals of A itself (A. Bjorck, Stability analysis of the method of seminormal
-equations for linear least squares problems, Linear Algebra Appl. 88/89 (1987) 31-48).
-A fit whose signs this leaves open is solved by itself.
+The free coefficients of each fit are guessed by means of A'A, whose systems are solved
+once for each set of free coefficients that occurs. The solutions are then corrected by
+residuals of A itself: A. Bjorck, Stability analysis of the method of seminormal
+equations for linear least squares problems, Linear Algebra Appl. 88/89 (1987) 31-48.
+Fits with signs that rounding errors leave uncertain are solved one by one.
 """
 
 from __future__ import annotations
@@ -30,16 +31,16 @@ from lcpcli.solving.many import Batch
 from lcpcli.solving.result import Result
 from lcpcli.typing import Indices, Mask, Matrix, States, Vector
 
-MAX_COEFFICIENTS = 64  # for which systems of all sets are solved at once
+MAX_COEFFICIENTS = 64  # a set of free coefficients is one integer of 64 bits
 MAX_ROUNDS = 20
 CORRECTIONS = 2
 
 
 class FitBatch(Batch):
-    """The results of fits with one A, as of `lcpcli.lsq` for a b of shape (m, k):
+    """The results of fits with the same A, as of `lcpcli.lsq` for a b of shape (m, k):
     `batch[i]` is the Result of column i, whose `answer` is its fit.
 
-    x : the coefficients of all fits, shape (k, n); a row for an unsolved fit is nan.
+    x : the coefficients of all fits, shape (k, n). The row of an unsolved fit is nan.
     """
 
     def __init__(self, fits: Fits, single: Callable[[Vector], Result]) -> None:
@@ -89,9 +90,11 @@ class FitBatch(Batch):
 
 
 class _System(NamedTuple):
-    """The data of k fits in units of their own, with a row for each of them.
+    """The scaled data of k fits; b, c, d and the bounds have one row for each of them.
 
-    K : [A'A E'; E 0], shape (n + e, n + e). c, d : A'b and d. lower, upper : bounds.
+    K : [A'A E'; E 0], shape (n + e, n + e), for e equations.
+    c, d : A'b and d.
+    lower, upper : the bounds.
     """
 
     A: Matrix
@@ -104,7 +107,7 @@ class _System(NamedTuple):
     upper: Vector
 
     def part(self, rows: Indices) -> _System:
-        """Return the fits of these rows."""
+        """Return the fits with these indices."""
         selected = (each[rows] for each in self[3:])
         return _System(*self[:3], *selected)
 
@@ -128,7 +131,9 @@ def _system(fits: Fits, scaled: Scaled, sides: Indices) -> _System:
 
 @np.errstate(all="ignore")
 def together(fits: Fits, z: Vector) -> Mask:
-    """Fill in those rows of z that are surely solutions, and return which these are."""
+    """Fill in the rows of z whose fits are solved so that all signs are certain, and
+    return which rows these are.
+    """
     data = fits.data
     k, n = data.b.shape[1], data.lower.size
     none = np.zeros(k, dtype=bool)
@@ -160,13 +165,15 @@ def together(fits: Fits, z: Vector) -> Mask:
 
 
 def _exchanged(system: _System) -> tuple[States, Vector, Vector, Vector]:
-    """Return the states, the inverses of their systems, x and y to which exchanges of
-    all wrong coefficients lead; those that they do not lead to a solution are wrong."""
+    """Return the states of the coefficients, the inverses of the systems of the free
+    ones, x and y, to which exchanges of all wrong coefficients lead. For some fits the
+    exchanges may not have ended at a solution; the caller has to check that.
+    """
     k, n = system.lower.shape
     size = len(system.K)
     states = np.zeros((k, n), dtype=np.int8)
     inverses, solutions = np.empty((k, size, size)), np.empty((k, size))
-    others = np.arange(k)  # whose states have changed
+    others = np.arange(k)  # the fits whose states have changed
     for _ in range(MAX_ROUNDS):
         part = system.part(others)
         states_of_part = states[others]
@@ -195,8 +202,10 @@ def _exchanged(system: _System) -> tuple[States, Vector, Vector, Vector]:
 
 
 def _inverses(K: Matrix, free: Mask) -> Vector:
-    """Return the inverses of the systems of the free coefficients, 0 for others: each
-    computed once for all fits with the same ones."""
+    """Return for each fit the inverse of the rows and columns of K that belong to the
+    free coefficients and to the equations, with zeros elsewhere. It is computed once
+    for all fits with the same free coefficients.
+    """
     n = free.shape[1]
     keys = free @ (np.uint64(1) << np.arange(n, dtype=np.uint64))
     _, first, which = np.unique(keys, return_index=True, return_inverse=True)
@@ -210,13 +219,16 @@ def _inverses(K: Matrix, free: Mask) -> Vector:
 def _are_clear(
     system: _System, states: States, inverses: Vector, x: Vector, r: Vector, y: Vector
 ) -> Mask:
-    """Return of which fits the signs of all coefficients and multipliers are known."""
+    """Return for each fit whether the signs of all coefficients and multipliers are
+    correct in spite of rounding errors (as `active_set.are_clear` does for one fit).
+    """
     n, norms = x.shape[1], column_norms(system.A)
     free = states == BASIC
     sizes = np.sqrt(np.einsum("ij,ij->i", r, r))
     of_b = np.sqrt(np.einsum("ij,ij->i", system.b, system.b))
     terms = of_b + np.abs(x) @ norms
-    # Of A on the free coefficients: the norms of the rows of its pseudoinverse.
+    # The inverse of B'B has the squared norms of the rows of the pseudoinverse of B on
+    # its diagonal. B are the free columns of A.
     rows = np.sqrt(np.maximum(np.diagonal(inverses, axis1=1, axis2=2)[:, :n], 0.0))
     largest = np.sqrt(np.einsum("ij,ij->i", rows, rows))
     of_free = np.sqrt(free @ norms**2)

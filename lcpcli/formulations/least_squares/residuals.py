@@ -1,8 +1,9 @@
-"""Residuals b - A x with about twice the digits of doubles, of whole matrices at once.
+"""Residuals b - A x in about twice double precision, for whole matrices at once.
 
-Products and sums leave their rounding errors as other doubles, which are added up: T.
-Ogita, S. M. Rump and S. Oishi, Accurate sum and dot product, SIAM Journal on Scientific
-Computing 26 (2005) 1955-1988; here the sums of a row are made in pairs.
+The rounding errors of products and sums are themselves floating-point numbers, which
+are computed and added up: T. Ogita, S. M. Rump and S. Oishi, Accurate sum and dot
+product, SIAM Journal on Scientific Computing 26 (2005) 1955-1988. Here the terms of a
+row are added in pairs.
 """
 
 from __future__ import annotations
@@ -15,7 +16,9 @@ from lcpcli.typing import Matrix, Vector
 
 
 def residual(A: Matrix, x: Vector, b: Vector) -> Vector:
-    """Return b - A x for a dense A of shape (m, n)."""
+    """Return b - A x for a dense A of shape (m, n), with an error of about one rounding
+    unless the cancellation is extreme.
+    """
     used = x.nonzero()[0]
     terms, errors = split_products(A[:, used].T, x[used, np.newaxis])
     terms = np.vstack((b, terms))

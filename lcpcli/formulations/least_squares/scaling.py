@@ -1,5 +1,6 @@
-"""Least squares in units of its own: columns and right-hand sides are divided by powers
-of two, so that these change no digit of an answer."""
+"""Scaling of least-squares problems: columns of A, rows of E and right-hand sides are
+divided by powers of two, which changes no digit of a result.
+"""
 
 from __future__ import annotations
 
@@ -15,11 +16,13 @@ from lcpcli.typing import Indices, Matrix, Vector
 
 @dataclass(frozen=True)
 class Scaled:
-    """A problem in which the largest entries of b, and of each column of A, are between
-    1/2 and 1, unless all are 0.
+    """A problem in which the largest entry of b, and the largest one of each column of
+    A, are between 1/2 and 1, unless they are 0.
 
-    data : it, with x divided by 2^(side - columns). rows : the powers of two by which
-        the rows of E have been divided.
+    data : the scaled problem. Its coefficients are those of the problem, divided by
+        2^(side - columns).
+    columns, side : the exponents by which the columns of A and b have been divided.
+    rows : the exponents by which the rows of E have been divided after that.
     """
 
     data: Data
@@ -44,7 +47,7 @@ class Scaled:
         return cls(scaled, columns, rows, side)
 
     def x(self, scaled: Vector) -> Vector:
-        """Return the coefficients in the units of the problem."""
+        """Return the coefficients of the problem for those of the scaled problem."""
         return np.ldexp(scaled, self.side - self.columns)
 
     def r(self, scaled: Vector) -> Vector:
@@ -54,7 +57,7 @@ class Scaled:
         return np.ldexp(scaled, self.side - self.rows)
 
     def minimizer(self, minimizer: Minimizer) -> Minimizer:
-        """Return a minimizer of the problem in these units."""
+        """Return the minimizer of the scaled problem for one of the problem."""
         return Minimizer(
             np.ldexp(minimizer.x, self.columns - self.side),
             np.ldexp(minimizer.r, -self.side),
@@ -74,7 +77,7 @@ def _maxima(A: Matrix, axis: int) -> Vector:
 
 
 def times_powers(A: Matrix, powers: Indices) -> Matrix:
-    """Return the matrix with its columns times powers of two."""
+    """Return the matrix with each column multiplied by 2 to the power for it."""
     if not is_sparse(A):
         return np.ldexp(A, powers)
     scaled = A.tocsr(copy=True)
@@ -83,6 +86,8 @@ def times_powers(A: Matrix, powers: Indices) -> Matrix:
 
 
 def _exponents(sizes: Vector) -> Indices:
-    """Return the exponents of numbers in [1/2, 1) times powers of two; 0 for 0."""
+    """Return for each number the exponent e for which it is f times 2^e with f in [1/2,
+    1); 0 for the number 0.
+    """
     exponents: Indices = np.frexp(sizes)[1]
     return exponents

@@ -1,6 +1,7 @@
 """Fits with a sparse A: exchanges of many coefficients at a time by A'A, and
-corrections by residuals of A itself, as long as these show all signs (see
-`many_fits`)."""
+corrections by residuals of A itself. They succeed if the signs of all coefficients and
+multipliers are certain after that (see `many_fits`).
+"""
 
 from __future__ import annotations
 
@@ -16,14 +17,18 @@ from lcpcli.formulations.least_squares.factors import lapack
 from lcpcli.formulations.least_squares.fit import Data
 from lcpcli.typing import Vector
 
-MAX_COEFFICIENTS = 3000  # for which A'A is stored dense: 72 MB
+MAX_COEFFICIENTS = 3000  # up to here A'A is stored dense, in at most 72 MB
 MAX_CORRECTIONS = 8
-CORRECTED = 1e-14  # of the largest coefficient: a correction after which none is needed
+# After a correction that is below this, relative to the largest coefficient, the next
+# one would be rounding error.
+CORRECTED = 1e-14
 
 
 def minimize_sparse(data: Data) -> Minimizer | None:
-    """Return the minimizer of a problem in the units of `Scaled`, without equations;
-    None if this does not show it."""
+    """Return the minimizer of a problem without equations that has been scaled by
+    `Scaled`; None if there are equations, or if the signs of a coefficient or
+    multiplier remain uncertain.
+    """
     A, b, lower, upper, *_ = data
     if data.d.size or lower.size > MAX_COEFFICIENTS or A.shape[0] < lower.size:
         return None
@@ -47,7 +52,9 @@ def minimize_sparse(data: Data) -> Minimizer | None:
 
 
 def _is_corrected(data: Data, point: Minimizer, factor: Vector) -> bool:
-    """Correct the free coefficients by residuals of A; return whether that ends."""
+    """Correct the free coefficients by residuals of A; return whether the corrections
+    became negligible.
+    """
     free = point.free
     for _ in range(MAX_CORRECTIONS):
         slopes = (data.A.T @ point.r)[free]

@@ -1,4 +1,4 @@
-"""A fit in two tables of CSV: A, whose columns may have names, and b."""
+"""A fit in two CSV files: A, whose columns may have names, and b."""
 
 from __future__ import annotations
 
@@ -16,8 +16,9 @@ HINT = "give the model A, a column for each coefficient, and the measurements b"
 
 
 def input_of(paths: Sequence[str]) -> Input:
-    """Return the fit as an input in JSON, with the numbers as they are written. Names
-    in a header of A are those of the coefficients; b is a column or a row."""
+    """Return the fit as an input in JSON, with the numbers exactly as they are written.
+    A header of A names the coefficients; b may be a column or a row.
+    """
     if len(paths) != 2:
         raise ParameterError("lsq", f"takes two files, not {len(paths)}", HINT)
     A, names = _table(InputFile.read(paths[0], HINT))
@@ -46,7 +47,7 @@ def _listed(values: Sequence[str]) -> str:
 
 
 def _table(file: InputFile) -> tuple[list[list[str]], list[str]]:
-    """Return the numbers of a table, as written, and the names of its columns."""
+    """Return the numbers of a CSV file, as written, and the names of its columns."""
     hint = "write the fit as JSON, with the keys A, b and lsq"
     refuse(not file.kind.is_table, file.source_name, "is not a table in CSV", hint)
     table = file.within(file.data.table, str)

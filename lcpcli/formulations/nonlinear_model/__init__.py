@@ -1,2 +1,3 @@
-"""Models of AMPL: .nl files, nonlinear or not, as complementarity problems or programs,
-their solutions in .sol files, and lcp in the place of a solver that AMPL calls."""
+"""Models of AMPL: .nl files, nonlinear or not, read as complementarity problems or
+programs; their solutions in .sol files; and lcp as a solver that AMPL calls.
+"""

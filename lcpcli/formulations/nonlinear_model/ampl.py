@@ -1,9 +1,10 @@
-"""lcp as a solver of AMPL, and of what calls solvers as AMPL does: lcp STUB -AMPL
-[NAME=VALUE]...
+"""lcp as a solver of AMPL, and of programs that call solvers as AMPL does: lcp STUB
+-AMPL [NAME=VALUE]...
 
 The model in STUB.nl is solved, and the answer is written to STUB.sol, in which
-solve_result_num says how the run has ended; its message is printed, too. The exit code
-is then 0. Options are in lcp_options, a variable, or behind -AMPL.
+solve_result_num says how the run has ended; its message is also printed. The exit code
+is then 0. Options are read from the environment variable lcp_options, and from the
+arguments after -AMPL.
 """
 
 from __future__ import annotations
@@ -47,25 +48,31 @@ NUMBERS = {
     Status.BREAKDOWN: 405,
     Status.RAY: 406,
 }
-# With an objective.
+# solve_result_num of a linear complementarity problem with an objective.
 OPTIMA = {"optimal": 0, "unsolvable": 201, "unbounded": 300, "time_limit": 401}
-# Of programs, by the words for their answers.
+# solve_result_num of linear and quadratic programs, by the word that says what is
+# proved.
 OF_PROGRAMS = {
     "stationary": 100,
     "infeasible": 200,
     "no_optimum": 201,
     "unbounded": 300,
 }
-# Of a run without a finite point, unless it proves that there is no solution.
+# solve_result_num of a run without a finite point, unless it proves that there is no
+# solution.
 NO_POINT = 500
 
 
 def run(stub: str, arguments: Sequence[str]) -> int:
-    """Solve the model in a file, write the answer beside it, and return 0. words :
-    options, each NAME=VALUE."""
+    """Solve the model in the file `stub`, write the answer to the file .sol in the same
+    directory, and return the exit code 0.
+
+    arguments : options, each NAME=VALUE.
+    """
     stem = stub.removesuffix(".nl")
     path, written = f"{stem}.nl", f"{stem}.sol"
-    # Which would stand for the answer if this run is refused or killed.
+    # An old answer would be taken for the answer of this run if it is refused or
+    # killed.
     if os.path.isfile(written):
         with suppress(OSError):
             os.unlink(written)
@@ -88,8 +95,9 @@ def run(stub: str, arguments: Sequence[str]) -> int:
 
 
 def _options(arguments: Sequence[str]) -> dict[str, Any]:
-    """Return the values of options, of which the last one counts where one is given
-    twice."""
+    """Return the values of the options by name. If one occurs twice, its last value
+    counts.
+    """
     option_values: dict[str, Any] = {}
     for argument in arguments:
         name, is_there, text = argument.partition("=")
@@ -111,8 +119,9 @@ def _options(arguments: Sequence[str]) -> dict[str, Any]:
 def _answer(
     file: InputFile, is_program: bool, option_values: Mapping[str, Any]
 ) -> tuple[str, int, Vector | None]:
-    """Return how a run has ended, in words and as a solve_result_num, and the unknowns;
-    None if there are no values."""
+    """Return how the run has ended, in words and as a solve_result_num, and the values
+    of the unknowns, or None if there are none.
+    """
     others = {**option_values}
     limits = Limits.pop_from(others)
     if file.nonlinear is not None:
@@ -148,7 +157,8 @@ def _answer(
     if is_program:
         statement = result.answer.statement
         number = OF_PROGRAMS.get(str(result.answer.proved), number)
-    # It is in words of Python, as are options of solvers; other functions are not.
+    # The advice is worded for Python. It names options, which AMPL has too; but if
+    # there is no solution, it names functions of Python.
     advice = "" if result.status.has_no_solution else result.advice
     told = "; ".join(filter(None, [sentence, statement, advice]))
     return told, number, result.z

@@ -1,12 +1,12 @@
-"""The complementarity problem of an .nl file: its unknowns, and the function that
-belongs to each of them.
+"""The complementarity problem of an .nl file: its unknowns, and the function that is
+complementary to each of them.
 
 A condition x >= 0 complements F >= 0 of a variable with both bounds means l <= x <= u
 complementary to F, unless another condition, such as that of the multiplier of the
-upper bound, implies the bound that is not stated. A bounded variable without a
-condition may be tied by an equation to the variable or to the function of one, as where
-a modeling language introduces a variable for an expression: its bounds then belong to
-that condition.
+upper bound, implies the bound that is not stated. An equation may tie a bounded
+variable without a condition to the variable of a condition, or to its function; this
+happens where a modeling language introduces a variable for an expression. The bounds of
+this variable then belong to that condition.
 """
 
 from __future__ import annotations
@@ -52,11 +52,11 @@ COMPARING = {
     "or",
     "not",
     "<==>",
-}  # with infinity, too
-# Of operators in a graph.
+}  # operators whose arguments may be infinite constants
+# The names of operators in a graph, where they differ from those in AMPL.
 NAMES = {"*": "product", "/": "quotient", "and": "min", "or": "max", "<==>": "="}
 NAMES |= {"square": "^", "less": "max", "not": "="}
-# The last argument of the operator in a graph.
+# Constants that are the last argument of the operator in a graph.
 CONSTANTS = {"square": 2, "less": 0, "not": 0}
 SQUARE = (
     "lcp solves square systems: rows with a complementing variable, and as many "
@@ -79,17 +79,20 @@ LOST = (
 
 
 class NlModel:
-    """A complementarity problem in n unknowns, from the segments of a file; a
-    ProblemError says why it is none.
+    """A complementarity problem in n unknowns, made from the segments of a file. Raises
+    ProblemError, which gives the reason, if the file has no such problem.
 
-    is_exact : whether the numbers in the segments are Fractions. graph, complements,
-    equations : the expressions of the rows that complement an unknown, by the unknown,
-    and of the equations. lower, upper, start : bounds and first values of the unknowns.
-    free : the unknowns without a row, as many as there are equations. unknowns : of
-    each unknown the variable in the file. fixed : the values of all variables that are
-    no unknowns, by number. objective : "min" or "max", and the node of an expression;
-    None if there is none, or a constant one. remark : on bounds that count though no
-    condition states them, else "".
+    is_exact : whether the numbers in the segments are Fractions.
+    graph : the graph of all expressions.
+    complements : for each unknown that a row complements the node of this row.
+    equations : the nodes of the equations.
+    lower, upper, start : bounds and first values of the unknowns.
+    free : the unknowns without a row; there are as many as equations.
+    unknowns : for each unknown the number of its variable in the file.
+    fixed : the values of the variables that are no unknowns, by number.
+    objective : "min" or "max" and the node of an expression; None if there is no
+        objective, or a constant one.
+    remark : which bounds hold though no condition states them; "" if there are none.
     """
 
     def __init__(self, segments: Segments, is_exact: bool = False) -> None:
@@ -101,7 +104,8 @@ class NlModel:
             if low == high and i not in segments.complements
         }
         self.fixed = {variable: float(value) for variable, value in fixed.items()}
-        # Those that stand for expressions come last.
+        # The variables that a modeling language has introduced for expressions come
+        # last.
         unknowns = (i for i in range(len(bounds)) if i not in fixed)
         self.unknowns = sorted(unknowns, key=segments.auxiliary.__contains__)
         self.graph = graph = Graph(len(self.unknowns), is_exact)
@@ -169,8 +173,9 @@ class NlModel:
 
     @property
     def operators(self) -> dict[str, int]:
-        """Return how often each operator but sums occurs in the rows, the most frequent
-        one first."""
+        """Return how often each operator except sums occurs in the rows, the most
+        frequent one first.
+        """
         counts = Counter[str]()
         for group in Tape(self.graph, self.rows, Arithmetic()).groups:
             counts[group.operator] += len(group.nodes) * (group.operator != SUM)
@@ -184,7 +189,9 @@ class NlModel:
         return model_values
 
     def multipliers(self, z: Vector) -> Vector:  # noqa: ARG002
-        """Return none: rows of a complementarity problem have no multipliers."""
+        """Return an empty vector: rows of a complementarity problem have no
+        multipliers.
+        """
         return np.empty(0)
 
     def _objective(self, segments: Segments) -> tuple[str, int] | None:
@@ -221,8 +228,9 @@ class NlModel:
         return self.graph.sum(operands.pop())
 
     def _apply(self, name: str, arguments: Sequence[_Parts]) -> _Parts:
-        """Return the value of an operator as a sum, so that sums of sums become nodes
-        only once."""
+        """Return the value of an operator as a list of terms, so that a sum of sums
+        becomes a single node.
+        """
         graph = self.graph
         constants = map(
             graph.value,
@@ -262,8 +270,9 @@ class NlModel:
     def _piecewise_linear(
         self, slopes: Sequence[Any], breakpoints: Sequence[Any], argument: int
     ) -> int:
-        """Return the function with these slopes between the breakpoints that is 0 at 0:
-        a sum of kinks."""
+        """Return the piecewise linear function with these slopes that is 0 at 0: a
+        linear function plus a multiple of max(x - b, 0) for each breakpoint b.
+        """
         graph, zero = self.graph, self.graph.constant(0)
         parts, constant = [(argument, slopes[0])], 0
         for breakpoint, slope_before, slope_after in zip(
@@ -301,13 +310,18 @@ LOST_BOUNDS = (
     "Var(bounds=(l, u)), the constraint y == e and complements(y >= l, F >= 0); "
     "else write an equation"
 )
-# Of the function, by the only bound of its unknown.
+# The bounds of the function of a condition, by the only bound of its unknown: if that
+# is
+# a lower bound, the function is nonnegative.
 SIGNS: dict[int, BoundPair] = {LOWER: (0, inf), UPPER: (-inf, 0)}
 
 
 class Affine(NamedTuple):
-    """slope z_i + constant, for an unknown i; `range`: its bounds for those of z_i;
-    `domain`: those of z_i for its."""
+    """The affine function slope z_i + constant of unknown i.
+
+    range : returns the bounds of the function for bounds of z_i.
+    domain : returns the bounds of z_i for bounds of the function.
+    """
 
     i: int
     slope: Fraction
@@ -333,16 +347,17 @@ def kinds_of(low: Any, high: Any) -> int:
 
 
 class Conditions:
-    """The conditions of a model, and the bounds of its unknowns, which are made to
-    agree.
+    """The conditions of a model, and the bounds of its unknowns, which are brought into
+    agreement.
 
-    The bounds of unknowns without a condition are given to those to which they are
-    tied; then it is decided which bounds the conditions mean. A ProblemError says which
-    one states a bound that its variable does not have.
+    The bounds of unknowns without a condition are moved to the unknowns to which
+    equations tie them; then it is decided which bounds each condition means. Raises
+    ProblemError if a condition states a bound that its variable does not have.
 
-    stated : which bounds the condition of an unknown states. bounds : of the unknowns.
-    read : for each variable with bounds that its condition does not state the bounds
-    that count.
+    stated : which bounds the condition of an unknown states (LOWER, UPPER or BOTH).
+    bounds : the bounds of the unknowns.
+    read : the bounds of the variables that have bounds which their condition does not
+        state, and which are nevertheless enforced.
     """
 
     def __init__(
@@ -368,9 +383,11 @@ class Conditions:
                 self._resolve_bounds(x, kind, actual_kind)
 
     def refuse_leaders(self, free: Sequence[int], declared: Sequence[int]) -> None:
-        """Raise ProblemError if unknowns without a row are more than the equations, so
-        that the objective chooses them too. declared : those
-        that stand for no expression."""
+        """Raise ProblemError if there are more unknowns without a row than equations,
+        so that the objective has to choose some of them.
+
+        declared : the unknowns without a row that were not introduced for expressions.
+        """
         excess = len(free) - len(self.equations)
         if excess > 0:
             names = ", ".join(self.names[i] for i in declared[:MAX_NAMED])
@@ -383,7 +400,8 @@ class Conditions:
 
     def refuse_others(self, free: Sequence[int]) -> None:
         """Raise ProblemError unless there are as many equations as unknowns without a
-        row, none of which has bounds."""
+        row, and none of these has bounds.
+        """
         kinds = {i: kind for i in free if (kind := kinds_of(*self.bounds[i]))}
         if len(free) != len(self.equations):
             reason = (
@@ -427,8 +445,9 @@ class Conditions:
         return f"{text}fewer bounds than the variable has{more}"
 
     def _resolve_bounds(self, x: int, stated: int, actual: int) -> None:
-        """Drop the bounds of x that are not stated if other conditions imply them, else
-        let them count."""
+        """Drop the bounds of x that are not stated if other conditions imply them;
+        otherwise record that they are enforced.
+        """
         if stated & ~actual or stated not in WORDS:
             said, has = (
                 WORDS.get(each, f"the kind {each} of bounds")
@@ -443,9 +462,11 @@ class Conditions:
             self.read[owner] = self._tied(x)[owner].range(self._ends(x))
 
     def _refuse_lost(self, x: int) -> None:
-        """Raise ProblemError if an unknown without bounds complements just another one,
-        and each of them occurs else only in an equation that defines it, which is what
-        Pyomo leaves of the bounds of an expression."""
+        """Raise ProblemError if an unknown x without bounds is complementary to a
+        single other unknown, and each of the two occurs otherwise only in an equation
+        that defines it. Pyomo writes this for an expression with bounds, whose bounds
+        are then lost.
+        """
         terms, constant = self.graph.parts(self.complements[x])
         u = terms[0][0] if len(terms) == 1 and not constant else x
         if (
@@ -471,8 +492,9 @@ class Conditions:
             )
 
     def _definition(self, x: int, condition: int | None = None) -> int | None:
-        """Return the equation that is x or -x plus other terms, if only this condition
-        has x too; else None."""
+        """Return the equation that is x or -x plus other terms, if x occurs in no other
+        row except this condition; otherwise None.
+        """
         rows = [row for row in self._rows_with.get(x, ()) if row != condition]
         if len(rows) != 1 or rows[0] not in self.equations:
             return None
@@ -487,7 +509,7 @@ class Conditions:
 
     @cached_property
     def _rows_with(self) -> dict[int, list[int]]:
-        """For each unknown the rows that have it."""
+        """Return for each unknown the rows in which it occurs."""
         rows_by_unknown = dict[int, list[int]]()
         for row in (*self.equations, *self.complements.values()):
             for x in self.graph.below([row]):
@@ -496,8 +518,9 @@ class Conditions:
 
     def _drop_implied(self, x: int, stated: int = 0) -> bool:
         """Drop the bounds of x that are not stated and that other conditions imply, by
-        their unknowns and by the signs of their functions; return whether none is
-        left."""
+        the bounds of their unknowns or the signs of their functions. Return whether x
+        is left with exactly the stated bounds.
+        """
         (low, high), exact_bounds = self.bounds[x], self._ends(x)
         domains = [
             value.domain(sides) for y, value, sides, _ in self._sides(x) if y != x
@@ -526,9 +549,10 @@ class Conditions:
             self._exchange(x, y, value)
 
     def _condition_on(self, x: int) -> tuple[int, Affine] | None:
-        """Return the unknown of the condition that x takes part in but for a shift and
-        the sign, and the side of this condition that is x: the unknown itself, or its
-        function. The best one has a bound of x itself."""
+        """Return the unknown of the condition one of whose sides is x or -x plus a
+        constant, and this side as an affine function; None if there is no such
+        condition. Conditions whose side has a bound in common with x are preferred.
+        """
         finite_bounds = {bound for bound in self._ends(x) if _is_finite(bound)}
         fit = [
             (finite_bounds.isdisjoint(value.domain(sides)), y, value)
@@ -542,8 +566,10 @@ class Conditions:
 
     def _sides(self, x: int) -> list[tuple[int, Affine, BoundPair, bool]]:
         """Return the sides of conditions that are affine functions of x, unknowns
-        before functions: the condition's unknown, the function, the bounds that it
-        implies for the side, and whether this is its function."""
+        before functions. For each: the unknown of the condition, the affine function,
+        the bounds that the condition implies for it, and whether it is the function of
+        the condition.
+        """
         tied = self._tied(x)
         sides = [
             (y, value, self._ends(y), False)
@@ -578,8 +604,9 @@ class Conditions:
 
     @cached_property
     def _single(self) -> dict[int, list[tuple[int, Fraction, Fraction]]]:
-        """For each unknown the conditions whose functions are slope times it, plus a
-        constant, and no more."""
+        """Return for each unknown the conditions whose functions are a multiple of it
+        plus a constant: the unknown of the condition, the multiple and the constant.
+        """
         conditions_by_unknown = dict[int, list[tuple[int, Fraction, Fraction]]]()
         for y, node in self.complements.items():
             terms, constant = self.graph.parts(node)
@@ -595,8 +622,9 @@ class Conditions:
         return conditions_by_unknown
 
     def _tied(self, x: int) -> dict[int, Affine]:
-        """Return the unknowns that equations in two unknowns each make functions of x,
-        as these, x first."""
+        """Return the unknowns that are affine functions of x by equations in two
+        unknowns each, with these functions; x itself is the first.
+        """
         functions = {x: Affine(x, Fraction(1), Fraction(0))}
         for u in (reached := [x]):
             for v, slope, constant in self._relations.get(u, ()):
@@ -607,8 +635,9 @@ class Conditions:
 
     @cached_property
     def _relations(self) -> dict[int, list[tuple[int, Fraction, Fraction]]]:
-        """For each unknown the others that an equation makes slope times it, plus a
-        constant."""
+        """Return for each unknown u the others that an equation makes slope u +
+        constant, with the slope and the constant.
+        """
         relations = dict[int, list[tuple[int, Fraction, Fraction]]]()
         for node in self.equations:
             terms, constant = self.graph.parts(node)
@@ -650,7 +679,9 @@ def _double(value: Any) -> float:
 
 
 def _fraction(value: Any) -> Any:
-    """Return the decimals of a number as a Fraction; infinity as it is."""
+    """Return the shortest decimal of a number as a Fraction; an infinite number as it
+    is.
+    """
     if not isfinite(value):
         return value
     return Fraction(repr(value) if isinstance(value, float) else value)

@@ -1,18 +1,19 @@
 """Expressions of the unknowns as a graph without repeated nodes, in which sums are flat
 and constants are combined.
 
-Their operators are evaluated in double precision or in intervals. Derivatives are
-expressions too. They are computed in reverse (A. Griewank and A. Walther, Evaluating
-Derivatives, 2008, chapter 3): each node that a row depends on has an adjoint, the
-derivative of the row by the node, which is the sum, over all nodes of which the node is
-an argument, of their adjoints times their partial derivatives.
+Its operators are evaluated in double precision or in interval arithmetic. Derivatives
+are expressions too. They are computed in reverse mode (A. Griewank and A. Walther,
+Evaluating Derivatives, 2008, chapter 3): each node on which a row depends has an
+adjoint, the derivative of the row with respect to the node. It is the sum, over all
+nodes of which the node is an argument, of their adjoints times their partial
+derivatives.
 
-Interval arithmetic is on arrays of shape (2, m), lower bounds before upper ones,
-rounded outward. Sums, products, quotients and square roots are rounded correctly by
-IEEE 754, so that the neighbouring doubles bound them; for other functions errors of up
-to ERROR in their last places are allowed, as numpy states at most 4. nan stands for a
-function that is not defined everywhere (R. E. Moore, R. B. Kearfott and M. J. Cloud,
-Introduction to Interval Analysis, 2009).
+An array of m intervals has the shape (2, m), with lower bounds in the first row, and is
+rounded outward. IEEE 754 rounds sums, products, quotients and square roots correctly,
+so that the adjacent floating-point numbers are bounds; for other functions the relative
+error may be ERROR, which is twice the 4 units in the last place that numpy states. nan
+means that the function is not defined everywhere in the interval (R. E. Moore, R. B.
+Kearfott and M. J. Cloud, Introduction to Interval Analysis, 2009).
 """
 
 from __future__ import annotations
@@ -28,12 +29,16 @@ from lcpcli.errors import ProblemError
 from lcpcli.typing import Indices, Mask, Vector
 
 Functions: TypeAlias = Mapping[str, Callable[..., Any]]
-# With derivatives that are 0 whatever becomes of an argument.
+# Operators with partial derivatives that are 0 for an argument that is not selected.
+# Its
+# own derivatives may then be infinite or undefined, and are not multiplied by this 0.
 BRANCHES = {"if", "min", "max", "abs"}
 EPS = float(np.finfo(float).eps)
 ERROR = 8 * EPS  # relative, of functions that are not rounded correctly
-LARGEST_ANGLE = 1e8  # whose place between extrema of the sine is known to six digits
-MARGIN = 1e-6  # of places between extrema
+# Up to here, the number of periods of the sine in an angle is computed with an error
+# below MARGIN; larger angles are taken to include an extremum.
+LARGEST_ANGLE = 1e8
+MARGIN = 1e-6
 Interval: TypeAlias = tuple[float, float]
 LINE = (-np.inf, np.inf)
 POSITIVE = (0.0, np.inf)
@@ -41,18 +46,22 @@ UNIT = (-1.0, 1.0)
 
 
 def _outward(lower: Vector, upper: Vector) -> Vector:
-    """Return bounds of numbers that are rounded to the nearest double."""
+    """Return intervals that contain the numbers whose bounds were rounded to
+    nearest.
+    """
     return np.stack([np.nextafter(lower, -np.inf), np.nextafter(upper, np.inf)])
 
 
 def _around(interval: Vector) -> Vector:
-    """Return bounds of numbers with a relative error of at most ERROR."""
+    """Return intervals that contain the numbers whose bounds were computed with a
+    relative error of at most ERROR.
+    """
     signs = np.sign(interval) * ERROR
     return _outward(interval[0] * (1.0 - signs[0]), interval[1] * (1.0 + signs[1]))
 
 
 def _defined(result: Vector, *arguments: Vector) -> Vector:
-    """Return the values of a function, nan where one of its arguments is."""
+    """Return the values of a function, with nan wherever an argument is nan."""
     return np.where(
         np.logical_or.reduce([np.isnan(each).any(axis=0) for each in arguments]),
         np.nan,
@@ -61,8 +70,7 @@ def _defined(result: Vector, *arguments: Vector) -> Vector:
 
 
 def _line_where(condition: Any, interval: Vector) -> Vector:
-    """Return the ends of intervals, those of the whole line where a condition is
-    true."""
+    """Return the intervals, with the whole real line wherever a condition is true."""
     return np.stack(
         [
             np.where(condition, -np.inf, interval[0]),
@@ -80,7 +88,7 @@ def product(a: Vector, b: Vector) -> Vector:
 
 
 def quotient(a: Vector, b: Vector) -> Vector:
-    """Return a / b; the whole line where b may be 0."""
+    """Return a / b; the whole real line where b may be 0."""
     quotients = np.stack([x / y for x in a for y in b])
     unbounded = ((b[0] <= 0) & (b[1] >= 0)) | np.isnan(quotients).any(axis=0)
     return _defined(
@@ -106,8 +114,10 @@ def power(a: Vector, exponent: int) -> Vector:
 
 
 def _reaches(a: Vector, angle: float, period: float) -> Mask:
-    """Return where an interval may contain an angle, or one that differs from it by
-    periods."""
+    """Return for which intervals a multiple of the period may lie at a distance `angle`
+    from one of their points; that is, which may contain angle + k period for an integer
+    k.
+    """
     periods, is_small = (a - angle) / period, np.abs(a).max(axis=0) < LARGEST_ANGLE
     return np.asarray(
         ~is_small | (np.floor(periods[1] + MARGIN) > np.floor(periods[0] - MARGIN))
@@ -115,7 +125,10 @@ def _reaches(a: Vector, angle: float, period: float) -> Mask:
 
 
 def _wave(a: Vector, greatest: float, function: Callable[..., Any]) -> Vector:
-    """Return sine or cosine. greatest : an angle at which it is 1."""
+    """Return the range of the sine or cosine on intervals.
+
+    greatest : an angle at which the function is 1.
+    """
     lower, upper = np.clip(_around(np.sort(function(a), axis=0)), -1.0, 1.0)
     lower = np.where(_reaches(a, greatest + np.pi, 2 * np.pi), -1.0, lower)
     upper = np.where(_reaches(a, greatest, 2 * np.pi), 1.0, upper)
@@ -123,12 +136,14 @@ def _wave(a: Vector, greatest: float, function: Callable[..., Any]) -> Vector:
 
 
 def tangent(a: Vector) -> Vector:
-    """Return the tangent; the whole line where there may be a pole."""
+    """Return the tangent; the whole real line where the interval may contain a pole."""
     return _line_where(_reaches(a, -np.pi / 2, np.pi), _around(np.tan(a)))
 
 
 def angle(y: Vector, x: Vector) -> Vector:
-    """Return the angle of the point (x, y), in detail only where x > 0."""
+    """Return the angle of the point (x, y): a tight interval only where x > 0,
+    otherwise [-pi, pi].
+    """
     right = INTERVALS["atan"](quotient(y, x))
     circle = _around(np.broadcast_to([[-np.pi], [np.pi]], right.shape))
     return np.where(x[0] > 0, right, _defined(circle, y, x))
@@ -142,8 +157,9 @@ def _equal(a: Vector, b: Vector) -> Vector:
 
 
 def _chosen(condition: Vector) -> Vector:
-    """Return 1 or 0; where the condition is open the whole line, as the function may
-    jump."""
+    """Return 1 or 0 for conditions that certainly hold or fail; the whole real line for
+    others, as the function may jump.
+    """
     holds, fails = _decided(condition)
     truth = _line_where(~holds & ~fails, np.stack([holds, holds]).astype(float))
     return _defined(truth, condition)
@@ -156,19 +172,21 @@ def _if(condition: Vector, a: Vector, b: Vector) -> Vector:
 
 
 def _decided(condition: Vector) -> tuple[Mask, Mask]:
-    """Return where a condition, any number, is surely not 0, and where it is surely
-    0."""
+    """Return where a condition, which is any number, is certainly not 0, and where it
+    is certainly 0.
+    """
     return (condition[0] > 0) | (condition[1] < 0), (condition[0] == 0) & (
         condition[1] == 0
     )
 
 
 class Operator(NamedTuple):
-    """An operator on doubles and on intervals.
+    """An operator on floating-point numbers and on intervals.
 
-    partials : returns its derivatives by its arguments, None for one that it jumps
-    with, as nodes of a graph, from the graph, the arguments and the value; None for
-    relations, which jump, and for what only derivatives have.
+    partials : a function that returns the partial derivatives as nodes of a graph, for
+        the graph, the arguments and the value. A derivative is None if the value jumps
+        with that argument. The function is None for relations, which jump, and for
+        operators that occur only in derivatives.
     """
 
     doubles: Callable[..., Any]
@@ -183,8 +201,10 @@ def _monotone(
     image: Interval = LINE,
     sign: int = 1,
 ) -> Operator:
-    """Return a monotone function between the ends of its domain and of its image, with
-    the sign of its derivative."""
+    """Return a monotone function with this domain and image.
+
+    sign : the sign of its derivative.
+    """
 
     def enclosed(a: Vector) -> Vector:
         images = _around(function(np.clip(a, *domain))[::sign])
@@ -196,9 +216,12 @@ def _monotone(
 
 
 def _relation(relation: Callable[..., Any], step: int) -> Operator:
-    """Return a relation: 1 where it holds, 0 where it does not, between them where it
-    is open. step : 1 if it holds for all lesser first arguments, too, -1 if it does for
-    all greater ones."""
+    """Return a relation: 1 where it holds, 0 where it does not, [0, 1] where the
+    intervals do not decide it.
+
+    step : 1 if the relation remains true when the first argument decreases, -1 if it
+        remains true when that increases.
+    """
 
     def of_intervals(a: Vector, b: Vector) -> Vector:
         return _defined(
@@ -217,7 +240,7 @@ def _minus(g: Graph, a: int) -> int:
 
 
 def _quadratic(g: Graph, constant: int, sign: int, a: int) -> int:
-    """Return a constant plus or minus the square of a."""
+    """Return the constant plus or minus the square of a."""
     return g.sum([(g.apply("^", a, g.number(2.0)), sign)], constant)
 
 
@@ -247,7 +270,8 @@ def _of_angle(g: Graph, a: int, b: int, _: int) -> list[int]:
 
 OPERATORS = {
     "product": Operator(np.multiply, product, lambda _, a, b, __: [b, a]),
-    # Of derivatives where 0 makes it 0 whatever the second factor is.
+    # The product of an adjoint and a derivative that may be infinite or undefined: 0 if
+    # the adjoint is 0.
     "times": Operator(
         lambda a, b: np.where(a == 0, 0.0, a * b),
         lambda a, b: np.where(np.all(a == 0, axis=0), 0.0, product(a, b)),
@@ -340,10 +364,10 @@ INTERVALS: Functions = {
 
 
 class Arithmetic:
-    """Numbers to compute with, in arrays whose last axis counts nodes: doubles, in
-    arrays of shape (m,).
+    """Floating-point numbers as values of the nodes, in arrays of shape (m,) for m
+    nodes.
 
-    functions : those of `DOUBLES` for these numbers.
+    functions : the operators for these numbers.
     """
 
     functions = DOUBLES
@@ -353,12 +377,14 @@ class Arithmetic:
         return np.array([float(value) for value in values])
 
     def sums(self, terms: Vector, starts: Indices) -> Vector:
-        """Return the sums of terms from each of the starts up to the next one."""
+        """Return the sums of the terms from each of the starts up to the next one."""
         return np.add.reduceat(terms, starts)
 
 
 class Intervals(Arithmetic):
-    """Intervals, which bound the constants of a graph, Fractions or doubles."""
+    """Intervals as values of the nodes, in arrays of shape (2, m). They contain the
+    constants of the graph, which may be Fractions.
+    """
 
     functions = INTERVALS
 
@@ -377,17 +403,18 @@ class Intervals(Arithmetic):
         return _outward(lower - error[0], upper + error[1])
 
 
-Constant = Any  # a float, or a Fraction in a graph that keeps all digits
-# Not defined everywhere.
+Constant = Any  # a float; or a Fraction in an exact graph
+# Operators that are not defined for all arguments.
 RESTRICTED = {"quotient", "^", "log", "log10", "sqrt", "asin", "acos", "acosh", "atanh"}
-LARGEST_POWER = 2**31  # of integer exponents
+LARGEST_POWER = 2**31  # smaller integer exponents are those of the operator "power"
 
 
 class Sum(NamedTuple):
-    """A constant and multiples of nodes.
+    """A constant plus multiples of nodes.
 
-    terms : pairs of a node and its coefficient, which may be 0 only for nodes that are
-    not defined everywhere, so that terms that cancel keep their domain.
+    terms : pairs of a node and its coefficient. The coefficient may be 0 only for nodes
+        that are not defined everywhere, so that terms that cancel keep restricting the
+        domain.
     """
 
     terms: tuple[tuple[int, Constant], ...]
@@ -395,8 +422,10 @@ class Sum(NamedTuple):
 
 
 class Operation(NamedTuple):
-    """An operator with its arguments, which are nodes. exponent : of the operator
-    "power", else 0."""
+    """An operator with its arguments, which are nodes.
+
+    exponent : the exponent of the operator "power"; 0 for others.
+    """
 
     operator: str
     arguments: tuple[int, ...]
@@ -404,11 +433,11 @@ class Operation(NamedTuple):
 
 
 class Graph:
-    """An expression graph over n unknowns, which are the nodes 0 to n - 1; arguments
-    come before what they are used in.
+    """An expression graph over n unknowns, which are the nodes 0 to n - 1. Arguments
+    have smaller numbers than the nodes that use them.
 
-    is_exact : whether constants are Fractions, which are combined without rounding, and
-        not used by functions.
+    is_exact : whether constants are Fractions, which are combined without rounding;
+        functions of constants are then not evaluated.
     """
 
     def __init__(self, n: int, is_exact: bool = False) -> None:
@@ -423,15 +452,17 @@ class Graph:
         self._has_branches = False
 
     def node(self, number: int) -> Sum | Operation:
-        """Return a node that is no unknown."""
+        """Return the sum or operation with this number, which is not that of an
+        unknown.
+        """
         return self._nodes[number - self.n]
 
     def arguments(self, number: int) -> Sequence[int]:
-        """Return the nodes that a node, no unknown, is made of."""
+        """Return the arguments of a node that is not an unknown."""
         return self._arguments[number - self.n]
 
     def below(self, roots: Iterable[int]) -> set[int]:
-        """Return the nodes that the roots depend on, with these."""
+        """Return the nodes on which the roots depend, including the roots."""
         reached, pending = set[int](), list(roots)
         while pending:
             number = pending.pop()
@@ -464,8 +495,9 @@ class Graph:
         return number
 
     def share(self, number: int) -> int:
-        """Return a node that is used often: one that is not linear is not copied into
-        sums."""
+        """Return the node itself, after marking it as used often: if it is not linear,
+        it is not expanded in sums that contain it.
+        """
         if number >= self.n and any(
             part >= self.n for part, _ in self.parts(number).terms
         ):
@@ -473,7 +505,7 @@ class Graph:
         return number
 
     def parts(self, number: int) -> Sum:
-        """Return a node as a sum."""
+        """Return a node as a sum, of one term if it is none."""
         node = None if number < self.n else self.node(number)
         return node if isinstance(node, Sum) else Sum(((number, 1),), 0)
 
@@ -481,12 +513,14 @@ class Graph:
         return self._add(Sum((), value))
 
     def value(self, number: int) -> Constant | None:
-        """Return the value of a constant; None for other nodes."""
+        """Return the value of a constant node; None for other nodes."""
         return None if number < self.n else self._values[number - self.n]
 
     def sum(self, parts: Sequence[tuple[int, Constant]], constant: Constant = 0) -> int:
-        """Return the sum of a constant and of multiples of nodes, which are pairs of a
-        node and its coefficient."""
+        """Return the node of the sum of a constant and of multiples of nodes.
+
+        parts : pairs of a node and its coefficient.
+        """
         if len(parts) == 1 and parts[0][1] == 1 and not constant:
             return parts[0][0]
         terms: dict[int, Constant] = {}
@@ -511,7 +545,7 @@ class Graph:
         return self._add(Sum(nonzero, constant))
 
     def apply(self, operator: str, *arguments: int) -> int:
-        """Return the value of an operator for these arguments."""
+        """Return the node of an operator with these arguments."""
         values = [self.value(argument) for argument in arguments]
         if operator in ("product", "times"):
             for argument, factor in zip(arguments, reversed(values), strict=True):
@@ -558,8 +592,9 @@ class Graph:
         return self._add(Operation("power", (base,), exponent))
 
     def gradient(self, row: int) -> dict[int, int]:
-        """Return the derivatives of a node, as nodes, by the unknowns on which it
-        depends otherwise than by jumps."""
+        """Return the derivatives of a node, as nodes, with respect to the unknowns on
+        which it depends, except where it depends on them only by jumps.
+        """
         if row in self._gradients:
             return self._gradients[row]
         if all(part < self.n for part, _ in self.parts(row).terms):
@@ -567,7 +602,7 @@ class Graph:
         terms = defaultdict[int, list[tuple[int, Constant]]](
             list, {row: [(self.constant(1), 1)]}
         )
-        # Each one behind all of which it is an argument.
+        # In this order, a node follows all nodes of which it is an argument.
         for number in sorted(self.below([row]), reverse=True):
             if number < self.n or number not in terms:
                 continue
@@ -593,10 +628,11 @@ class Graph:
     def _partials(
         self, node: Operation, value: int
     ) -> Sequence[tuple[int, int | None]]:
-        """Return the arguments of an operator with the derivatives of its value by
-        them, None for jumps."""
+        """Return the arguments of an operator, each with the derivative of the value
+        with respect to it, or None where the value jumps.
+        """
         if all(self.value(argument) is not None for argument in node.arguments):
-            return []  # where a graph keeps all digits, it keeps functions of constants
+            return []  # a function of constants, which an exact graph does not evaluate
         if node.operator == "power":
             (a,) = node.arguments
             return [(a, self.sum([(self._power(a, node.exponent - 1), node.exponent)]))]

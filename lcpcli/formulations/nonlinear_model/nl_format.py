@@ -1,9 +1,9 @@
-"""Models in AMPL's .nl format, in text or in binary: complementarity conditions, and
+"""Models in AMPL's .nl format, in text or binary: complementarity conditions, and
 equations for free variables.
 
-D. M. Gay, Writing .nl files (2005), and Hooking your solver to AMPL (1997), whose
-section 5 has the .sol files in which solvers answer AMPL and what else writes .nl
-files.
+D. M. Gay, Writing .nl files (2005), and Hooking your solver to AMPL (1997). Section 5
+of the latter describes .sol files, in which solvers answer AMPL and other programs that
+write .nl files.
 """
 
 from __future__ import annotations
@@ -49,9 +49,10 @@ NO_OBJECTIVE = (
 
 
 class Model:
-    """A model in the content of a file, whose errors name variables and rows.
+    """A model in the content of a file, with errors that name variables and rows.
 
-    path : the name of the file, beside which there may be names.
+    path : the name of the file. The names of variables and rows are read from files in
+        the same directory, if there are any.
     """
 
     def __init__(self, content: bytes, path: str) -> None:
@@ -63,7 +64,7 @@ class Model:
 
     @cached_property
     def exact(self) -> NlModel | NlProgram:
-        """Return the same with its numbers as fractions."""
+        """Return the same conditions with their numbers as fractions."""
         return self._with_numbers(
             lambda text: fraction(text) if isfinite(double := float(text)) else double
         )
@@ -102,8 +103,9 @@ parse = Model
 
 
 def fields(model: Model, number: Number = float) -> dict[str, Any]:
-    """Return M, q, the bounds and as names the variables of a linear model, or the
-    fields of a program; raise ProblemError for another one."""
+    """Return M, q, the bounds, and the variables as names of a linear model, or the
+    fields of a program. Raises ProblemError for a nonlinear model.
+    """
     conditions = model.exact if isinstance(number, Doubles) else model.conditions
     of = number.of if isinstance(number, Doubles) else float
     if isinstance(conditions, NlProgram):
@@ -162,7 +164,7 @@ def read_nl(path: str | os.PathLike[str]) -> NonlinearProblem:
 
 
 def nonlinear(model: Model, name: str) -> NonlinearProblem | None:
-    """Return the problem of a model that is not linear; None for another one."""
+    """Return the problem of a model that is not linear; None if it is linear."""
     return None if model.conditions.is_linear else problem_of(model, name)
 
 
@@ -191,8 +193,9 @@ def problem_of(model: Model, name: str) -> NonlinearProblem:
 
 
 def objective(model: Model) -> Objective | None:
-    """Return the objective of a linear model, with its decimals; None if there is none,
-    or a constant one."""
+    """Return the objective of a linear model, with its exact decimals; None if there is
+    no objective, or a constant one.
+    """
     if not model.conditions.is_linear or model.conditions.objective is None:
         return None
     exact = _without_program(model.exact)
@@ -208,8 +211,9 @@ def objective(model: Model) -> Objective | None:
 
 
 def solution(model: Model, content: bytes) -> list[Fraction]:
-    """Return the solution in the content of a file .sol, with all decimals; raise
-    ProblemError if it is none of this model."""
+    """Return the solution in the content of a .sol file, with all decimals. Raises
+    ProblemError if it is not a solution of this model.
+    """
     variables = model.conditions.header.variables
     lines = [line.strip() for line in decode(content).split("\n")]
     try:
@@ -238,10 +242,11 @@ def solution(model: Model, content: bytes) -> list[Fraction]:
 
 
 class Functions:
-    """The functions of a model in an arithmetic.
+    """F and its Jacobian for a model, in an arithmetic.
 
-    order : of each unknown the place of its row in the model; by default equations are
-    paired with the unknowns that are left by the entries of the Jacobian at the start.
+    order : for each unknown the position of its row in the rows of the model. By
+        default, `order_of` pairs the equations with the free unknowns, by the entries
+        of the Jacobian at the start.
     """
 
     def __init__(
@@ -275,8 +280,9 @@ class Functions:
 
     @np.errstate(all="ignore")
     def enclosure(self, lower: Vector, upper: Vector) -> Enclosure:
-        """Return bounds on F and on the Jacobian over a box, if the arithmetic is that
-        of intervals."""
+        """Return bounds of F and of its Jacobian over a box. The arithmetic has to be
+        `Intervals`.
+        """
         box = np.stack([lower, upper])
         return Enclosure(*self.F(box), *map(self._matrix, self._jacobian.entries(box)))
 
@@ -299,31 +305,33 @@ def order_of(model: NlModel, jacobian: Jacobian) -> Indices:
     return order
 
 
-LEAST = 2.0**-500  # stands for entries that happen to be 0, or are undefined
+LEAST = 2.0**-500  # replaces entries that are 0 at the start, or undefined there
 
 
 def paired(n: int, rows: Indices, columns: Indices, values: Vector) -> Indices:
-    """Return for each of n free variables its equation: as many pairs as possible at
-    entries of the Jacobian, of which the product is as large as possible, relative to
-    the largest entries of the rows; what is left is paired in order.
+    """Return for each of n free variables the index of its equation.
 
-    rows, columns, values : the entries. Every pairing has the same solutions, as an
-    equation has to hold whatever its variable is; entries on the diagonal help the
-    methods. (I. S. Duff and J. Koster, On algorithms for permuting large entries to the
-    diagonal of a sparse matrix, 2001.)
+    As many pairs as possible have an entry of the Jacobian, and the product of these
+    entries is as large as possible, relative to the largest entries of the rows; the
+    remaining variables and equations are paired in order. (I. S. Duff and J. Koster, On
+    algorithms for permuting large entries to the diagonal of a sparse matrix, 2001.)
+    Every pairing has the same solutions, as an equation has to hold whatever its
+    variable is; large entries on the diagonal help the methods.
+
+    rows, columns, values : the entries of the Jacobian.
     """
     with imports:
         from scipy.sparse import csr_array
         from scipy.sparse.csgraph import min_weight_full_bipartite_matching
 
-    # Integers, as with rounding errors in the costs the matching may not end.
+    # The costs are integers: with rounding errors in them, the matching may not end.
     sizes = np.rint(
         np.log2(np.clip(np.nan_to_num(np.abs(values), nan=LEAST), LEAST, 1 / LEAST))
     )
     largest, indices = np.full(n, np.log2(LEAST)), np.arange(n)
     np.maximum.at(largest, rows, sizes)
     costs = 1.0 + largest[rows] - sizes
-    # Of a row, and of a column, without a partner.
+    # The cost of a row or a column without a partner exceeds that of any matching.
     unpaired = n * (1.0 + costs.max(initial=0.0))
     i = np.concatenate([rows, indices, n + indices, n + columns])
     j = np.concatenate([columns, n + indices, indices, n + rows])
@@ -337,16 +345,19 @@ def paired(n: int, rows: Indices, columns: Indices, values: Vector) -> Indices:
     return equations
 
 
-WITH_TOLERANCE = "3"  # as the second option: a tolerance stands behind the options
+WITH_TOLERANCE = "3"  # as the second option it says that a tolerance follows
 
 
 def solution_text(
     header: Header, message: str, values: Vector, number: int, duals: Vector
 ) -> str:
-    """Return the file with the values of all variables, and the multipliers of all rows
-    or of none. number : the solve_result_num."""
+    """Return the text of a .sol file with the values of all variables, and the
+    multipliers of all rows or of none.
+
+    number : the solve_result_num.
+    """
     size, *options = header.options
-    # Which counts two more if a tolerance follows.
+    # The number of options is two more if a tolerance follows.
     size = str(int(size) + 2 * (options[1:2] == [WITH_TOLERANCE]))
     lines = [
         message,

@@ -1,8 +1,8 @@
-"""Linear and quadratic programs in .nl files: an objective of degree two, linear rows,
-and no complementarity condition.
+"""Linear and quadratic programs in .nl files: an objective of degree at most two,
+linear rows, and no complementarity condition.
 
-Expressions are read as polynomials, of which a program has terms up to degree two; with
-numbers as fractions their coefficients are exact.
+Expressions are read as polynomials, which may have terms up to degree two. If the
+numbers are fractions, the coefficients are exact.
 """
 
 from __future__ import annotations
@@ -25,7 +25,8 @@ from lcpcli.formulations.nonlinear_model.segments import (
 )
 from lcpcli.typing import Vector
 
-# The coefficients of a polynomial, by the variables of each term in ascending order.
+# The coefficients of the terms; the key of a term lists its variables in ascending
+# order.
 Polynomial: TypeAlias = dict[tuple[int, ...], Any]
 
 NOT_QUADRATIC = (
@@ -35,8 +36,9 @@ NOT_QUADRATIC = (
 
 
 def is_program(segments: Segments) -> bool:
-    """Return whether a file has a program: an objective, no complementarity condition,
-    and more than equations that determine all variables."""
+    """Return whether a file contains a program: it has an objective, no complementarity
+    condition, and not only equations that determine all variables.
+    """
     if segments.complements or not segments.has_objective:
         return False
     equations = [low for low, high in segments.sides if low is not None and low == high]
@@ -48,12 +50,14 @@ def is_program(segments: Segments) -> bool:
 
 
 class NlProgram:
-    """A program, from the segments of a file; a ProblemError says why it is none that
-    is solved.
+    """A program, made from the segments of a file. Raises ProblemError if it is not
+    linear or quadratic.
 
-    sense, costs : "min" or "max", and the polynomial of the objective. rows : those of
-        the rows. sides, bounds : of the rows and of the variables, None for none.
-    header, unknowns, names, remark : as of `NlModel`, for all variables.
+    sense, costs : "min" or "max", and the polynomial of the objective.
+    rows : the polynomials of the rows.
+    sides, bounds : the lower and upper bounds of the rows and of the variables; None
+        for an absent bound.
+    header, unknowns, names, remark : as in `NlModel`, for all variables.
     """
 
     is_linear = True
@@ -96,14 +100,18 @@ class NlProgram:
         return z[: self.header.variables]
 
     def multipliers(self, z: Vector) -> Vector:
-        """Return those of the rows, the derivatives of the optimal value by their sides
-        as AMPL has them."""
+        """Return the multipliers of the rows with the sign of AMPL: the derivatives of
+        the optimal value with respect to the bounds of the rows.
+        """
         k = self.header.variables
         y = z[k : k + self.header.rows]
         return y if self.sense == "min" else 0 - y
 
     def fields(self, number: Callable[[Any], float]) -> dict[str, Any]:
-        """Return the fields of the program; number : makes doubles of its numbers."""
+        """Return the fields of the program.
+
+        number : converts its numbers to double precision.
+        """
         k, m = self.header.variables, len(self.rows)
         is_dense = k + m <= LARGEST_DENSE
         entries = {
@@ -174,7 +182,7 @@ class NlProgram:
 
 
 class NotQuadratic(Exception):
-    """An expression has more than terms up to degree two."""
+    """An expression is not a polynomial of degree at most two."""
 
 
 def _degree(polynomial: Polynomial) -> int:
@@ -207,7 +215,9 @@ def _product(a: Polynomial, b: Polynomial) -> Polynomial:
 
 
 def _applied(name: str, arguments: Sequence[Polynomial]) -> Polynomial:
-    """Return the polynomial of an operator; raise NotQuadratic if it is none."""
+    """Return the value of an operator for polynomials. Raises NotQuadratic if it is not
+    a polynomial of degree at most two.
+    """
     constants = [part.get((), 0) for part in arguments if not _degree(part)]
     are_constant = len(constants) == len(arguments)
     if name in ("+", "sum"):

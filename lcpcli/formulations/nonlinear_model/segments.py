@@ -1,6 +1,6 @@
-"""The content of AMPL's .nl files, in text or in binary, not yet a problem: tokens in
-the order in which they are read, operators by number (table 5), segments, and names
-from the files .col and .row beside (D. M. Gay, "Writing .nl files", 2005).
+"""The content of AMPL's .nl files, in text or binary, before it is made into a problem:
+tokens in the order in which they are read, operators by number (table 5), segments, and
+the names of variables and rows.
 """
 
 from __future__ import annotations
@@ -17,11 +17,12 @@ from lcpcli.errors import CUT_OFF, ENDS_TOO_EARLY, KEEP_ONE, ProblemError, count
 from lcpcli.files.contents import STANDARD_INPUT, content_of, decode, within
 from lcpcli.files.formats import refuse
 
-Constant = Callable[[str], Any]  # returns the number that a text stands for
+Constant = Callable[[str], Any]  # returns the value of a numeral
 HEADER_LINES = 10
 COUNTS = "are the counts before it right?"
 WHOLE = re.compile(r"[-+]?[0-9]{1,18}")
-# The numbers in a binary file: doubles, and integers of two or four bytes.
+# How numbers are stored in a binary file, for `struct`: double precision numbers, and
+# integers of two or four bytes.
 STORED = {"n": "d", "s": "h", "l": "i"}
 
 
@@ -32,8 +33,9 @@ def whole(text: str) -> int:
 
 
 class TextTokens:
-    """The tokens of a text: words between blanks, without comments. A letter and what
-    follows it are two tokens."""
+    """The tokens of a text: words separated by blanks, without comments. The letter at
+    the beginning of a word and what follows it are two tokens.
+    """
 
     def __init__(self, text: str, constant: Constant) -> None:
         self._words: list[str] = []
@@ -44,7 +46,8 @@ class TextTokens:
         ):
             self._words += line_words
             self._lines += [line] * len(line_words)
-        # The next word, and what is left of the last one behind its letter.
+        # The index of the next word, and the part of the last one that follows its
+        # letter.
         self._next, self._rest = 0, ""
         self._constant = constant
 
@@ -55,7 +58,8 @@ class TextTokens:
 
     def code(self) -> str:
         """Return the letter with which a segment or a term of an expression begins; ""
-        at the end of the file."""
+        at the end of the file.
+        """
         if self._next == len(self._words):
             return ""
         word = self._word()
@@ -81,7 +85,8 @@ class TextTokens:
     def integer(self) -> int:
         return int(self._as(whole, "a whole number"))
 
-    # How a binary file stores it; all are written alike.
+    # `letter` says how a binary file stores the number; in a text all are written
+    # alike.
     def number(self, letter: str = "n") -> Any:  # noqa: ARG002
         return self._as(self._constant, "a number")
 
@@ -89,9 +94,12 @@ class TextTokens:
 
 
 class BinaryTokens:
-    """The tokens of a binary file: letters, integers of four bytes, and doubles. begin
-    : the first byte behind the header. constant : returns the number for the decimals
-    of a double."""
+    """The tokens of a binary file: letters, integers of four bytes, and double
+    precision numbers.
+
+    begin : the position of the first byte after the header.
+    constant : returns the value of a numeral; numbers are passed to it as decimals.
+    """
 
     def __init__(
         self, content: bytes, begin: int, order: str, constant: Constant
@@ -150,7 +158,7 @@ REFUSED = {
     "if of texts",
 }
 
-# The name in AMPL, and the number of arguments, 0 if it is in the file.
+# The name of each operator in AMPL, and its number of arguments; 0 if the file has it.
 MEANINGS = {
     0: ("+", 2), 1: ("-", 2), 2: ("*", 2), 3: ("/", 2), 4: ("mod", 2), 5: ("^", 2),
     6: ("less", 2), 11: ("min", 0), 12: ("max", 0), 13: ("floor", 1), 14: ("ceil", 1),
@@ -171,8 +179,11 @@ MEANINGS = {
 
 
 def names_from_sibling(path: str, variables: Sequence[str]) -> Sequence[str]:
-    """Return the names of some variables of the model in a file, which are given by v
-    and their numbers from 0."""
+    """Return the names of some variables of the model in a file, from the file .col
+    with the same stem; their numbers if there is no such file.
+
+    variables : "v" followed by the number of each variable, counted from 0.
+    """
     names, numbers = _names(path, ".col"), [int(variable[1:]) for variable in variables]
     last = max(numbers, default=-1)
     reason = f"has {count(len(names), 'name')}, but {path} has the variable v{last}"
@@ -186,10 +197,12 @@ def names_from_sibling(path: str, variables: Sequence[str]) -> Sequence[str]:
 
 
 def with_names(path: str, fields: Mapping[str, Any]) -> dict[str, Any]:
-    """Return the fields of a program with the names that stand beside its file."""
+    """Return the fields of a program with the names in the files .col and .row with the
+    same stem, if there are any.
+    """
     named = {"columns": list(names_from_sibling(path, fields["columns"]))}
     rows, names = fields.get("rows", []), _names(path, ".row")
-    if rows and len(names) >= len(rows):  # the objective's follow
+    if rows and len(names) >= len(rows):  # names of objectives follow those of rows
         named["rows"] = names[: len(rows)]
     return {**fields, **named}
 
@@ -221,15 +234,16 @@ def _names(path: str, suffix: str) -> list[str]:
     return [line.strip() for line in text.removesuffix("\n").split("\n")]
 
 
-# Of an expression: its letter, its value or operator, and the number of its arguments.
+# A term of an expression: its letter, its value or operator, and its number of
+# arguments.
 Term = tuple[str, Any, int]
 Linear = dict[int, Any]  # the coefficients of variables
 Side = tuple[Any, Any]  # both bounds of a variable or of a row
 
 OPTIONS = re.compile(r"[gb](\d+)((?:\s+-?\d+)*)(?:\s+([-+.\deE]+))?\s*$")
-# Counts in the lines of the header behind the first.
+# How many counts each line of the header has at least, after the first line.
 FEWEST = (5, 2, 2, 3, 3, 3, 2, 2, 5)
-# The bounds in the file, by their kind.
+# Whether a lower and an upper bound are in the file, by the kind of the bounds.
 SIDES = {"0": (1, 1), "1": (0, 1), "2": (1, 0), "3": (0, 0), "4": (1, 0)}
 
 
@@ -237,7 +251,7 @@ class Header(NamedTuple):
     """The header of a file, with the numbers of its variables, rows, entries of the
     Jacobian and common expressions."""
 
-    # The numbers in the first line, which belong into the solution file.
+    # The numbers in the first line, which have to be repeated in the solution file.
     options: list[str]
     variables: int
     rows: int
@@ -292,7 +306,7 @@ def _header(lines: list[bytes]) -> Header:
         refuse(number, "", reason, hint)
     order = ""
     if not lines[0].startswith(b"g"):
-        # Of bytes: 2 stands for the highest one first.
+        # The order of bytes: 2 means that the most significant one comes first.
         order = ">" if counts[4][2] == 2 else "<"
     options = [first[1], *first[2].split(), *filter(None, [first[3]])]
     return Header(options, n, m, counts[6][0], sum(counts[8]), order)
@@ -303,22 +317,24 @@ def _line(line: bytes) -> str:
 
 
 class Segments:
-    """The content of a file. Expressions are lists of terms, operators before their
-    arguments."""
+    """The content of a file. Expressions are lists of terms, with operators before
+    their arguments.
+    """
 
     def __init__(self, header: Header, tokens: Tokens) -> None:
         self.header = header
         self._tokens = tokens
         self._entries = 0
-        # The linear part and the expression, by their numbers.
+        # The linear part and the nonlinear expression of each common expression.
         self.common = dict[int, tuple[Linear, list[Term]]]()
-        # The same of the rows.
+        # The nonlinear expression and the linear part of each row.
         self.rows, self.linear = dict[int, list[Term]](), dict[int, Linear]()
-        # Whether one is maximized, and its expression.
+        # Whether each objective is maximized, and its nonlinear expression.
         self.objectives = dict[int, tuple[int, list[Term]]]()
         self.slopes = dict[int, Linear]()  # the linear parts of the objectives
         self.sides, self.bounds = list[Side](), list[Side]()  # of rows and of variables
-        # Of a variable its row, and which bounds it has, as a number.
+        # For each complementing variable its row, and which bounds the condition
+        # states.
         self.complements = dict[int, tuple[int, int]]()
         self.start = Linear()  # values of variables
         while code := tokens.code():
@@ -335,9 +351,10 @@ class Segments:
 
     @property
     def auxiliary(self) -> set[int]:
-        """Return the variables without bounds and without a row that are alone the
-        function of a row that complements another one, such as Pyomo's .bv, which
-        stand for the expression of a condition."""
+        """Return the variables without bounds and without a row that are the whole
+        function of a row which complements another variable. A modeling language has
+        introduced these for expressions in conditions, as Pyomo's .bv.
+        """
         rows = (row for row, _ in self.complements.values())
         sets = (
             set(self.linear.get(row, {}))

@@ -1,7 +1,8 @@
-"""Values of functions that are given as expressions: one tape, in several arithmetics.
+"""Evaluation of functions that are given as expressions: one tape, for several
+arithmetics.
 
-The nodes of the graph are put in levels, each of which needs only lower ones, and the
-nodes of one operator in a level are evaluated together.
+The nodes of the graph are put into levels such that the arguments of a node have lower
+levels; the nodes of a level that have the same operator are evaluated together.
 """
 
 from __future__ import annotations
@@ -15,16 +16,19 @@ import numpy as np
 from lcpcli.formulations.nonlinear_model.graph import Arithmetic, Graph, Sum
 from lcpcli.typing import Indices, Vector
 
-SUM = "sum"  # in place of an operator
+SUM = "sum"  # takes the place of an operator in groups of sums
 
 
 class Group(NamedTuple):
-    """The nodes of one operator, at the places from begin on, with the same exponent if
-    they are powers.
+    """Nodes with the same operator, and with the same exponent if they are powers.
+    Their values are stored consecutively.
 
-    nodes : their numbers in the graph. arguments : the places of the first arguments,
-    of the second ones and so on; of sums, those of all terms. more : the exponent of
-    powers, or the factors of terms. starts : where each sum starts.
+    begin : the position of the first value.
+    nodes : the numbers of the nodes in the graph.
+    arguments : the positions of all first arguments, of all second arguments and so on;
+        for sums, the positions of all terms.
+    more : the exponent of powers, or the coefficients of terms.
+    starts : where the terms of each sum begin; None for other operators.
     """
 
     operator: str
@@ -38,9 +42,10 @@ class Group(NamedTuple):
 class Tape:
     """The functions of the rows in an arithmetic.
 
-    graph, rows : the expressions, m nodes of a graph with n unknowns. groups : the
-    nodes in the order of evaluation, and last the sums of the rows. places : the place
-    of each node among the values.
+    graph, rows : the expressions, m nodes of a graph with n unknowns.
+    groups : the nodes in the order of evaluation; the last group are the sums of the
+        rows.
+    places : the position of the value of each node.
     """
 
     def __init__(
@@ -51,14 +56,15 @@ class Tape:
         below = graph.below(part for sum_parts in parts for part, _ in sum_parts.terms)
         needed = sorted(number for number in below if number >= graph.n)
         fixed = [number for number in needed if graph.value(number) is not None]
-        # The first one is for sums.
+        # The first constant, 1, is multiplied by the constants of sums.
         self._constants = arithmetic.constants([1, *map(graph.value, fixed)])
         self.places = {
             number: position
             for position, number in enumerate(chain(range(graph.n), [-1], fixed))
         }
         self._values_known = len(self.places)
-        # Of the others, with what those of a group have in common.
+        # For each other node its level, operator and exponent, which are equal in a
+        # group.
         levels: dict[int, tuple[int, str, int]] = {}
         for number in needed:
             if graph.value(number) is None:
@@ -97,8 +103,9 @@ class Tape:
         return np.array([self.places[number] for number in numbers], np.intp)
 
     def _add_sums(self, nodes: Sequence[int], parts: Sequence[Sum]) -> None:
-        """Add several sums; a constant is a multiple of one, also where there are no
-        terms."""
+        """Add a group of sums. The constant of a sum is a multiple of the value 1; sums
+        without terms get the constant 0 in this way.
+        """
         terms = [
             [
                 *sum_parts.terms,
@@ -117,8 +124,10 @@ class Tape:
         )
 
     def values(self, x: Vector) -> Vector:
-        """Return the values of the rows. x : the unknowns, numbers of the
-        arithmetic."""
+        """Return the values of the rows.
+
+        x : the unknowns, as numbers of the arithmetic.
+        """
         last = self.groups[-1]
         functions = self.arithmetic.functions
         results = x
@@ -139,8 +148,10 @@ class Tape:
 
 
 class Jacobian:
-    """The Jacobian of rows in an arithmetic. rows, columns : of its entries, in the
-    order of rows, then columns."""
+    """The Jacobian of rows in an arithmetic.
+
+    rows, columns : the positions of its entries, in the order of rows, then columns.
+    """
 
     def __init__(
         self, graph: Graph, rows: Sequence[int], arithmetic: Arithmetic
@@ -158,7 +169,10 @@ class Jacobian:
         self._tape = Tape(graph, [entries[keys[i]] for i in self._varying], arithmetic)
 
     def entries(self, x: Vector) -> Vector:
-        """Return the entries. x : the unknowns, numbers of the arithmetic."""
+        """Return the entries of the Jacobian.
+
+        x : the unknowns, as numbers of the arithmetic.
+        """
         entries: Vector = self._fixed.copy()
         if self._varying.size:
             entries[..., self._varying] = self._tape.values(x)

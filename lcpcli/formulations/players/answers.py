@@ -1,5 +1,7 @@
-"""What a z says about a game of players with quadratic costs: what each does, its cost,
-and what it would gain by a best response, from a problem of that player alone."""
+"""What a z says about a game of players with quadratic costs: what each player does,
+its cost, and what it would gain by a best response, which is found by solving the
+problem of that player alone.
+"""
 
 from __future__ import annotations
 
@@ -34,14 +36,16 @@ class PlayersEquilibrium(Profile):
     """What the players do.
 
     players : their names.
-    x : shape (k,), the unknowns of all players; None, as are the others, if the
-        conditions are not solved. strategies : the same by players.
-    costs : of each player. gains : by how much a best response of each player, in its
-        constraints and with the others as they are, would lower its cost; 0 if that is
-        only rounding error, infinite if there is no bound.
-    statement : whether that is an equilibrium.
-    y : multipliers of the rows, of each copy in turn.
-    exact : strategies and costs as fractions if z is proved, else None.
+    x : shape (k,), the unknowns of all players; None if the conditions are not solved,
+        as are strategies, costs and y.
+    strategies : the parts of x that belong to each player.
+    costs : the cost of each player.
+    gains : by how much a best response of each player, within its constraints and with
+        the others as they are, would lower its cost; 0 if that is only rounding error,
+        infinite if its cost is unbounded below.
+    statement : whether x is an equilibrium.
+    y : the multipliers of the rows; a row with several multipliers has them in turn.
+    exact : strategies and costs as fractions if z is proved, otherwise None.
     """
 
     players: Sequence[str]
@@ -84,7 +88,7 @@ class PlayersEquilibrium(Profile):
 
 
 class _Examination:
-    """A game with its numbers in doubles."""
+    """A game with the blocks of its problem in floating-point numbers."""
 
     def __init__(self, game: Players, problem: Problem) -> None:
         blocks = game.blocks(conditions_of(problem))
@@ -94,8 +98,9 @@ class _Examination:
         self.blocks = blocks
 
     def profile(self, x: Vector, tol: float) -> tuple[PlayersEquilibrium, bool]:
-        """Return what the players do at x, and whether no gain is above the
-        tolerance."""
+        """Return what the players do at x, and whether no gain exceeds the
+        tolerance.
+        """
         game, parts = self.game, self.game.parts_of_players()
         g = product(self.blocks.Q, x) + self.blocks.c
         sizes = absolute_product(self.blocks.Q, np.abs(x)) + np.abs(self.blocks.c)
@@ -124,8 +129,10 @@ class _Examination:
     def best(
         self, player: int, part: slice, x: Vector, g: Vector
     ) -> tuple[float, Vector]:
-        """Return the least cost of a player, given what the others do, and where it is;
-        minus infinity if there is no bound, nan if it is not known."""
+        """Return the least cost of a player, given what the others do, and a point
+        where it is attained; minus infinity if the cost is unbounded below, nan if the
+        problem of the player was not solved.
+        """
         blocks, copies = self.blocks, self.game.copies
         H, numbers = dense(blocks.Q[part, part]), [i for i, _ in copies]
         rows = [
@@ -136,7 +143,7 @@ class _Examination:
         A, c = dense(blocks.A[rows])[:, part], g[part] - H @ x[part]
         own_terms, all_of_it = A @ x[part], product(blocks.A[rows], x)
         others, matters = all_of_it - own_terms, A.any(axis=1)
-        # x counts as feasible, as it is but for rounding.
+        # x is feasible up to rounding; the row bounds are widened to make it feasible.
         sides = (
             np.minimum(blocks.row_lower[rows] - others, own_terms)[matters],
             np.maximum(blocks.row_upper[rows] - others, own_terms)[matters],
@@ -173,8 +180,9 @@ UNSOLVED = "not solved, so there is no equilibrium"
 
 
 def verified(game: Players, proposed: Proposed) -> Verification:
-    """Verify z, x and y, or x alone, for which multipliers are sought, and what the
-    players would gain."""
+    """Verify z, x and y, or x alone, for which multipliers are sought; and compute what
+    the players would gain by best responses.
+    """
     verification_of_x = verification.verified(game, proposed)
     x = rounded(map(Fraction, proposed.values))[: game.variables]
     profile, is_best = _Examination(game, proposed.problem).profile(

@@ -37,8 +37,8 @@ from lcpcli.rational.numbers import NUMBER, ratio, shortest_decimal, text
 
 Table = tuple[tuple[Fraction, ...], ...]
 Pair = tuple[int, int]
-LARGEST = 10**300  # payoff: sums of a few are doubles
-LARGEST_INTEGER = 2**53  # up to here every integer is a double
+LARGEST = 10**300  # the largest payoff: sums of a million such do not overflow
+LARGEST_INTEGER = 2**53  # up to here every integer is a double precision number
 
 
 def from_polymatrix(
@@ -91,12 +91,14 @@ def from_polymatrix(
     game = Polymatrix(sizes, tables, called, named)
     M, q, lower, upper = game.conditions()
     problem = Problem(M, q, lower=lower, upper=upper, **texts)
-    # `Problem` would check whether it fits, but it has just been made.
+    # `Problem` would check that the game fits the conditions, which were made from it.
     return problem.having(origin=game)
 
 
 def _pairs(payoffs: Any) -> dict[Any, Any]:
-    """Return payoffs by pairs, also those of an object of objects."""
+    """Return the matrices by pairs of players, also if payoffs is an object of
+    objects.
+    """
     if not isinstance(payoffs, Mapping):
         hint = "give an object of matrices by players, and by those they play against"
         raise ProblemError("payoffs", f"is {kind(payoffs)}", hint)
@@ -196,11 +198,13 @@ class Polymatrix(Formulation):
 
         0 <= x_i,  sum over j of C_ij x_j - v_i e >= 0,  v_i free,  e'x_i = 1.
 
-    Costs are positive, so that M is copositive. k_ij is the largest payoff plus their
-    range, or plus 1 if all payoffs are equal; the costs of a player are multiplied by
-    what makes them integers, if doubles have these, and by a power of two.
+    Costs are positive, so that M is copositive. k_ij is the largest payoff of the pair
+    plus the difference between the largest and the smallest one, or plus 1 if all are
+    equal. The costs of a player are multiplied by their common denominator, if the
+    products are exact in double precision, and divided by a power of two.
 
-    sizes : how many actions each player has. payoffs : by pairs; others have zeros.
+    sizes : how many actions each player has.
+    payoffs : the matrices of pairs of players; other pairs have zeros.
     players, actions : their names; empty if they have none.
     """
 
@@ -252,7 +256,7 @@ class Polymatrix(Formulation):
         return list(self.players) or [f"player {number}" for number in numbers]
 
     def parts(self, x: Any) -> list[Any]:
-        """Return the parts of x, or z, that belong to the players."""
+        """Return the probabilities of each player in z, or in its part x."""
         stops = np.cumsum(self.sizes).tolist()
         pairs = zip(stops, self.sizes, strict=True)
         return [x[stop - size : stop] for stop, size in pairs]
@@ -267,7 +271,7 @@ class Polymatrix(Formulation):
 
     @cached_property
     def factors(self) -> list[Fraction]:
-        """Return for each player by what its costs are multiplied."""
+        """Return for each player the number by which its costs are multiplied."""
         factors = []
         for player in range(len(self.sizes)):
             costs = [
@@ -285,7 +289,9 @@ class Polymatrix(Formulation):
         return factors
 
     def constant(self, player: int) -> Fraction:
-        """Return from what the cost of a player is subtracted to give its payoff."""
+        """Return the sum of all k_ij of a player: its expected payoff is this constant
+        minus its expected cost.
+        """
         constants = (value for (i, _), value in self.constants.items() if i == player)
         return sum(constants, Fraction(0))
 

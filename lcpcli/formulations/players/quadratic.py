@@ -1,10 +1,11 @@
 """Games of N players with convex quadratic costs, linear constraints and bounds.
 
-Without rows, or with rows of single players, they are equilibrium problems of J. F.
-Nash, Annals of Mathematics 54 (1951) 286-295; with rows that players share,
-generalized ones: F. Facchinei, C. Kanzow, Annals of Operations Research 175 (2010)
-177-211. With one common multiplier for each shared row it is the variational
-equilibrium, that of a variational inequality.
+Without rows, or with rows that constrain one player each, their solutions are the
+equilibria of J. F. Nash, Annals of Mathematics 54 (1951) 286-295; with rows that
+players share, generalized equilibria: F. Facchinei, C. Kanzow, Annals of Operations
+Research 175 (2010) 177-211. An equilibrium in which each shared row has one multiplier,
+common to all players, is a variational equilibrium: it solves the variational
+inequality of the game.
 """
 
 from __future__ import annotations
@@ -121,7 +122,7 @@ def from_players(
     blocks = once.with_rows([i for i, _ in game.copies])
     game = replace(game, ranges=int(blocks.ranges.sum()))
     M, q, low, high = game.conditions(blocks)
-    # `Problem` would check whether it fits, but it has just been made.
+    # `Problem` would check that the game fits the conditions, which were made from it.
     return Problem(M, q, lower=low, upper=high, **texts).having(origin=game)
 
 
@@ -143,7 +144,9 @@ WHOLE = f"give a whole number from 1 {FROM_0}"
 def _owners(
     raw_owners: Any, m: int, players: Sequence[str], n: int
 ) -> tuple[int | None, ...]:
-    """Return for each row its player, counted from 0, or None."""
+    """Return for each row the index of its player, counted from 0, or None if it is
+    shared.
+    """
     if raw_owners is None:
         return (None,) * m
     if not isinstance(raw_owners, (list, tuple)):
@@ -170,12 +173,12 @@ def _owners(
 
 @dataclass(frozen=True)
 class Players(BlockForm):
-    """The game whose conditions are those of `Blocks`, with H and c, and with each row
-    once for each multiplier that it has; the multiplier of a row of one player is in
-    the rows of that player alone.
+    """The game, in the form of `Blocks` with H and c. A row that has several
+    multipliers occurs once for each of them. The multiplier of a row that belongs to
+    one player appears only in the conditions of that player.
 
-    rows : the names of the rows before they are repeated. sizes, owner, shared, players
-    : as in `from_players`.
+    rows : the names of the rows before they are repeated.
+    sizes, owner, shared, players : as in `from_players`.
     """
 
     variables: int
@@ -233,7 +236,9 @@ class Players(BlockForm):
 
     @cached_property
     def copies(self) -> list[tuple[int, int | None]]:
-        """Return the rows with each of their multipliers, and whose this is."""
+        """Return for each multiplier the index of its row and the player in whose
+        conditions it appears, or None for all players.
+        """
         copies = list[tuple[int, int | None]]()
         for i, player in enumerate(self.owner):
             is_for_each = player is None and self.shared == EACH
@@ -257,14 +262,15 @@ class Players(BlockForm):
         return list(self.players) or [f"player {number}" for number in numbers]
 
     def parts_of_players(self) -> list[slice]:
-        """Return where the unknowns of each player stand."""
+        """Return the slice of x that belongs to each player."""
         stops = np.cumsum(self.sizes).tolist()
         pairs = zip(stops, self.sizes, strict=True)
         return [slice(stop - size, stop) for stop, size in pairs]
 
     def conditions(self, blocks: Blocks) -> Conditions:
-        """Return the conditions of all players: those of the blocks, without the
-        multipliers of a player's rows in the rows of other players."""
+        """Return the conditions of all players: those of the blocks, in which the
+        multipliers of a player's rows are removed from the conditions of other players.
+        """
         made = blocks.conditions()
         k, players = self.variables, np.repeat(np.arange(len(self.sizes)), self.sizes)
         owners = np.array(

@@ -1,5 +1,6 @@
-"""What a z says about a polymatrix game: mixed strategies, payoffs, and what best
-responses would gain, from the payoffs as they are."""
+"""What a z says about a polymatrix game: mixed strategies, expected payoffs, and what
+best responses would gain, computed from the payoffs that the user gave.
+"""
 
 from __future__ import annotations
 
@@ -34,14 +35,16 @@ from lcpcli.verify.verification import Proposed, Verification
 
 @dataclass(frozen=True, eq=False)
 class MixedStrategies(Profile):
-    """Mixed strategies of all players, in doubles or in fractions.
+    """Mixed strategies of all players, in floating-point numbers or in fractions.
 
-    players, actions : their names. strategies : for each player the probabilities of
-        its actions; None, as are payoffs and gains, if the problem is not solved.
-    payoffs : the expected payoffs. gains : how much each player would gain by a best
-        response; 0 if that is only rounding error.
+    players, actions : their names.
+    strategies : for each player the probabilities of its actions; None if the problem
+        is not solved, as are payoffs.
+    payoffs : the expected payoffs.
+    gains : how much each player would gain by a best response; 0 if that is only
+        rounding error.
     statement : whether the strategies are an equilibrium.
-    exact : the same in fractions if z is proved, else None.
+    exact : the same in fractions if z is proved, otherwise None.
     """
 
     players: Sequence[str]
@@ -88,7 +91,9 @@ class MixedStrategies(Profile):
 
     @classmethod
     def of(cls, game: Polymatrix, strategies: Sequence[Sequence[Any]]) -> Any:
-        """Return what these probabilities are, in the numbers that they have."""
+        """Return these strategies with their payoffs and gains, in fractions if all
+        probabilities are exact, otherwise in floating-point numbers.
+        """
         exact = not any(isinstance(p, float) for p in chain(*strategies))
         number: Any = Fraction if exact else float
         payoffs = list[Any]()
@@ -116,8 +121,9 @@ class MixedStrategies(Profile):
         )
 
     def are_best(self, tol: float) -> bool:
-        """Return whether no player gains more than is allowed of the terms of its
-        gain."""
+        """Return whether no gain exceeds the tolerance, relative to the terms of which
+        the gain is the sum.
+        """
         allowed = PER_UNKNOWN * sum(map(len, self.actions)) * tol
         pairs = zip(self.gains, self.sizes, strict=True)
         return all(gain <= allowed * size for gain, size in pairs)
@@ -126,8 +132,9 @@ class MixedStrategies(Profile):
 def _totals(
     game: Polymatrix, player: int, strategies: Sequence[Sequence[Any]], number: Any
 ) -> tuple[list[Any], list[float]]:
-    """Return what each action of a player yields, and the sum of the sizes of its
-    terms."""
+    """Return the expected payoff of each action of a player, and for each the sum of
+    the absolute values of its terms.
+    """
     totals = [number(0)] * game.sizes[player]
     terms = [0.0] * game.sizes[player]
     for (i, j), table in game.payoffs.items():
@@ -142,8 +149,9 @@ def _totals(
 def checked_profile_at(
     game: Polymatrix, z: Any, tol: float
 ) -> equilibria.CheckedProfile | None:
-    """Return the strategies that z stands for, in its numbers, and whether they are an
-    equilibrium to the tolerance; None if it stands for none."""
+    """Return the strategies that z represents, and whether they are an equilibrium to
+    the tolerance; None if a part of z has negative entries or the sum 0.
+    """
     values = z.tolist() if isinstance(z, np.ndarray) else z
     parts = game.parts(values)
     if any(min(part) < 0 or not sum(part) for part in parts):

@@ -1,2 +1,3 @@
 """Linear and quadratic programs: their first-order conditions, and what a solution of
-these, or the absence of one, says about the program."""
+these conditions, or a proof that there is none, says about the program.
+"""

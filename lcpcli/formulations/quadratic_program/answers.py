@@ -33,15 +33,15 @@ from lcpcli.report.document import Table
 from lcpcli.solving.result import Result
 from lcpcli.typing import Vector
 
-MAX_ROWS = 100  # and variables, a few screens
-MAX_ON_SCREEN = 12  # rows, and variables
-# In JSON.
+MAX_ROWS = 100  # rows, and variables, in the table of a report: a few screens
+MAX_ON_SCREEN = 12  # rows, and variables, in a table on the screen
+# The keys in JSON.
 KEYS = (
     *("x", "y", "bound_multipliers", "unique_multipliers", "y_down", "y_up"),
     *("bound_multipliers_down", "bound_multipliers_up", "activities", "slacks"),
     *("objective", "statement", "proved", "exact", "ray", "certificate"),
 )
-# In CSV.
+# The columns in CSV.
 COLUMNS = ("part", "value", "bound_multiplier", "activity", "slack")
 T = TypeVar("T")
 
@@ -57,11 +57,12 @@ class Minimum(Answer):
     constant under its rows and bounds.
 
     x : the point, shape (k,), or the best iterate if the conditions are not solved;
-        None, like all up to the objective, if the conditions are proved to have no
-        solution.
-    y, bound_multipliers : multipliers of the m rows and of the bounds of the k
-        variables, 0 where no bound is active. Those of a convex program are derivatives
-        of the optimal objective with respect to the active bound where they are unique.
+        None if the conditions are proved to have no solution, as are all the following
+        up to the objective.
+    y, bound_multipliers : the multipliers of the m rows and of the bounds of the k
+        variables, 0 where no bound is active. If the program is convex and they are
+        unique, they are the derivatives of the optimal objective with respect to the
+        active bounds.
     activities, slacks : the values Ax of the rows, and their distances from the nearer
         of their bounds, negative where a row is violated.
     objective : the value at x, in the program's own sense and with its constant.
@@ -76,15 +77,14 @@ class Minimum(Answer):
         that takes too long, rounding hides it, or the program is not known to be
         convex.
 
-    These are computed when one of them is first read, and so are the following:
     statement : what x is, or what the absence of a solution means.
     proved : what is proved, one of the words in PROVED; None if nothing is.
     ray : a direction of shape (k,) in which the objective improves without limit within
-        rows and bounds; else None.
+        rows and bounds; None if none is proved.
     certificate : multipliers of the rows, shape (m,), positive for lower and negative
         for upper bounds, such that no x within its bounds satisfies this combination of
-        the rows; else None. Ray and certificate are integers if `certificate.proof`
-        finds such vectors, and rounded otherwise.
+        the rows; None if none is proved. Ray and certificate are integers if
+        `certificate.proof` finds such vectors, and rounded otherwise.
     seconds : how long that took; it is not part of the run's time.
     """
 
@@ -96,7 +96,7 @@ class Minimum(Answer):
     objective: float | None
     _program: Program = field(repr=False)
     _is_solved: bool = field(repr=False)
-    # The s of z, in fractions if they are proved.
+    # The s of z = (x, y, s), in fractions if they are proved.
     _sides: Sequence[Any] = field(repr=False)
     _conclude: Callable[[], Conclusion] = field(repr=False)
     _vary: Callable[[], Sensitivities | None] = field(repr=False)
@@ -156,8 +156,9 @@ class Minimum(Answer):
         return [text for text in texts if text]
 
     def _point(self, has_objective: bool) -> list[str]:
-        """Return x, y and, if it is asked for, the objective in words, as far as they
-        are known."""
+        """Return x, y and, if `has_objective`, the objective in words, as far as they
+        are known.
+        """
         if self.x is None or self.y is None:
             return []
         best = "" if self._is_solved else "best "
@@ -213,17 +214,19 @@ class Minimum(Answer):
         return [Table(header, groups, (0,), notes=notes)]
 
     def _multipliers(self, name: str) -> list[Any]:
-        """Return the multipliers of rows, or of bounds, and where they are not unique,
-        the derivatives to both sides, if they are known."""
+        """Return the multipliers of rows or of bounds. Where they are not unique, also
+        the derivatives as the bound decreases and as it increases, if they are known.
+        """
         arrays = [getattr(self, name)]
         if self.unique_multipliers is False and self.y_down is not None:
             arrays += [getattr(self, f"{name}_down"), getattr(self, f"{name}_up")]
         return arrays
 
     def cells(self) -> Mapping[str, Sequence[Any]]:
-        """Return for each component whether it is x, y or s, its value in the program's
-        own sense, of a variable the multiplier of its bounds, and of a row its activity
-        and its slack."""
+        """Return columns with an entry for each component of z: whether it belongs to
+        x, y or s; its value in the program's own sense; for a variable, the multiplier
+        of its bounds; for a row, its activity and its slack.
+        """
         if self.x is None or self.y is None:
             return dict.fromkeys(COLUMNS, ())
         x, y = self.x.tolist(), self.y.tolist()
@@ -251,7 +254,7 @@ class Minimum(Answer):
 
 @dataclass(frozen=True)
 class NoOptimum(Answer):
-    """Why a program has no optimum, in the words of a `Minimum`."""
+    """Why a program has no optimum; the fields are those of a `Minimum`."""
 
     program: Program
     statement: str
@@ -276,8 +279,9 @@ class NoOptimum(Answer):
 def reasons(
     program: Program, certificate: Vector | None, ray: Vector | None
 ) -> list[str]:
-    """Return lines on why a program has no optimum: the multipliers of the
-    contradictory rows, and the ray."""
+    """Return lines that say why a program has no optimum: the multipliers of
+    contradictory rows, and the ray.
+    """
     excluded = "excluded within the bounds by its rows times"
     unbounded = "improves without limit in the direction"
     proofs = (
@@ -292,9 +296,13 @@ def reasons(
 
 
 def answer(program: Program, result: Result) -> Minimum:
-    """Return x, y and the objective, at the best iterate if the result is not solved,
-    unless it is proved that there is no solution."""
-    # A cycle would keep large arrays in memory.
+    """Return what a result says about a program: x, y and the objective, at the best
+    iterate if the result is not solved; without a point if it is proved that there is
+    no solution.
+    """
+    # Copies of the result: a reference to `result`, which refers to the answer, would
+    # be
+    # a cycle that keeps large arrays in memory.
     later = (
         partial(conclusion, result.problem, copy(result), program),
         partial(variations, result.problem, copy(result), program),

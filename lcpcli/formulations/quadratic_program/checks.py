@@ -1,11 +1,11 @@
 """What `lcp check` says of a program: the verification of x, with or without
 multipliers, and what x is.
 
-Multipliers for an x alone are those of the linear program that approximates a program
-near x. Within rows and bounds and a box around x, the derivative g = Qx + c of the
-objective is minimized over steps d. If x satisfies the first-order conditions, d = 0 is
-a minimizer and the multipliers of the rows are those of the program; if not, d is a
-step to a lower objective.
+If only x is proposed, multipliers are those of a linear program that approximates the
+program at x. Within rows, bounds and a box around x, it minimizes g'd over steps d,
+where g = Qx + c is the derivative of the objective. If x satisfies the first-order
+conditions, d = 0 is a minimizer and the multipliers of the rows are those of the
+program; otherwise d is a step to a lower objective.
 """
 
 from __future__ import annotations
@@ -41,19 +41,23 @@ from lcpcli.typing import Vector
 from lcpcli.verify import exact_solution
 from lcpcli.verify.verification import Proposed, Verification, verify
 
-MAX_EFFORT = 60.0  # for exact multipliers: as for exact proofs
-# Relative to the terms of the objective: a larger gain shows that x is no optimum.
+MAX_EFFORT = 60.0  # seconds for exact multipliers, the limit of exact proofs
+# A gain above this, relative to the terms of the objective, is not rounding error and
+# shows that x is not an optimum.
 MIN_GAIN = 1e-8
-# Relative to x: small enough for the linear program to be a model of the objective.
+# x_i may move by this times |x_i|, so little that the linear program approximates the
+# objective.
 BOX_SIZE = 0.1
-# Of the largest |x_i|: the least that the box is relative to, so that zeros may move.
+# In the size of the box, |x_i| is at least this times the largest one, so that
+# variables
+# that are 0 can move.
 MIN_BOX_SIZE = 1e-3
 OBJECTIVE_CLAUSES = {"min": "above the minimum", "max": "below the maximum"}
 
 
 @dataclass(frozen=True)
 class Multipliers(Answer):
-    """Multipliers of the rows that were found for an x."""
+    """The multipliers of the rows that were found for a proposed x."""
 
     program: Program
     y: Vector
@@ -94,8 +98,9 @@ def _exact_multipliers(data: ExactProblem, proposal: _Proposal) -> Any:
 
 
 def _around(value: Vector, lower: Vector, upper: Vector) -> tuple[Vector, Vector]:
-    """Return how far a value may move down and up; beyond a bound it may move no
-    farther."""
+    """Return how far a value may move down and up before it meets a bound. A value
+    beyond a bound may stay there, but not move farther.
+    """
     equal = lower == upper
     return np.where(equal, 0.0, np.minimum(lower - value, 0.0)), np.where(
         equal, 0.0, np.maximum(upper - value, 0.0)
@@ -103,7 +108,9 @@ def _around(value: Vector, lower: Vector, upper: Vector) -> tuple[Vector, Vector
 
 
 class _Proposal:
-    """A proposed point of a program: its x, and whether multipliers y came with it."""
+    """A proposed point of a program: its x, and whether its multipliers y have to be
+    found.
+    """
 
     def __init__(self, origin: Program, problem: Problem, values: Vector) -> None:
         self.origin = origin
@@ -117,9 +124,10 @@ class _Proposal:
     @cached_property
     @np.errstate(all="ignore")
     def step(self) -> tuple[Vector, float]:
-        """Return the multipliers of the rows at x, shape (m,), and by how much the step
-        that belongs to them lowers the objective; zeros and nan if there are none in
-        the range of doubles."""
+        """Return the multipliers of the rows that the linear program at x has, shape
+        (m,), and by how much its step, shortened to the minimum along it, lowers the
+        objective; zeros and nan if the linear program has no solution without overflow.
+        """
         data = self.data
         x = self.x
         heights = np.ones(self.data.row_lower.size)
@@ -153,7 +161,9 @@ class _Proposal:
         return optimum.y * unit / heights, -t * (slope + t * curvature / 2)
 
     def with_step(self) -> Vector:
-        """Return the z that consists of x and the multipliers of the step from it."""
+        """Return the z that consists of x and the multipliers found by the linear
+        program.
+        """
         return self.origin.z_of(self.x, self.step[0], self.data)
 
     def readings(
@@ -163,9 +173,10 @@ class _Proposal:
         completed: Callable[[Any, Any], Any],
         search: Callable[[], Any],
     ) -> Iterator[Any]:
-        """Yield each z for which the values may stand, as `completed` makes it from x
-        and y, which is sought if it is missing; for a maximum, y may have either
-        sign."""
+        """Yield each z that the proposed values may mean. `completed` makes it from x
+        and y, and `search` finds y if it is missing; for a maximum, both signs of y are
+        tried.
+        """
         ranges, n = self.origin.ranges, self.problem.n
         x, y = values[: self.k], values[self.k : n - ranges]
         if self.needs_multipliers:
@@ -184,8 +195,9 @@ class _Proposal:
             yield completed(x, y if values.size < n else -y)
 
     def verified(self, of_readings: Iterator[Verification], tol: float) -> Verification:
-        """Return the first verification that is accepted, or else the first of all,
-        with a statement on x, and with the multipliers if they had to be sought."""
+        """Return the first verification that is accepted, or the first of all if none
+        is, with a statement about x, and with the multipliers if they had to be found.
+        """
         verification = next(of_readings)
         verification = (
             verification
@@ -219,7 +231,7 @@ class _Proposal:
         size = np.abs(self.x)
         terms = float(
             size @ (absolute_product(self.data.Q, size) / 2 + np.abs(self.data.c))
-        )  # of the objective
+        )  # the sum of the absolute values of the terms of the objective
         if gain > max(tol, MIN_GAIN) * terms:
             far = (
                 f"at least {approximate(Fraction(gain), -1, 2)} "
@@ -236,8 +248,9 @@ class _Proposal:
 
 
 def _completed(data: ExactProblem, proposal: _Proposal, x: Any, y: Any) -> Any:
-    """Return the z that consists of exact x and y, and of s = Ax moved within its
-    bounds."""
+    """Return the z that consists of exact x and y, and of s = Ax, projected onto the
+    bounds of the rows.
+    """
     zeros = np.array([Fraction(0)] * proposal.origin.ranges, dtype=object)
     w, first = (
         data.w(list(np.concatenate((x, y, zeros)))),
@@ -254,8 +267,9 @@ def _completed(data: ExactProblem, proposal: _Proposal, x: Any, y: Any) -> Any:
 
 @np.errstate(all="ignore")
 def _violated(origin: Program, data: Blocks, x: Vector, tol: float) -> str:
-    """Return the row or bound that x violates most relative to its terms, and how much;
-    "" if by no more than tol."""
+    """Return in words the row or bound that x violates most, relative to its terms, and
+    by how much; "" if none is violated by more than the tolerance.
+    """
     values = np.concatenate((product(data.A, x), x))
     sizes = np.concatenate((absolute_product(data.A, np.abs(x)), np.abs(x)))
     names = [

@@ -36,7 +36,7 @@ DEFINITE = {"min": "positive", "max": "negative"}
 
 
 def data_of(problem: Problem, program: Program) -> Blocks:
-    """Return the program, to be minimized, whose conditions the problem has."""
+    """Return the program, as a minimization, whose conditions the problem has."""
     data = program.blocks(conditions_of(problem))
     assert data is not None
     return data
@@ -45,9 +45,10 @@ def data_of(problem: Problem, program: Program) -> Blocks:
 @with_limited_threads
 @np.errstate(all="ignore")
 def conclusion(problem: Problem, result: Result, program: Program) -> Conclusion:
-    """Return what a result on the conditions of a program says about the program;
-    nothing that takes long if Ctrl-C has ended the run. What is known about every
-    solution of the problem is kept with it."""
+    """Return what a result on the conditions of a program says about the program. If
+    Ctrl-C has ended the run, computations that take long are left out. What holds for
+    every solution of the problem is cached in the problem.
+    """
     noun, data = WORDS[program.sense], data_of(problem, program)
     if result.status.has_no_solution:
         done = result.interrupted
@@ -91,8 +92,9 @@ def conclusion(problem: Problem, result: Result, program: Program) -> Conclusion
 def variations(
     problem: Problem, result: Result, program: Program
 ) -> Sensitivities | None:
-    """Return how the optimal objective of a convex program varies with its bounds; None
-    if that is not known, or Ctrl-C has ended the run."""
+    """Return the derivatives of the optimal objective of a convex program with respect
+    to its bounds; None if they are not known, or Ctrl-C has ended the run.
+    """
     if not result.solved or result.interrupted:
         return None
     data = data_of(problem, program)
@@ -103,8 +105,9 @@ def variations(
 
 
 def kind_of_solutions(problem: Problem, program: Program, data: Blocks) -> Conclusion:
-    """Return the kind of each solution of the conditions of a program, which is kept
-    with them."""
+    """Return what every solution of the conditions of a program is, which is cached in
+    the problem.
+    """
     if problem.facts.kind is None:
         problem.facts.kind = kind_of_point(data, program)
     kind: Conclusion = problem.facts.kind
@@ -112,11 +115,12 @@ def kind_of_solutions(problem: Problem, program: Program, data: Blocks) -> Concl
 
 
 def kind_of_point(data: Blocks, program: Program) -> Conclusion:
-    """Return the kind of a solution of the first-order conditions, from what is known
-    about Q: whether it is definite, semidefinite, or neither.
+    """Return what a solution of the first-order conditions is, from what is known about
+    Q: whether it is definite, semidefinite, or neither.
 
-    Up to rounding: if Q + d diag(Q) is semidefinite, x minimizes a program with this in
-    place of Q, and its conditions are violated by at most d of their own terms.
+    This may hold up to rounding: if Q + d diag(Q) is semidefinite, x minimizes the
+    program with this matrix in place of Q, as its conditions are violated by at most d
+    times the sum of the absolute values of their terms.
     """
     noun, definite = WORDS[program.sense], DEFINITE[program.sense]
     if not (data.Q != 0).sum():

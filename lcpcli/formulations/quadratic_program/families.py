@@ -12,10 +12,11 @@ from lcpcli.model import block_form
 from lcpcli.model.problem import Problem
 from lcpcli.typing import Vector
 
-# Random numbers of frontier and lasso are multiples of 1/16, so that products are free
-# of rounding.
+# Random numbers of frontier and lasso are multiples of 1/16, so that their products are
+# exact in double precision.
 UNITS = 16
-STEP = 0.25  # seconds between the inputs of control, a fraction of the springs' period
+# Seconds between the inputs of control; the periods of the springs exceed pi.
+STEP = 0.25
 
 
 def lp(n: int, seed: int) -> Problem:
@@ -225,7 +226,7 @@ def control(n: int, seed: int, *, masses: int = 4, strength: float = 0.5) -> Pro
         offsets=[-1, 0, 1],
     )
     one = eye_array(masses)
-    # Of a state over one step.
+    # The change of a state in one step, without and by a force.
     drift = block_array([[one + STEP**2 * springs, STEP * one], [STEP * springs, one]])
     push = block_array([[STEP**2 * one], [STEP * one]])
     now, before = (

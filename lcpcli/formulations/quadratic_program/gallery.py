@@ -1,6 +1,6 @@
 """The families of programs in the gallery: name | meaning | class of M | source."""
 
-# In the gallery behind boxes, in the module of the heading.
+# The families follow the family boxes in the gallery; the heading names their module.
 FAMILIES = (
     "boxes",
     """

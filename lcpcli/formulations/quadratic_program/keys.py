@@ -45,8 +45,8 @@ FOREIGN_FIELDS = dict(  # names of quadprog and linprog, with those of qpsolvers
         strict=True,
     )
 )
-# Ways to write a program: what makes the problem, of which keys, the vector and the
-# matrix of the objective.
+# For each way to write a program the function that makes the problem, its keys, and the
+# names of the vector and of the matrix of the objective.
 FORMS = {
     "from_qp": (NATIVE, "c", "Q"),
     "from_qpsolvers": (QPSOLVERS, "q", "P"),

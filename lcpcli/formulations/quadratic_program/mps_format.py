@@ -68,7 +68,7 @@ SECTIONS = (
     "QMATRIX",
 )
 QUADRATIC = SECTIONS[-3:]
-# Headings that words may follow.
+# Headings that may be followed by words on the same line.
 WITH_WORDS = ("NAME", "OBJSENSE", "QCMATRIX", "QSECTION", "CSECTION")
 HEADING = (
     f"the sections are {', '.join(SECTIONS)}, ENDATA; quadratic constraints and "
@@ -76,7 +76,7 @@ HEADING = (
 )
 LINE = "is the heading of the next section misspelt, or the first word of the line?"
 CONTINUOUS = "lcp solves programs with continuous variables only"
-# The ends that bounds set.
+# Which of the two bounds each kind of bound sets.
 ENDS = {"LO": (0,), "UP": (1,), "FX": (0, 1), "MI": (0,), "PL": (1,), "FR": (0, 1)}
 NOT_CONTINUOUS = {
     "BV": "an integer",
@@ -88,7 +88,7 @@ NOT_NONE = (
     "has a bound of 1e20 or more, which means no bound, where one is needed",
     "give a smaller one",
 )
-# The places of words in fixed format.
+# The columns in which the words of a line stand in fixed format.
 FIXED = ((1, 3), (4, 12), (14, 22), (24, 36), (39, 47), (49, 61))
 
 
@@ -103,7 +103,7 @@ def fields(content: bytes, number: Number = float) -> dict[str, Any]:
 
 
 class _Reader:
-    """What has been read of a program, by the names of rows and columns."""
+    """The parts of a program that have been read, by the names of rows and columns."""
 
     def __init__(self, number: Number) -> None:
         self._number, self._is_integer = number, False
@@ -114,10 +114,11 @@ class _Reader:
         self._kinds: dict[str, str] = {}
         self._columns: dict[str, dict[str, float]] = {}
         self._sides: dict[str, dict[str, str]] = {"RHS": {}, "RANGES": {}}
-        self._bounds: dict[tuple[str, int], float] = {}  # by column and end, as in ENDS
-        self._lines: dict[str, int] = {}  # of the last bound of a column
+        # By column and kind of bound, as in ENDS.
+        self._bounds: dict[tuple[str, int], float] = {}
+        self._lines: dict[str, int] = {}  # the line of the last bound of each column
         self._curvature: dict[tuple[str, str], float] = {}
-        # The columns with a square, which need no entry in COLUMNS.
+        # The columns with an entry on the diagonal of Q, which need none in COLUMNS.
         self._squared: set[str] = set()
 
     def program(self, text: str) -> dict[str, Any]:
@@ -275,8 +276,9 @@ class _Reader:
             self._lines[column] = self._line
 
     def _declare(self, column: str) -> None:
-        """Refuse a column that is unknown, unless it has a square: some writers leave
-        empty columns out."""
+        """Raise ProblemError for a column that is unknown, unless Q has a diagonal
+        entry for it: some writers leave out columns without other entries.
+        """
         if column not in self._columns:
             if column not in self._squared:
                 raise self._unknown(column, "COLUMNS")
@@ -401,7 +403,9 @@ class _Reader:
         return low, high
 
     def _sides_of(self, row: str) -> tuple[float, float]:
-        """Return both sides of a row; a range is added before anything is rounded."""
+        """Return the lower and the upper bound of a row. A range is added in exact
+        arithmetic, before rounding.
+        """
         kind = self._kinds[row]
         side, width = (
             fraction(self._sides[section].get(row, "0"))
@@ -489,8 +493,9 @@ WORDS = (
 
 
 def render(fields: Mapping[str, Any], exact: Exact) -> dict[str, bytes]:
-    """Return the program in free MPS; raise ProblemError for finite bounds that MPS
-    takes for infinite ones."""
+    """Return the program in free MPS. Raises ProblemError if a finite bound would be
+    read as infinite.
+    """
     number = partial(number_text, exact, exactly=in_decimals)
     k, m = fields["c"].size, fields["row_lower"].size if "A" in fields else 0
     low = fields.get("lower", np.zeros(k))
@@ -542,7 +547,7 @@ def _refuse_lost_bounds(**bounds: Vector) -> None:
 def _triangle(
     Q: Matrix, columns: Sequence[str], number: Callable[[float], str]
 ) -> Iterator[str]:
-    """Yield the lines of the upper triangle of Q."""
+    """Yield the lines for the upper triangle of Q."""
     from scipy.sparse import coo_array
 
     upper = coo_array(Q)
@@ -579,8 +584,9 @@ def new_names(problem: Problem) -> dict[str, str]:
 
 
 def names(old_names: Sequence[str], letter: str) -> list[str]:
-    """Return names without spaces, all different and none of them a word of the format;
-    a missing name becomes the letter and the number of its place."""
+    """Return names without spaces, which are all different and no keyword of the
+    format. A missing name becomes the letter with its number.
+    """
     free_names: dict[str, None] = {}
     for i, name in enumerate(old_names, 1):
         free_names[_free(_word(name) or f"{letter}{i}", WORDS, free_names)] = None
@@ -598,11 +604,13 @@ def _free(name: str, *others: Any) -> str:
 
 
 def _side(exact: Exact, low: float, high: float) -> tuple[str, float, str]:
-    """Return the kind of a row, its right-hand side, and its range, "" for none."""
+    """Return the kind of a row, its right-hand side, and its range, which is "" if it
+    has none.
+    """
     if low == high:
         return "E", low, ""
     if math.isinf(low) and math.isinf(high):
-        # The side of a row without bounds is far beyond NO_BOUND, for every reader.
+        # A row without bounds gets a bound that every reader takes for infinite.
         return "G", -1e30, ""
     if math.isinf(low):
         return "L", high, ""
@@ -654,7 +662,7 @@ def _columns(
         )
 
 
-# Complaints about faults that are reported elsewhere.
+# Messages about errors that are reported elsewhere.
 TOLD = ("inconsistent bounds", "Parser error")
 HINT = "correct it there; quadratic constraints and integer variables are not read"
 
@@ -666,7 +674,7 @@ def as_mps(text: bytes) -> bytes:
         reason, hint = missing("highspy")
         reason = f"is in the LP format, which {reason}"
         raise ProblemError("", reason, hint) from None
-    # By default, sides of 1e20 or more would be lost.
+    # By default, bounds of 1e20 or more would be read as infinite.
     options = {"log_to_console": False, "infinite_bound": math.inf}
     highs, events = solver(highspy, options), list[str]()
     highs.cbLogging.subscribe(lambda event: events.append(event.message))
@@ -677,7 +685,7 @@ def as_mps(text: bytes) -> bytes:
         source_file.write_bytes(text)
         try:
             status = highs.readModel(str(source_file))
-        except UnicodeDecodeError:  # a complaint that quotes bytes that are no text
+        except UnicodeDecodeError:  # a message that quotes bytes that are no text
             status = highspy.HighsStatus.kError
         for line in events:
             if line.startswith(("WARNING", "ERROR")) and not any(

@@ -1,8 +1,8 @@
-"""The reason why a linear or quadratic program has no minimum.
+"""Why a linear or quadratic program has no minimum.
 
-It is infeasible or unbounded: M. Frank, P. Wolfe, An algorithm for quadratic
-programming, Naval Res. Logist. Quart. 3 (1956) 95-110. Which of the two holds is
-reported only if it is proved without any tolerance.
+If its conditions have no solution, it is infeasible or unbounded: M. Frank, P. Wolfe,
+An algorithm for quadratic programming, Naval Res. Logist. Quart. 3 (1956) 95-110. Which
+of the two holds is reported only if it is proved without any tolerance.
 """
 
 from __future__ import annotations
@@ -38,18 +38,23 @@ PROVED = (UNIQUE, OPTIMUM, SEVERAL, STATIONARY, *WITHOUT_OPTIMUM)
 """What may be proved about a program: that x is its only optimum, an optimum, or one of
 several; that x is a stationary point and the program is not convex, so that x need not
 be an optimum; that the program is infeasible, or unbounded, or one of the two."""
-# Of each of two LPs, and of exact arithmetic, by the seconds that it usually takes.
+# Work for each of two LPs, and for exact arithmetic, in the seconds that it usually
+# takes.
 FEASIBILITY_EFFORT = 0.5
-# The largest one of a feasible point that is tried before its doubles.
+# A point is rounded to fractions with denominators up to this, and tried, before it is
+# tried as it is.
 SIMPLE_DENOMINATOR = 10**6
 MAX_FRACTIONS = 10_000  # entries of A up to which rational arithmetic is quick enough
 EXTREMES = {"min": ("minimum", "below"), "max": ("maximum", "above")}
 
 
 class Conclusion(NamedTuple):
-    """What is concluded about a program from a result on its conditions, with the
-    attributes of a `Minimum`. within : where that holds up to rounding, by how much Q
-    differs, relatively, from a semidefinite matrix; else None."""
+    """What is concluded about a program from a result on its conditions; the fields are
+    those of a `Minimum`.
+
+    within : if the conclusion holds only up to rounding, the relative difference
+        between Q and a semidefinite matrix; otherwise None.
+    """
 
     statement: str
     proved: str | None = None
@@ -64,11 +69,11 @@ def without_minimum(
     program: Program,
     data: Blocks,
 ) -> Conclusion:
-    """Return which constraints contradict each other, or in which direction the
-    objective improves without limit, if it is proved that the conditions have no
-    solution.
+    """Return that the program is infeasible, with contradictory constraints, or
+    unbounded, with a direction in which the objective improves without limit, as far as
+    this is proved. The conditions must be proved to have no solution.
 
-    certificate : the proof for the conditions, with a Farkas vector y if there is one.
+    certificate : the proof of this, with a Farkas vector y if there is one.
     """
     k, (_, side) = program.variables, EXTREMES[program.sense]
     of_x, of_rows = np.zeros(problem.n), np.zeros(problem.n)
@@ -91,8 +96,9 @@ def without_minimum(
 def _up_to_rounding(
     problem: Problem, of_x: Vector, of_rows: Vector, program: Program
 ) -> Conclusion:
-    """Return what a proof that holds up to the rounding of the data says of the
-    program."""
+    """Return what a proof that holds only up to rounding of the data says of the
+    program.
+    """
     best, _ = EXTREMES[program.sense]
     of_data = "up to the rounding of its data"
     if first_proof(problem, [of_rows], rounded_from=MANY):
@@ -110,7 +116,7 @@ def _up_to_rounding(
 
 
 def undecided(program: Program, ray: Vector | None = None) -> Conclusion:
-    """Return what is known of every program whose conditions have no solution."""
+    """Return what holds for every program whose conditions have no solution."""
     best, side = EXTREMES[program.sense]
     return Conclusion(
         f"the program has no {best}: it is infeasible or unbounded {side}", NONE, ray
@@ -120,9 +126,11 @@ def undecided(program: Program, ray: Vector | None = None) -> Conclusion:
 def _feasibility(
     problem: Problem, data: Blocks, guess: Vector
 ) -> tuple[bool | None, Vector | None]:
-    """Return whether some x satisfies rows and bounds, without any tolerance, None if
-    that is not decided, and the multipliers of a proof that none does. guess : a y that
-    may refute it."""
+    """Return whether some x satisfies rows and bounds without any tolerance, or None if
+    that is not decided; and if none does, the vector that proves it, or None.
+
+    guess : a y that may prove infeasibility.
+    """
     y = _exact_proof(problem, guess)
     if y is not None:
         return False, y
@@ -160,8 +168,9 @@ def _feasibility(
 
 
 def _exact_proof(problem: Problem, y: Vector | None, columns: int = 0) -> Vector | None:
-    """Return the proof for the program itself near y, in which the multipliers of so
-    many columns count as 0; None if it is none."""
+    """Return the exact Farkas vector that is found by rounding y, after its first
+    `columns` components are set to 0; None if no such vector is found.
+    """
     if y is None:
         return None
     y[:columns] = 0.0
@@ -185,8 +194,9 @@ class Constraints(NamedTuple):
         )
 
     def central_point(self) -> Vector | None:
-        """Return an LP solver's point with the largest distance, up to 1, from the
-        sides of the inequalities."""
+        """Return the point that an LP solver finds whose smallest distance from the
+        bounds of the inequalities, up to 1, is largest; None if it finds none.
+        """
         k, equal = self.A.shape[1], self.low == self.high
         below, above = (
             np.flatnonzero(np.isfinite(self.low)),
@@ -208,9 +218,13 @@ class Constraints(NamedTuple):
 
     @np.errstate(all="ignore")
     def hold_near(self, x: Vector) -> bool:
-        """Return whether floats show that they hold exactly at a point near x: for (x,
-        1), changed to (x', s') so that Ax' = s' b for all equations, no inequality is
-        violated, whatever the change within its bound."""
+        """Return whether floating-point computations prove that the constraints hold
+        exactly at some point close to x.
+
+        An enclosure of the solutions (x', s') of the homogeneous equations Ax' = s' b
+        near (x, 1) exists if the equations are independent, and no inequality may be
+        violated at x' / s', whatever the solution in the enclosure is.
+        """
         equal = np.flatnonzero(self.low == self.high)
         if not is_enclosable(equal.size, x.size + 1):
             return False
@@ -238,8 +252,9 @@ class Constraints(NamedTuple):
 
 
 def _has_simple_point(point: Vector, data: Blocks) -> bool:
-    """Return whether a point, as it is or rounded to simple fractions, is feasible
-    without tolerance."""
+    """Return whether the point, or the point rounded to fractions with small
+    denominators, is feasible without tolerance.
+    """
     rows, x = rows_of(data.A), [Fraction(value) for value in point.tolist()]
     for candidate in ([value.limit_denominator(SIMPLE_DENOMINATOR) for value in x], x):
         Ax = [sum(value * candidate[j] for j, value in row.items()) for row in rows]

@@ -1,15 +1,15 @@
-"""Whether a convex program has minimizers beside x.
+"""Whether a convex program has minimizers other than x.
 
 x and x + d are both minimizers of a convex program if x + d satisfies rows and bounds,
 Qd = 0 and c'd = 0: O. L. Mangasarian, A simple characterization of solution sets of
 convex programs, Operations Research Letters 7 (1988) 21-26. Rows and bounds with a
 multiplier that is not 0 hold with equality at all minimizers, and with c'd = 0 this is
-the same as d'g = 0 for the gradient g = Qx + c.
+equivalent to d'g = 0 for the gradient g = Qx + c.
 
-So d = 0 if Qd = 0, with these rows and bounds, admits no other d. Otherwise a d that
-keeps all other active rows and bounds as they are leads to another minimizer, or if
-there is none, an LP looks for one that may leave them. Another minimizer is verified as
-a solution of the conditions, as x was.
+So x is the only minimizer if Qd = 0, with these rows and bounds as equations, implies d
+= 0. Otherwise there is another minimizer if some d leaves all other active rows and
+bounds active; if there is no such d, an LP looks for one that may leave them. Another
+minimizer is verified as a solution of the conditions, as x was.
 """
 
 from __future__ import annotations
@@ -33,20 +33,22 @@ from lcpcli.typing import Indices, Mask, Vector
 from lcpcli.verify.acceptance import BY_CRITERION, accepted
 from lcpcli.verify.point import Criterion, Point
 
-# Unknowns: an LP for more would take longer than many a solution.
+# For more unknowns, an LP may take longer than the solution itself.
 MAX_UNKNOWNS = 500
-# Of each of two LPs, by the seconds that so many iterations usually take.
+# Work for each of two LPs, in the seconds that it usually takes.
 LP_EFFORT = 0.25
-# Relative to the largest |x_i|: how far another minimizer has to lie from x, far above
-# rounding.
+# The distance that another minimizer has to have from x, relative to |x_i|, and far
+# above
+# rounding errors.
 MIN_DISTANCE = 1e-3
-# Variables that are not at a bound, for a linear system that is solved exactly in a
-# second.
+# A linear system for this many variables that are not at a bound is solved exactly in
+# about a second.
 MAX_FREE = 100
-# Relative to the terms of a column: a smaller multiplier may be 0.
+# A multiplier that is smaller, relative to the terms of its column, may be 0.
 MIN_MULTIPLIER = 1e-9
-# Pivots below it, relative to the largest, may be those of dependent columns, and
-# others are not.
+# Columns are independent if no pivot is below this, relative to the largest one;
+# smaller
+# pivots may be those of dependent columns.
 SURE_PIVOT = 1e-8
 
 
@@ -58,11 +60,12 @@ def has_other_minimum(
     tol: float,
     exactly: bool,
 ) -> bool:
-    """Return whether another minimizer beside the x of z is found, and whether exact
-    arithmetic confirms that there is more than one.
+    """Return whether a minimizer other than the x of z is found, and linear algebra
+    confirms that there is more than one.
 
-    tol : by which another one is verified. exactly : whether for the decimals of the
-        data; else up to rounding.
+    tol : the tolerance with which another minimizer is verified.
+    exactly : whether rational arithmetic has to confirm it for the decimals of the
+        data; otherwise it is confirmed up to rounding.
     """
     x, y = program.parts(z)
     if problem.n > MAX_UNKNOWNS or not x.size:
@@ -72,7 +75,8 @@ def has_other_minimum(
     if _is_regular(_scaled(stacked(data, rows, free), C[free])):
         return False
     min_distance = MIN_DISTANCE * np.maximum(np.abs(x), C)
-    # ±1 may be orthogonal to the minimizers.
+    # The direction is random, as a simple one may be orthogonal to the set of
+    # minimizers.
     along = generator(x.size).standard_normal(x.size) / C
     for search in (_adjacent, _farthest):
         for direction in (along, -along):
@@ -87,13 +91,14 @@ def has_other_minimum(
 
 
 def stacked(data: Blocks, rows: Indices, columns: Indices) -> Vector:
-    """Return the rows of Q, and some of A, with some columns, shape (m, k)."""
+    """Return these columns of Q and of some rows of A, one below the other."""
     return np.vstack((dense(data.Q)[:, columns], dense(data.A[rows])[:, columns]))
 
 
 def _may_leave(x: Vector, y: Vector, data: Blocks) -> tuple[Indices, Indices]:
     """Return the rows that hold with equality at all minimizers, and the variables that
-    may leave their bounds: those with multipliers that may be 0."""
+    may leave their bounds because their multipliers may be 0.
+    """
     slopes, sizes = product(data.Q, x) + data.c, np.abs(y)
     terms = absolute_product(data.Q, np.abs(x)) + np.abs(data.c)
     terms += absolute_product(data.A.T, sizes)
@@ -107,8 +112,9 @@ def _may_leave(x: Vector, y: Vector, data: Blocks) -> tuple[Indices, Indices]:
 
 
 def _scaled(A: Vector, C: Vector) -> Vector:
-    """Return A in units C of columns, and in units of rows in which their largest
-    entries are 1, without rows of zeros."""
+    """Return A with its columns multiplied by C, and then its rows divided by their
+    largest entries, without rows of zeros.
+    """
     A = A * C
     sizes = np.abs(A).max(axis=1, initial=0.0)
     return np.asarray(A[sizes > 0] / sizes[sizes > 0, np.newaxis])
@@ -127,7 +133,7 @@ def _pivots(A: Vector) -> tuple[Vector, Vector, Indices]:
 
 
 def _is_regular(A: Vector) -> bool:
-    """Return whether A has independent columns, safely."""
+    """Return whether the columns of A are certainly independent."""
     if A.shape[0] < A.shape[1]:
         return False
     return not A.size or bool(_pivots(A)[0].min() > SURE_PIVOT)
@@ -183,8 +189,9 @@ def _held(x: Vector, data: Blocks, C: Vector) -> tuple[Indices, Indices]:
 
 
 def _active(values: Vector, sizes: Vector, low: Vector, high: Vector) -> Mask:
-    """Return which values are at an end of their range, to the tolerance by which two
-    points are distinguished."""
+    """Return which values are at a lower or upper bound. The tolerance is far smaller
+    than the distance that distinguishes two minimizers.
+    """
     is_active_within = MIN_DISTANCE**2 * sizes
     active: Mask = (values - low <= is_active_within) | (
         high - values <= is_active_within
@@ -193,8 +200,9 @@ def _active(values: Vector, sizes: Vector, low: Vector, high: Vector) -> Mask:
 
 
 def _farthest(objective: Vector, x: Vector, data: Blocks, C: Vector) -> Vector | None:
-    """Return the minimizer with the least objective'x among those that differ from x by
-    at most about |x|."""
+    """Return the minimizer with the least objective'x among those at a distance of at
+    most about |x| from x.
+    """
     reach = C * (1.0 + np.abs(x / C).max())
     low, high = np.maximum(data.lower - x, -reach), np.minimum(data.upper - x, reach)
     Ax, nothing = product(data.A, x), np.zeros(x.size + 1)
@@ -215,7 +223,7 @@ def _farthest(objective: Vector, x: Vector, data: Blocks, C: Vector) -> Vector |
         return None
     y = x + optimum.x
     nearer = np.where(y - data.lower <= data.upper - y, data.lower, data.upper)
-    # An LP leaves zeros at 1e-12.
+    # Variables at a bound may differ from it by the LP solver's rounding, about 1e-12.
     sizes = np.maximum(np.abs(y), C)
     return np.where(_active(y, sizes, data.lower, data.upper), nearer, y)
 
@@ -278,8 +286,9 @@ def _null_vectors(R: Vector, order: Indices, rank: int) -> Vector:
 
 
 def _whole_rows(A: Vector) -> Any:
-    """Return multiples of rows, those of zeros left out, in whole numbers: their
-    decimals, in doubles if these represent them."""
+    """Return multiples of the rows of decimals in integers, without rows of zeros; in
+    double precision if that represents them exactly.
+    """
     A = A[A.any(axis=1)]
     integers, _ = as_written(A)
     if np.array_equal(integers, np.rint(integers)):

@@ -30,13 +30,13 @@ PROGRAM_KEYS = ("kind", "variables", "ranges", "sense", "constant", "rows", "col
 
 @dataclass(frozen=True)
 class Program(BlockForm):
-    """The data that map a solution z = (x, y, s) of the conditions of `Blocks`
-    back to the original program.
+    """The program that belongs to the conditions of `Blocks`; it maps their solution z
+    = (x, y, s) back to x and y.
 
-    variables, ranges : the lengths of x and of s, the number of rows between two
+    variables, ranges : the lengths of x and of s, which is the number of rows with two
         different finite bounds.
-    sense : "min" or "max"; the objective to be maximized has been multiplied by -1.
-        constant : is added to it.
+    sense : "min" or "max". For "max" the blocks contain the objective multiplied by -1.
+    constant : is added to the objective.
     rows, columns : the names of the rows of A and of its columns, the variables; empty
         if they have none.
     """
@@ -71,7 +71,7 @@ class Program(BlockForm):
             return None
         Q, c = self.sign * data.Q, self.sign * data.c
         entries = Q.data if is_sparse(Q) else Q
-        entries += 0.0  # to leave no -0
+        entries += 0.0  # -0 becomes 0
         fields = self.fields_of(data._replace(Q=Q, c=c), "Q", "c")
         if not (data.Q != 0).sum():
             del fields["Q"]
@@ -108,8 +108,9 @@ class Program(BlockForm):
         return {key: value for key, value in fields.items() if value}
 
     def fits(self, conditions: Conditions) -> bool:
-        """Return whether the problem is made from a program of this size, and the
-        number of names fits it."""
+        """Return whether the problem has the conditions of a program of this size with
+        a symmetric Q, and as many rows and columns as there are names.
+        """
         blocks = self.blocks_that_fit(conditions)
         return blocks is not None and symmetrized(blocks.Q) is not None
 

@@ -42,7 +42,7 @@ from lcpcli.typing import BoundLike, Matrix, Vector, VectorLike
 
 Interval: TypeAlias = tuple[Vector, Vector]
 
-# Variables for which a program without any matrix is kept as a dense problem.
+# Up to this many variables, a program without any matrix becomes a dense problem.
 MAX_DENSE_VARIABLES = 1000
 
 
@@ -248,7 +248,10 @@ def _objective(
 ) -> tuple[Matrix | None, Vector]:
     """Return the matrix of the objective, symmetric and of shape (k, k), or None, and
     its vector, of shape (k,).
-    may_be_triangle : whether an upper triangle stands for a symmetric matrix."""
+
+    may_be_triangle : whether an upper triangular matrix means the symmetric matrix with
+        this triangle.
+    """
     vector = as_vector(other, linear)
     if not vector.size:
         raise ProblemError(other, IS_EMPTY, ONE_VARIABLE)
@@ -281,8 +284,9 @@ def _rounding_of(matrix: Any) -> float:
 
 
 def _mirrored_triangle(matrix: Matrix) -> Matrix:
-    """Return the symmetric matrix whose upper triangle a matrix is; a matrix with
-    entries below the diagonal as it is."""
+    """Return the symmetric matrix with this upper triangle; or the matrix itself if it
+    has entries below the diagonal.
+    """
     if is_sparse(matrix):
         with imports:
             from scipy.sparse import triu
@@ -302,9 +306,11 @@ def _problem(
     texts: Mapping[str, Any],
     *of: Any,
 ) -> Problem:
-    """Return the conditions of a program, with sparse matrices if one is, or if it is
-    large without any.
-    of : its sense, constant and names, as in `Program`."""
+    """Return the conditions of a program. Matrices are sparse if A or Q is, or if the
+    program is large and has neither.
+
+    of : the sense, constant and names of the program, as in `Program`.
+    """
     k = c.size
     if is_sparse(A) or is_sparse(Q) or (Q is None and k > MAX_DENSE_VARIABLES):
         Q, A = compressed((k, k) if Q is None else Q), compressed(A)
@@ -312,5 +318,6 @@ def _problem(
     data = Blocks(*((-Q, -c) if "max" in of[:1] else (Q, c)), A, *sides, *bounds)
     M, q, lower, upper = data.conditions()
     problem = Problem(M, q, lower=lower, upper=upper, **texts)
-    # `Problem` would check whether the origin fits, but it has just made them
+    # `Problem` would check that the origin fits the conditions, which were made from
+    # it.
     return problem.having(origin=Program(k, int(data.ranges.sum()), *of))

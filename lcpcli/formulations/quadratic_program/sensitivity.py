@@ -1,10 +1,10 @@
-"""How the optimal value of a convex program changes with the sides of its rows and the
-bounds of its variables.
+"""How the optimal value of a convex program changes with the bounds of its rows and
+variables.
 
-A multiplier is the derivative of the optimal value with respect to its side only if it
-is unique. In general, the value of a program min f(x) with sides b is a convex function
-of b, whose derivatives to both sides are the least and the greatest multiplier of all
-that are optimal, each at any optimal x:
+A multiplier is the derivative of the optimal value with respect to its bound only if it
+is unique. In general, the value v(b) of a program min f(x) with bounds b is a convex
+function of b. Its one-sided derivatives are given by the least and the greatest of all
+optimal multipliers:
 
     v'(b; -e_i) = -min y_i,    v'(b; e_i) = max y_i,
 
@@ -57,9 +57,9 @@ from lcpcli.model.block_form import Blocks
 from lcpcli.model.problem import Problem
 from lcpcli.typing import Mask, Vector
 
-# Products, for the factors of A_F in about as much time as a solution takes.
+# With this many products, A_F is factorized in about the time that a solution takes.
 MAX_WORK = 1e8
-# Systems of inequalities that are solved at once, in about a millisecond.
+# This many systems of inequalities are solved together in about a millisecond.
 MAX_SYSTEMS = 3000
 # Linear programs, of about a millisecond each; and the effort of each, in usual
 # seconds.
@@ -82,13 +82,16 @@ class _Unclear(Exception):
 
 @dataclass(frozen=True, eq=False)
 class Sensitivities:
-    """The derivatives of the optimal value of a convex program as a side falls and as
-    it rises, by the active sides, 0 where none is; infinite where no such change is
-    feasible. Equal bounds, or sides, move together.
+    """The derivatives of the optimal value of a convex program with respect to active
+    bounds, as a bound decreases and as it increases: 0 for bounds that are not active,
+    infinite where no such change is feasible. Equal lower and upper bounds move
+    together.
 
-    down, up : of the rows, shape (m,). bounds_down, bounds_up : of the bounds of the
-        variables, shape (k,). None if they take too long.
-    are_unique : whether there are no other multipliers, so that both are the same.
+    are_unique : whether the multipliers are unique, so that both derivatives are the
+        same.
+    down, up : the derivatives for the rows, shape (m,).
+    bounds_down, bounds_up : those for the bounds of the variables, shape (k,). All four
+        are None if they would take too long.
     """
 
     are_unique: bool
@@ -99,7 +102,9 @@ class Sensitivities:
 
 
 class _Signs(NamedTuple):
-    """Which multipliers may be positive, and which negative."""
+    """For each row or variable whether its multiplier may be positive, as its lower
+    bound is active, and whether it may be negative, as its upper bound is.
+    """
 
     positive: Mask
     negative: Mask
@@ -110,7 +115,9 @@ class _Signs(NamedTuple):
 
     @property
     def required(self) -> Vector:
-        """Return the signs that multipliers have unless they are 0; 0 where any do."""
+        """Return the signs that nonzero multipliers must have; 0 where both signs are
+        possible.
+        """
         return self.positive * 1.0 - self.negative * 1.0
 
 
@@ -300,7 +307,7 @@ def _ranges(
     varies = changes.any(axis=1)
     limited = varies & (required != 0)
     G, b = _normalized(required, changes, values, limited)
-    # Along these nothing limits t.
+    # Directions t in the null space of G are not limited by any inequality.
     _, sizes, right = np.linalg.svd(G)
     rank = int(np.count_nonzero(sizes > max(G.shape, default=1) * ROW_ROUNDING))
     lines, changes = changes @ right[rank:].T, changes @ right[:rank].T
@@ -328,7 +335,9 @@ def _ranges(
 def _normalized(
     required: Vector, changes: Vector, values: Vector, limited: Mask
 ) -> tuple[Vector, Vector]:
-    """Return G and b >= 0 for the inequalities G t >= -b of the signs."""
+    """Return G and b >= 0 of the inequalities G t >= -b that require the signs, with
+    rows of G whose largest entries are 1 or -1.
+    """
     G = required[limited, np.newaxis] * changes[limited]
     b = np.maximum(required * values, 0.0)[limited]
     sizes = np.abs(G).max(axis=1, initial=0.0)
@@ -337,7 +346,8 @@ def _normalized(
 
 def _extremes(objectives: Vector, G: Vector, b: Vector) -> tuple[Vector, Vector] | None:
     """Return the least and the greatest value of each of the objectives, shape (m, r),
-    for all t with G t >= -b, which include 0 and have vertices."""
+    over all t with G t >= -b. This polyhedron must contain 0 and have vertices.
+    """
     if math.comb(len(G), G.shape[1]) > MAX_SYSTEMS:
         return _by_programs(objectives, G, b)
     vertices, is_clear = _vertices(G, b)
@@ -370,7 +380,7 @@ def _vertices(G: Vector, b: Vector) -> tuple[Vector, Mask]:
 
 
 def _rays(G: Vector) -> Vector:
-    """Return the extreme rays of G t >= 0, in columns."""
+    """Return the extreme rays of {t : G t >= 0} as columns."""
     r = G.shape[1]
     chosen = np.array(list(combinations(range(len(G)), r - 1)), dtype=np.intp)
     _, sizes, right = np.linalg.svd(G[chosen.reshape(len(chosen), r - 1)])
@@ -383,8 +393,9 @@ def _rays(G: Vector) -> Vector:
 def _by_programs(
     objectives: Vector, G: Vector, b: Vector
 ) -> tuple[Vector, Vector] | None:
-    """Return the same by linear programs; None if there are too many of them, or they
-    take too long."""
+    """Return what `_extremes` returns, by linear programs; None if there are too many
+    of them, or one takes too long.
+    """
     if 4 * len(objectives) > MAX_PROGRAMS:
         return None
     unlimited = np.full(len(b), np.inf)

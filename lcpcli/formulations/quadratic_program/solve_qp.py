@@ -1,6 +1,6 @@
-"""Programs in one call, with the arguments of qpsolvers (S. Caron et al., qpsolvers:
-quadratic programming solvers in Python, https://github.com/qpsolvers/qpsolvers), and as
-a solver that qpsolvers can call.
+"""Programs solved in one call with the arguments of qpsolvers (S. Caron et al.,
+qpsolvers: quadratic programming solvers in Python,
+https://github.com/qpsolvers/qpsolvers), and lcp as a solver that qpsolvers can call.
 """
 
 from __future__ import annotations
@@ -22,7 +22,9 @@ if TYPE_CHECKING:
     from typing_extensions import Unpack
 
 
-# Up to which fractions decide, in about as much time, what floats leave open.
+# Up to here, rational arithmetic decides whether Q is semidefinite in about the time of
+# a
+# solution, if floating-point numbers do not.
 FEW_VARIABLES = 20
 
 
@@ -59,8 +61,9 @@ def solve_qp(
 
 
 def _minimizer(result: Result) -> Vector | None:
-    """Return x if it is a minimizer; None, with a warning for the caller's caller, if
-    it is only a stationary point."""
+    """Return x if it is a minimizer; None if the result is not solved, or, with a
+    warning for the caller of `solve_qp`, if x is only a stationary point.
+    """
     if not result.solved:
         return None
     program = result.problem.origin
@@ -119,8 +122,9 @@ def _solve_problem(
     infinity: float = math.inf,
     **options: Any,
 ) -> Any:
-    """Solve a problem when qpsolvers calls; the signs of multipliers are those in Px +
-    q + G'z + A'y + z_box = 0."""
+    """Solve a problem for qpsolvers. Multipliers have the signs that satisfy Px + q +
+    G'z + A'y + z_box = 0.
+    """
     from qpsolvers import Solution
 
     if initvals is not None:

@@ -1,10 +1,11 @@
-"""The solution of a strictly monotone variational inequality by an active set: at any
-time x solves it with the active constraints as equations.
+"""The solution of a strictly monotone affine variational inequality by an active-set
+method. At any time, x solves the inequality with the active constraints as equations.
 
-A violated constraint is driven to its side by its multiplier, from which constraints
-whose multipliers reach 0 on the way are dropped, as in the dual method of D. Goldfarb,
-A. Idnani, Math. Program. 27 (1983) 1-33, for symmetric H. For others no objective
-proves that this ends: then the methods for any problem go on.
+A violated constraint is made active by increasing its multiplier; active constraints
+whose multipliers become 0 on the way are dropped. For a symmetric H this is the dual
+method of D. Goldfarb, A. Idnani, Math. Program. 27 (1983) 1-33. For other H no
+objective proves that the method ends; if it does not, a method for general problems is
+used.
 """
 
 from __future__ import annotations
@@ -19,27 +20,29 @@ from lcpcli.model.block_form import Blocks, bordered
 from lcpcli.typing import Mask, Vector
 
 MAX_CONSTRAINTS = 600
-STEPS = 3  # at most, for each constraint
-# Of the terms of a constraint: a violation that is rounding.
+STEPS = 3  # the largest number of steps, for each constraint
+# A violation up to this, relative to the terms of the constraint, is rounding error.
 SATISFIED = 1e-12
-# Of the largest entry of H^-1: a slope that is rounding of 0, as of a constraint that
-# depends on the active ones.
+# A slope up to this, relative to the largest entry of H^-1, is rounding error of 0: the
+# constraint depends linearly on the active ones.
 DEPENDENT = 1e-11
 
 
 class ActiveSetSolution(NamedTuple):
-    """z = (x, y, s) of the conditions, and the number of steps."""
+    """The solution z = (x, y, s) of the conditions, and the number of steps."""
 
     z: Vector
     steps: int
 
 
 class _Constraints(NamedTuple):
-    """Constraints Cx >= c, or = c for equations, with unit rows: those of rows of A
-    first, as many as have a side, and then of bounds.
+    """The constraints Cx >= c, or = c for equations, with rows of norm 1. Those of
+    finite row bounds come first, then those of finite bounds of variables.
 
-    rows : the row of A or the variable of each. signs : -1 for upper sides. sizes : by
-    what each was divided. of_rows : how many belong to rows of A.
+    rows : for each constraint the row of A, or the variable.
+    signs : -1 for constraints that are upper bounds, otherwise 1.
+    sizes : the norms by which the constraints were divided.
+    of_rows : how many constraints belong to rows of A.
     """
 
     C: Vector
@@ -52,7 +55,7 @@ class _Constraints(NamedTuple):
 
 
 def _constraints(blocks: Blocks) -> _Constraints | None:
-    """Return the constraints; None if a row has no entries."""
+    """Return the constraints; None if a row has no nonzero entry."""
     k = blocks.c.size
     parts = []
     sides_of = (
@@ -77,8 +80,9 @@ def _constraints(blocks: Blocks) -> _Constraints | None:
 
 @np.errstate(all="ignore")
 def solution(blocks: Blocks) -> ActiveSetSolution | None:
-    """Return the solution; None unless H + H' is positive definite, or if the steps do
-    not end at one."""
+    """Return the solution; None unless H + H' is positive definite and the method
+    ends.
+    """
     H, k = blocks.Q, blocks.c.size
     if is_sparse(H) or is_sparse(blocks.A) or k + len(blocks.A) > MAX_CONSTRAINTS:
         return None
@@ -95,8 +99,10 @@ def solution(blocks: Blocks) -> ActiveSetSolution | None:
 
 
 class _System:
-    """The inverse Z of [H -C_W'; C_W 0], for active constraints W in slots behind the k
-    variables; rows and columns of other slots are 0."""
+    """The inverse Z of [H -C_W'; C_W 0] for the set W of active constraints. Each of
+    them has one of k slots, which follow the k variables; rows and columns of unused
+    slots are 0.
+    """
 
     def __init__(self, inverse: Vector, C: Vector) -> None:
         self.k, self.C = len(inverse), C
@@ -106,13 +112,18 @@ class _System:
         self.slots = np.full(len(C), -1)
 
     def direction(self, p: int) -> Vector:
-        """Return by what x and the multipliers in all slots change with that of p."""
+        """Return the derivatives of x and of the multipliers in all slots with respect
+        to the multiplier of constraint p.
+        """
         direction: Vector = self.Z[:, : self.k] @ self.C[p]
         return direction
 
     def add(self, p: int, direction: Vector, slope: float) -> int:
-        """Make p active and return its slot. slope : by what its value changes with its
-        multiplier."""
+        """Make constraint p active and return its slot.
+
+        slope : the derivative of the value of the constraint with respect to its
+            multiplier.
+        """
         slot = self.slots[p] = self.free.pop()
         row = self.C[p] @ self.Z[: self.k]
         column = direction.copy()
@@ -136,15 +147,16 @@ class _System:
 def _active(
     constraints: _Constraints, inverse: Vector, x: Vector
 ) -> tuple[Vector | None, int]:
-    """Return the active constraints at the solution, None if the steps do not end at
-    it, and the number of steps."""
+    """Return the active constraints at the solution, or None if the method does not end
+    there, and the number of steps.
+    """
     system = _System(inverse, constraints.C)
     m = constraints.c.size
     k = x.size
     values, y = constraints.C @ x - constraints.c, np.zeros(2 * k)
     allowed = -SATISFIED * (np.abs(constraints.C) @ np.abs(x) + np.abs(constraints.c))
     min_slope = DEPENDENT * float(np.abs(inverse).max())
-    # Of the active constraints by slots: which may be dropped, and which they are.
+    # For each slot whether its constraint may be dropped, and the constraint, or -1.
     may_drop, members = np.zeros(2 * k, dtype=np.bool_), np.full(2 * k, -1)
     driven = 0.0
     p = -1
@@ -218,7 +230,8 @@ def _at(
         constraints.rows[inside],
         constraints.signs[inside] * row_multipliers / constraints.sizes[inside],
     )
-    # Rounding of Ax would leave s beside the end to which a multiplier belongs.
+    # A row with a nonzero multiplier has s at its bound exactly, without rounding of
+    # Ax.
     s = np.clip(blocks.A @ x, blocks.row_lower, blocks.row_upper)
     s = np.where(y > 0, blocks.row_lower, np.where(y < 0, blocks.row_upper, s))
     return ActiveSetSolution(np.concatenate((x, y, s[blocks.ranges])), steps)

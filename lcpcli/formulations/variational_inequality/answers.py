@@ -29,12 +29,11 @@ from lcpcli.solving.result import Result, Status
 from lcpcli.typing import Vector
 from lcpcli.verify.exact_solution import from_point
 
-# Of each question in exact arithmetic, by the seconds that it usually takes.
+# Work in exact arithmetic for each question, in the seconds that it usually takes.
 EFFORT = 0.5
-AGREEMENT = (
-    1e-7  # of the largest |x_i|: by how much x may differ from an exact solution
-)
-MAX_UNKNOWNS = 200  # for which exact arithmetic is tried
+# x may differ by this, relative to the largest |x_i|, from an exact solution.
+AGREEMENT = 1e-7
+MAX_UNKNOWNS = 200  # up to here exact arithmetic is tried
 AGREES = "it agrees to seven digits with a solution in rational arithmetic"
 EMPTY = "C is empty"
 UNDECIDED, POSITIVE = "not decided", "H + H' is positive definite"
@@ -42,7 +41,9 @@ UNDECIDED, POSITIVE = "not decided", "H + H' is positive definite"
 
 @dataclass(frozen=True)
 class Claim:
-    """What is asked, whether it holds, None if that is not decided, and why."""
+    """Whether something holds, which is None if that is not decided, and the proof in
+    words.
+    """
 
     holds: bool | None
     proof: str = UNDECIDED
@@ -53,9 +54,10 @@ class Proved:
     """What is proved, in exact arithmetic or by bounds on rounding errors, for the
     shortest decimals of all numbers.
 
-    solves : whether a solution agrees with x to seven digits; False if there is none.
-    monotone : whether d'Hd >= 0 for all d in the directions of the affine hull of C.
-    only : whether x is the only solution, whatever its multipliers.
+    solves : whether an exact solution agrees with x to seven digits; False if there is
+        no solution.
+    monotone : whether d'Hd >= 0 for all directions d of the affine hull of C.
+    only : whether x is the only solution, whatever its multipliers are.
     """
 
     solves: Claim
@@ -64,16 +66,16 @@ class Proved:
 
 
 class Solution(Answer):
-    """What a result says about a variational inequality; what takes exact arithmetic is
-    computed when it is read.
+    """What a result says about a variational inequality. Exact arithmetic is used only
+    when a field that depends on it is read.
 
-    x : shape (k,); if the conditions are not solved the best iterate, or None if it is
+    x : shape (k,); if the conditions are not solved, the best iterate, or None if it is
         proved that there is no solution.
-    y : multipliers of the m rows, positive for lower and negative for upper sides.
+    y : multipliers of the m rows, positive for lower and negative for upper bounds.
     proved : what is proved about x, H and other solutions.
     origin : the variational inequality.
-    statement : whether x solves.
-    exact : x and y as fractions if z is proved, else None.
+    statement : whether x solves it.
+    exact : x and y as fractions if z is proved, otherwise None.
     """
 
     def __init__(self, origin: Inequality, result: Result) -> None:
@@ -170,9 +172,12 @@ def _statement(result: Result, solves: Claim) -> str:
 
 
 class _Examination:
-    """What can be proved about a result within the effort. data : the conditions in
-    exact numbers, if they are few. is_known : whether the directions of the affine hull
-    of C are known; there are none to speak of, None, if C is empty."""
+    """What can be proved about a result with limited work.
+
+    data : the conditions in exact numbers, if there are few of them.
+    is_known : whether the affine hull of C has been computed. Its directions are None
+        if C is empty.
+    """
 
     def __init__(self, origin: Inequality, result: Result) -> None:
         self.origin = origin
@@ -221,8 +226,9 @@ class _Examination:
         return Claim(None)
 
     def monotone(self) -> tuple[Claim, str]:
-        """Return whether H is monotone on the affine hull of C, and why it is strictly
-        monotone there, if it is."""
+        """Return whether H is monotone on the affine hull of C, and the reason why it
+        is strictly monotone there, "" if it is not.
+        """
         if self.is_known and not self.directions:
             if self.directions is None:
                 return Claim(True, EMPTY), ""
@@ -250,8 +256,9 @@ class _Examination:
         return Claim(True, proof), "H is strictly monotone there" if is_strict else ""
 
     def only(self) -> Claim:
-        """Return whether all solutions, which are searched for in exact arithmetic,
-        have the same x."""
+        """Return whether all solutions, which are enumerated in exact arithmetic, have
+        the same x.
+        """
         if self.result.problem.n > MAX_UNKNOWNS:
             return Claim(None)
         search = Solutions(self.data, np.inf, None, Effort(EFFORT))
@@ -268,7 +275,7 @@ class _Examination:
         return Claim(True, "all other choices of states are excluded")
 
     def other(self, both: Sequence[Sequence[Fraction]]) -> str:
-        """Return the one of two solutions that is farther from x, in words."""
+        """Return in words that solution of two that is farther from x."""
         x = self.result.z[: self.k]
         other = max(both, key=lambda each: size(rounded(each) - x))
         return (

@@ -1,4 +1,6 @@
-"""The affine hull of a polyhedron, in exact arithmetic, and a quadratic form on it."""
+"""The affine hull of a polyhedron C, and the sign of a quadratic form on it, in exact
+arithmetic.
+"""
 
 from __future__ import annotations
 
@@ -18,7 +20,7 @@ Sides = tuple[Fraction | None, Fraction | None]
 
 
 class Constraint(NamedTuple):
-    """factor (a'x - side) >= 0, or = 0 for an equation."""
+    """The constraint factor (a'x - side) >= 0, or = 0 for an equation."""
 
     a: Row
     side: Fraction
@@ -29,9 +31,13 @@ class Constraint(NamedTuple):
 def hull(
     data: ExactProblem, k: int, ranges: int, check: Callable[[], None]
 ) -> Directions | None:
-    """Return a basis, in integers, of the directions in the affine hull of C; None if C
-    is empty. data : the conditions, of k variables and with these many ranges. `check`
-    is called before each pivot and may raise."""
+    """Return an integer basis of the directions of the affine hull of C; None if C is
+    empty.
+
+    data : the conditions of k variables, with `ranges` rows between two different
+        bounds.
+    check : is called before each pivot and may raise an exception.
+    """
     rows, equations = dict[int, list[int]](), set[int]()
     for variable, each in enumerate(_constraints(data, k, ranges), k):
         numbers = [-each.side, *(each.a.get(j, Fraction(0)) for j in range(k))]
@@ -73,7 +79,9 @@ def _constraints(data: ExactProblem, k: int, ranges: int) -> Iterator[Constraint
 def _between(
     rows: Iterable[Row], constants: Iterable[Fraction], sides: Iterable[Sides]
 ) -> Iterator[Constraint]:
-    """Yield the constraints of rows a'x + constant between two sides."""
+    """Yield the constraints of rows a'x + constant between a lower and an upper
+    bound.
+    """
     for a, constant, (low, high) in zip(rows, constants, sides, strict=False):
         if low is not None and low == high:
             yield Constraint(a, low - constant, 1, is_equation=True)
@@ -87,7 +95,9 @@ def _between(
 def form_on(
     data: ExactProblem, k: int, directions: Directions, check: Callable[[], None]
 ) -> elimination.Definiteness:
-    """Return what is proved about d'Hd for the d in the span of these directions."""
+    """Return whether d'Hd is positive, nonnegative or sometimes negative for the
+    directions d that these span.
+    """
     common = math.lcm(*data.scales[:k])
     scales = [common // scale for scale in data.scales[:k]]
     rows = [

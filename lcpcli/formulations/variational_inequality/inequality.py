@@ -1,5 +1,5 @@
-"""An affine variational inequality as a mixed problem: its conditions are those of a
-program whose gradient is Hx + h, where H need not be symmetric.
+"""An affine variational inequality as a mixed problem. Its conditions are those of a
+program with the gradient Hx + h, although H need not be symmetric.
 
 F. Facchinei, J.-S. Pang, Finite-Dimensional Variational Inequalities and
 Complementarity Problems (2003), sections 1.2 and 1.3.1.
@@ -91,7 +91,8 @@ def from_avi(
     of_columns = names_of("columns", columns, k, "variable")
     M, q, low, high = blocks.conditions()
     origin = Inequality(k, int(blocks.ranges.sum()), of_rows, of_columns)
-    # `Problem` would check whether it fits, but it has just been made.
+    # `Problem` would check that the origin fits the conditions, which were made from
+    # it.
     return Problem(M, q, lower=low, upper=high, **texts).having(origin=origin)
 
 
