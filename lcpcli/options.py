@@ -53,6 +53,7 @@ class Option(NamedTuple):
 
     @property
     def value(self) -> float:
+        """Return the default value of an option whose default is a number."""
         assert isinstance(self.default, (int, float))
         return self.default
 

@@ -374,7 +374,7 @@ class Search:
         the search.
         """
         root = self._unknowns.root(self._form)
-        self.extend([] if root is None else self._worth(root))
+        self.extend([] if root is None else self._opened(root))
         if any(is_leaf for _, is_leaf in explored(self, self)):
             return UNBOUNDED
         return UNSOLVABLE if self.value is None else OPTIMAL
@@ -427,11 +427,11 @@ class Search:
         for state in self._unknowns.choices[k]:
             child = parent.node.copy()
             if self._unknowns.choose(child, k, state, minimized_form=minimized_form):
-                yield from self._worth(child)
+                yield from self._opened(child)
 
-    def _worth(self, node: Node) -> Iterator[_Open]:
-        """Yield a node with its bound if it may contain a better solution than its
-        minimizer; if the minimizer is a better solution itself, record it.
+    def _opened(self, node: Node) -> Iterator[_Open]:
+        """Record the minimizer of a node if it is a better solution than those found so
+        far. Yield the node with its bound if other points in it may be better still.
         """
         self.nodes += 1
         unknowns = self._unknowns

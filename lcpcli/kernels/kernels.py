@@ -298,6 +298,8 @@ def solve_one(
 ) -> Any:
     """Return the verdict code for one problem from a basis, the steps of `newton`, and
     z of shape (n,).
+
+    largest : the largest |M_ij|.
     """
     n = q.size
     A = np.empty((n, n))

@@ -141,7 +141,7 @@ class IntegerTableau(RationalPivoting):
         return self.follow(self.parameter, {self.parameter}, first)
 
     def z(self) -> list[Fraction]:
-        """Return z at the point."""
+        """Return z of the current basic solution."""
         return [self.value_of(i) for i in range(self.n)]
 
     def x(self) -> Vector:

@@ -375,7 +375,7 @@ class Point:
         """Return which entries of q are replaced by 0, as a clause for the user; "" if
         none are.
         """
-        named = self._entries
+        named = self._entries_in_words
         if self.rounded_rows is not None:
             named.append("sides of empty rows")
         return f"counting {listed(named)} as 0" if named else ""
@@ -387,7 +387,11 @@ class Point:
         """
         if not self.negligible:
             return ""
-        said = [f"counting {listed(self._entries)} as 0"] if self._entries else []
+        said = (
+            [f"counting {listed(self._entries_in_words)} as 0"]
+            if self._entries_in_words
+            else []
+        )
         if self.rounded_rows is not None:
             said.append(self.rounded_rows.statement)
         return "; ".join(said)
@@ -400,9 +404,10 @@ class Point:
         return self.criterion.problem.rounded_rows if self.negligible else None
 
     @property
-    def _entries(self) -> list[str]:
-        """Return the entries of q that are replaced by 0, other than those of rows
-        without entries.
+    def _entries_in_words(self) -> list[str]:
+        """Return in words, with their values, the first entries of q that are replaced
+        by 0, and how many more there are. Entries of rows without entries in M are left
+        out.
         """
         rounded = self.rounded_rows
         rows = [] if rounded is None else rounded.rows.tolist()

@@ -158,6 +158,9 @@ class ExtensiveGame(Formulation):
 
     @cached_property
     def costs(self) -> tuple[Costs, Costs]:
+        """Return the costs of both players, as coefficients of pairs of their
+        sequences.
+        """
         return _costs(self.tree, 0), _costs(self.tree, 1)
 
     @property

@@ -117,6 +117,9 @@ def start_of(data: Data) -> Minimizer:
 
 
 def _of_states(data: Data, x: Vector, states: States) -> Minimizer:
+    """Return the point x with these states, with its residual and without
+    multipliers.
+    """
     return Minimizer(x, data.b - data.A @ x, np.zeros(data.d.size), states)
 
 

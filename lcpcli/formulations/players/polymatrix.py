@@ -113,6 +113,7 @@ def _pairs(payoffs: Any) -> dict[Any, Any]:
 
 
 def _field(pair: Any) -> str:
+    """Return the name of the matrix of a pair in messages, such as payoffs[0][1]."""
     named = pair if isinstance(pair, tuple) else (pair,)
     return "payoffs" + "".join(f"[{each}]" for each in named)
 

@@ -218,6 +218,9 @@ class _Proposal:
 
     @np.errstate(all="ignore")
     def _fault(self, tol: float) -> str:
+        """Return in words why x was not accepted: what it violates, how much better the
+        objective can be, or that its multipliers are wrong.
+        """
         if violated := _violated(self.origin, self.data, self.x, tol):
             return f"x is not feasible: {violated}"
         origin, feasible = self.origin, f"x is feasible to the tolerance {tol:g}"
