@@ -217,10 +217,8 @@ class Contact(Formulation):
             return of_findex(
                 matrix, arguments["b"], bounds, arguments["findex"], ("lo", "hi")
             )
-        dimension, facets = (
-            arguments.get("dimension", 2),
-            arguments.get("facets", FACETS),
-        )
+        dimension = arguments.get("dimension", 2)
+        facets = arguments.get("facets", FACETS)
         law = arguments.get("restitution"), arguments.get("before")
         return of_delassus(
             matrix, arguments["q"], arguments["mu"], dimension, facets, law

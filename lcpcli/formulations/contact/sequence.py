@@ -141,10 +141,8 @@ def _transferred_states(
     if not pairs:
         return new
     old_rows, new_rows = np.array(pairs).T
-    source, target = (
-        _positions_of_contacts(before)[old_rows],
-        _positions_of_contacts(contact)[new_rows],
-    )
+    source = _positions_of_contacts(before)[old_rows]
+    target = _positions_of_contacts(contact)[new_rows]
     both = (source != ABSENT) & (target != ABSENT)
     new[target[both]] = states[source[both]]
     return new

@@ -76,16 +76,12 @@ class Behavior(Profile):
                 _expected(terminal_nodes, player, plan, other)
                 for plan in (plan_of_player, best)
             )
-            gain, rounding = (
-                then[0] - now[0],
-                0 if exact else ROW_ROUNDING * (now[1] + then[1]),
-            )
+            gain = then[0] - now[0]
+            rounding = 0 if exact else ROW_ROUNDING * (now[1] + then[1])
             payoffs.append(now[0])
             gains.append(gain if gain > rounding else 0 * abs(gain))
-        names, reached = (
-            tree.names(),
-            [[number(0)] * len(player.sets) for player in players],
-        )
+        names = tree.names()
+        reached = [[number(0)] * len(player.sets) for player in players]
         for node in tree.nodes:
             if node.owner >= 0:
                 i, j = node.sequences
@@ -120,10 +116,8 @@ class Behavior(Profile):
         gain, which are measured from its payoff.
         """
         allowed = PER_UNKNOWN * sum(game.sizes) * tol
-        terminal_nodes, plans = (
-            _terminal_nodes(game.tree, float),
-            [list(map(float, plan)) for plan in self.plans],
-        )
+        terminal_nodes = _terminal_nodes(game.tree, float)
+        plans = [list(map(float, plan)) for plan in self.plans]
         for player, gain in enumerate(self.gains):
             centre, other = float(self.payoffs[player]), plans[1 - player]
             both = (
@@ -144,10 +138,8 @@ def point_of(game: ExtensiveGame, x: Plan, y: Plan) -> list[Any]:
     """
     z = [*x, *y]
     for player, other in ((0, y), (1, x)):
-        player_sets, exact = (
-            game.tree.players[player],
-            not any(isinstance(value, float) for value in other),
-        )
+        player_sets = game.tree.players[player]
+        exact = not any(isinstance(value, float) for value in other)
         behind: Plan = [0] * player_sets.sequences
         for pair, cost in game.costs[player].at.items():
             behind[pair[player]] -= (cost if exact else float(cost)) * other[

@@ -295,10 +295,8 @@ def _costs(tree: GameTree, player: int) -> Costs:
         extreme(payoffs[player] for *_, payoffs in tree.terminal_nodes)
         for extreme in (max, min)
     )
-    constant, at = (
-        largest + ((largest - smallest) or 1),
-        dict[tuple[int, int], Fraction](),
-    )
+    constant = largest + ((largest - smallest) or 1)
+    at = dict[tuple[int, int], Fraction]()
     for sequences, chance, payoffs in tree.terminal_nodes:
         at[sequences] = at.get(sequences, 0) + chance * (constant - payoffs[player])
     greatest, common = max(at.values()), 1
@@ -333,10 +331,8 @@ def _whole_costs(tree: GameTree, player: int, chances: int, units: int) -> Costs
         for *_, payoffs in tree.terminal_nodes
     ]
     largest, smallest = max(payoffs_of), min(payoffs_of)
-    constant, at = (
-        largest + ((largest - smallest) or units),
-        dict[tuple[int, int], int](),
-    )
+    constant = largest + ((largest - smallest) or units)
+    at = dict[tuple[int, int], int]()
     for (sequences, chance, _), payoff in zip(
         tree.terminal_nodes, payoffs_of, strict=True
     ):

@@ -147,10 +147,8 @@ def distinct_labels(labels: Sequence[str], numbers: Sequence[int] = ()) -> list[
     """Return labels; a label that is empty or repeated is followed by its number, by
     default its position.
     """
-    times, pairs = (
-        Counter(labels),
-        zip(labels, numbers or range(1, len(labels) + 1), strict=True),
-    )
+    times = Counter(labels)
+    pairs = zip(labels, numbers or range(1, len(labels) + 1), strict=True)
     return [
         label if label and times[label] == 1 else f"{label} {number}".strip()
         for label, number in pairs
@@ -399,10 +397,8 @@ class _Reading:
             lambda: (self.name(), self.number() if owner == CHANCE else Fraction(0))
         )
         if actions_in_text is not None:
-            actions, odds = (
-                tuple(name for name, _ in actions_in_text),
-                tuple(odd for _, odd in actions_in_text) * (owner == CHANCE),
-            )
+            actions = tuple(name for name, _ in actions_in_text)
+            odds = tuple(odd for _, odd in actions_in_text) * (owner == CHANCE)
             if not actions:
                 raise self.error(f"lists no action for {named}", "list at least one")
             if odds and (min(odds) < 0 or sum(odds) != 1):

@@ -349,10 +349,8 @@ def _with_certain_signs(data: Data, minimizer: Minimizer) -> Minimizer | None:
             inside.all()
             and (np.abs(minimizer.r) <= ROUNDING_OF_RESIDUALS * terms).all()
         ):
-            minimizer.r, minimizer.y = (
-                np.zeros_like(minimizer.r),
-                np.zeros_like(minimizer.y),
-            )
+            minimizer.r = np.zeros_like(minimizer.r)
+            minimizer.y = np.zeros_like(minimizer.y)
             return minimizer
         noise = ROUNDING_OF_MULTIPLIERS * (
             np.abs(data.A).T @ np.abs(minimizer.r)

@@ -429,10 +429,8 @@ class Conditions:
         if not self.read:
             return ""
         (x, (low, high)), *others = self.read.items()
-        lower, upper = (
-            f"{_double(low):g} <= " if low > -inf else "",
-            f" <= {_double(high):g}" if high < inf else "",
-        )
+        lower = f"{_double(low):g} <= " if low > -inf else ""
+        upper = f" <= {_double(high):g}" if high < inf else ""
         text = (
             f"{lower}{self.names[x]}{upper} is complementary to the expression of "
             "its condition, which states "
@@ -476,10 +474,8 @@ class Conditions:
             or kinds_of(*self.bounds[u])
         ):
             return
-        equation, other_equation = (
-            self._definition(x),
-            self._definition(u, self.complements[x]),
-        )
+        equation = self._definition(x)
+        other_equation = self._definition(u, self.complements[x])
         if (
             equation is not None
             and other_equation is not None

@@ -609,10 +609,8 @@ class Graph:
             adjoint = self.share(self.sum(terms.pop(number)))
             if self._has_branches and self.value(adjoint) == 0:
                 continue
-            node, product = (
-                self.node(number),
-                "times" if self._has_branches else "product",
-            )
+            node = self.node(number)
+            product = "times" if self._has_branches else "product"
             for part, partial in (
                 node.terms if isinstance(node, Sum) else self._partials(node, number)
             ):

@@ -299,10 +299,8 @@ def _header(lines: list[bytes]) -> Header:
         (integers, "integer variable"),
         (logical, "logical constraint"),
     ):
-        reason, hint = (
-            f"has {count(number, noun)}",
-            "lcp solves complementarity problems of continuous variables",
-        )
+        reason = f"has {count(number, noun)}"
+        hint = "lcp solves complementarity problems of continuous variables"
         refuse(number, "", reason, hint)
     order = ""
     if not lines[0].startswith(b"g"):

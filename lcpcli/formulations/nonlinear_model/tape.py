@@ -115,10 +115,8 @@ class Tape:
             for sum_parts in parts
         ]
         numbers, factors = zip(*chain(*terms), strict=True) if terms else ((), ())
-        starts, more = (
-            np.cumsum([0, *map(len, terms)])[:-1],
-            (self.arithmetic.constants(factors),),
-        )
+        starts = np.cumsum([0, *map(len, terms)])[:-1]
+        more = (self.arithmetic.constants(factors),)
         self.groups.append(
             Group(SUM, len(self.places), nodes, [self._indices(numbers)], more, starts)
         )

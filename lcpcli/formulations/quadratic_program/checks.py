@@ -224,10 +224,8 @@ class _Proposal:
         if violated := _violated(self.origin, self.data, self.x, tol):
             return f"x is not feasible: {violated}"
         origin, feasible = self.origin, f"x is feasible to the tolerance {tol:g}"
-        noun, value = (
-            WORDS[origin.sense],
-            self.sign * self.data.objective(self.x) + origin.constant,
-        )
+        noun = WORDS[origin.sense]
+        value = self.sign * self.data.objective(self.x) + origin.constant
         _, gain = self.step
         if math.isnan(gain):
             return feasible
@@ -255,10 +253,8 @@ def _completed(data: ExactProblem, proposal: _Proposal, x: Any, y: Any) -> Any:
     bounds of the rows.
     """
     zeros = np.array([Fraction(0)] * proposal.origin.ranges, dtype=object)
-    w, first = (
-        data.w(list(np.concatenate((x, y, zeros)))),
-        data.n - proposal.origin.ranges,
-    )
+    w = data.w(list(np.concatenate((x, y, zeros))))
+    first = data.n - proposal.origin.ranges
     rows = proposal.k + np.flatnonzero(proposal.data.ranges)
     sides = zip(rows.tolist(), data.lower[first:], data.upper[first:], strict=True)
     s = [

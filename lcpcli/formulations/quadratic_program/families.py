@@ -229,10 +229,8 @@ def control(n: int, seed: int, *, masses: int = 4, strength: float = 0.5) -> Pro
     # The change of a state in one step, without and by a force.
     drift = block_array([[one + STEP**2 * springs, STEP * one], [STEP * springs, one]])
     push = block_array([[STEP**2 * one], [STEP * one]])
-    now, before = (
-        eye_array(steps),
-        diags_array([np.ones(steps - 1)], offsets=[-1], shape=(steps, steps)),
-    )
+    now = eye_array(steps)
+    before = diags_array([np.ones(steps - 1)], offsets=[-1], shape=(steps, steps))
     state = kron(now, hstack([eye_array(size), -push])) - kron(
         before, hstack([drift, csr_array((size, masses))])
     )
@@ -266,10 +264,8 @@ def transport(n: int, seed: int) -> Problem:
 
     m = max(1, round(math.sqrt(n + 1) - 1))
     random = np.random.default_rng([seed, m])
-    supply, demand = (
-        random.integers(10, 21, m).astype(float),
-        random.integers(5, 11, m).astype(float),
-    )
+    supply = random.integers(10, 21, m).astype(float)
+    demand = random.integers(5, 11, m).astype(float)
     costs = random.integers(1, 101, m * m).astype(float)
     one = eye_array(m)
     ones = np.ones((1, m))

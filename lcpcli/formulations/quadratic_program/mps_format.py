@@ -137,15 +137,8 @@ class _Reader:
         self._squared = _squared(lines)
         for self._line, line in enumerate(lines, 1):
             words = line.split()
-            # A remark begins with an unknown name.
-            for index, word in enumerate(words[2:] if "$" in line else (), 2):
-                if (
-                    word.startswith("$")
-                    and word not in self._kinds
-                    and word not in self._columns
-                ):
-                    words = words[:index]
-                    break
+            if "$" in line:
+                words = self._without_remark(words)
             if not words or line.startswith("*"):
                 continue
             is_sense = self._section == "OBJSENSE" and words[0].upper() in SENSES
@@ -154,25 +147,9 @@ class _Reader:
                 and not is_sense
                 and (len(words) == 1 or words[0].upper() in WITH_WORDS)
             ):
-                self._section, words = words[0].upper(), words[1:]
+                words = self._begin_section(words, readers)
                 if self._section == "ENDATA":
                     break
-                if self._section == "NAME":
-                    self._name = "".join(words[:1])
-                elif self._section not in readers:
-                    raise self._error(
-                        f"has the heading {quoted(self._section)}", HEADING
-                    )
-                elif self._section == "QSECTION":
-                    reason = (
-                        f"has a quadratic part of row {quoted(' '.join(words[:1]))}"
-                    )
-                    self._require(
-                        words[:1] in ([], [self._objective()]),
-                        reason,
-                        "only an objective may have one",
-                    )
-                    words = []
             if words and self._section != "NAME":
                 read = readers.get(self._section, self._refuse)
                 try:
@@ -184,6 +161,30 @@ class _Reader:
                         continue
                     raise
         return self._fields()
+
+    def _without_remark(self, words: list[str]) -> list[str]:
+        """Return the words of a line up to a remark, which begins with "$" and is not
+        the name of a row or a column."""
+        for index, word in enumerate(words[2:], 2):
+            names = (self._kinds, self._columns)
+            if word.startswith("$") and not any(word in each for each in names):
+                return words[:index]
+        return words
+
+    def _begin_section(self, words: list[str], sections: Collection[str]) -> list[str]:
+        """Begin the section with this heading; return the words of the heading's line
+        that belong to its content."""
+        self._section, words = words[0].upper(), words[1:]
+        if self._section == "NAME":
+            self._name = "".join(words[:1])
+        elif self._section not in sections and self._section != "ENDATA":
+            raise self._error(f"has the heading {quoted(self._section)}", HEADING)
+        elif self._section == "QSECTION":
+            reason = f"has a quadratic part of row {quoted(' '.join(words[:1]))}"
+            is_objective = words[:1] in ([], [self._objective()])
+            self._require(is_objective, reason, "only an objective may have one")
+            return []
+        return words
 
     def _require(self, is_right: bool, reason: str, hint: str) -> None:
         if not is_right:
@@ -338,10 +339,8 @@ class _Reader:
             "has no columns",
             ONE_VARIABLE,
         )
-        columns, rows = (
-            list(self._columns),
-            [row for row, kind in self._kinds.items() if kind != "N"],
-        )
+        columns = list(self._columns)
+        rows = [row for row, kind in self._kinds.items() if kind != "N"]
         is_dense = len(columns) + len(rows) <= LARGEST_DENSE
         constant = self._sides["RHS"].get(objective)
         fields: dict[str, Any] = {
@@ -383,10 +382,8 @@ class _Reader:
         return fields
 
     def _bounds_of(self, column: str) -> tuple[float, float]:
-        low, high = (
-            self._bounds.get((column, 0), 0.0),
-            self._bounds.get((column, 1), math.inf),
-        )
+        low = self._bounds.get((column, 0), 0.0)
+        high = self._bounds.get((column, 1), math.inf)
         self._line = self._lines.get(column, 0)
         self._require(low < math.inf and high > -math.inf, *NOT_NONE)
         if low > high:

@@ -198,10 +198,8 @@ class Constraints(NamedTuple):
         bounds of the inequalities, up to 1, is largest; None if it finds none.
         """
         k, equal = self.A.shape[1], self.low == self.high
-        below, above = (
-            np.flatnonzero(np.isfinite(self.low)),
-            np.flatnonzero(np.isfinite(self.high) & ~equal),
-        )
+        below = np.flatnonzero(np.isfinite(self.low))
+        above = np.flatnonzero(np.isfinite(self.high) & ~equal)
         distance = np.concatenate(
             (np.where(equal[below], 0.0, -1.0), np.ones(above.size))
         )[:, np.newaxis]

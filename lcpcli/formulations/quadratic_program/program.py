@@ -86,14 +86,10 @@ class Program(BlockForm):
         rows, columns = (
             names_of(key, data.get(key, ())) for key in ("rows", "columns")
         )
-        k, ranges = (
-            size_of(data, "variables", 1),
-            size_of(data, "ranges", 0),
-        )
-        sense, constant = (
-            sense_of(data.get("sense", "min")),
-            constant_of(data.get("constant", 0.0)),
-        )
+        k = size_of(data, "variables", 1)
+        ranges = size_of(data, "ranges", 0)
+        sense = sense_of(data.get("sense", "min"))
+        constant = constant_of(data.get("constant", 0.0))
         return cls(k, ranges, sense, constant, rows, columns)
 
     def data(self) -> dict[str, Any]:

@@ -38,7 +38,7 @@ from lcpcli.model.block_form import (
 from lcpcli.model.box import NO_BOUND, as_intervals
 from lcpcli.model.formulation import names_of
 from lcpcli.model.problem import Problem
-from lcpcli.typing import BoundLike, Matrix, Vector, VectorLike
+from lcpcli.typing import BoundLike, Indices, Matrix, Vector, VectorLike
 
 Interval: TypeAlias = tuple[Vector, Vector]
 
@@ -106,25 +106,7 @@ def from_qp(
     quadratic, linear = _objective("Q", Q, "c", c)
     k, sense = linear.size, sense_of(sense)
     low, high = as_intervals(("lower", "upper"), lower, upper, k, "variable", infinity)
-    if not isinstance(free, (list, tuple, range, np.ndarray)):
-        raise ProblemError("free", f"is {kind(free)}", "give a list of indices")
-    if len(free):
-        indices = as_vector("free", list(free))
-        if upper is not None or not (isinstance(lower, (int, float)) and lower == 0):
-            other = "lower" if upper is None else "upper"
-            hint = f"leave it out, and give null for no bound in {other}"
-            raise ProblemError("free", f"is given beside {other}", hint)
-        for i in np.flatnonzero(
-            (indices < 0) | (indices >= k) | (indices != np.floor(indices))
-        )[:1].tolist():
-            raise ProblemError(
-                f"free[{i}]",
-                f"is {indices[i]:g}",
-                f"indices are whole numbers from 0 to {k - 1}",
-            )
-        if distinct(indices.astype(np.intp)).size < indices.size:
-            raise ProblemError("free", "names an index twice", KEEP_ONE)
-        low[indices.astype(np.intp)] = -np.inf
+    low[_free_indices(free, lower, upper, k)] = -np.inf
     matrix, sides = rows_between(A, k, b, row_lower, row_upper, infinity)
     m = matrix.shape[0]
     names = (
@@ -142,6 +124,30 @@ def from_qp(
         constant_of(constant),
         *names,
     )
+
+
+def _free_indices(free: Any, lower: BoundLike, upper: BoundLike, k: int) -> Indices:
+    """Return the indices of the variables that the user has declared free. Raises
+    ProblemError if they are no distinct indices, or the user has set bounds, too.
+    """
+    if not isinstance(free, (list, tuple, range, np.ndarray)):
+        raise ProblemError("free", f"is {kind(free)}", "give a list of indices")
+    if not len(free):
+        return np.zeros(0, dtype=np.intp)
+    indices = as_vector("free", list(free))
+    if upper is not None or not (isinstance(lower, (int, float)) and lower == 0):
+        other = "lower" if upper is None else "upper"
+        hint = f"leave it out, and give null for no bound in {other}"
+        raise ProblemError("free", f"is given beside {other}", hint)
+    is_wrong = (indices < 0) | (indices >= k) | (indices != np.floor(indices))
+    if is_wrong.any():
+        i = int(is_wrong.argmax())
+        hint = f"indices are whole numbers from 0 to {k - 1}"
+        raise ProblemError(f"free[{i}]", f"is {indices[i]:g}", hint)
+    positions = indices.astype(np.intp)
+    if distinct(positions).size < positions.size:
+        raise ProblemError("free", "names an index twice", KEEP_ONE)
+    return positions
 
 
 def from_qpsolvers(
@@ -188,10 +194,8 @@ def from_qpsolvers(
     quadratic, linear = _objective("P", P, "q", q)
     k = linear.size
     bounds = as_intervals(("lb", "ub"), lb, ub, k, "variable", infinity)
-    below, equal = (
-        matrix_of_rows("G", G, k, {"h": h}),
-        matrix_of_rows("A", A, k, {"b": b}),
-    )
+    below = matrix_of_rows("G", G, k, {"h": h})
+    equal = matrix_of_rows("A", A, k, {"b": b})
     lowest, highest = as_intervals(("h", "h"), None, h, below.shape[0], "row", infinity)
     value = as_vector("b", [] if b is None else b, equal.shape[0], "row")
     if is_sparse(equal):
