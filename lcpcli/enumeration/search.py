@@ -108,7 +108,8 @@ def solutions(
 
 def in_exact_numbers(problem: Problem | ExactProblem) -> ExactProblem:
     """Return a problem with the exact numbers of its formulation, if it has any;
-    otherwise with its floats taken as exact. Raises ProblemError if `refuse_large` does.
+    otherwise with its floats taken as exact. Raises ProblemError if `refuse_large`
+    does.
     """
     data = problem if isinstance(problem, ExactProblem) else None
     rounded = as_problem(problem) if data is None else data.problem

@@ -480,18 +480,6 @@ def _is_wrong(
     return bool(violation * (largest if state == BASIC else 1.0) > ROW_ROUNDING * terms)
 
 
-@inlined
-def _diagonal(entries: Any, n: int) -> Any:
-    """Return the diagonal of the matrix with these entries in compressed rows."""
-    begin, columns, values = entries
-    diagonal = np.zeros(n)
-    for i in range(n):
-        for at in range(begin[i], begin[i + 1]):
-            if columns[at] == i:
-                diagonal[i] = values[at]
-    return diagonal
-
-
 @njit(types.Tuple((COUNT, NUMBERS))(PLACES, PLACES, *(VECTOR,) * 5), **OPTIONS)
 def pivot_blocks(
     begin: Any, columns: Any, values: Any, q: Any, lower: Any, upper: Any, t: Any
@@ -503,12 +491,9 @@ def pivot_blocks(
     entries = begin, columns, values
     # Columns with few entries come first, which keeps factors sparse.
     order = np.argsort(np.bincount(columns, minlength=q.size), kind="mergesort")
-    diagonal = _diagonal(entries, q.size)
-    n = q.size
-    steps = 0
-    patience = direct.BLOCK_PATIENCE
-    max_changes = np.inf
-    is_single = is_hasty = False
+    diagonal = np.zeros(q.size)
+    n, steps, patience = q.size, 0, direct.BLOCK_PATIENCE
+    max_changes, is_single, is_hasty = np.inf, False, False
     states = np.empty(n, np.int8)
     next_states = np.empty(n, np.int8)
     wrong = np.zeros(n, np.bool_)
@@ -516,6 +501,9 @@ def pivot_blocks(
         direct.FEW_INDEX_STEPS if n <= direct.MAX_PIVOTED else MAX_LEAST_INDEX_STEPS
     )
     for i in range(n):
+        for at in range(begin[i], begin[i + 1]):
+            if columns[at] == i:
+                diagonal[i] = values[at]
         is_hasty |= diagonal[i] == 0.0
         single_pivots_left = single_pivots_left if diagonal[i] > 0.0 else 0
         states[i] = _state(t[i], lower[i], upper[i])

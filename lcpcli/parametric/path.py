@@ -94,8 +94,7 @@ class Path:
     direction : the direction of z, shape (n,), if the path ends on a ray; else None.
     certificate : a vector y of shape (n,), as in `Proof`, if the path ends on a ray and
         y proves that the second problem has no solution, or if `end` is "infeasible"
-        and y proves that the first one has none; otherwise
-        None.
+        and y proves that the first one has none; otherwise None.
     exact : the breakpoints in fractions, if requested; otherwise None.
     seconds : the time from the problems in memory to the verified path.
 
