@@ -354,16 +354,6 @@ def test_a_contradiction_that_the_tolerance_hides_does_not_end_a_run_of_auto() -
     assert run(problem, "auto").solved
 
 
-def test_of_rows_that_tie_at_the_beginning_the_lexicographic_minimum_leaves() -> None:
-    d, cover = np.full(4, np.inf), np.ones(4)
-    for q in (np.array([-2.0, -1, -2, 0]), -np.ones(4)):
-        moved = q + 1e-3 ** np.arange(1.0, 5)
-        for lexicographic, each in ((True, q), (False, moved)):
-            made = tableau.tableau_of(np.eye(4), each.copy(), cover)
-            row = tableau.begin(made, d, cover, lexicographic)[0]
-            assert row == moved.argmin()
-
-
 def test_a_tableau_that_is_computed_anew_is_that_of_the_pivots() -> None:
     """With variables at both bounds."""
     random, n_upper = np.random.default_rng(0), 0
