@@ -96,9 +96,8 @@ def run(
     if not is_auto or additions or callback is not None:
         _refuse_other(method, additions, compiled, callback)
     compiled = direct_run.uses_kernels(compiled, 1) and is_auto
-    stored_problem = problem
-    if is_auto and problem.n > MAX_NARROW_AS_DENSE:
-        stored_problem = with_M(problem, stored(problem.M))
+    may_be_thin = is_auto and problem.n > MAX_NARROW_AS_DENSE
+    stored_problem = with_M(problem, stored(problem.M)) if may_be_thin else problem
     start = None
     if not (x0 is z0 is basis is None):
         start = _start(stored_problem, method, {"x0": x0, "z0": z0, "basis": basis})
