@@ -142,23 +142,24 @@ def terminable() -> Iterator[None]:
     would be lost, and until no call of LLVM is under way, as it would be left in
     halves."""
     received.clear()
-
-    def raise_interrupt(number: int, frame: FrameType | None) -> None:
-        while frame is not None:
-            module = str(frame.f_globals.get("__name__"))
-            if frame.f_code in _LOADING or module.startswith(_OWNING):
-                repeat(number)
-                return
-            frame = frame.f_back
-        received.append(number)
-        if number == signal.SIGINT or received.count(number) == 1:
-            raise KeyboardInterrupt
-
     with (
         handling(signal.SIGINT, raise_interrupt, signal.default_int_handler),
         handling(signal.SIGTERM, raise_interrupt, signal.SIG_DFL),
     ):
         yield
+
+
+def raise_interrupt(number: int, frame: FrameType | None) -> None:
+    """Handle a signal as in a context `terminable`."""
+    while frame is not None:
+        module = str(frame.f_globals.get("__name__"))
+        if frame.f_code in _LOADING or module.startswith(_OWNING):
+            repeat(number)
+            return
+        frame = frame.f_back
+    received.append(number)
+    if number == signal.SIGINT or received.count(number) == 1:
+        raise KeyboardInterrupt
 
 
 def repeat(number: int) -> None:

@@ -18,13 +18,20 @@ from concurrent.futures import (
     ProcessPoolExecutor,
     TimeoutError,
 )
-from contextlib import contextmanager, suppress
+from contextlib import ExitStack, contextmanager, suppress
 from multiprocessing import active_children, get_context, parent_process
+from types import FrameType
 from typing import Any, TypeAlias
 
 from lcpcli.cli.problems import tell
 from lcpcli.errors import OptionError, ResourceError, missing
-from lcpcli.interrupts import REQUESTS, deferring_signals
+from lcpcli.interrupts import (
+    REQUESTS,
+    deferring_signals,
+    handling,
+    raise_interrupt,
+    received,
+)
 
 TASKS = "/proc/self/task"  # on Linux, the threads of this process
 # Processes that are forked: all are made before the first one works, so that many
@@ -45,6 +52,9 @@ SECONDS_ALONE = 9.0
 # thread left, or by which a new one has ended.
 NO_PROCESS = (OSError, NotImplementedError, RuntimeError, TimeoutError, BrokenExecutor)
 SECONDS_TO_START = 60.0  # a process, on a machine that is very busy
+# The signal by which a process is asked to end what it solves; None on Windows.
+STOP: signal.Signals | None = getattr(signal, "SIGUSR1", None)
+SECONDS_TO_EXIT = 10.0  # until it ends by itself
 
 
 class Local:
@@ -71,6 +81,9 @@ class Local:
         )
         # As Windows waits for no more.
         self.size = min(size, 61) if sys.platform == "win32" else size
+        self._handlers = ExitStack()
+        if STOP is not None:  # until a process handles it
+            self._handlers.enter_context(handling(STOP, signal.SIG_IGN))
         with self._or_refused(), deferring_signals():
             self._executor = self._started("fork" if are_safe else "spawn")
             self._executor.submit(int)
@@ -99,13 +112,14 @@ class Local:
             ) from None
 
     def _submitted(self, function: Callable[..., Any], *arguments: Any) -> Future[Any]:
+        arguments = function, *arguments
         try:
-            return self._executor.submit(function, *arguments)
+            return self._executor.submit(_stoppable, *arguments)
         except BrokenExecutor:
             self._executor = self._started("spawn")
             # One that ends at once would end again with each problem.
             self._executor.submit(int).result(SECONDS_TO_START)
-            return self._executor.submit(function, *arguments)
+            return self._executor.submit(_stoppable, *arguments)
 
     def check_alive(self) -> None:
         """End all processes if one was killed, as the executor does unless it waits for
@@ -121,9 +135,20 @@ class Local:
         ):
             self._kill()
 
+    def stop(self) -> bool:
+        """Ask the processes to end what they solve, and to begin nothing more; return
+        whether their results can be awaited."""
+        if STOP is None:
+            return False
+        for each in active_children():
+            with suppress(ProcessLookupError):
+                os.kill(each.pid or 0, STOP)
+        return True
+
     def close(self) -> None:
         self._kill()
         self._executor.shutdown(cancel_futures=True)
+        self._handlers.close()
 
     def _kill(self) -> None:
         for each in active_children():
@@ -132,6 +157,34 @@ class Local:
         # Where a process has written the beginning of a result, the rest is missing for
         # ever.
         results._writer.close()
+
+
+# In a process: whether it works on a problem, and whether it has been asked to stop.
+_works: list[bool] = []
+_stops: list[bool] = []
+
+
+def _stoppable(function: Callable[..., Any], *arguments: Any) -> Any:
+    """Return what a function returns; KeyboardInterrupt is raised in it, or before it,
+    if this process is asked to stop."""
+    if _stops:
+        raise KeyboardInterrupt
+    _works.append(True)
+    try:
+        return function(*arguments)
+    finally:
+        _works.clear()
+
+
+def _stop(number: int, frame: FrameType | None) -> None:
+    """End in a few seconds, in which what is known is reported."""
+    if not _stops:
+        _stops.append(True)
+        timer = threading.Timer(SECONDS_TO_EXIT, os._exit, (1,))
+        timer.daemon = True
+        timer.start()
+    if _works:
+        raise_interrupt(number, frame)
 
 
 def _begin(speaks: Any) -> None:
@@ -146,7 +199,9 @@ def _begin(speaks: Any) -> None:
     speaking = list[bool]()
     logging.getLogger("lcpcli").addFilter(is_first)
     signal.signal(signal.SIGINT, signal.SIG_IGN)
-    signal.signal(signal.SIGTERM, signal.SIG_DFL)
+    received.clear()
+    for number in filter(None, (STOP, signal.SIGTERM)):
+        signal.signal(number, _stop)
     if sys.platform != "win32":
         signal.pthread_sigmask(signal.SIG_UNBLOCK, REQUESTS)
     parent = parent_process()
@@ -239,6 +294,10 @@ class Cluster:
                 f"start dask worker {self._address}"
             )
             self._has_warned = True
+
+    def stop(self) -> bool:
+        """Return that running work cannot be asked to end."""
+        return False
 
     def close(self) -> None:
         with suppress(OSError, TimeoutError):

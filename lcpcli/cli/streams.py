@@ -194,7 +194,7 @@ def _written(
 ) -> tuple[Counter[Kind], bool]:
     """Write all records; return how many problems ended how, and whether Ctrl-C ended
     that. progress : where their number is shown meanwhile."""
-    outcomes = Counter[Kind]()
+    outcomes, is_interrupted = Counter[Kind](), False
     with progress as line:
         try:
             for number, record in enumerate(records, 1):
@@ -203,11 +203,10 @@ def _written(
                 for complaint in record.complaints:
                     line.note(f"lcp: {complaint}")
                 line.tell_number(number)
-                if record.interrupted:
-                    return outcomes, True
+                is_interrupted |= record.interrupted
         except KeyboardInterrupt:
             return outcomes, True
-    return outcomes, False
+    return outcomes, is_interrupted
 
 
 # The time for which a process works on one piece: long compared with the milliseconds
@@ -227,6 +226,14 @@ class TaskRecord(NamedTuple):
     exit_code: Exit
     complaints: tuple[str, ...] = ()
     interrupted: bool = False
+
+
+def until_interrupted(records: Iterable[TaskRecord]) -> Iterator[TaskRecord]:
+    """Yield records up to the first one of a run that Ctrl-C has ended."""
+    for record in records:
+        yield record
+        if record.interrupted:
+            return
 
 
 # The records of several inputs, and the seconds that they took.
@@ -254,8 +261,10 @@ class Task(NamedTuple):
         began, seconds = time.perf_counter(), 0.0
         records = list[list[TaskRecord]]()
         for input_item in input_items:
-            records.append(list(self.records(input_item)))
-            if (seconds := time.perf_counter() - began) >= PIECE_SECONDS:
+            records.append(list(until_interrupted(self.records(input_item))))
+            is_interrupted = any(record.interrupted for record in records[-1])
+            seconds = time.perf_counter() - began
+            if is_interrupted or seconds >= PIECE_SECONDS:
                 break
         return records, seconds
 
@@ -392,6 +401,7 @@ MAX_IN_A_PIECE = 256
 # reader.
 PIECES_EACH = 3
 RECORD_BYTES = 500  # memory of a record without its text, about
+SECONDS_TO_STOP = 5.0  # for the records of runs that are asked to end
 # Between checks that the processes are alive, while no record comes.
 SECONDS_BETWEEN = 1.0
 KILLED = "the process that solved this problem was killed twice"
@@ -461,7 +471,9 @@ def all_records(
     """Yield the records that the pool makes, or this process without one, in order or
     each as soon as it is known."""
     if pool is None:
-        yield from chain.from_iterable(map(task.records, input_items))
+        yield from until_interrupted(
+            chain.from_iterable(map(task.records, input_items))
+        )
         return
     try:
         yield from _Distribution(task, input_items, pool).records(in_order)
@@ -485,6 +497,27 @@ class _Distribution:
         self._size = 1  # problems of the next piece
 
     def records(self, in_order: bool) -> Iterator[TaskRecord]:
+        try:
+            yield from self._all(in_order)
+        except KeyboardInterrupt:
+            yield from self._last()
+            raise
+
+    def _last(self) -> Iterator[TaskRecord]:
+        """Yield the records that are known once the runs that are under way have been
+        asked to end with their best iterates."""
+        running = [piece.future for piece in self._pieces if piece.records is None]
+        for future in running:
+            future.cancel()
+        if self._pool.stop():
+            wait(running, SECONDS_TO_STOP)
+        for piece in self._pieces:
+            records, future = piece.records or [], piece.future
+            if piece.records is None and future.done() and not future.cancelled():
+                records = [] if future.exception() else future.result()[0]
+            yield from chain.from_iterable(records)
+
+    def _all(self, in_order: bool) -> Iterator[TaskRecord]:
         while True:
             self._news.clear()
             self._pool.check_alive()

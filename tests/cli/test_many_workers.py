@@ -71,6 +71,12 @@ def started_by(pid: int) -> list[int]:
     ]
 
 
+def seconds_of(pid: int) -> float:
+    """How long a process has computed."""
+    fields = Path(f"/proc/{pid}/stat").read_text().rpartition(")")[2].split()
+    return int(fields[11]) / os.sysconf("SC_CLK_TCK")
+
+
 @contextmanager
 def solving(*options: str) -> Iterator[tuple[subprocess.Popen[bytes], IO[bytes]]]:
     """A run of `lcp solve -` that gets its problems one by one."""
@@ -154,7 +160,8 @@ def test_ended_program_leaves_what_is_solved_and_no_process_and_goes_on_from_its
 
 def torn() -> None:
     """End the process that calls this in the middle of handing over a result."""
-    results = inspect.stack()[1].frame.f_locals["result_queue"]
+    frames = (each.frame.f_locals for each in inspect.stack())
+    results = next(names["result_queue"] for names in frames if "result_queue" in names)
     os.write(results._writer.fileno(), b"\0\0\1\0 and no more")
     os.kill(os.getpid(), signal.SIGKILL)
 
@@ -575,3 +582,33 @@ def test_columns_of_one_matrix_are_taken_in_parts_and_nothing_beside_them_is_los
     parts = [work.names for work in taken if isinstance(work, QColumns)]
     assert max(map(len, parts)) == tasks.COLUMNS_TOGETHER
     assert [name for part in parts for name in part] == list(columns.names)
+
+
+@pytest.mark.slow("starts processes and interrupts them")
+@pytest.mark.parametrize(
+    ("number", "code"), [(signal.SIGINT, 130), (signal.SIGTERM, 143)]
+)
+def test_interrupted_processes_report_their_best_iterates(
+    number: int, code: int, tmp_path: Path
+) -> None:
+    """As a single one does; the problem that is solved before them is as it was."""
+    n = 1000
+    diagonals = {"format": "coo", "shape": [n, n]}
+    i = np.arange(n)
+    rows, cols = np.r_[i, i[1:], i[:-1]], np.r_[i, i[:-1], i[1:]]
+    values = np.r_[np.full(n, 2.0), np.full(2 * n - 2, -1.0)]
+    M = {**diagonals, "rows": rows.tolist(), "cols": cols.tolist()}
+    slow = {"M": M | {"values": values.tolist()}, "q": np.full(n, -1.0).tolist()}
+    log = tmp_path / "log.jsonl"
+    options = "--method fixed-point --tol 1e-14 --max-iterations 1000000000 --jobs 2"
+    with solving(*options.split(), "-o", str(log)) as (process, stdin):
+        problems = [*lines(1), *map(json.dumps, 3 * [slow])]
+        stdin.write("".join(f"{line}\n" for line in problems).encode())
+        stdin.flush()
+        until(lambda: log.exists() and log.read_bytes().count(b"\n"))
+        until(lambda: min(map(seconds_of, started_by(process.pid))) > 2)
+        process.send_signal(number)
+        _, told = process.communicate(timeout=PATIENCE)
+    assert process.returncode == code, told
+    statuses = [json.loads(line)["status"] for line in log.read_text().splitlines()]
+    assert statuses == ["solved", "interrupted", "interrupted"]
