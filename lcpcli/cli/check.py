@@ -124,7 +124,9 @@ def check(request: Check) -> int:
         from lcpcli.report import verification_text
 
         destination.show(
-            verification_text.verification_report(verifications).render,
+            verification_text.verification_report(
+                verifications, contents.Source(paths[0])
+            ).render,
             f"{source_name(paths[0])}: {verdict}",
         )
     return max(of_end(verification.accepted) for verification in verifications)
@@ -293,7 +295,9 @@ def inspect(request: Inspect) -> int:
     diagnosis: Inspection | NonlinearInspection = inspected(
         read.problem, request.time_limit or OF_INSPECTION.value
     )
-    report = inspection_text.inspection_report(diagnosis, request.shows_all)
+    report = inspection_text.inspection_report(
+        diagnosis, request.shows_all, contents.Source(request.file)
+    )
     destination.show(
         report.render,
         f"{source_name(request.file)}: {inspection_text.verdict(diagnosis)}",

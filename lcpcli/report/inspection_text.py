@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from typing import Any
 
 from lcpcli.errors import count
-from lcpcli.files.contents import NO_SOURCE
+from lcpcli.files.contents import NO_SOURCE, Source
 from lcpcli.inspection.inspection import Inspection, NonlinearInspection
 from lcpcli.inspection.theory import MAX_WITH_NORM, Rate, Spread
 from lcpcli.inspection.verdict import title
@@ -33,10 +33,12 @@ Row = tuple[str, ...]
 
 
 def inspection_report(
-    diagnosis: Inspection | NonlinearInspection, shows_all: bool = True
+    diagnosis: Inspection | NonlinearInspection,
+    shows_all: bool = True,
+    source: Source = NO_SOURCE,
 ) -> result_formats.Report:
-    """Return the report on an inspection. shows_all : whether to show all in tables;
-    otherwise only what decides about the methods."""
+    """Return the report on an inspection of the problem in a source. shows_all :
+    whether to show all in tables; otherwise only what decides about the methods."""
     name = wording.title(diagnosis.problem) or "problem"
     classes = [
         (title(name), verdict.word, verdict.evidence)
@@ -60,7 +62,7 @@ def inspection_report(
         return Document(heading, [Section(heading, facts=facts, tables=tables)])
 
     return result_formats.Report(
-        document, lambda: [_record(diagnosis)], pipe=wording.PIPE_WIDTH
+        document, lambda: [_record(diagnosis, source)], pipe=wording.PIPE_WIDTH
     )
 
 
@@ -322,7 +324,9 @@ def _nonlinear_facts(diagnosis: NonlinearInspection) -> Sequence[Row]:
     )
 
 
-def _record(diagnosis: Inspection | NonlinearInspection) -> dict[str, Any]:
+def _record(
+    diagnosis: Inspection | NonlinearInspection, source: Source
+) -> dict[str, Any]:
     problem, is_linear = diagnosis.problem, isinstance(diagnosis, Inspection)
     condition = (
         diagnosis.equilibrated_condition
@@ -330,7 +334,7 @@ def _record(diagnosis: Inspection | NonlinearInspection) -> dict[str, Any]:
         else diagnosis.condition
     )
     own = {
-        **result_formats.source_record(NO_SOURCE, problem),
+        **result_formats.source_record(source, problem),
         "bounds": dict(problem.box.kinds) or None,
         "density": diagnosis.nonzeros / problem.n**2 if problem.n else None,
         "classes": {

@@ -6,18 +6,21 @@ import math
 from collections.abc import Sequence
 from typing import Any
 
+from lcpcli.files.contents import NO_SOURCE, Source
 from lcpcli.report.document import Document, Section, Table
-from lcpcli.report.result_formats import Report, keys_of, record
+from lcpcli.report.result_formats import Report, keys_of, record, source_record
 from lcpcli.report.wording import above, number, short, size, title
 from lcpcli.verify.verification import Verification
 
 
-def verification_report(verifications: Sequence[Verification]) -> Report:
-    """Return the report on verifications of one problem."""
+def verification_report(
+    verifications: Sequence[Verification], source: Source = NO_SOURCE
+) -> Report:
+    """Return the report on verifications of one problem, which is in a source."""
     name = title(verifications[0].problem) or "verification"
     return Report(
         lambda *_: Document(name, list(map(_section, verifications))),
-        lambda: map(_record, verifications),
+        lambda: (_record(verification, source) for verification in verifications),
     )
 
 
@@ -75,10 +78,9 @@ def _of_origin(verification: Verification) -> list[str]:
     return [*lines, *([] if answer is None else answer.lines())]
 
 
-def _record(verification: Verification) -> dict[str, Any]:
+def _record(verification: Verification, source: Source) -> dict[str, Any]:
     overrides = {
-        "problem": verification.problem.name,
-        "n": verification.problem.n,
+        **source_record(source, verification.problem),
         "error_bound": verification.bound.value if verification.bound else None,
         "error_bound_source": verification.bound.source if verification.bound else None,
         "statement": _statement(verification),
