@@ -17,6 +17,7 @@ import click
 from lcpcli.errors import (
     EXITS,
     IS_MISSING,
+    LEAVE_ONE_OUT,
     Exit,
     OptionError,
     likely,
@@ -149,6 +150,14 @@ class Command(click.Command):
                 name = param.opts[-1]
                 reason = f"is given {times} times"
                 raise OptionError(name, reason, _hint_at_sweep(name))
+        # Of several options for one value only the last would count.
+        named: dict[str | None, str] = {}
+        for param in order:
+            name = param.opts[-1]
+            earlier = named.setdefault(param.name, name)
+            reason = f"has no effect with {name}"
+            if earlier != name:
+                raise OptionError(earlier, reason, LEAVE_ONE_OUT)
 
     def invoke(self, ctx: click.Context) -> Any:
         option_values = {name: _as_typed(value) for name, value in ctx.params.items()}

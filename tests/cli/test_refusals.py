@@ -44,6 +44,8 @@ check good.json missing.json => missing.json: {NO_SUCH_FILE}; {CHECK_PATH}
 check good.json 1,1,1 -q => 1,1,1: z: {ENTRIES:3 entries|2 unknowns}; {AGREE}
 check good.json -x1 => -x1: {NO_OPTION:lcp check}; {SEE_HELP:check}
 check good.json -1,4 -x => -x: {NO_OPTION:lcp check}; {SEE_HELP:check}
+solve --game --lsq A.csv b.csv => --game: has no effect with --lsq; {LEAVE_ONE_OUT}
+solve --lsq --game A.csv b.csv => --lsq: has no effect with --game; {LEAVE_ONE_OUT}
 solve good.json -n 3 => -n: {NO_OPTION:lcp solve}; {SEE_HELP:solve}
 solve good.json --toll=1 => --toll: {NO_OPTION:lcp solve}; {DID_YOU_MEAN:--tol}
 solve good.json --k_star 3 => --k_star: {NO_OPTION:lcp solve}; {DID_YOU_MEAN:--k-star}
