@@ -111,7 +111,7 @@ def check(request: Check) -> int:
     inputs = inputs._replace(as_written=exact)
     inputs.prepare({"--output": destination.path})
     with _hint_at_one_list(paths):
-        read = inputs.read(takes_models=True)
+        read = inputs.read(takes_models=True, tells=False)
     with Line("verifying", is_shown=shows_progress(destination.quiet)):
         verifications = _verifications(read, inputs, paths[-1], request.tol, exact)
     accepted = sum(verification.accepted for verification in verifications)
@@ -174,11 +174,11 @@ def _verifications(
     data = read.exactly() if exact else None
     candidates = _candidates(read, inputs, solution)
     remark = candidates[0].remark
-    inputs.tell([f"{where}: {remark}"] if remark else [])
     verifications = [
         contents.within(where, _verified, problem, data, candidate, tol)
         for candidate in candidates
     ]
+    inputs.tell([*read.remarks, *([f"{where}: {remark}"] if remark else [])])
     if len(verifications) == 1:
         return verifications
     number = len(verifications)

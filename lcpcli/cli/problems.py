@@ -180,9 +180,10 @@ class Inputs(NamedTuple):
 
                 refuse_unwritable(output)
 
-    def read(self, takes_models: bool = False) -> InputProblem:
-        """Read the problem in the files, which has to be linear unless
-        `takes_models`."""
+    def read(self, takes_models: bool = False, tells: bool = True) -> InputProblem:
+        """Read the problem in the files, which has to be linear unless `takes_models`.
+        tells : whether to tell the remarks on it; otherwise the caller does, once it
+        has accepted its other arguments, so that an error is one line."""
         from lcpcli.files import reading
         from lcpcli.files.inputs import Input
 
@@ -192,7 +193,7 @@ class Inputs(NamedTuple):
             else:
                 input_item = Input(tuple(reading.files_of(self.files)))
             (input_problem,) = self.problems(input_item, takes_models)
-        self.tell(input_problem.remarks)
+        self.tell(input_problem.remarks if tells else [])
         return input_problem
 
     def reading(self) -> Line:

@@ -202,9 +202,6 @@ def _read(
             continue
         problems += problems_of_item
         sources += input_item.sources
-        inputs.tell(
-            list(chain.from_iterable(each.remarks for each in problems_of_item))
-        )
     return problems, sources, faults
 
 
@@ -222,6 +219,7 @@ def _results(
     """
     problems = [each.problem for each in inputs]
     data = [each.exactly if request.exact else None for each in inputs]
+    remarks = list(chain.from_iterable(each.remarks for each in inputs))
     inputs.clear()
     options_of_problems = [request.options_for(problem) for problem in problems]
     for kind in output.figures:
@@ -230,6 +228,8 @@ def _results(
         plotting.require_drawable(kind, problems, request.vary)
     for problem in problems if request.names else []:
         wording.require(problem, request.names)
+    # Not before the options are accepted, so that an error is one line.
+    request.inputs.tell(remarks)
     if request.levels or output.figures:
         problems = with_references(problems, request.limits)
     is_timed = request.plot is not None or (bool(request.levels) and not output.silent)

@@ -82,7 +82,7 @@ def why(request: Why) -> int:
     inputs.prepare({"--output": destination.path})
     costs = dict(map(_weight, request.weights))
     began, limit = clock.seconds(), request.time_limit or TIME_LIMIT.value
-    read = inputs.read()
+    read = inputs.read(tells=False)
     from lcpcli.enumeration.search import INTERRUPTED
     from lcpcli.enumeration.search import TIME_LIMIT as TIME_LIMITED
     from lcpcli.explanation.explanation import why as explained
@@ -105,6 +105,7 @@ def why(request: Why) -> int:
             time_limit=time_left,
         )
         is_cut = bool(signals)
+    inputs.tell(read.remarks)
     if is_cut and explanation.status == TIME_LIMITED:
         explanation = replace(explanation, status=INTERRUPTED)
     where = contents.source_name(request.file)

@@ -17,7 +17,7 @@ from lcpcli.files import contents, writing
 from lcpcli.formulations.quadratic_program.answers import Minimum
 
 from ..methods.programs import bounded_program
-from .conftest import Lcp, record
+from .conftest import Lcp, assert_refused, record
 
 # z = (0, 15/29, 17/29, 0), w = (14/29, 0, 0, 99/29)
 EXAMPLE = contents.shipped_path("paper-example-2.json")
@@ -263,6 +263,22 @@ def test_of_an_ill_posed_problem_the_proof_stands_and_no_solution(
     assert [
         checked(answer, problem="ill.json").code for answer in (result, result["z"])
     ] == [0, 1]
+
+
+@pytest.mark.parametrize(
+    "command",
+    ["check p.json 1,1", "solve p.json --z0 1,1", "why p.json --keep other"],
+)
+def test_a_wrong_argument_costs_one_line_beside_a_wrong_known_solution(
+    command: str, lcp: Lcp, in_folder: Path
+) -> None:
+    problem = {"M": [[2]], "q": [-2], "solution": [[5], [1]]}
+    (in_folder / "p.json").write_text(json.dumps(problem))
+    assert_refused(lcp(*command.split()))
+    told = lcp("solve", "p.json", "-q")
+    assert (told.code, told.err) == (0, "")
+    assert "is ignored" in lcp("solve", "p.json").err
+    assert "is ignored" in lcp("check", "p.json", "1").err
 
 
 def test_a_z_beyond_the_range_of_doubles_is_checked_in_fractions(
