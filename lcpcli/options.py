@@ -166,7 +166,8 @@ TIME_LIMIT = Option(
 )
 GAP = Option(
     *("gap", float, math.inf, "error > 0", lambda error: error > 0),
-    "Of a program: accepted error of the objective, relative to its size.",
+    "Of a program: accepted error of the objective, relative to its size; other "
+    "problems ignore it.",
 )
 LIMITS = (TOL, MAX_ITERATIONS, TIME_LIMIT, GAP)
 MAX_BREAKPOINTS = Option(

@@ -3,6 +3,7 @@ write one in another format."""
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import partial
@@ -33,9 +34,10 @@ from lcpcli.errors import (
     Exit,
     File,
     OptionError,
+    ResourceError,
     quoted,
 )
-from lcpcli.files import formats
+from lcpcli.files import contents, formats
 from lcpcli.files.formats import ALL, COMPLETE
 from lcpcli.gallery import families as gallery
 from lcpcli.report.document import Document, Section, Table, typeset
@@ -52,6 +54,10 @@ BOOLEANS = {
     "no": False,
     "0": False,
 }
+# Unknowns from which on the memory for a problem is estimated, by a smaller one; and
+# how many times that for its numbers is taken at least while it is made and written.
+LARGE, SMALL = 10**6, 1000
+COPIES_AS_ARRAYS, COPIES_AS_TEXT = 2, 8
 KINDS = {bool: "true or false", int: "a whole number", float: "a number"}
 
 
@@ -138,8 +144,28 @@ def make(request: Make) -> int:
         "--seed",
         f"has no effect on {family}, which has no random entries",
     )
-    write(gallery.make(family, request.n, seed or 0, **parameters), output, quiet)
+    make_problem = partial(gallery.make, family, seed=seed or 0, **parameters)
+    has_any_size = not gallery.entry(family).size
+    if request.n is not None and request.n > LARGE and has_any_size:
+        _refuse_beyond_memory(make_problem(SMALL), request.n, output)
+    write(make_problem(request.n), output, quiet)
     return 0
+
+
+def _refuse_beyond_memory(sample: Problem, n: int, output: str | None) -> None:
+    """Refuse n unknowns if they would take more memory than there is, by a small
+    problem of the same family: else the system would kill this process."""
+    from lcpcli.linalg.matrices import is_sparse
+
+    kind = formats.kind_by_name(output or "")
+    copies = (
+        COPIES_AS_ARRAYS if kind is not None and kind.has_arrays else COPIES_AS_TEXT
+    )
+    M = sample.M
+    numbers = M.nnz * 1.5 if is_sparse(M) else sample.n * n
+    size = 8 * copies * n * (numbers / sample.n + 1)
+    if size > (contents.memory() or math.inf):
+        raise ResourceError("-n", "not enough memory for this problem", "give less")
 
 
 def _show_list() -> int:

@@ -303,3 +303,15 @@ def test_complete_formats_keep_everything(
     )
     outcome = lcp("convert", str(tmp_path / f"b{ending}"))
     assert outcome.out.encode() == (tmp_path / "a.json").read_bytes()
+
+
+@pytest.mark.parametrize("output", ["big.json", "big.npz"])
+@pytest.mark.parametrize("family", ["obstacle", "harker-pang"])
+def test_a_problem_that_has_no_room_in_memory_is_refused_before_it_is_made(
+    family: str, output: str, lcp: Lcp, in_folder: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(contents, "memory", lambda: 10**8)
+    told = lcp("make", family, "-n", "2000000", "-o", output)
+    assert told.err == "lcp: -n: not enough memory for this problem; give less\n"
+    assert told.code == Exit.NOT_SOLVED
+    assert not (in_folder / output).exists()
