@@ -20,8 +20,7 @@ class _Imports(threading.local):
     """
 
     # The seconds of all imports of the thread so far; the nesting depth and the start
-    # of
-    # the current import.
+    # of the current import.
     seconds, _depth, _began = 0.0, 0, 0.0
 
     def __enter__(self) -> None:

@@ -23,8 +23,7 @@ from lcpcli import clock
 Item = TypeVar("Item")
 REQUESTS = (signal.SIGINT, signal.SIGTERM)  # signals that ask the process to end
 # The deadline of a context `deadline_after` without a limit. It is finite, as an
-# infinite
-# one means that no such context is open.
+# infinite one means that no such context is open.
 NO_LIMIT = sys.float_info.max
 SOON = 0.001  # seconds until a signal is repeated
 # Seconds between checks for Ctrl-C: short enough that a user does not notice the delay,

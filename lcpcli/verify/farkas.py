@@ -139,8 +139,7 @@ def cancellation(A: Matrix, b: Vector, y: Vector, box: Box = ORTHANT) -> float:
     if not total > 0:
         return 0.0
     # y'(A z) is at least `total`, and exceeds it by at most the terms of b'y, as A z +
-    # b
-    # has the required signs.
+    # b has the required signs.
     among = total / (total + 2 * of.terms)
     times = float(
         among * 0.5 / ((of.excess + of.error)[wrong] / of.size[wrong]).max(initial=EPS)

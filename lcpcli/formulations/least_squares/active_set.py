@@ -31,8 +31,7 @@ from lcpcli.model.box import BASIC, LOWER, UPPER
 from lcpcli.typing import Indices, Matrix, States, Vector
 
 # A multiplier is a sum of products; one that is at most this many times the sum of
-# their
-# absolute values may be rounding error of 0.
+# their absolute values may be rounding error of 0.
 ROUNDING_OF_MULTIPLIERS = 16 * EPS
 # Residuals that are all at most this many times |A| |x| + |b| are taken for 0.
 ROUNDING_OF_RESIDUALS = 4 * EPS

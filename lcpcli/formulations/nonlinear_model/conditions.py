@@ -311,8 +311,7 @@ LOST_BOUNDS = (
     "else write an equation"
 )
 # The bounds of the function of a condition, by the only bound of its unknown: if that
-# is
-# a lower bound, the function is nonnegative.
+# is a lower bound, the function is nonnegative.
 SIGNS: dict[int, BoundPair] = {LOWER: (0, inf), UPPER: (-inf, 0)}
 
 

@@ -30,8 +30,8 @@ from lcpcli.typing import Indices, Mask, Vector
 
 Functions: TypeAlias = Mapping[str, Callable[..., Any]]
 # Operators with partial derivatives that are 0 for an argument that is not selected.
-# Its
-# own derivatives may then be infinite or undefined, and are not multiplied by this 0.
+# Its own derivatives may then be infinite or undefined, and are not multiplied by this
+# 0.
 BRANCHES = {"if", "min", "max", "abs"}
 EPS = float(np.finfo(float).eps)
 ERROR = 8 * EPS  # relative, of functions that are not rounded correctly

@@ -301,8 +301,7 @@ def answer(program: Program, result: Result) -> Minimum:
     no solution.
     """
     # Copies of the result: a reference to `result`, which refers to the answer, would
-    # be
-    # a cycle that keeps large arrays in memory.
+    # be a cycle that keeps large arrays in memory.
     later = (
         partial(conclusion, result.problem, copy(result), program),
         partial(variations, result.problem, copy(result), program),

@@ -49,8 +49,7 @@ MIN_GAIN = 1e-8
 # objective.
 BOX_SIZE = 0.1
 # In the size of the box, |x_i| is at least this times the largest one, so that
-# variables
-# that are 0 can move.
+# variables that are 0 can move.
 MIN_BOX_SIZE = 1e-3
 OBJECTIVE_CLAUSES = {"min": "above the minimum", "max": "below the maximum"}
 

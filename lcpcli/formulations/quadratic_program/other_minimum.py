@@ -38,8 +38,7 @@ MAX_UNKNOWNS = 500
 # Work for each of two LPs, in the seconds that it usually takes.
 LP_EFFORT = 0.25
 # The distance that another minimizer has to have from x, relative to |x_i|, and far
-# above
-# rounding errors.
+# above rounding errors.
 MIN_DISTANCE = 1e-3
 # A linear system for this many variables that are not at a bound is solved exactly in
 # about a second.
@@ -47,8 +46,7 @@ MAX_FREE = 100
 # A multiplier that is smaller, relative to the terms of its column, may be 0.
 MIN_MULTIPLIER = 1e-9
 # Columns are independent if no pivot is below this, relative to the largest one;
-# smaller
-# pivots may be those of dependent columns.
+# smaller pivots may be those of dependent columns.
 SURE_PIVOT = 1e-8
 
 

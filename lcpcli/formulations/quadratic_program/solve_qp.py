@@ -23,8 +23,7 @@ if TYPE_CHECKING:
 
 
 # Up to here, rational arithmetic decides whether Q is semidefinite in about the time of
-# a
-# solution, if floating-point numbers do not.
+# a solution, if floating-point numbers do not.
 FEW_VARIABLES = 20
 
 
