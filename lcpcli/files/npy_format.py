@@ -35,7 +35,7 @@ UNREAD = "of numbers or texts, or is damaged"
 # number objects between them). Reading these bytes runs nothing.
 PICKLE_OF_NONE = re.compile(rb"(?s)\](?:\x94|q.|r.{4})?Nat(?:\x94|q.|r.{4})?b\.\Z")
 LONGEST_END = 20  # bytes of it
-NAME_FIELDS = ("rows", "columns", "names")
+NAME_FIELDS = ("rows", "columns", "players", "names")
 
 
 # As in every format.

@@ -121,10 +121,24 @@ def places(value: Fraction) -> int | None:
     """Return the number of decimals of a rational number; None if there are infinitely
     many."""
     twos = (value.denominator & -value.denominator).bit_length() - 1
-    rest, fives = value.denominator >> twos, 0
-    while rest % 5 == 0:
-        rest, fives = rest // 5, fives + 1
+    rest, fives = _without_fives(value.denominator >> twos)
     return max(twos, fives) if rest == 1 else None
+
+
+def _without_fives(n: int) -> tuple[int, int]:
+    """Return a positive integer without its factors 5, and their number."""
+    if n % 5:
+        return n, 0
+    # 5 to the power of 1, 2, 4, ..., as one factor after another takes quadratic time.
+    powers = [5]
+    while 2 * powers[-1].bit_length() <= n.bit_length() + 1:
+        powers.append(powers[-1] ** 2)
+    fives = 0
+    for k in reversed(range(len(powers))):
+        quotient, remainder = divmod(n, powers[k])
+        if not remainder:
+            n, fives = quotient, fives + 2**k
+    return n, fives
 
 
 def decimal(value: Fraction) -> str:

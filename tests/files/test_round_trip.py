@@ -430,3 +430,50 @@ def test_decimals_are_exact(value: Fraction, power: int) -> None:
     assert (places(Fraction(1, value.denominator)) is None) == (
         10**40 % value.denominator != 0
     )
+
+
+@given(
+    twos=st.integers(0, 400),
+    fives=st.integers(0, 400),
+    other=st.sampled_from([1, 3, 7 * 11, 10**40 + 1]),
+)
+def test_a_fraction_has_as_many_decimals_as_its_denominator_has_factors(
+    twos: int, fives: int, other: int
+) -> None:
+    value = Fraction(1, 2**twos * 5**fives * other)
+    assert places(value) == (max(twos, fives) if other == 1 else None)
+
+
+# A problem of each formulation with names, with all that its file may have.
+NAMED = {
+    "program": """{"Q": [[2, 0], [0, 2]], "c": [-1, -1], "A": [[1, 1]],
+        "row_lower": [1], "rows": ["flour"], "columns": ["bread", "süß"]}""",
+    "game": """{"A": [[3, 0], [0, 2]], "B": [[2, 0], [0, 3]], "rows": ["go", "stay"],
+        "columns": ["left", "far right"], "players": ["Ann", "Bo"]}""",
+    "inequality": """{"H": [[2, 1], [0, 2]], "h": [-1, -1], "A": [[1, 1]],
+        "row_lower": [1], "rows": ["flour"], "columns": ["bread", "süß"]}""",
+    "fit": """{"lsq": true, "A": [[1, 1], [1, 2], [1, 3]], "b": [1, 2, 2],
+        "columns": ["level", "slope"]}""",
+    "players": """{"sizes": [1, 1], "H": [[2, 1], [1, 2]], "c": [-1, -2],
+        "A": [[1, 1]], "row_upper": [1], "players": ["Ann", "Bo"], "rows": ["limit"],
+        "columns": ["x", "yield"]}""",
+    "polymatrix": """{"players": ["Ann", "Bo"],
+        "actions": [["go", "stay"], ["left", "far right"]],
+        "payoffs": {"Ann": {"Bo": [[3, 0], [0, 2]]}, "Bo": {"Ann": [[2, 0], [0, 3]]}}
+    }""",
+    "problem": """{"M": [[2, 0], [0, 2]], "q": [-1, -1], "names": ["a", "süß"]}""",
+}
+
+
+@pytest.mark.parametrize("ending", ["npz", "mat"])
+@pytest.mark.parametrize("formulation", NAMED)
+def test_names_of_every_formulation_are_read_back_from_arrays(
+    formulation: str, ending: str, tmp_path: Path
+) -> None:
+    steps = [tmp_path / f"a.{each}" for each in ("json", ending)]
+    direct, back = tmp_path / "direct.json", tmp_path / "back.json"
+    steps[0].write_text(NAMED[formulation])
+    convert(*steps)
+    convert(steps[1], back)
+    convert(steps[0], direct)
+    assert json.loads(back.read_text()) == json.loads(direct.read_text())
