@@ -17,6 +17,7 @@ Journal of Fourier Analysis and Applications 14 (2008) 877-905). On each support
 
 from __future__ import annotations
 
+import sys
 from collections.abc import Iterator, Mapping, Sequence
 from fractions import Fraction
 
@@ -42,6 +43,7 @@ TOLERANCES = (0.0, 1e-12, 1e-9)
 # them, which would otherwise be infinite.
 SMALL = 1e-2
 WEIGHT_OF_NEVER_BLAMED = 1e-3
+SMALLEST_NORMAL = sys.float_info.min  # whose reciprocal is finite
 # A'y is 0 up to rounding if it is below ROUNDING, relative to the sum of its |terms|;
 # b'y is not 0 if it is above NOT_ROUNDING.
 ROUNDING, NOT_ROUNDING = 1e-12, 1e-9
@@ -61,8 +63,8 @@ def contradictions(
     rows = [{j: Fraction(a, scale) for j, a in row.items()} for row, scale, _ in forms]
     A, b = matrix_of(rows, system.n), np.array([-float(end) for *_, end in forms])
     sizes = abs(A).max(axis=1).toarray().ravel()
-    sizes = np.where(sizes > 0, sizes, 1.0)
-    A, b = (A / sizes[:, np.newaxis]).tocsr(), b / sizes
+    sizes = np.where(sizes > 0, np.maximum(sizes, SMALLEST_NORMAL), 1.0)
+    A, b = (A / sizes[:, np.newaxis]).tocsr(), _quotients(b, sizes)
     cost = np.array(
         [WEIGHT_OF_NEVER_BLAMED if each in never_blamed else 1.0 for each in conditions]
     )
@@ -89,6 +91,15 @@ def _contradicts_up_to_rounding(A: Matrix, b: Vector, y: Vector) -> bool:
     sizes = abs(A).T @ np.abs(y)
     is_zero = np.abs(A.T @ y) <= ROUNDING * sizes
     return bool(is_zero.all() and b @ y > NOT_ROUNDING * (np.abs(b) @ np.abs(y)))
+
+
+def _quotients(b: Vector, sizes: Vector) -> Vector:
+    """Return b / sizes times a power of 2 by which none of them overflows."""
+    (mantissas, exponents), (divisors, others) = np.frexp(b), np.frexp(sizes)
+    exponents = exponents - others
+    largest = exponents.max(where=b != 0, initial=exponents.min(initial=0))
+    quotients: Vector = np.ldexp(mantissas / divisors, exponents - largest)
+    return quotients
 
 
 def _in_doubles(A: Matrix, b: Vector, two: list[int], unit: Vector) -> Iterator[Vector]:

@@ -28,7 +28,7 @@ from lcpcli.files.formats import (
     GZIP,
     HEAD,
     PROBLEMS,
-    is_model,
+    again,
     is_result,
     refuse,
 )
@@ -191,8 +191,8 @@ def checked(path: str, content: bytes, expected: str) -> bytes:
     if path.casefold().removesuffix(".gz").endswith(COMPRESSIBLE):
         content = within(source_name(path), unpacked, content)
     content = without_mark(content)
-    hint = "write the model again" if is_model(path) else expected
-    refuse(not content or content.isspace(), source_name(path), IS_EMPTY, hint)
+    is_empty = not content or content.isspace()
+    refuse(is_empty, source_name(path), IS_EMPTY, again(path) or expected)
     return content
 
 

@@ -226,6 +226,18 @@ def is_model(path: str) -> bool:
     return kind is not None and kind.is_model
 
 
+def again(path: str) -> str:
+    """Return the hint for an empty file, if its suffix shows what it should hold; else
+    an empty text."""
+    kind = kind_by_name(path)
+    if kind is None or not (kind.of or kind.has_arrays):
+        return ""
+    if not kind.of:
+        return "save its arrays again"
+    word = "model" if kind.is_model else formulations.row_of(kind.of).word
+    return f"write the {word} again"
+
+
 def has_lines(path: str) -> bool:
     """Return whether a file has a problem, or a result, in each line, by its name."""
     return path.casefold().endswith(LINES)

@@ -316,8 +316,9 @@ class BlockForm(Formulation):
 
     def z_of(self, x: Vector, y: Vector, blocks: Blocks) -> Vector:
         """Return z for x and the multipliers y."""
-        s = np.clip(blocks.A @ x, blocks.row_lower, blocks.row_upper)[blocks.ranges]
-        return np.concatenate((x, y, s))
+        with np.errstate(over="ignore", invalid="ignore"):
+            s = np.clip(blocks.A @ x, blocks.row_lower, blocks.row_upper)
+        return np.concatenate((x, y, s[blocks.ranges]))
 
     def names(self, n: int, purpose: str = FULL) -> Sequence[str]:
         """Return the names of the components of z, "" where there is none; where they

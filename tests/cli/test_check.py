@@ -296,3 +296,14 @@ def test_a_z_beyond_the_range_of_doubles_is_checked_in_fractions(
     solution = record(lcp("solve", "p.json", "--exact", "-f", "json"))
     assert checked(solution, problem=far).code == 2
     assert checked(solution, "--exact", problem=far).code == 0
+
+
+def test_x_at_which_a_row_overflows_is_refused_without_warnings(
+    lcp: Lcp, folder: Path
+) -> None:
+    program = """{"Q": [[1e308, 1e308], [1e308, 1e308]], "c": [-1, -1],
+        "A": [[1e308, 1e308]], "row_lower": [1]}"""
+    (folder / "p.json").write_text(program)
+    outcome = lcp("check", "p.json", "1,1")
+    assert (outcome.code, outcome.err) == (1, "")
+    assert "z does not solve the problem" in outcome.out

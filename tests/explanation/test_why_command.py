@@ -229,3 +229,13 @@ def test_a_solution_beyond_the_range_of_doubles_has_ranges(
     first, second = told["ranges"]["q"]
     assert (first["lower"], first["upper"]) == (None, "0")
     assert (second["lower"], second["upper"]) == ("-5", "0")
+
+
+@pytest.mark.parametrize("M", ["-1e-200", "-1e-320"])
+def test_conditions_whose_quotients_overflow_are_proved_to_contradict_each_other(
+    M: str, folder: Path, lcp: Lcp
+) -> None:
+    (folder / "p.json").write_text(f'{{"M": [[{M}]], "q": [-1e200]}}')
+    outcome = lcp("why", "p.json")
+    assert outcome.err == ""
+    assert "these 2 conditions cannot hold together: z1 (lower bound)" in outcome.out

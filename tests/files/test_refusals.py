@@ -422,6 +422,40 @@ solve p.m
 """,
 )
 
+NOTHING = commands(
+    r"""
+ > bad.nfg
+solve bad.nfg => bad.nfg: {EMPTY}; write the game again
+\n > bad.efg
+solve bad.efg => bad.efg: {EMPTY}; write the game again
+ > bad.mps
+solve bad.mps => bad.mps: {EMPTY}; write the program again
+ > bad.lp
+solve bad.lp => bad.lp: {EMPTY}; write the program again
+ > bad.npz
+solve bad.npz => bad.npz: {EMPTY}; save its arrays again
+ > bad.mat
+solve bad.mat => bad.mat: {EMPTY}; save its arrays again
+"""
+)
+
+CONTACTS = contents(
+    "bad.json",
+    r"""
+{"W": [[1e308, 1e308], [1e308, 1e308]], "q": [-1, 0], "mu": 10}
+    => W: exceeds the double-precision range in products with the coefficients of
+    friction; scale W and q, or give smaller coefficients of friction
+{"A": [[1e308, 1e308], [1e308, 1e308]], "b": [-1, 0], "lo": [0, -10], \
+"hi": [null, 10], "findex": [-1, 0]}
+    => A: exceeds the double-precision range in products with the coefficients of
+    friction; scale A and b, or give smaller coefficients of friction
+{"W": [[1, 0, 0], [0, 1e308, 1e308], [0, 1e308, 1e308]], "q": [-1, 0, 0], "mu": 1, \
+"dimension": 3}
+    => W: exceeds the double-precision range in products with the coefficients of
+    friction; scale W and q, or give smaller coefficients of friction
+""",
+)
+
 PROGRAMS = contents(
     "bad.json",
     r"""
@@ -1144,7 +1178,7 @@ solve p.json --lower 1 => --lower: {FOR_M_AND_Q:a program}; {BOUNDS_IN_FILE}
 
 REFUSALS: list[Refusal] = [
     *(*NAMED, *CSV, *JSON, *LONG_INTEGER, *KEYS, *SPARSE, *ORIGINS),
-    *(*MATRIX_MARKET, *LONG_ENTRY, *TWO_FILES, *LABELS, *FOREIGN),
+    *(*MATRIX_MARKET, *LONG_ENTRY, *TWO_FILES, *LABELS, *FOREIGN, *NOTHING, *CONTACTS),
     *(*PROGRAMS, *CHANGED_PROGRAMS, *MORE_KEYS, *FROM_QP, *TWO_FORMS),
     *(*MPS, *NO_COLUMNS, *DIETS, *LP, *FROM_GAME, *COSTS, *LARGE_GAME),
     *(*STRATEGIC_OPENINGS, *STRATEGIC_FORM, *TREE_OPENINGS, *TREES, *NODES),

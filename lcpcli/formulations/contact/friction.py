@@ -301,12 +301,26 @@ class Contact(Formulation):
         if not self.is_planar:
             return self.stewart_trinkle()
         parts = self.A, self.b, self.lower, self.upper, self.friction
-        return cones.compact(*parts)
+        with np.errstate(over="ignore", invalid="ignore"):
+            return self._finite(cones.compact(*parts))
 
     def stewart_trinkle(self) -> Form:
         """Return the form of Stewart and Trinkle, which may have another M."""
         parts = self.A, self.b, self.lower, self.upper, self.friction
-        return cones.stewart_trinkle(*parts, cones.polygon(self.facets))
+        polygon = cones.polygon(self.facets)
+        with np.errstate(over="ignore", invalid="ignore"):
+            return self._finite(cones.stewart_trinkle(*parts, polygon))
+
+    def _finite(self, form: Form) -> Form:
+        """Return a form, or raise ProblemError if M or q has overflowed."""
+        M, q = form.conditions.M, form.conditions.q
+        entries = M.data if is_sparse(M) else M
+        if np.isfinite(entries).all() and np.isfinite(q).all():
+            return form
+        reason = "exceeds the double-precision range in products with the coefficients"
+        A, b = ("W", "q") if self.key == "W" else ("A", "b")
+        hint = f"scale {A} and {b}, or give smaller coefficients of friction"
+        raise ProblemError(A, f"{reason} of friction", hint)
 
     @property
     def T(self) -> Matrix:
