@@ -252,6 +252,7 @@ def convert(request: Convert) -> int:
     from lcpcli.files import writing
     from lcpcli.files.input_file import InputFile
     from lcpcli.files.writing import exact_endings, is_rounded, kind_to_write
+    from lcpcli.model.formulation import Formulation
 
     written = read_written(inputs)
     # The problem has no name of its own.
@@ -265,14 +266,13 @@ def convert(request: Convert) -> int:
     write(written, output, inputs.quiet, as_program=True)
     if output is None:
         return 0
-    if left_out := losses(written.rounded, output):
-        kept_parts = kind_to_write(output).keeps
-        form = written.rounded.formulation.form
-        tell(
-            f"{output}: {form} {kept_parts}; left out: {', '.join(left_out)}",
-            inputs.quiet,
-        )
-    if (kind := kind_to_write(output)).of:
+    kind, left_out = kind_to_write(output), losses(written.rounded, output)
+    form = Formulation.form if kind.of else written.rounded.formulation.form
+    is_other_form = kind.keeps != ALL and form != Formulation.form
+    if left_out or is_other_form:
+        others = f"; left out: {', '.join(left_out)}" if left_out else ""
+        tell(f"{output}: {form} {kind.keeps}{others}", inputs.quiet)
+    if kind.of:
         for remark in formats.load(kind.form).remarks(written.rounded):
             tell(f"{output}: {remark}", inputs.quiet)
     if is_rounded(written, output):

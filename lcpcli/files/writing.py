@@ -90,6 +90,8 @@ def contents_of(
         key: getattr(problem, key) for key in TEXTS if getattr(problem, key)
     }
     fields |= _fields(problem, in_text) if origin_fields is None else origin_fields
+    if kind.is_table:  # for its header
+        fields["names"] = list(as_written.rounded.names)
     try:
         return formats.load(kind.form).render(fields, exact)
     except AttributeError as error:

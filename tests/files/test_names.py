@@ -161,3 +161,33 @@ def test_a_table_is_headed_by_names_that_a_header_can_hold(
     first = Path("b.csv").read_text().splitlines()[0]
     assert first == (f"{header},lower,upper" if header else "M1,M2,q,lower,upper")
     assert read("b.csv").box.lower.tolist() == [0, -1]
+
+
+def test_a_table_is_headed_by_the_names_of_a_formulation(lcp: Lcp) -> None:
+    inequality = {"H": [[2, 1], [0, 2]], "h": [-1, -1], "A": [[1, 1]]}
+    names = {"row_lower": [1], "rows": ["flour"], "columns": ["bread", "milk"]}
+    Path("p.json").write_text(json.dumps(inequality | names))
+    converted = lcp("convert", "p.json", "-o", "p.csv")
+    form = "written as the conditions of the variational inequality, M, q and bounds"
+    assert converted.err == f"lcp: wrote p.csv\nlcp: p.csv: {form}\n"
+    assert list(read("p.csv").names) == ["bread", "milk", "flour"]
+    contact = {"W": np.eye(3).tolist(), "q": [-1, 0, 0], "mu": [0.5], "dimension": 3}
+    Path("c.json").write_text(json.dumps(contact))
+    names = list(read("c.json").names)
+    converted = lcp("convert", "c.json", "-o", "c.csv")
+    assert any(names)
+    is_headed = list(read("c.csv").names) == names
+    assert ("names" in converted.err) == (not is_headed)
+
+
+def test_a_program_in_mps_is_no_list_of_its_conditions(lcp: Lcp) -> None:
+    program = {"c": [1, 1], "A": [[1, 1]], "row_lower": [1], "name": "my prog"}
+    Path("p.json").write_text(json.dumps(program | {"source": "a book"}))
+    converted = lcp("convert", "p.json", "-o", "p.mps")
+    needed = "as MPS needs unique names without spaces or control characters"
+    changed = f"1 name had to be changed, {needed}: 'my prog' is 'my_prog'"
+    assert converted.err.splitlines() == [
+        "lcp: wrote p.mps",
+        "lcp: p.mps: the format keeps only the program; left out: source",
+        f"lcp: p.mps: {changed}",
+    ]

@@ -577,7 +577,8 @@ def new_names(problem: Problem) -> dict[str, str]:
         for names_of_kind, letter in old_names
         for pair in zip(names_of_kind, names(names_of_kind, letter), strict=True)
     )
-    return {name: other for name, other in both if name and name != other}
+    named = [(problem.name, _word(problem.name)), *both]
+    return {name: other for name, other in named if name and name != other}
 
 
 def names(old_names: Sequence[str], letter: str) -> list[str]:
