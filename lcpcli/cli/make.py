@@ -147,8 +147,8 @@ def make(request: Make) -> int:
     make_problem = partial(gallery.make, family, seed=seed or 0, **parameters)
     has_any_size = not gallery.entry(family).size
     if request.n is not None and request.n > LARGE and has_any_size:
-        _refuse_beyond_memory(make_problem(SMALL), request.n, output)
-    write(make_problem(request.n), output, quiet)
+        _refuse_beyond_memory(make_problem(n=SMALL), request.n, output)
+    write(make_problem(n=request.n), output, quiet)
     return 0
 
 
