@@ -188,13 +188,12 @@ def nearest(user_word: str, valid_names: tuple[str, ...]) -> str | None:
 
 
 def _is_stem(word: str, longer: str) -> bool:
-    """Return whether a longer word begins with this one and has little else, or another
-    part: min is not the stem of minimize, but --output is that of --output-folder."""
-    rest = longer[len(word) :]
+    """Return whether a longer word begins with this one, as tolerance with tol; min and
+    max, which stand for bounds, are no beginnings of minimize or maximum."""
     return (
         longer.startswith(word)
         and len(word.lstrip("-")) >= SHORTEST_BEGINNING
-        and (len(rest) < len(word) or not rest[0].isalpha())
+        and word not in ("min", "max")
     )
 
 

@@ -98,7 +98,7 @@ def read_exact(*paths: str) -> ExactProblem:
     """The problem in one file or two with its numbers as they are written, as the
     commands take it."""
     work = Input(tuple(files_of(paths)))
-    return work.exactly(work.read())
+    return work.exactly(work.read(as_written=True))
 
 
 def problem_of(content: bytes, path: str) -> Problem | NonlinearProblem:

@@ -4,6 +4,7 @@ once, when it is first needed."""
 from __future__ import annotations
 
 import os
+import re
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
@@ -55,6 +56,9 @@ NOT_SECOND = (
 # Hints for an empty file.
 WHOLE, LINE = "give M and q, as JSON or CSV", ROW_OF_NUMBERS
 FIRST_LINE = "line 1, "  # of a place, left out where a file has many problems
+# What a text has if a number in it may be 0 in double precision without being 0: an
+# exponent of three digits, many zeros, or a long denominator.
+MAY_UNDERFLOW = re.compile(rb"[eE]-0*[1-9][0-9]{2}|[.,]0{200}|/[0-9]{200}")
 OF_PACKAGE = "correct the file, or that package"
 
 
@@ -219,10 +223,10 @@ class InputFile:
     def refuse_underflow(self, field: str = "") -> None:
         """Raise ProblemError if a number in the text is 0 as a double without being 0.
         field : that of a file with a single vector; "" for a problem."""
-        from lcpcli.rational.numbers import MAY_UNDERFLOW, double_unless_lost
-
         if self.kind.has_arrays or not MAY_UNDERFLOW.search(self.content):
             return
+        from lcpcli.rational.numbers import double_unless_lost
+
         if field:
             self.values(field, double_unless_lost)
         else:

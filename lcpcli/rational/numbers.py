@@ -41,9 +41,6 @@ NUMBER = re.compile(
     r"\s*[-+]?(?:(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[eE][-+]?[0-9]+)?"
     r"|[0-9]+/0*[1-9][0-9]*|(?i:inf(?:inity)?))\s*"
 )
-# What a text has if a number in it may be 0 in double precision without being 0: an
-# exponent of three digits, many zeros, or a long denominator.
-MAY_UNDERFLOW = re.compile(rb"[eE]-0*[1-9][0-9]{2}|[.,]0{200}|/[0-9]{200}")
 # Every decimal of up to 15 digits is the shortest decimal of its nearest float.
 SURE_DIGITS = 15
 LARGEST_POWER = 22  # 10^22 is the largest power of ten that is exact as a float
@@ -100,7 +97,9 @@ def double_unless_lost(text: str) -> float:
     """Return `double` of a text; raise ProblemError if it is 0 and the number is
     not."""
     value = double(text)
-    if not value and (ratio(text) if "/" in text else Decimal(text)):
+    # Not by its value, as an exponent may be beyond what Decimal takes.
+    digits = re.split("[eE/]", text)[0]
+    if not value and any(digit in digits for digit in "123456789"):
         raise ProblemError(
             "", f"has {quoted(text)}, which is 0 in double precision", KEEP_DIGITS
         )

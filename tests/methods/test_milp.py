@@ -68,7 +68,7 @@ def test_forms_are_restricted_to_0_or_multipliers_prove_that_they_cannot_be() ->
             if y is not None:
                 break
             restricted[form] = True
-            y, point = simplex.vanish(form), simplex.point()
+            y, point = simplex.fix_at_zero(form), simplex.point()
             if y is None:
                 assert point is not None
                 z, w = point

@@ -166,9 +166,11 @@ def answer(contact: Contact, result: Result) -> Impulses:
 
 
 def _negligible(contact: Contact, x: Vector, rounding: Vector, tol: float) -> Vector:
-    """Return the impulses that count as 0: they hardly change the velocity of their own
-    row, and are small beside the largest one. The second alone would call a contact
-    separated because of another one, however far away."""
+    """Return the size up to which each impulse is considered 0: it changes the
+    velocity of its row by no more than rounding, and is small relative to the largest
+    impulse. The second condition alone would call a contact separated because of
+    another one, however far away.
+    """
     diagonal = contact.A.diagonal()
     of_rows = np.where(diagonal > 0, rounding / diagonal, np.inf)
     smallest: Vector = np.minimum(of_rows, tol * abs(x).max(initial=0.0))
@@ -176,10 +178,10 @@ def _negligible(contact: Contact, x: Vector, rounding: Vector, tol: float) -> Ve
 
 
 def impulses_at(contact: Contact, z: Vector) -> tuple[Vector, Vector]:
-    """Return x, with tangential impulses in their bounds, and w = A x + b.
+    """Return x, with tangential impulses projected on their bounds, and w = A x + b.
 
-    x_t = beta - mu x_f is 0 where the difference is only rounding, which `terms_of`
-    counts too.
+    x_t = beta - mu x_f is set to 0 where the difference is only rounding error, which
+    `terms_of` also takes into account.
     """
     x = np.asarray(product(contact.T, z))
     friction = contact.friction
@@ -215,8 +217,10 @@ def _states(
     small: Sequence[Any],
     rounding: Sequence[Any],
 ) -> list[ContactState]:
-    """Return the states of all contacts. small, rounding : the impulses and velocities
-    that count as 0."""
+    """Return the states of all contacts.
+
+    small, rounding : the impulses and velocities up to which they are considered 0.
+    """
     contact_states, tangents = [], contact.friction.tangents.tolist()
     for normal, *pairs in contact.contacts:
         tangential = [i for pair in pairs for i in tangents[pair]]

@@ -29,14 +29,16 @@ ROUNDING_OF_DATA = 4 * EPS
 # Entries of a null vector of A that are below this, relative to the largest, are taken
 # for rounding errors of 0.
 ZERO = 1e-13
-FULL_RANK = 1e-8  # relative: the least singular value of rows that are independent
+# Rows whose smallest singular value is above this, relative to the largest, are
+# linearly independent: singular values have rounding errors of size EPS.
+FULL_RANK = 1e-8
 # Of |b - A x|: a change of A x that makes it clearly smaller, by 5e-5 of it. Rounding
 # of the minimizer changes A x by eps cond(A) |b - A x|, which is less up to a condition
 # of 1e13.
 IMPROVEMENT = 0.01
 # Of the terms of A x - b: what rounding leaves of a fit that is exact.
 EXACT_FIT = 1e-9
-MAX_EXACT_TERMS = 200_000  # products of fractions that take a second
+MAX_EXACT_TERMS = 200_000  # this many products of fractions take about a second
 
 
 class Determinacy(NamedTuple):

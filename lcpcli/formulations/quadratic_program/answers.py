@@ -66,16 +66,19 @@ class Minimum(Answer):
     activities, slacks : the values Ax of the rows, and their distances from the nearer
         of their bounds, negative where a row is violated.
     objective : the value at x, in the program's own sense and with its constant.
-    exact : x and y as fractions if they are proved, else None.
-
-    unique_multipliers : whether there are no other multipliers; None if it takes too
-        long to see, rounding hides it, or the program is not known to be convex.
-    y_down, y_up, bound_multipliers_down, bound_multipliers_up : the derivatives of the
-        optimal objective as the active bound falls and as it rises, of the shapes of y
-        and bound_multipliers: the same number where multipliers are unique, and
-        infinite where no such change is feasible. Equal bounds move together. None if
-        that takes too long, rounding hides it, or the program is not known to be
+    exact : x and y as fractions if they are proved, otherwise None.
+    unique_multipliers : whether there are no other multipliers; None if it would take
+        too long to find out, rounding errors hide it, or the program is not known to be
         convex.
+    y_down, y_up, bound_multipliers_down, bound_multipliers_up : the derivatives of the
+        optimal objective as the active bound decreases and as it increases, of the
+        shapes of y and bound_multipliers: the same number where multipliers are unique,
+        and infinite where no such change is feasible. Equal bounds move together. None
+        if it would take too long, rounding errors hide it, or the program is not known
+        to be convex.
+
+    These four and `unique_multipliers` are computed when one of them is first read, and
+    so are the following:
 
     statement : what x is, or what the absence of a solution means.
     proved : what is proved, one of the words in PROVED; None if nothing is.
