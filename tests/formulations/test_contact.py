@@ -633,7 +633,9 @@ Solver(A).update(q=[1, 2])
     => q: is no data of the problem of this Solver; give M, or another problem
 from_contact(A, B, 0.5, dimension=4) => dimension: {IS:4}; give 2 or 3
 from_contact(np.eye(3), [1, 2, 3], 0.5, dimension=3, facets=5)
-    => facets: {IS:5}; give an even number from 4
+    => facets: {IS:5}; give an even number from 4 to 1000
+from_contact(np.eye(3), [1, 2, 3], 0.5, dimension=3, facets=1e308)
+    => facets: {IS:1e+308}; give an even number from 4 to 1000
 """,
 )
 FILES = contents(

@@ -43,6 +43,7 @@ from lcpcli.typing import BoundLike, Indices, Matrix, States, Vector, VectorLike
 
 NONE = -1  # in findex: an unknown that is not tangential
 FACETS = 8
+MAX_FACETS = 1000  # with as many, friction is too small by 5e-6
 # M and q belong to contacts if they differ from their matrices by at most this,
 # relative to the largest entry.
 ROUNDING = 64 * EPS
@@ -128,9 +129,9 @@ def from_contact(
     q : shape (n,), the velocities at the contacts without impulses.
     mu : the coefficient of friction, a number or one for each contact.
     dimension : 2 or 3. In the plane the problem is exact.
-    facets : in three dimensions, the even number of edges of a polygon in the circle of
-        Coulomb, that replaces it; friction is too small by at most the share
-        1 - cos(pi / facets), by 8 percent for 8.
+    facets : in three dimensions, the even number of edges, from 4 to 1000, of a polygon
+        in the circle of Coulomb, that replaces it; friction is too small by at most the
+        share 1 - cos(pi / facets), by 8 percent for 8.
     restitution, before : for Newton's law of impact the coefficient e, from 0 to 1, a
         number or one for each contact, and the velocities u at the contacts before the
         step, shape (n,): normal velocities after it are at least -e times those before.
@@ -514,8 +515,9 @@ def of_delassus(
     width, edges = _integer(dimension), _integer(facets)
     if width not in (2, 3):
         raise ProblemError("dimension", f"is {dimension!r}", "give 2 or 3")
-    if width == 3 and (edges < 4 or edges % 2):
-        raise ProblemError("facets", f"is {facets!r}", "give an even number from 4")
+    if width == 3 and not (4 <= edges <= MAX_FACETS and edges % 2 == 0):
+        hint = f"give an even number from 4 to {MAX_FACETS}"
+        raise ProblemError("facets", f"is {facets!r}", hint)
     q = as_vector("q", q)
     contacts, rest = divmod(q.size, width)
     if rest:
