@@ -33,11 +33,12 @@ ZERO = 1e-13
 # linearly independent: singular values have rounding errors of size EPS.
 FULL_RANK = 1e-8
 # Of |b - A x|: a change of A x that makes it clearly smaller, by 5e-5 of it. Rounding
-# of the minimizer changes A x by eps cond(A) |b - A x|, which is less up to a condition
-# of 1e13.
+# of the factors of A hides a change of eps cond(A) |b - A x|, as they have the
+# direction in which the columns differ to this accuracy. What may be hidden counts as a
+# change, so that no fit is called unique whose columns have a condition above 4e13.
 IMPROVEMENT = 0.01
-# Of the terms of A x - b: what rounding leaves of a fit that is exact.
-EXACT_FIT = 1e-9
+# Of the terms of A x - b: what rounding leaves of the residual of an exact fit.
+EXACT_FIT = 16 * EPS
 MAX_EXACT_TERMS = 200_000  # this many products of fractions take about a second
 
 
@@ -129,7 +130,8 @@ def _improvable(data: Data, minimizer: Minimizer) -> list[int]:
     change = np.linalg.norm(data.A[:, free] @ dx)
     terms = np.abs(data.A) @ np.abs(minimizer.x) + np.abs(data.b)
     rounding = EXACT_FIT * np.linalg.norm(terms)
-    if not change > IMPROVEMENT * np.linalg.norm(minimizer.r) + rounding:
+    visible = max(IMPROVEMENT - EPS * factors.condition, 0.0)
+    if not change > visible * np.linalg.norm(minimizer.r) + rounding:
         return []
     is_moved = np.abs(dx) > ZERO * np.abs(dx).max()
     moved: list[int] = free[is_moved].tolist()

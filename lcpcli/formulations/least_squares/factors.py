@@ -88,6 +88,15 @@ class Factors:
     def inverse_of_R(self) -> Matrix:
         return np.triu(lapack().dtrtri(self.R)[0])
 
+    @property
+    def condition(self) -> float:
+        """The condition of R in the Frobenius norm, 0 for no columns; the factors must
+        be regular."""
+        if not self.rank:
+            return 0.0
+        R = np.triu(self.R)
+        return float(np.linalg.norm(R) * np.linalg.norm(self.inverse_of_R))
+
     def step(self, f: Vector, g: Vector, e: Vector) -> Step:
         """Return the solution for these right-hand sides. The factors must be
         regular.
