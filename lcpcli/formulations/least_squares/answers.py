@@ -293,7 +293,7 @@ def verified(origin: LeastSquares, proposed: Proposed) -> Verification:
     free = (states_of(data, x) == BASIC).nonzero()[0]
     y = np.zeros(len(E))
     if len(E):
-        y = np.linalg.lstsq(E[:, free].T, -A[:, free].T @ r)[0]
+        y = np.linalg.lstsq(E[:, free].T, -A[:, free].T @ r, rcond=None)[0]
     if proposed.data is None:
         return proposed.of_z(np.concatenate((r, x, y)))
     exact = [Fraction(value) for value in proposed.values]

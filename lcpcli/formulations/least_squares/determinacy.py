@@ -164,8 +164,9 @@ def _direction(data: Data, minimizer: Minimizer, inside: Mask) -> Vector | None:
     for j in free.tolist():
         columns = both[:, [*independent, j]]
         if not Factors(columns, columns[:0]).is_regular:
-            before = columns[:, :-1]
-            direction[independent] = -np.linalg.lstsq(before, columns[:, -1])[0]
+            before, dependent = columns[:, :-1], columns[:, -1]
+            combination = np.linalg.lstsq(before, dependent, rcond=None)[0]
+            direction[independent] = -combination
             direction[j] = 1.0
             return _without_rounding(direction)
         independent.append(j)
