@@ -172,9 +172,10 @@ def nearest(user_word: str, valid_names: tuple[str, ...]) -> str | None:
     from difflib import get_close_matches
 
     folded_word = user_word.casefold()
-    begun = [
-        word for word in valid_names if folded_word and word.startswith(folded_word)
-    ]
+    # A single letter begins many names, and tells nothing unless it is one of them.
+    if len(folded_word) < 2:
+        return folded_word if folded_word and folded_word in valid_names else None
+    begun = [word for word in valid_names if word.startswith(folded_word)]
     begun += get_close_matches(folded_word, valid_names, n=1, cutoff=VERY_CLOSE)
     begun += [word for word in valid_names if _is_stem(word, folded_word)]
     if begun:

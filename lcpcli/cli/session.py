@@ -149,7 +149,7 @@ def _text(
         iterates=output.with_iterates,
         columns=request.columns,
         names=request.names,
-        paths=paths,
+        paths=paths[: len(results)],
     )
     if request.vary and results:
         from lcpcli.report import variations

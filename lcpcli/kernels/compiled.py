@@ -27,7 +27,7 @@ from lcpcli.verify.point import Criterion, Point
 Vectors = tuple[Vector, ...]
 # Numbers in the systems that are solved in one call, during which Ctrl-C has to wait.
 NUMBERS_AT_ONCE = 1 << 18
-# Its first n components are the covering vector for n unknowns.
+# The first n components of this vector are the covering vector for n unknowns.
 COVER = seeded_cover(0, 2 * MAX_COMPILED)
 # The bounds of LCPs.
 LOWEST, HIGHEST = np.zeros(MAX_COMPILED), np.full(MAX_COMPILED, np.inf)

@@ -109,7 +109,8 @@ _lock = threading.Lock()
 _asked: dict[object, int] = {}
 # The number of threads of each library before the first context was opened.
 _usual: list[int] = []
-# Its attribute is_limited tells whether this thread is inside a context of `limited`.
+# The attribute is_limited of this object tells whether the current thread is inside a
+# context of `limited`.
 _thread = threading.local()
 
 

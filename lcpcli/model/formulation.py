@@ -241,7 +241,11 @@ class Formulation:
         LABELS, HEADINGS or CELLS."""
         return [""] * n
 
-    def bounds(self, problem: Any, user_bounds: Mapping[str, Any]) -> Mapping[str, Any]:  # noqa: ARG002
+    def bounds(
+        self,
+        problem: Any,  # noqa: ARG002
+        user_bounds: Mapping[str, Any],
+    ) -> Mapping[str, Any]:
         """Return bounds of z for those that a user gives: lower and upper, or one of
         them, each a number or a list, in which None stands for no bound."""
         return user_bounds

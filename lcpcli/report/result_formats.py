@@ -134,7 +134,7 @@ def results_report(
     iterates: bool = False,
     columns: Sequence[str] = (),
     names: Sequence[str] = (),
-    paths: Sequence[Sequence[str]] = (),
+    paths: Sequence[Sequence[str]],
 ) -> Report:
     """Return the report on results.
 
@@ -164,7 +164,7 @@ def results_report(
                     names,
                     files,
                 )
-                for run, files in zip(runs, paths, strict=False)
+                for run, files in zip(runs, paths, strict=True)
             ],
         )
 

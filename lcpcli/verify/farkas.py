@@ -369,7 +369,8 @@ def max_exact_unknowns() -> int:
 # Entries of M in the rows of a proof, plus unknowns, up to which integer proofs are
 # searched for.
 MAX_ENTRIES = 2_000
-# The same up to which y is tested exactly: a tenth of a second.
+# Entries of M in the rows of a proof, plus unknowns, up to which y is tested exactly,
+# which takes about a tenth of a second.
 MAX_TERMS = 20_000
 SIMPLE_DENOMINATORS = (100, 10**6)  # the largest denominators of simple fractions
 # Values of the largest entry of y before it is rounded to small integers.

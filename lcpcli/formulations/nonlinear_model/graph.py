@@ -29,9 +29,9 @@ from lcpcli.errors import ProblemError
 from lcpcli.typing import Indices, Mask, Vector
 
 Functions: TypeAlias = Mapping[str, Callable[..., Any]]
-# Operators with partial derivatives that are 0 for an argument that is not selected.
-# Its own derivatives may then be infinite or undefined, and are not multiplied by this
-# 0.
+# Operators whose partial derivative is 0 for an argument that they do not select. The
+# derivatives of such an argument may be infinite or undefined, and this 0 is not
+# multiplied by them.
 BRANCHES = {"if", "min", "max", "abs"}
 EPS = float(np.finfo(float).eps)
 ERROR = 8 * EPS  # relative, of functions that are not rounded correctly
