@@ -93,7 +93,7 @@ LARGEST_DIFFERENCE = 2
 def visible(text: str) -> str:
     r"""Return a text for people as one line: characters that control a terminal, that
     break lines or change their direction, or that occur in no text, become escapes as
-    in Python, such as \\x1b or \\n. All others stay, including the backslash.
+    in Python, such as \x1b or \n. All others stay, including the backslash.
     """
     if text.isprintable():  # most texts are, and this is faster than the search
         return text

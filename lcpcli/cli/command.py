@@ -149,7 +149,7 @@ class Command(click.Command):
             if not param.is_flag or param.secondary_opts:
                 name = param.opts[-1]
                 reason = f"is given {times} times"
-                raise OptionError(name, reason, _hint_at_sweep(name))
+                raise OptionError(name, reason, _hint_at_sweep(self.name, name))
         # Of several options for one value only the last would count.
         named: dict[str | None, str] = {}
         for param in order:
@@ -300,9 +300,11 @@ class Command(click.Command):
         return {**tables, HELP: helps, **lists}
 
 
-def _hint_at_sweep(flag: str) -> str:
+def _hint_at_sweep(command_name: str | None, flag: str) -> str:
     """Return the hint for an option that is given twice: for one of a method, how to
     give several values."""
+    if command_name not in ("solve", "compare"):
+        return "give it once"
     from lcpcli.methods.registry import METHODS, START_OPTIONS, known_options
 
     name = flag.removeprefix("--")

@@ -177,12 +177,14 @@ def _stoppable(function: Callable[..., Any], *arguments: Any) -> Any:
 
 
 def _stop(number: int, frame: FrameType | None) -> None:
-    """End in a few seconds, in which what is known is reported."""
-    if not _stops:
-        _stops.append(True)
-        timer = threading.Timer(SECONDS_TO_EXIT, os._exit, (1,))
-        timer.daemon = True
-        timer.start()
+    """End in a few seconds, in which what is known is reported; asked again, go on with
+    that."""
+    if _stops:
+        return
+    _stops.append(True)
+    timer = threading.Timer(SECONDS_TO_EXIT, os._exit, (1,))
+    timer.daemon = True
+    timer.start()
     if _works:
         raise_interrupt(number, frame)
 
@@ -198,10 +200,12 @@ def _begin(speaks: Any) -> None:
 
     speaking = list[bool]()
     logging.getLogger("lcpcli").addFilter(is_first)
-    signal.signal(signal.SIGINT, signal.SIG_IGN)
     received.clear()
-    for number in filter(None, (STOP, signal.SIGTERM)):
-        signal.signal(number, _stop)
+    # The parent takes both signals, also of a whole group, and asks by STOP.
+    for number in (signal.SIGINT, signal.SIGTERM):
+        signal.signal(number, signal.SIG_IGN)
+    if STOP is not None:
+        signal.signal(STOP, _stop)
     if sys.platform != "win32":
         signal.pthread_sigmask(signal.SIG_UNBLOCK, REQUESTS)
     parent = parent_process()

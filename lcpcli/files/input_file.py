@@ -57,8 +57,12 @@ NOT_SECOND = (
 WHOLE, LINE = "give M and q, as JSON or CSV", ROW_OF_NUMBERS
 FIRST_LINE = "line 1, "  # of a place, left out where a file has many problems
 # What a text has if a number in it may be 0 in double precision without being 0: an
-# exponent of three digits, many zeros, or a long denominator.
-MAY_UNDERFLOW = re.compile(rb"[eE]-0*[1-9][0-9]{2}|[.,]0{200}|/[0-9]{200}")
+# exponent below -299, or any negative one after many zeros, 200 zeros, or a long
+# denominator.
+MAY_UNDERFLOW = re.compile(
+    rb"[eE]-0*(?:[3-9][0-9]{2}|[1-9][0-9]{3})|[.,]0{20,}[0-9]*[eE]-|[.,]0{200}"
+    rb"|/[0-9]{200}"
+)
 OF_PACKAGE = "correct the file, or that package"
 
 
@@ -220,14 +224,17 @@ class InputFile:
             "add q, or name the file of q after it",
         )
 
-    def refuse_underflow(self, field: str = "") -> None:
+    def refuse_underflow(self, field: str = "", in_columns: bool = False) -> None:
         """Raise ProblemError if a number in the text is 0 as a double without being 0.
-        field : that of a file with a single vector; "" for a problem."""
+        field : that of a file with a single vector; "" for a problem. in_columns :
+        whether the file has several vectors."""
         if self.kind.has_arrays or not MAY_UNDERFLOW.search(self.content):
             return
         from lcpcli.rational.numbers import double_unless_lost
 
-        if field:
+        if in_columns and self.kind.is_table:
+            self.within(self.data.table, double_unless_lost)
+        elif field:
             self.values(field, double_unless_lost)
         else:
             self.fields_as(double_unless_lost)

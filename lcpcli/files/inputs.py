@@ -278,7 +278,7 @@ class _Files:
         )
         refuse(has_M, q.source_name, reason, hint)
         file.refuse_underflow()
-        q.refuse_underflow("q")
+        q.refuse_underflow("q", in_columns=True)
         return QColumns((file.path, q.path), M, *columns, shared or {})
 
     def _refuse_swapped(self, file: InputFile) -> None:

@@ -117,10 +117,17 @@ def sizes(values: Vector) -> tuple[float, float]:
     return smallest, float(positive.max())
 
 
+# Entries of a mask that are counted as bytes: .65 of the time of numpy's function for
+# one entry, .8 for 32, and as long for 128.
+MAX_COUNTED = 64
+
+
 def number_of(mask: Mask) -> int:
-    """Return how many entries of a small mask are true, in half the time of numpy's
-    function."""
-    return mask.tobytes().count(1)
+    """Return how many entries of a mask are true; of a small one faster than numpy's
+    function does."""
+    if mask.size <= MAX_COUNTED:
+        return mask.tobytes().count(1)
+    return int(np.count_nonzero(mask))
 
 
 def row_sizes(values: Vector) -> tuple[Vector, Vector]:

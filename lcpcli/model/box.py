@@ -155,7 +155,10 @@ class Box:
         """Return whether a finite bound is so large that it may stand for an infinite
         one (see `far_sides`)."""
         sides = (self.upper,) if self.has_zero_lower else (self.lower, self.upper)
-        return any(largest(side[np.isfinite(side)]) >= MIN_FAR for side in sides)
+        return any(
+            number_of(np.abs(side) >= MIN_FAR) > number_of(np.isinf(side))
+            for side in sides
+        )
 
     def mapped(self, change: Callable[[Vector], Vector]) -> Box:
         """Return the box with changed bounds; the bounds of a linear complementarity

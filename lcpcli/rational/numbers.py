@@ -97,9 +97,11 @@ def double_unless_lost(text: str) -> float:
     """Return `double` of a text; raise ProblemError if it is 0 and the number is
     not."""
     value = double(text)
+    if value:
+        return value
     # Not by its value, as an exponent may be beyond what Decimal takes.
     digits = re.split("[eE/]", text)[0]
-    if not value and any(digit in digits for digit in "123456789"):
+    if any(digit in digits for digit in "123456789"):
         raise ProblemError(
             "", f"has {quoted(text)}, which is 0 in double precision", KEEP_DIGITS
         )

@@ -129,10 +129,15 @@ def _fractions(field: str, values: Any, n: int | None = None) -> list[Fraction]:
         isinstance(value, Fraction) for value in listed
     ):
         return []
-    as_vector(field, [0 if isinstance(x, Fraction) else x for x in listed], n)
+    is_exact = [isinstance(x, Rational) and not isinstance(x, bool) for x in listed]
+    pairs = list(zip(listed, is_exact, strict=True))
+    as_vector(field, [0 if exact else value for value, exact in pairs], n)
+    # Integers of numpy are Rational, too, but their arithmetic overflows.
     return [
-        Fraction(value) if isinstance(value, Rational) else Fraction(float(value))
-        for value in listed
+        Fraction(int(value.numerator), int(value.denominator))
+        if exact
+        else Fraction(float(value))
+        for value, exact in pairs
     ]
 
 

@@ -125,8 +125,6 @@ def run(
             session.interrupted = True
     if result is None:
         result = _in_loop(session, method, seen, chosen, additions)
-    if result.problem is problem and problem.origin is None and not compiled:
-        return result
     return _of(problem, result, compiled, is_auto or finish)
 
 

@@ -82,7 +82,9 @@ NOT_KEPT = ("_population", "_case")
 
 class Switch(NamedTuple):
     """target : what is replaced, as "module:name", or "module:Class.name". off : makes
-    of it what stands there without it. goes : what else goes with it."""
+    of it what stands there without it. goes : what else goes with it. used : the
+    functions whose calls tell that a problem uses it. readers : of a constant, the code
+    objects that read it, as (file, first line). is_constant : whether it is one."""
 
     name: str
     target: str
@@ -90,12 +92,15 @@ class Switch(NamedTuple):
     goes: tuple[str, ...] = ()
     used: tuple[Callable[..., Any], ...] = ()
     readers: frozenset[tuple[str, int]] = frozenset()
+    is_constant: bool = False
 
 
 def constants() -> Iterator[Switch]:
     """Two switches for each number that a module of the package names: half and double.
 
-    They are rounded to whole numbers where they are, and a double is at least one more.
+    Of an integer, half is rounded down, and 0 and others that would not change are left
+    out, as are numbers that are assigned several at once, or computed. A constant of
+    the same name and value in another module changes with it.
     """
     for path in sorted(Path(PACKAGE).rglob("*.py")):
         tree = ast.parse(path.read_text())
@@ -123,11 +128,14 @@ def constants() -> Iterator[Switch]:
             )
             for word, factor in (("half of", 0.5), ("double", 2.0)):
                 changed = type(value)(value * factor)
+                if changed == value:
+                    continue
                 yield Switch(
                     f"{word} {module}.{target.id} = {value!r}",
                     f"{module}:{target.id}",
                     constant(changed),
                     readers=readers,
+                    is_constant=True,
                 )
 
 
@@ -820,7 +828,7 @@ def is_verdict(entry: dict[str, Any]) -> bool:
 def used_by(switch: Switch, sampled: Sequence[Sampled]) -> list[Sampled]:
     """Return the problems whose run calls what the switch turns off, or what goes with
     it; all of them if it names no function."""
-    if switch.readers:
+    if switch.is_constant:
         return [each for each in sampled if each.calls & switch.readers]
     codes = set()
     named = [inspect.getattr_static(*place(each)) for each in switch.goes]
@@ -878,7 +886,7 @@ def row(switch: Switch, sampled: Sequence[Sampled], most: int) -> str:
                 slow.append((took / each.seconds, each))
     slow.sort(key=lambda pair: -pair[0])
     # A constant is looked at for what changes.
-    repeated = 0 if switch.readers else REPEATED
+    repeated = 0 if switch.is_constant else REPEATED
     timed = [(ratio(each, switch), each.key) for _, each in slow[:repeated]]
     worst, key = max(timed, default=(1.0, "-"))
     size = sum(map(tokens, switch.goes or (switch.target,)))

@@ -204,3 +204,15 @@ def test_a_subnormal_number_is_no_0(lcp: Lcp, in_folder: Path) -> None:
     (in_folder / "t.json").write_text('{"M": [[1e-320]], "q": [-1e-320]}')
     solved = record(lcp("solve", "t.json", "-f", "json"))
     assert (solved["status"], solved["z"]) == ("solved", [1.0])
+
+
+@pytest.mark.parametrize("table", ["-5,-1e-200\n-6,-3\n", "a1e-400,b\n-5,-6\n-3,-2\n"])
+def test_several_q_with_small_numbers_are_solved(
+    table: str, lcp: Lcp, in_folder: Path
+) -> None:
+    (in_folder / "M.csv").write_text("2,1\n1,2\n")
+    (in_folder / "Q.csv").write_text(table)
+    told = lcp("solve", "M.csv", "Q.csv", "-f", "json")
+    assert (told.code, told.out.count('"status": "solved"')) == (0, 2)
+    (in_folder / "Q.csv").write_text("-5,-1e-400\n-6,-3\n")
+    assert "is 0 in double precision" in lcp("solve", "M.csv", "Q.csv").err

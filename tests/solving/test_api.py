@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Callable
+from fractions import Fraction
 from functools import partial
 from pathlib import Path
 from typing import Any
@@ -261,3 +262,12 @@ def test_files_hold_it_but_for_csv(tmp_path: Path, M: Any) -> None:
     ):
         lcpcli.write(Problem(M, []), tmp_path / "p.csv")
     assert not (tmp_path / "p.csv").exists()
+
+
+def test_integers_of_numpy_are_checked_without_overflow() -> None:
+    """4 times 2^62 is 0 in arithmetic modulo 2^64."""
+    problem = Problem([[1, 0], [0, 4]], [-0.5, 0])
+    z = [Fraction(1, 2), np.int64(2**62)]
+    assert not lcpcli.check(problem, z=z).accepted
+    y = [Fraction(4, 3), 10**400]
+    assert not lcpcli.check(problem, z=y).accepted

@@ -438,3 +438,16 @@ def test_derivatives_with_respect_to_bounds_have_the_sense_of_the_program(
         assert getattr(answer, name) == pytest.approx([2 * sign, 0])
     for name in ("y", "y_down", "y_up"):
         assert getattr(answer, name) == pytest.approx([sign])
+
+
+@pytest.mark.parametrize("power", [-40, 0, 30, 50])
+def test_a_variable_inside_its_bounds_has_no_multiplier_in_any_unit(power: int) -> None:
+    """Its w is rounding of terms that are as large as the objective."""
+    random = np.random.default_rng(0)
+    for _ in range(20):
+        A = random.standard_normal((4, 4))
+        Q, x = A @ A.T + np.eye(4), random.uniform(0.5, 2.0, 4)
+        problem = lcpcli.from_qp(Q * 2.0**power, -(Q @ x) * 2.0**power, upper=2.5)
+        answer = lcpcli.run(problem).answer
+        assert answer.x == pytest.approx(x)
+        assert not answer.bound_multipliers.any()

@@ -32,10 +32,9 @@ ZERO = 1e-13
 # Rows whose smallest singular value is above this, relative to the largest, are
 # linearly independent: singular values have rounding errors of size EPS.
 FULL_RANK = 1e-8
-# Of |b - A x|: a change of A x that makes it clearly smaller, by 5e-5 of it. Rounding
-# of the factors of A hides a change of eps cond(A) |b - A x|, as they have the
-# direction in which the columns differ to this accuracy. What may be hidden counts as a
-# change, so that no fit is called unique whose columns have a condition above 4e13.
+# Of |b - A x|: a change of A x that makes it clearly smaller, by 5e-5 of it; and what
+# rounding of the factors of A may hide of it, eps cond(A), so that no fit is called
+# unique whose columns have a condition above 4e13.
 IMPROVEMENT = 0.01
 # Of the terms of A x - b: what rounding leaves of the residual of an exact fit.
 EXACT_FIT = 16 * EPS
@@ -125,16 +124,24 @@ def _improvable(data: Data, minimizer: Minimizer) -> list[int]:
     factors = minimizer.factors(data)
     if not (free.size and factors.is_regular):
         return []
+    # Rounding of the factors, which have the direction in which the columns differ only
+    # to eps times their condition, would hide such a step.
+    if EPS * factors.condition >= IMPROVEMENT:
+        columns = np.vstack((data.A[:, free], data.E[:, free]))
+        return _moved_by(free, np.linalg.svd(columns)[2][-1])
     remaining = data.d - data.E @ minimizer.x
     dx = factors.step(minimizer.r, np.zeros(free.size), remaining).dx
     change = np.linalg.norm(data.A[:, free] @ dx)
     terms = np.abs(data.A) @ np.abs(minimizer.x) + np.abs(data.b)
     rounding = EXACT_FIT * np.linalg.norm(terms)
-    visible = max(IMPROVEMENT - EPS * factors.condition, 0.0)
-    if not change > visible * np.linalg.norm(minimizer.r) + rounding:
+    if not change > IMPROVEMENT * np.linalg.norm(minimizer.r) + rounding:
         return []
-    is_moved = np.abs(dx) > ZERO * np.abs(dx).max()
-    moved: list[int] = free[is_moved].tolist()
+    return _moved_by(free, dx)
+
+
+def _moved_by(free: Indices, dx: Vector) -> list[int]:
+    """Return the coefficients among the free ones that a step changes."""
+    moved: list[int] = free[np.abs(dx) > ZERO * np.abs(dx).max()].tolist()
     return moved
 
 

@@ -315,7 +315,7 @@ def answer(program: Program, result: Result) -> Minimum:
     sign, data = program.sign, data_of(result.problem, program)
     x, y = program.parts(result.z)
     exact, s = None, result.z[x.size + y.size :].tolist()
-    measures = _measured(data, x, program.parts(result.w)[0])
+    measures = _measured(data, x, y, program.parts(result.w)[0])
     if result.exact is not None and result.exact.z is not None:
         exact_x, exact_y = program.parts(result.exact.z)
         exact = {"x": list(exact_x), "y": [int(sign) * value for value in exact_y]}
@@ -345,11 +345,16 @@ def answer(program: Program, result: Result) -> Minimum:
 Measures: TypeAlias = tuple[Vector, Vector, Vector, float]
 
 
-def _measured(data: Blocks, x: Vector, w: Vector) -> Measures:
+def _measured(data: Blocks, x: Vector, y: Vector, w: Vector) -> Measures:
     """Return the measures of x, with slacks within the rounding of their rows as 0. w :
     Qx + c - A'y."""
-    # Else w is rounding of 0.
-    active = np.where(w > 0, x - data.lower <= w, data.upper - x <= -w)
+    sizes = absolute_product(data.Q, np.abs(x)) + np.abs(data.c)
+    sizes += np.abs(data.A).T @ np.abs(y)
+    # A bound is active if x, relative to its largest entry, is closer to it than w,
+    # relative to its terms, is to 0; otherwise w is rounding of 0.
+    shares = np.abs(w) / np.where(sizes > 0, sizes, 1.0)
+    distances = np.where(w > 0, x - data.lower, data.upper - x)
+    active = distances <= shares * (np.abs(x).max(initial=0.0) or 1.0)
     activities = product(data.A, x)
     slacks = np.minimum(activities - data.row_lower, data.row_upper - activities)
     terms = absolute_product(data.A, np.abs(x)) + np.abs(activities)
