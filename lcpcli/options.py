@@ -68,13 +68,10 @@ class Option(NamedTuple):
     def metavar(self) -> str:
         """Return N or NUMBER for an option that takes numbers, and its words, as in
         NUMBER|AUTO."""
-        number = "N" if self.kind is int else "NUMBER"
-        return "|".join(
-            [
-                *[number] * (not isinstance(self.default, str)),
-                *map(str.upper, self.words),
-            ]
-        )
+        names = [word.upper() for word in self.words]
+        if not isinstance(self.default, str):
+            names.insert(0, "N" if self.kind is int else "NUMBER")
+        return "|".join(names)
 
     @property
     def hint(self) -> str:

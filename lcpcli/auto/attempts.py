@@ -557,7 +557,9 @@ FIRST = (
         ),
         lambda s: (
             s.is_large_and_sparse
-            and not (s.program or (s.is_narrow and s.is_stiff) or s.is_first_interior)
+            and not s.program
+            and not (s.is_narrow and s.is_stiff)
+            and not s.is_first_interior
         ),
         stage_factory(
             "active_set.sparse_route", lambda s: (s.problem, s.x0, lambda: s.is_stiff)
@@ -692,14 +694,12 @@ LATER = (
     AttemptRule(
         *("newton", "from w = 0", "no known property of M excludes it"),
         lambda s: (
-            not (
-                s.program
-                or s.is_stiff
-                or s.game
-                or _is_first_basic(s)
-                or (s.is_no_p_matrix and s.is_semidefinite)
-                or s.is_frictional
-            )
+            not s.program
+            and not s.is_stiff
+            and not s.game
+            and not _is_first_basic(s)
+            and not (s.is_no_p_matrix and s.is_semidefinite)
+            and not s.is_frictional
         ),
         all_basic,
         # Newton, whose basis then only grows, follows.

@@ -243,9 +243,10 @@ def reduced(
     found = eliminated(own, rows, columns)
     corner = np.zeros(q.size)
     for i in range(q.size):
-        corner[i] = (
-            lower[i] if lower[i] > -np.inf else upper[i] if upper[i] < np.inf else 0.0
-        )
+        if lower[i] > -np.inf:
+            corner[i] = lower[i]
+        elif upper[i] < np.inf:
+            corner[i] = upper[i]
     k, _ = constants(own, found, q + M @ corner if corner.any() else q)
     return found.K, k, widths(own, found, upper - lower)
 

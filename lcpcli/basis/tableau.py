@@ -191,7 +191,9 @@ def move(
         tableau.basic[row], tableau.nonbasic[entering] = variable, leaving
         is_negative = variable < n and at_upper[variable % n]
         tableau.lower[row] = -np.inf if is_negative else 0.0
-        tableau.upper[row] = 0.0 if is_negative else d[variable - n] if is_y else np.inf
+        tableau.upper[row] = 0.0 if is_negative else np.inf
+        if is_y:
+            tableau.upper[row] = d[variable - n]
         if leaving == 2 * n:
             return NO_ROW, 0.0
         pair = leaving % n

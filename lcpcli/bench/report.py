@@ -374,9 +374,10 @@ def _failures(record: BenchRecord) -> Section:
     header, rows = ["problem", "solver", "residual", "how it ended"], []
     for row in record.measurements:
         if not row.success and not row.excluded:
-            ending = " ".join(
-                [f"{_failure(row)}:"] * row.claimed + row.statement.split()
-            )
+            words = row.statement.split()
+            if row.claimed:
+                words.insert(0, f"{_failure(row)}:")
+            ending = " ".join(words)
             rows.append(
                 [row.problem, row.solver, wording.short(row.scaled_residual), ending]
             )

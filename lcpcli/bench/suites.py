@@ -398,12 +398,9 @@ def cases_of(
     while remaining_names:
         files: Sequence[str] = remaining_names[:1]
         if remaining_names[0] in (*SUITES, ALL):
-            cases += [
-                each
-                for name, suite in SUITES.items()
-                if remaining_names[0] in (name, ALL)
-                for each in suite.cases
-            ]
+            for name, suite in SUITES.items():
+                if remaining_names[0] in (name, ALL):
+                    cases += suite.cases
         else:
             try:
                 files = _files(remaining_names, tell, infinity)

@@ -422,7 +422,10 @@ def _excludes(problem: Problem | NonlinearProblem, solver: str, is_peer: bool) -
         solver == AUTO
         or is_linear != (methods.parse(solver).method in methods.NONLINEAR)
     )
-    return "" if takes else f"solves {'non' * is_linear}linear problems only"
+    if takes:
+        return ""
+    other_kind = "nonlinear" if is_linear else "linear"
+    return f"solves {other_kind} problems only"
 
 
 def _measure(

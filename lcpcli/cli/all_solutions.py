@@ -4,7 +4,6 @@ one by a linear objective."""
 from __future__ import annotations
 
 from dataclasses import replace
-from fractions import Fraction
 from functools import partial
 from typing import TYPE_CHECKING, Any
 
@@ -75,7 +74,8 @@ def _search(request: Request, problem: InputProblem, where: str) -> sets.Solutio
         time_left = request.limits.time_limit - (clock.seconds() - began)
     except TimeIsUp:  # zeros, which are not searched, take the place of the numbers
         n, time_left = problem.problem.n, 0.0
-        data = exact_problem.ExactProblem(problem.problem, [{}] * n, [Fraction(0)] * n)
+        rows: list[dict[int, int]] = [{} for _ in range(n)]
+        data = exact_problem.ExactProblem(problem.problem, rows, numbers.zeros(n))
     shown = shows_progress(request.quiet)
     with stopping() as signals, Line("searching", is_shown=shown) as line:
         search = within(

@@ -173,8 +173,9 @@ def _run(request: Bench, destination: output.Destination) -> int:
     from lcpcli.bench import report
 
     record, saved = _record_and_files(request, destination)
-    files = [file for case in record.cases for file in (case.file, case.q_file) if file]
-    Inputs(files).refuse({"--output": destination.path, "--plot": request.plot})
+    files = [file for case in record.cases for file in (case.file, case.q_file)]
+    outputs = {"--output": destination.path, "--plot": request.plot}
+    Inputs([file for file in files if file]).refuse(outputs)
     if not record.cases:
         for file, _, reason in (each.partition(": ") for each in record.unread):
             refused(ProblemError(File(file), reason))

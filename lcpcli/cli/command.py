@@ -9,7 +9,7 @@ from collections.abc import Callable, Mapping, Sequence
 from functools import partial
 from importlib import import_module
 from itertools import pairwise
-from textwrap import wrap
+from textwrap import indent, wrap
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import click
@@ -219,6 +219,7 @@ class Command(click.Command):
     ) -> None:
         with formatter.section("Examples"):
             available_width = formatter.width - formatter.current_indent
+            indentation = " " * formatter.current_indent
             # A line that is too wide continues after a backslash.
             for line in self.examples:
                 parts = [line]
@@ -229,12 +230,7 @@ class Command(click.Command):
                         subsequent_indent="  ",
                         break_on_hyphens=False,
                     )
-                formatter.write(
-                    " \\\n".join(
-                        " " * formatter.current_indent + part for part in parts
-                    )
-                    + "\n"
-                )
+                formatter.write(indent(" \\\n".join(parts), indentation) + "\n")
         tabulate(formatter, self.tables(ctx))
 
     def format_epilog(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:

@@ -147,13 +147,13 @@ def option(heading: str, *rows: str | Option, **attributes: Any) -> Declaration:
         *flags, last = names.split()
         if last.isupper():
             how["metavar"] = last
-        # is_flag=False would let an option stand without its value.
-        elif "type" not in how:
-            how["is_flag"] = True
+        else:
+            flags.append(last)
+            # is_flag=False would let an option stand without its value.
+            if "type" not in how:
+                how["is_flag"] = True
         how |= {"shell_complete": FILES} if "FILE" in last else {}
-        made.append(
-            click.Option([*flags, *[last] * (not last.isupper())], help=meaning, **how)
-        )
+        made.append(click.Option(flags, help=meaning, **how))
         made[-1].heading, FLAGS[made[-1].name] = heading, made[-1].opts[-1]
 
     def declare(function: Any) -> Any:
@@ -426,7 +426,8 @@ problem_output = reporting(  # of a command that writes a problem
 
 def _methods(option: Option) -> str:
     names = [name for name, method in METHODS.items() if option in method.options]
-    return f"Method{'s' * (len(names) > 1)} {listed(names)}"
+    noun = "Method" if len(names) == 1 else "Methods"
+    return f"{noun} {listed(names)}"
 
 
 def of_variants(name: str, option: Option | str) -> tuple[str, str]:

@@ -318,12 +318,12 @@ def glossary() -> list[Entry]:
 def _rows_on(name: str) -> list[tuple[str, str]]:
     """Return what the tables of the pages say about a name, each with its page."""
     name = folded(name).replace(" ", "_")
-    return [
-        (page, meaning.replace("`", "").replace("\\|", "|"))
-        for page in TOPICS
-        for names, meaning in NAMES.findall(PAGES[page])
-        if name in (each.replace(" ", "_") for each in re.findall("`(.+?)`", names))
-    ]
+    rows = []
+    for page in TOPICS:
+        for names, meaning in NAMES.findall(PAGES[page]):
+            if name in re.findall("`(.+?)`", names.replace(" ", "_")):
+                rows.append((page, meaning.replace("`", "").replace("\\|", "|")))
+    return rows
 
 
 def _is_about(entry: Entry, phrase: str) -> bool:

@@ -369,8 +369,7 @@ def losses(problem: Problem, output: str) -> list[str]:
     ]
     if lost_parts[-1:] == ["origin"]:
         is_headed = kind.is_table and csv_format.can_head(problem.names)
-        lost_parts[-1:] = [
-            *problem.formulation.left_out,
-            *["names"] * (any(problem.names) and not is_headed),
-        ]
+        lost_parts[-1:] = problem.formulation.left_out
+        if any(problem.names) and not is_headed:
+            lost_parts.append("names")
     return [*lost_parts, *(["solution"] if problem.solutions else [])]

@@ -619,7 +619,8 @@ class Request(ManyProblems, Reporting):
         methods that have it."""
         reason = f"has no effect with {' and '.join(map(str, self.variants))}"
         if name in START_OPTIONS:
-            reason += f", which use{'s' * (len(self.variants) == 1)} no starting point"
+            verb = "uses" if len(self.variants) == 1 else "use"
+            reason += f", which {verb} no starting point"
             raise OptionError(flag(name), reason, LEAVE_OUT)
         owners = [method for method in METHODS if name in known_options(method)]
         is_chosen = len(self.variants) == 1 and self.variants[0].method != "auto"

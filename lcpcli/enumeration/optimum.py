@@ -34,7 +34,7 @@ from lcpcli.model.words import coefficients, reversed_names
 from lcpcli.options import Limits
 from lcpcli.rational.elimination import Effort
 from lcpcli.rational.exact_problem import ExactProblem
-from lcpcli.rational.numbers import text
+from lcpcli.rational.numbers import text, zeros
 from lcpcli.rational.tree import OBJECTIVE, Node, Unknowns, explored
 from lcpcli.solving import driver
 from lcpcli.verify.exact_solution import from_point
@@ -274,7 +274,7 @@ def _costs(data: ExactProblem, objective: Any) -> list[Fraction]:
     problem = data.problem
     if not isinstance(objective, Mapping):
         return _fractions(objective, problem.n)
-    costs, turned = [Fraction(0)] * problem.n, reversed_names(problem)
+    costs, turned = zeros(problem.n), reversed_names(problem)
     for name, value in objective.items():
         i = _index(data, name)
         costs[i] += -value if i in turned and name == problem.names[i] else value

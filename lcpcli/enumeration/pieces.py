@@ -30,7 +30,7 @@ from lcpcli.model.box import BASIC, LOWER, UPPER, WORDS
 from lcpcli.rational import elimination
 from lcpcli.rational.dictionary import Direction, RationalPoint, generators
 from lcpcli.rational.exact_problem import ExactProblem, fractions_of
-from lcpcli.rational.numbers import brief, over_one_denominator
+from lcpcli.rational.numbers import brief, over_one_denominator, zeros
 from lcpcli.rational.tree import Node, Unknowns
 from lcpcli.typing import Vector
 from lcpcli.verify.error_theorems import row_scalings, scaling
@@ -143,14 +143,14 @@ def states_of(
             [None if bound is None else Fraction(0) for bound in bounds]
             for bounds in (lower, upper)
         )
-    states = []
+    states = list[tuple[str, ...]]()
     for k, (row, value, low, high) in enumerate(
         zip(data.rows, z, lower, upper, strict=True)
     ):
         # w_k up to a positive factor.
         w = sum(row.get(j, 0) * factor for j, factor in used) + constants[k] * d
         if low is not None and data.lower[k] == data.upper[k]:
-            states.append((FIXED,) * (value == low))
+            states.append((FIXED,) if value == low else ())
             continue
         is_within = (low is None or value >= low) and (high is None or value <= high)
         conditions = (
@@ -171,7 +171,7 @@ def combined(
     """Return the product of pieces of independent blocks, with these indices among n;
     `check` may raise.
     """
-    zero: list[Any] = [Fraction(0)] * n
+    zero: list[Any] = zeros(n)
 
     def put(parts: Iterable[tuple[Sequence[int], Sequence[Any]]]) -> tuple[Any, ...]:
         check()
@@ -372,7 +372,7 @@ def _strategies(data: ExactProblem) -> int:
         return 0
     if any(high is not None for high in data.upper) or None in data.lower:
         return 0
-    others = [range(m, n)] * m + [range(m)] * (n - m)
+    others = [range(m, n) if i < m else range(m) for i in range(n)]
     is_game = all(
         len(row) == len(other) and min(row) == other[0] and max(row) == other[-1]
         for row, other in zip(data.rows, others, strict=True)

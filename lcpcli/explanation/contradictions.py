@@ -28,6 +28,7 @@ from lcpcli.explanation.programs import matrix_of
 from lcpcli.linalg.matrices import stack
 from lcpcli.linalg.programs import minimized
 from lcpcli.rational import elimination
+from lcpcli.rational.numbers import zeros
 from lcpcli.typing import Matrix, Vector
 
 ROUNDS = 5  # the number of linear programs with changing weights
@@ -173,7 +174,7 @@ def point_without(
         right_side.append(int(-scale * constant * d))
     solution = elimination.solve(A, right_side)[0] if A else []
     assert solution is not None
-    z = [Fraction(0)] * system.n
+    z = zeros(system.n)
     for j, value in zip(columns, solution, strict=True):
         z[j] = value
     return system.filled(z)

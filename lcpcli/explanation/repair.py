@@ -41,7 +41,7 @@ from lcpcli.model.formulation import Formulation
 from lcpcli.model.problem import Problem
 from lcpcli.options import Limits
 from lcpcli.rational.exact_problem import Bounds, ExactProblem, Rows
-from lcpcli.rational.numbers import rounded
+from lcpcli.rational.numbers import rounded, zeros
 from lcpcli.solving import driver
 from lcpcli.solving.proof import exact_answer
 from lcpcli.verify.exact_solution import from_point
@@ -167,7 +167,7 @@ class Repairs:
         data, columns = _extended(self.system.data, list(self.weights))
         if data.n > MAX_BLOCK_UNKNOWNS:
             return
-        costs = [Fraction(0)] * data.n
+        costs = zeros(data.n)
         for number, weight in self.weights.items():
             costs[columns[number]] = costs[columns[number] + 1] = weight
         limit = remaining()
@@ -197,7 +197,7 @@ def _program(
     rows = list[dict[int, Fraction]]()
     right_side = list[Fraction]()
     equal = list[bool]()
-    costs, changes = [zero] * n, dict[int, tuple[Key, int]]()
+    costs, changes = zeros(n), dict[int, tuple[Key, int]]()
     lower: Bounds = [None] * n
     upper: Bounds = [None] * n
     for each in of:

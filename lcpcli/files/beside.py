@@ -20,7 +20,7 @@ from contextlib import suppress
 from dataclasses import replace
 from fractions import Fraction
 from functools import partial
-from itertools import chain
+from itertools import chain, repeat
 from typing import Any, Literal, NamedTuple, cast
 
 import numpy as np
@@ -136,7 +136,8 @@ def with_exact_bounds(
             values = _values(
                 name, option_values[name], files, Fraction, lambda: problem.names
             )
-            values = values if isinstance(values, list) else data.n * [values]
+            if not isinstance(values, list):
+                values = repeat(values, data.n)
             bounds = [
                 None if value in (None, math.inf, -math.inf) else number_of(value)
                 for value in values
@@ -602,13 +603,12 @@ def of_table(grid: Table) -> list[Candidate]:
         "give each column one name",
     )
     if width == 1 or (len(lines) == 1 and "z" not in header):
-        cells = [
-            (f"line {k}, column {j}", cell)
-            for k, row in lines
-            for j, cell in enumerate(row, 1)
-            if cell
-        ]
-        return [Candidate("solution", [within(at, ratio, cell) for at, cell in cells])]
+        values = list[Fraction]()
+        for k, cells in lines:
+            for j, cell in enumerate(cells, 1):
+                if cell:
+                    values.append(within(f"line {k}, column {j}", ratio, cell))
+        return [Candidate("solution", values)]
     header = header or _columns([row for _, row in lines])
     rows = [(k, dict(zip(header, row, strict=True))) for k, row in lines]
     for columns, keys, made in (

@@ -138,9 +138,9 @@ def _inside(folder: str, tell: Callable[[str], object]) -> list[str]:
         (others if files else [], results), kinds, strict=True
     ):
         if left_out:
-            names = ", ".join(file.name for file in left_out[:3]) + ", ..." * (
-                len(left_out) > 3
-            )
+            names = ", ".join(file.name for file in left_out[:3])
+            if len(left_out) > 3:
+                names += ", ..."
             tell(f"{folder}: {count(len(left_out), noun)} left out ({kind}): {names}")
     return [str(file) for file in files if file not in results]
 

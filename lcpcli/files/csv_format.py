@@ -140,11 +140,12 @@ def fields(content: Tables, number: Number = float) -> dict[str, Any]:
         header = header[1:]
     columns = len(rows[0])
     if not column_of:
-        hint = (
-            SHAPE
-            + ", or name q, lower and upper in a header, if the last columns are these"
-            * (1 < columns - n < 4)
-        )
+        hint = SHAPE
+        if 1 < columns - n < 4:
+            hint += (
+                ", or name q, lower and upper in a header, if the last columns are "
+                "these"
+            )
         if columns == n + 2:
             hint += (
                 "; is the first column an index? leave the first cell of a header empty"
@@ -332,7 +333,10 @@ def grid_of(content: bytes, all_bounds: bool = False) -> Table:
     )
     widths = [(number, len(row)) for number, row in rows]
     # The number of cells of the header is compared last.
-    for line, columns in [*widths[:1], *[(top, len(first))] * indexed]:
+    references = widths[:1]
+    if indexed:
+        references.append((top, len(first)))
+    for line, columns in references:
         number, n_columns = next(
             (width for width in widths if width[1] != columns), (0, columns)
         )

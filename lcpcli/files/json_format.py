@@ -267,7 +267,7 @@ def _tables(data: dict[str, Any], keys: Sequence[str]) -> dict[str, list[Any]]:
         if isinstance(table, dict):
             m, k = map(int, table["shape"])
             refuse_mostly_absent(key, (m, k), m * k, len(table["values"]))
-            tables[key] = [[0.0] * k for _ in range(m)]
+            tables[key] = np.zeros((m, k)).tolist()
             for i, j, value in zip(
                 table["rows"], table["cols"], table["values"], strict=True
             ):
@@ -489,10 +489,6 @@ def number_text(
     """Return a number as a text. exactly : writes one for which the double stands."""
     if x in exact:
         return exactly(exact[x])
-    return (
-        "null"
-        if math.isinf(x)
-        else f"{x:.0f}"
-        if x == int(x) and abs(x) < 1e15
-        else repr(x)
-    )
+    if math.isinf(x):
+        return "null"
+    return f"{x:.0f}" if x == int(x) and abs(x) < 1e15 else repr(x)

@@ -55,9 +55,9 @@ def fields(
     }
     if "M" not in variables and kind_of(program_fields):
         return of_arrays(program_fields)
-    shown = (
-        ", ".join([*variables][:6]) + ", ..." * (len(variables) > 6) or "no variables"
-    )
+    shown = ", ".join([*variables][:6]) or "no variables"
+    if len(variables) > 6:
+        shown += ", ..."
     refuse(
         "M" not in variables,
         "M",
@@ -179,9 +179,11 @@ def _elements(content: bytes, order: str) -> Iterator[Element]:
         small, kind = kind >> 16, kind & 0xFFFF
         begin, size = (at + 4, small) if small else (at + 8, size)
         _require(begin + size <= len(content) and small <= 4 and 1 <= kind < 19)
-        end = (
-            at + 8 if small else begin + size + (0 if kind == COMPRESSED else -size % 8)
-        )
+        end = begin + size
+        if small:
+            end = at + 8
+        elif kind != COMPRESSED:
+            end += -size % 8
         yield Element(kind, content[begin : begin + size], content[at:end])
         at = end
     _require(not content[at:].strip(b"\0"))

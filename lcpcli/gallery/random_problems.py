@@ -173,7 +173,8 @@ def near_degenerate(n: int, seed: int, *, epsilon: float = 1e-8) -> Problem:
     size = np.where(np.arange(n) % 2 == 0, 1.0, power)[random.permutation(n)]
     z, w = complementary(size, random.integers(0, 2, n) == 1)
     note = f"Strictly complementary by only {power:.3g} (2^{round(math.log2(power))})."
-    return Problem(M, w - M @ z, solutions=[z] * (n * n < 2**51 * power), note=note)
+    solutions = [z] if n * n < 2**51 * power else []
+    return Problem(M, w - M @ z, solutions=solutions, note=note)
 
 
 def infeasible(n: int, seed: int) -> Problem:
@@ -374,7 +375,8 @@ def hilbert(n: int, _seed: int, *, degenerate: bool = False) -> Problem:
     factor = math.lcm(*range(1, 2 * n)) if n <= LARGEST_EXACT else 1
     M, z = factor / denominators, np.where(np.arange(n) % 2, not degenerate, 1.0)
     note = f"The Hilbert matrix times {factor}; its condition grows like exp(3.5 n)."
-    return Problem(M, -M @ z, solutions=[z] * (n <= LARGEST_EXACT), note=note)
+    solutions = [z] if n <= LARGEST_EXACT else []
+    return Problem(M, -M @ z, solutions=solutions, note=note)
 
 
 # M and z are multiples of the inverses of these, so that products have at most 53 bits.

@@ -150,7 +150,8 @@ class Cache:
             record["files"] |= self._checksums()
             if module is not None:
                 loaded_modules = record["modules"].setdefault(self._made_with, [])
-                loaded_modules += [module] * (module not in loaded_modules)
+                if module not in loaded_modules:
+                    loaded_modules.append(module)
             self._write(record)
 
     def forget(self) -> None:

@@ -398,7 +398,9 @@ def _factorize_thin(A: Any, rows: Any) -> bool:
 @compiled
 def _state(t: float, lower: float, upper: float) -> int:
     """Return the state of z - w = t, as `Box.basis_of` does for t / 2."""
-    return LOWER if t <= lower else UPPER if t >= upper else BASIC
+    if t <= lower:
+        return LOWER
+    return UPPER if t >= upper else BASIC
 
 
 @inlined
@@ -410,11 +412,11 @@ def _system(entries: Any, lower: Any, upper: Any, states: Any, order: Any) -> An
     starts, columns, values = entries
     n, k, position, z = states.size, 0, np.full(states.size, -1), np.empty(states.size)
     for i in order:
-        z[i] = (
-            0.0 if states[i] == BASIC else lower[i] if states[i] == LOWER else upper[i]
-        )
         if states[i] == BASIC:
+            z[i] = 0.0
             position[i], k = k, k + 1
+        else:
+            z[i] = lower[i] if states[i] == LOWER else upper[i]
     A, rows, used = np.zeros((k, k)), np.empty(k, np.int64), 0
     for i in range(n):
         if position[i] >= 0:
@@ -464,13 +466,9 @@ def _is_wrong(
     rounding errors.
     """
     starts, columns, values = entries
-    violation = (
-        max(lower - z[i], z[i] - upper)
-        if state == BASIC
-        else -w
-        if state == LOWER
-        else w
-    )
+    violation = -w if state == LOWER else w
+    if state == BASIC:
+        violation = max(lower - z[i], z[i] - upper)
     if not violation > 0.0 or lower == upper:
         return violation != violation
     terms, largest = abs(q[i]), 0.0

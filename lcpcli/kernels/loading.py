@@ -10,6 +10,7 @@ import os
 import time
 from collections.abc import Callable, Sequence
 from importlib import import_module
+from itertools import chain
 
 from numba import config
 from numba.core import event
@@ -159,12 +160,10 @@ def compile_all(tell: Callable[[str], None]) -> tuple[int, int, str]:
     kernel_modules = map(
         import_module, ("lcpcli.kernels.compiled", "lcpcli.kernels.mixed_kernels")
     )
-    kernels = {
-        id(each): each
-        for way in kernel_modules
-        for each in vars(way).values()
-        if isinstance(each, Dispatcher)
-    }.values()
+    values = chain.from_iterable(vars(module).values() for module in kernel_modules)
+    # A kernel may stand in both modules.
+    dispatchers = [each for each in values if isinstance(each, Dispatcher)]
+    kernels = {id(kernel): kernel for kernel in dispatchers}.values()
     n_compiled = sum(bool(kernel.stats.cache_misses) for kernel in kernels)
     folder = (
         os.path.commonpath([str(kernel.stats.cache_path) for kernel in kernels])

@@ -79,9 +79,11 @@ def _reference(
     near, corner = np.empty(n), np.empty(n)
     for i in range(n):
         near[i] = min(max(0.0, lower[i]), upper[i])
-        corner[i] = (
-            lower[i] if lower[i] > -np.inf else upper[i] if upper[i] < np.inf else 0.0
-        )
+        corner[i] = 0.0
+        if lower[i] > -np.inf:
+            corner[i] = lower[i]
+        elif upper[i] < np.inf:
+            corner[i] = upper[i]
     w, terms, is_sure = q.copy(), np.abs(q), True
     if near.any():
         w, terms, is_sure = _rows(begin, columns, values, q, near)
@@ -130,13 +132,11 @@ def _sizes(
             sizes[part] = max(sizes[part], np.log2(abs(z[i] - reference[i])) - gamma[i])
     for part in range(count):
         if sizes[part] == -np.inf:
-            sizes[part] = (
-                np.nan
-                if rough[part]
-                else of_reference[part]
-                if of_reference[part] > -np.inf
-                else np.inf
-            )
+            sizes[part] = np.inf
+            if rough[part]:
+                sizes[part] = np.nan
+            elif of_reference[part] > -np.inf:
+                sizes[part] = of_reference[part]
     return sizes
 
 
@@ -292,8 +292,10 @@ def _acceptance_test(
     answer, is_known = UNDECIDED, is_sure and not is_rough.any()
     if is_sure and is_reference:
         answer = SOLVES if is_solution and is_small else answer
-    elif is_sure and (is_closed or not is_small):
-        answer = SOLVES if is_small else FAILS if fails and is_known else UNDECIDED
+    elif is_sure and not is_small:
+        answer = FAILS if fails and is_known else UNDECIDED
+    elif is_sure and is_closed:
+        answer = SOLVES
     elif is_sure:
         units = units_of(begin, columns, values)
         rho, parts, count = units[0], units[2], units[3]
@@ -380,12 +382,11 @@ def on_bounds(lower: Any, upper: Any, z: Any) -> Any:
     """
     max_distance, moved = SMALL_DISTANCE * np.abs(z).max(), np.empty(z.size)
     for i in range(z.size):
-        inside = 0.0 if abs(z[i]) <= max_distance else z[i]
-        moved[i] = (
-            lower[i]
-            if z[i] - lower[i] <= max_distance
-            else upper[i]
-            if upper[i] - z[i] <= max_distance
-            else inside
-        )
+        moved[i] = z[i]
+        if z[i] - lower[i] <= max_distance:
+            moved[i] = lower[i]
+        elif upper[i] - z[i] <= max_distance:
+            moved[i] = upper[i]
+        elif abs(z[i]) <= max_distance:
+            moved[i] = 0.0
     return moved

@@ -381,10 +381,8 @@ def projected_gradient(problem: Problem, x0: Vector) -> Stage:
         if np.count_nonzero(problem.from_reference(start))
         else problem.q_ref
     )
-    few_changes, history = (
-        max(SETTLED_INDICES, x0.size // SETTLED_ONE_IN),
-        [x0.size] * LOOKS_TO_ADVANCE,
-    )
+    few_changes = max(SETTLED_INDICES, x0.size // SETTLED_ONE_IN)
+    history = [x0.size for _ in range(LOOKS_TO_ADVANCE)]
     box = box.in_units(units)
     z = start / units
     w = units * w_start

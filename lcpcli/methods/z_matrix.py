@@ -57,7 +57,7 @@ from lcpcli.model.problem import Problem
 from lcpcli.rational import elimination
 from lcpcli.rational.elimination import Effort
 from lcpcli.rational.exact_problem import ExactProblem
-from lcpcli.rational.numbers import rounded, rounded_direction, whole_multiple
+from lcpcli.rational.numbers import rounded, rounded_direction, whole_multiple, zeros
 from lcpcli.typing import Mask, Matrix, Vector
 from lcpcli.verify.certificate import Proof, first_proof
 from lcpcli.verify.exact_solution import ExactBasis, exact_basis
@@ -165,7 +165,7 @@ class _InFractions:
 
     def multipliers(self, basic: Sequence[int], i: int) -> list[Fraction]:
         indices = sorted(basic)
-        y = [Fraction(0)] * self._data.n
+        y = zeros(self._data.n)
         data = self._data
         y[i] = Fraction(data.scales[i])
         if indices:

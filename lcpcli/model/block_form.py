@@ -35,7 +35,14 @@ from lcpcli.linalg.matrices import (
 )
 from lcpcli.model.arrays import as_rows
 from lcpcli.model.box import as_intervals
-from lcpcli.model.formulation import FULL, LABELS, Conditions, Formulation, names_of
+from lcpcli.model.formulation import (
+    FULL,
+    LABELS,
+    Conditions,
+    Formulation,
+    names_of,
+    unnamed,
+)
 from lcpcli.typing import Mask, Matrix, Vector
 
 if TYPE_CHECKING:
@@ -324,13 +331,13 @@ class BlockForm(Formulation):
         """Return the names of the components of z, "" where there is none; where they
         are labels, those of multipliers begin with y."""
         m = n - self.variables - self.ranges
-        rows = self.names_of_rows or [""] * m
+        rows = self.names_of_rows or unnamed(m)
         if purpose == LABELS:
             rows = [f"y {name}" if name else "" for name in rows]
         return [
-            *(self.columns or [""] * self.variables),
+            *(self.columns or unnamed(self.variables)),
             *rows,
-            *[""] * self.ranges,
+            *unnamed(self.ranges),
         ]
 
 

@@ -38,6 +38,11 @@ def _module(name: str) -> Any:
         return import_module(name)
 
 
+def unnamed(n: int) -> list[str]:
+    """Return the names of n items that have none."""
+    return [""] * n
+
+
 class Conditions(NamedTuple):
     """A mixed problem."""
 
@@ -239,7 +244,7 @@ class Formulation:
     def names(self, n: int, purpose: str = FULL) -> Sequence[str]:  # noqa: ARG002
         """Return the names of the n components, "" where there is none. purpose : FULL,
         LABELS, HEADINGS or CELLS."""
-        return [""] * n
+        return unnamed(n)
 
     def bounds(
         self,

@@ -290,13 +290,8 @@ WORDS = {word: row for row in TABLE.values() for word in row.words}
 ORIGINS = [kind for kind, row in TABLE.items() if row.location]
 WORDED = {key for row in TABLE.values() for key in row.texts}
 # All keys that tell of one, and the others that they have.
-KEYS = WORDED | {
-    key
-    for row in TABLE.values()
-    for keys in (*row.tells, *row.others)
-    for key in keys.split()
-    if key[0] != "!"
-}
+_LISTS_OF_KEYS = [keys for row in TABLE.values() for keys in (*row.tells, *row.others)]
+KEYS = WORDED | {key for key in " ".join(_LISTS_OF_KEYS).split() if key[0] != "!"}
 MATRICES = tuple(dict.fromkeys(key for row in TABLE.values() for key in row.matrices))
 PARTS = [row.parts for row in TABLE.values() if row.parts]
 

@@ -176,7 +176,7 @@ class PackageSolver:
     PackageSolver,
     "quantecon.optimize",
     refusals=(
-        lambda problem: "takes no bounds but z >= 0" * problem.is_mixed,
+        lambda problem: "takes no bounds but z >= 0" if problem.is_mixed else "",
         not_dense,
     ),
     compile=lambda optimize: optimize.lcp_lemke(np.eye(2), -np.ones(2), max_iter=10**6),

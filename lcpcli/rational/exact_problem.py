@@ -12,7 +12,7 @@ import math
 from collections.abc import Callable, Sequence
 from fractions import Fraction
 from functools import cached_property
-from itertools import chain
+from itertools import chain, repeat
 from operator import mul
 from typing import Any, TypeAlias
 
@@ -31,6 +31,7 @@ from lcpcli.rational.numbers import (
     over_one_denominator,
     shortest_decimal,
     written,
+    zeros,
 )
 from lcpcli.typing import Indices, Matrix, States, Vector
 
@@ -60,8 +61,8 @@ class ExactProblem:
         """M, q : as Fractions, or as floats, which are taken as exact; M by its
         rows."""
         self.problem, self.n = problem, problem.n
-        self.lower: Bounds = [Fraction(0)] * problem.n if lower is None else lower
-        self.upper: Bounds = [None] * problem.n if upper is None else upper
+        self.lower: Bounds = [*zeros(self.n)] if lower is None else lower
+        self.upper: Bounds = [*repeat(None, self.n)] if upper is None else upper
         integer_rows = [
             _in_integers(row, value) for row, value in zip(in_time(M), q, strict=True)
         ]

@@ -192,6 +192,11 @@ def approximate(value: Fraction, toward: int = 0, digits: int = 7) -> str:
     return f"{quotient.normalize():.{digits}g}"
 
 
+def zeros(n: int) -> list[Fraction]:
+    """Return n rational zeros."""
+    return [Fraction(0)] * n
+
+
 def rounded(values: Iterable[Fraction | int]) -> Vector:
     """Return the nearest floats; infinities beyond their range."""
     return np.array([_rounded(value) for value in values])

@@ -208,7 +208,7 @@ def equilibrium(data: ExactProblem, m: int, effort: Effort) -> list[Fraction] | 
         for row, scale in zip(data.rows, data.scales, strict=True)
     ]
     # The rows of the other player, for each strategy.
-    rows = [range(m, n)] * m + [range(m)] * (n - m)
+    rows = [range(m, n) if i < m else range(m) for i in range(n)]
     min_costs = [
         min(Fraction(M[i][j], data.scales[i]) for i in rows[j]) for j in range(n)
     ]

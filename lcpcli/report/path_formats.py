@@ -76,9 +76,9 @@ def notes_on(path: Path, names: Sequence[str], max_changes: float) -> list[str]:
             f"{names[i]} {(reversed_verbs if i in reversed_ones else verbs)[after]}"
             for i, _, after in shown
         ]
-        notes.append(
-            [*texts, *[f"{len(each) - len(shown)} more"] * (len(each) > len(shown))]
-        )
+        if len(each) > len(shown):
+            texts.append(f"{len(each) - len(shown)} more")
+        notes.append(texts)
     for k in path.jumps:
         notes[k + 1].insert(0, "jump")
     moves = np.sign(np.diff(path.t))
@@ -205,11 +205,11 @@ class Terms(EndpointProblems):
         reversed_indices = (
             range(0) if self.block_form is None else self.block_form.reversed(len(z))
         )
-        return (
-            [0 - value if i in reversed_indices else value for i, value in enumerate(z)]
-            if reversed_indices
-            else z
-        )
+        if not reversed_indices:
+            return z
+        return [
+            0 - value if i in reversed_indices else value for i, value in enumerate(z)
+        ]
 
     def objective(self, t: Any, z: Sequence[Any]) -> Any:
         """Return the objective of the program at t, in its own sense and with its

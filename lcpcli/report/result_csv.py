@@ -5,7 +5,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from functools import partial
-from itertools import chain, count
+from itertools import chain, count, repeat
 from typing import Any, TypeAlias
 
 from lcpcli.model.formulation import CELLS, Answer
@@ -139,10 +139,7 @@ def runs(results: Sequence[Result]) -> Rows:
 def _rows(result: Result, start: Cells, parts: Sequence[Part]) -> list[Cells]:
     """Return a row for each component, with blanks where a part says nothing about
     it."""
-    blanks = (
-        [*cells(result), *[[""] * len(names)] * result.problem.n]
-        for names, cells in parts
-    )
+    blanks = (chain(cells(result), repeat([""] * len(names))) for names, cells in parts)
     rows = zip(count(1), *_vectors(result), *blanks, strict=False)
     return [[*start, i, z, w, *chain(*more)] for i, z, w, *more in rows]
 

@@ -19,7 +19,7 @@ from lcpcli.files.contents import Source
 from lcpcli.linalg.doubles import LARGEST_DOUBLE
 from lcpcli.model.words import in_stated_sense
 from lcpcli.rational.exact_problem import ExactProblem
-from lcpcli.rational.numbers import approximate, brief, rounded
+from lcpcli.rational.numbers import approximate, brief, rounded, zeros
 from lcpcli.report import plotting, wording
 from lcpcli.report.document import Document, Section, Table
 from lcpcli.report.result_formats import (
@@ -153,7 +153,7 @@ def _parts(data: ExactProblem, piece: Piece) -> Iterator[tuple[str, Values, Valu
     for vertex in piece.vertices:
         yield "vertex", vertex, data.w(vertex)
     for kind, directions in (("ray", piece.rays), ("line", piece.lines)):
-        constant = data.w([Fraction(0)] * data.n) if directions else []
+        constant = data.w(zeros(data.n)) if directions else []
         for direction in directions:
             yield (
                 kind,

@@ -192,7 +192,7 @@ def _iterates(
         components_shown = [
             *wording.selected_components(wording.labels_of(problem), shown_names)
         ]
-    signs = np.array(in_stated_sense(problem, [1.0] * problem.n))
+    signs = np.array(in_stated_sense(problem, np.ones(problem.n).tolist()))
     frame = columns.Frame(
         problem,
         wording.headings(problem, max_length),
@@ -265,10 +265,11 @@ def _remarks(
     # It stands there.
     hints_at_auto = not (compared and any(result.label == AUTO for result in results))
     of_problem = outcome.PROBLEM_STATUSES
-    remarks = [
-        f"{wording.name(run)}{':' * (run.status.word in of_problem)} {run.message}"
-        for run in failed
-    ]
+    remarks = []
+    for run in failed:
+        # Other messages continue the sentence that the name begins.
+        colon = ":" if run.status.word in of_problem else ""
+        remarks.append(f"{wording.name(run)}{colon} {run.message}")
     if are_many and failed:
         some = f"{len(failed)} of {len(results)} runs failed"
         remarks = [f"{some}: lcp solve with the options of one of them says why"]
@@ -344,7 +345,8 @@ def _summary(
     )
     attained = [reached(result) for result in results]
     seconds = [result.seconds for result in results]
-    seconds += [at[level][1] for at in attained for level in levels if level in at]
+    for at in attained:
+        seconds += [at[level][1] for level in levels if level in at]
     length, unit = wording.common_unit(seconds)
     has_error = any(result.error is not None for result in results)
     header = ["method", *options]
@@ -366,8 +368,11 @@ def _summary(
             row.append(wording.error(result.error, result.problem))
         rows.append([*row, _status(result)])
     _mark_shortest(rows, results, attained, levels, first=len(options) + 2)
-    notes = ["to: errors relative to the solution's largest component"] * bool(levels)
-    notes += [f"{STAR} the shortest time"] * (len(rows) > 1)
+    notes = []
+    if levels:
+        notes.append("to: errors relative to the solution's largest component")
+    if len(rows) > 1:
+        notes.append(f"{STAR} the shortest time")
     return Table(header, [rows], words=(0, len(header) - 1), notes=["; ".join(notes)])
 
 

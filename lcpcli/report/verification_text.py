@@ -89,5 +89,6 @@ def _record(verification: Verification, source: Source) -> dict[str, Any]:
 
 
 def _statement(verification: Verification) -> str | None:
-    answer = verification.answer
-    return verification.statement or (answer and answer.statement) or None
+    if verification.statement or verification.answer is None:
+        return verification.statement or None
+    return verification.answer.statement or None

@@ -90,8 +90,10 @@ def headline(result: Result) -> list[str]:
 
 def vector(entries: Sequence[Any], cell: Callable[[Any], str] = plain_number) -> str:
     """Return a vector in a line of text, as far as it fits."""
-    more = [ELLIPSIS] * (len(entries) > LINE_ENTRIES)
-    return f"({', '.join([*map(cell, entries[:LINE_ENTRIES]), *more])})"
+    texts = [cell(entry) for entry in entries[:LINE_ENTRIES]]
+    if len(entries) > LINE_ENTRIES:
+        texts.append(ELLIPSIS)
+    return f"({', '.join(texts)})"
 
 
 def named(
@@ -158,10 +160,11 @@ def size(problem: Problem | NonlinearProblem) -> str:
     kinds = problem.box.kinds
     if not kinds:
         return f"n = {problem.n}"
-    counts = (
-        f"{k} {kind}{'s' * (k > 1 and kind.endswith('bound'))}"
-        for kind, k in kinds.items()
-    )
+    counts = []
+    for kind, k in kinds.items():
+        # "free", "boxed" and "fixed" are adjectives.
+        is_plural = k > 1 and kind.endswith("bound")
+        counts.append(f"{k} {kind}s" if is_plural else f"{k} {kind}")
     return f"n = {problem.n} ({', '.join(counts)})"
 
 
@@ -414,7 +417,9 @@ def selected_components(names: Sequence[str], patterns: Sequence[str]) -> list[i
             i for i in range(len(names)) if fnmatchcase(f"z{i + 1}", escaped)
         ]
         if not matches:
-            numbers = f"write {'z1 to ' * (len(names) > 1)}z{len(names)}"
+            numbers = "write z1"
+            if len(names) > 1:
+                numbers += f" to z{len(names)}"
             named = (
                 "; a file has names in its header, or under the key names"
                 if not any(names)

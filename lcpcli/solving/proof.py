@@ -33,7 +33,7 @@ from lcpcli.options import DEFAULTS, Limits
 from lcpcli.rational import pivoting
 from lcpcli.rational.elimination import Effort, require
 from lcpcli.rational.exact_problem import ExactProblem
-from lcpcli.rational.numbers import rounded
+from lcpcli.rational.numbers import rounded, zeros
 from lcpcli.rational.tree import first_solution
 from lcpcli.solving import driver as driver
 from lcpcli.solving.call import RAISE, chosen, unless_interrupted
@@ -224,7 +224,7 @@ def _searched(data: ExactProblem) -> Exact | None:
 def _by_parts(data: ExactProblem) -> Exact | None:
     """Return what a search decides of the parts: that one of them has no solution, or
     the solutions of all; None if one is undecided."""
-    z, is_undecided = [Fraction(0)] * data.n, False
+    z, is_undecided = zeros(data.n), False
     for indices in data.blocks:
         raise_if_timed_out()
         answer: Exact | None = None
@@ -236,7 +236,7 @@ def _by_parts(data: ExactProblem) -> Exact | None:
             for i, value in zip(indices, answer.z, strict=True):
                 z[i] = value
         elif answer.y is not None:
-            y = [Fraction(0)] * data.n
+            y = zeros(data.n)
             for i, value in zip(indices, answer.y, strict=True):
                 y[i] = Fraction(value)
             return _verified(data, y=y)

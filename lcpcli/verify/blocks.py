@@ -53,7 +53,7 @@ def _with_slacks(origin: BlockForm, proposed: Proposed, both: list[Any]) -> list
     value is beyond it.
     """
     data, problem = proposed.data, proposed.problem
-    zeros = [0 * both[0]] * origin.ranges
+    zeros = [0 * both[0] for _ in range(origin.ranges)]
     if data is None:
         w = (product(problem.M, np.array([*both, *zeros])) + problem.q).tolist()
         bounds = [each[len(both) :].tolist() for each in conditions_of(problem)[2:]]

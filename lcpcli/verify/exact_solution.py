@@ -36,7 +36,7 @@ from lcpcli.model.problem import Problem
 from lcpcli.rational import elimination
 from lcpcli.rational.elimination import Effort
 from lcpcli.rational.exact_problem import ExactProblem, gap
-from lcpcli.rational.numbers import over_one_denominator, rounded
+from lcpcli.rational.numbers import over_one_denominator, rounded, zeros
 from lcpcli.typing import Indices, States, Vector
 from lcpcli.verify import farkas
 from lcpcli.verify.farkas import ACTIVE_COLUMN
@@ -167,7 +167,7 @@ def exact_basis(
 
 def _at_bounds(data: ExactProblem, basis: States) -> list[Fraction]:
     """Return z at the bounds of nonbasic variables, and 0 for basic ones."""
-    z = [Fraction(0)] * data.n
+    z = zeros(data.n)
     for i in np.flatnonzero(basis != BASIC).tolist():
         z[i] = (data.upper if basis[i] == UPPER else data.lower)[i] or z[i]
     return z

@@ -561,7 +561,7 @@ def farkas_vector(
     multiples = dict(
         zip(dictionary.cobasic, dictionary.rows[violated][1:], strict=True)
     ) | {violated: -dictionary.divisor}
-    y = [Fraction(0)] * n
+    y = numbers.zeros(n)
     for form in factors.keys() & multiples.keys():
         y[form % n] -= int(multiples[form]) * factors[form]
     return [Fraction(value) for value in numbers.whole_multiple(y)]

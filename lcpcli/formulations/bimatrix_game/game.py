@@ -40,6 +40,7 @@ from lcpcli.model.formulation import (
     Conditions,
     Formulation,
     names_of,
+    unnamed,
 )
 from lcpcli.model.formulations import TEXTS
 from lcpcli.model.problem import Problem
@@ -291,7 +292,7 @@ class Game(Formulation):
             names: list[str] = self.sibling("strategies").names_of(self)
             return names
         m, k = self.A.shape
-        return [*(self.rows or [""] * m), *(self.columns or [""] * k)]
+        return [*(self.rows or unnamed(m)), *(self.columns or unnamed(k))]
 
     def answer(self, result: Any) -> Answer:
         answer: Answer = self.sibling("answers").answer(self, result)

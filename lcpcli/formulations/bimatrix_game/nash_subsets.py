@@ -39,7 +39,7 @@ from lcpcli.model.problem import Problem
 from lcpcli.rational import elimination
 from lcpcli.rational.dictionary import RationalPoint, Vertex
 from lcpcli.rational.exact_problem import ExactProblem
-from lcpcli.rational.numbers import over_one_denominator
+from lcpcli.rational.numbers import over_one_denominator, zeros
 from lcpcli.report import wording
 from lcpcli.report.result_formats import plain
 
@@ -179,7 +179,7 @@ class Players(Meaning):
             Problem(M, q, lower=free, upper=np.full(n + 2, np.inf)),
             rows,
             list(map(Fraction, q.tolist())),
-            [Fraction(0)] * n + [None] * 2,
+            [*zeros(n), None, None],
         )
 
         def z_of(solution: Values) -> list[Fraction]:

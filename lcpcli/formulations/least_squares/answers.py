@@ -30,7 +30,7 @@ from lcpcli.linalg.doubles import EPS
 from lcpcli.linalg.matrices import accurate_residual, dense, is_sparse
 from lcpcli.model.box import BASIC, in_words
 from lcpcli.model.formulation import Answer
-from lcpcli.rational.numbers import brief
+from lcpcli.rational.numbers import brief, zeros
 from lcpcli.report import wording
 from lcpcli.report.document import Table
 from lcpcli.report.plotting import Fitted, Picture
@@ -307,5 +307,4 @@ def _rows(
     """Return A x - b in fractions."""
     assert proposed.data is not None
     m, k = origin.measurements, proposed.problem.n - origin.measurements - len(x)
-    zero = Fraction(0)
-    return list(proposed.data.w([*[zero] * m, *x, *[zero] * k])[:m])
+    return list(proposed.data.w([*zeros(m), *x, *zeros(k)])[:m])

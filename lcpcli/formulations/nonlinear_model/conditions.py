@@ -571,17 +571,13 @@ class Conditions:
             for y, value in tied.items()
             if y in self.complements
         ]
-        return sides + [
-            (
-                y,
-                value.of(slope, constant),
-                SIGNS.get(kinds_of(*self.bounds[y]), NONE),
-                True,
-            )
-            for u, value in tied.items()
-            for y, slope, constant in self._single.get(u, ())
-            if y in self.complements
-        ]
+        for u, value in tied.items():
+            for y, slope, constant in self._single.get(u, ()):
+                if y in self.complements:
+                    function = value.of(slope, constant)
+                    implied = SIGNS.get(kinds_of(*self.bounds[y]), NONE)
+                    sides.append((y, function, implied, True))
+        return sides
 
     def _exchange(self, x: int, y: int, function: Affine) -> None:
         low, high = self.bounds[y]

@@ -139,7 +139,7 @@ class NlProgram:
         constants = [polynomial.get((), 0) for polynomial in self.rows]
         for keys, sides, shifts in (
             (("row_lower", "row_upper"), self.sides, constants),
-            (("lower", "upper"), self.bounds, k * [0]),
+            (("lower", "upper"), self.bounds, [0 for _ in range(k)]),
         ):
             for key, bound_index, none in zip(
                 keys, (0, 1), (-np.inf, np.inf), strict=True

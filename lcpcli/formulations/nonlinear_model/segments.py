@@ -354,12 +354,12 @@ class Segments:
         introduced these for expressions in conditions, as Pyomo's .bv.
         """
         rows = (row for row, _ in self.complements.values())
-        sets = (
-            set(self.linear.get(row, {}))
-            for row in rows
-            if all(letter != "v" for letter, *_ in self.rows[row])
-        )
-        single = {variable for each in sets if len(each) == 1 for variable in each}
+        single = set[int]()
+        for row in rows:
+            variables = self.linear.get(row, {}).keys()
+            is_linear = all(letter != "v" for letter, *_ in self.rows[row])
+            if is_linear and len(variables) == 1:
+                single.update(variables)
         return {
             variable
             for variable in single - self.complements.keys()

@@ -22,7 +22,7 @@ from lcpcli.model.block_form import Blocks
 from lcpcli.model.problem import Problem, conditions_of
 from lcpcli.options import TOL
 from lcpcli.rational.exact_problem import ExactProblem
-from lcpcli.rational.numbers import brief, rounded
+from lcpcli.rational.numbers import brief, rounded, zeros
 from lcpcli.report import wording
 from lcpcli.solving import driver
 from lcpcli.solving.result import Result
@@ -202,7 +202,7 @@ def costs_at(
 ) -> list[Fraction]:
     """Return the costs of all players in fractions."""
     rows, costs = data.M[: game.variables], list[Fraction]()
-    constants = data.w([Fraction(0)] * data.n)
+    constants = data.w(zeros(data.n))
     for part in game.parts_of_players():
         indices = range(part.start, part.stop)
         total = Fraction(0)

@@ -10,6 +10,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
 from functools import cached_property
+from itertools import repeat
 from typing import Any
 
 import numpy as np
@@ -33,7 +34,7 @@ from lcpcli.model.arrays import FROM_0
 from lcpcli.model.formulation import FULL, Answer, Conditions, Formulation, names_of
 from lcpcli.model.formulations import TEXTS
 from lcpcli.model.problem import Problem
-from lcpcli.rational.numbers import NUMBER, ratio, shortest_decimal, text
+from lcpcli.rational.numbers import NUMBER, ratio, shortest_decimal, text, zeros
 
 Table = tuple[tuple[Fraction, ...], ...]
 Pair = tuple[int, int]
@@ -275,13 +276,11 @@ class Polymatrix(Formulation):
         """Return for each player the number by which its costs are multiplied."""
         factors = []
         for player in range(len(self.sizes)):
-            costs = [
-                self.constants[pair] - value
-                for pair, table in self.payoffs.items()
-                for row in table
-                for value in row
-                if pair[0] == player
-            ]
+            costs = list[Fraction]()
+            for pair, table in self.payoffs.items():
+                if pair[0] == player:
+                    constant = self.constants[pair]
+                    costs += [constant - value for row in table for value in row]
             common = math.lcm(*(cost.denominator for cost in costs))
             largest = common * max([Fraction(0), *costs])
             is_short = common <= LARGEST_INTEGER and largest <= LARGEST_INTEGER
@@ -313,8 +312,8 @@ class Polymatrix(Formulation):
         for i in range(n):
             for a in range(starts[i], starts[i + 1]):
                 rows[a][k + i], rows[k + i][a] = -one, one
-        q = [Fraction(0)] * k + [-one] * n
-        return rows, q, [Fraction(0)] * k + [None] * n
+        q = [*zeros(k), *repeat(-one, n)]
+        return rows, q, [*zeros(k), *repeat(None, n)]
 
     def conditions(self) -> Conditions:
         rows, q, lower = self.exact_conditions()

@@ -8,7 +8,7 @@ from copy import copy
 from dataclasses import dataclass, field
 from fractions import Fraction
 from functools import cached_property, partial
-from itertools import islice
+from itertools import islice, repeat
 from operator import add, mul
 from typing import Any, TypeAlias, TypeVar, cast
 
@@ -239,11 +239,12 @@ class Minimum(Answer):
         m = len(y)
         sides = list(self._sides)
 
-        def only(part: Any, before: int, behind: int) -> list[Any]:
-            return [*[""] * before, *part.tolist(), *[""] * behind]
+        def only(part: Any, n_before: int, n_behind: int) -> list[Any]:
+            """Return the column of values that only some of the components have."""
+            return [*repeat("", n_before), *part.tolist(), *repeat("", n_behind)]
 
         columns = (
-            [*["x"] * k, *["y"] * m, *["s"] * len(sides)],
+            [*repeat("x", k), *repeat("y", m), *repeat("s", len(sides))],
             [*x, *y, *sides],
             only(self.bound_multipliers, 0, m + len(sides)),
             only(self.activities, k, len(sides)),

@@ -30,12 +30,12 @@ from lcpcli.linalg.matrices import absolute_product, product, row_maxima, scaled
 from lcpcli.linalg.programs import minimized
 from lcpcli.model.arrays import FROM_1
 from lcpcli.model.block_form import Blocks
-from lcpcli.model.formulation import Answer
+from lcpcli.model.formulation import Answer, unnamed
 from lcpcli.model.problem import Problem
 from lcpcli.options import TOL
 from lcpcli.rational.elimination import Effort
 from lcpcli.rational.exact_problem import ExactProblem, fractions_of
-from lcpcli.rational.numbers import approximate, rounded
+from lcpcli.rational.numbers import approximate, rounded, zeros
 from lcpcli.report import wording
 from lcpcli.typing import Vector
 from lcpcli.verify import exact_solution
@@ -251,8 +251,8 @@ def _completed(data: ExactProblem, proposal: _Proposal, x: Any, y: Any) -> Any:
     """Return the z that consists of exact x and y, and of s = Ax, projected onto the
     bounds of the rows.
     """
-    zeros = np.array([Fraction(0)] * proposal.origin.ranges, dtype=object)
-    w = data.w(list(np.concatenate((x, y, zeros))))
+    slacks = np.array(zeros(proposal.origin.ranges), dtype=object)
+    w = data.w(list(np.concatenate((x, y, slacks))))
     first = data.n - proposal.origin.ranges
     rows = proposal.k + np.flatnonzero(proposal.data.ranges)
     sides = zip(rows.tolist(), data.lower[first:], data.upper[first:], strict=True)
@@ -272,11 +272,11 @@ def _violated(origin: Program, data: Blocks, x: Vector, tol: float) -> str:
     sizes = np.concatenate((absolute_product(data.A, np.abs(x)), np.abs(x)))
     names = [
         f"row {name or f'{i} {FROM_1}'}"
-        for i, name in enumerate(origin.rows or [""] * data.row_lower.size, 1)
+        for i, name in enumerate(origin.rows or unnamed(data.row_lower.size), 1)
     ]
     names += [
         name or f"x{j}"
-        for j, name in enumerate(origin.columns or [""] * origin.variables, 1)
+        for j, name in enumerate(origin.columns or unnamed(origin.variables), 1)
     ]
     sides = (
         ("below", "lower", data.row_lower, data.lower, 1.0),

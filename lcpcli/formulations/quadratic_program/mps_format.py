@@ -41,6 +41,7 @@ from lcpcli.linalg.matrices import largest_asymmetry
 from lcpcli.linalg.programs import solver
 from lcpcli.model.block_form import symmetrized
 from lcpcli.model.box import NO_BOUND
+from lcpcli.model.formulation import unnamed
 from lcpcli.model.problem import Problem
 from lcpcli.rational.numbers import (
     Doubles,
@@ -504,8 +505,8 @@ def render(fields: Mapping[str, Any], exact: Exact) -> dict[str, bytes]:
     _refuse_lost_bounds(
         lower=low, upper=high, row_lower=row_bounds[0], row_upper=row_bounds[1]
     )
-    columns = names(fields.get("columns", [""] * k), "x")
-    rows = names(fields.get("rows", [""] * m), "r")
+    columns = names(fields.get("columns", unnamed(k)), "x")
+    rows = names(fields.get("rows", unnamed(m)), "r")
     objective = _free("obj", rows)
     lines = [f"NAME {_word(fields.get('name', ''))}".rstrip()]
     if "sense" in fields:

@@ -12,7 +12,7 @@ from typing import NamedTuple
 from lcpcli.rational import elimination
 from lcpcli.rational.dictionary import Dictionary
 from lcpcli.rational.exact_problem import ExactProblem
-from lcpcli.rational.numbers import primitive
+from lcpcli.rational.numbers import primitive, zeros
 
 Directions = list[list[int]]
 Row = dict[int, Fraction]  # the entries by columns
@@ -60,10 +60,10 @@ def hull(
 
 def _constraints(data: ExactProblem, k: int, ranges: int) -> Iterator[Constraint]:
     n, zero = data.n, Fraction(0)
-    M, q = data.M[k : n - ranges], data.w([zero] * n)[k : n - ranges]
+    M, q = data.M[k : n - ranges], data.w(zeros(n))[k : n - ranges]
     bounds = list(zip(data.lower, data.upper, strict=True))
     units = [{j: Fraction(1)} for j in range(k)]
-    yield from _between(units, [zero] * k, bounds)
+    yield from _between(units, zeros(k), bounds)
     sides = list[Sides]()
     for row, (low, high) in zip(M, bounds[k:], strict=False):
         slack = next((j for j in row if j >= n - ranges), None)

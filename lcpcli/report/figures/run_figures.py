@@ -346,9 +346,8 @@ def _profile(axes: Axes, profiles: Sequence[Profile], styles: LineStyles) -> Non
     )
     xlabel = "run time (s)" if in_seconds else "time / time of the fastest solver"
     axes.set(xlabel=xlabel, ylabel="share of problems solved")
-    ratios = [
-        ratio for profile in profiles for ratio in profile.ratios if ratio < math.inf
-    ]
+    all_ratios = chain.from_iterable(profile.ratios for profile in profiles)
+    ratios = [ratio for ratio in all_ratios if ratio < math.inf]
     across = times(ratios) if in_seconds else Range(1.0, max([*ratios, 2.0]) ** 1.05)
     _log_axis(axes, "x", across, 0.0)
     if not in_seconds and math.log2(across.high) <= DOUBLINGS:

@@ -298,7 +298,7 @@ def add_legend(
         {math.ceil(count / rows) for rows in range(1, count + 1)}, reverse=True
     ):
         legend = figure.legend(
-            handles, ["-"] * count, loc="outside lower center", ncols=columns
+            handles, ["-" for _ in entries], loc="outside lower center", ncols=columns
         )
         for drawn, (_, text) in zip(legend.get_texts(), entries, strict=True):
             # matplotlib 3.7 leaves out a label given above that begins with _
