@@ -90,29 +90,40 @@ def minimize(data: Data) -> Minimizer | None:
     within the bounds satisfies the equations, or if rounding errors make the method
     cycle.
     """
-    start = start_of(data)
+    x, states = start_of(data)
+    exchanged = None
     if data.d.size:
         none = data.E[:0], data.d[:0]
         of_equations = Data(data.E, data.d, data.lower, data.upper, *none)
-        start = _of_states(of_equations, start.x, start.states)
+        start = _of_states(of_equations, x, states)
         feasible = _descended(of_equations, start, _noise(of_equations, start))
         if feasible is None or not _are_satisfied(data, feasible.x):
             return None
-        start = _of_states(data, feasible.x, feasible.states)
-    else:
-        start = _exchanged(data, start)
+        x, states = feasible.x, feasible.states
+    elif len(data.A) >= x.size:
+        gram = data.A.T @ data.A
+        exchanged = exchanges(gram, data.A.T @ data.b, data.lower, data.upper, states)
+        if exchanged is not None and not exchanged.n_infeasible:
+            point = _of_states(data, exchanged.x, exchanged.states)
+            norms = np.sqrt(gram.diagonal())
+            if _is_clear_minimizer(data, point, norms):
+                return point
+    start = _of_states(data, x, states)
+    if exchanged is not None:
+        start = _projected(data, start, exchanged.x)
     minimizer = _descended(data, start, _noise(data, start))
     return None if minimizer is None else _with_certain_signs(data, minimizer)
 
 
-def start_of(data: Data) -> Minimizer:
-    """Return the point of the box that is closest to 0 among those with each
-    coefficient at a bound; coefficients without bounds are 0. None of them is free.
+def start_of(data: Data) -> tuple[Vector, States]:
+    """Return the x of the box that is closest to 0 among those with each coefficient at
+    a bound, and the states of the coefficients; those without bounds are 0. None of
+    them is free.
     """
     is_upper = np.abs(data.upper) < np.abs(data.lower)
     x = np.where(is_upper, data.upper, data.lower)
     x[np.isinf(x)] = 0.0
-    return _of_states(data, x, np.where(is_upper, UPPER, LOWER).astype(np.int8))
+    return x, np.where(is_upper, UPPER, LOWER).astype(np.int8)
 
 
 def _of_states(data: Data, x: Vector, states: States) -> Minimizer:
@@ -127,20 +138,29 @@ def _are_satisfied(data: Data, x: Vector) -> bool:
     return bool((np.abs(data.E @ x - data.d) <= 64 * EPS * x.size * terms).all())
 
 
-def _exchanged(data: Data, start: Minimizer) -> Minimizer:
-    """Return the point to which exchanges of all wrong coefficients at once lead,
-    projected onto the bounds; or `start` itself, if they fail.
+def _is_clear_minimizer(data: Data, point: Minimizer, norms: Vector) -> bool:
+    """Minimize over the free coefficients of the point to which exchanges led, by
+    orthogonal factors; return whether the signs of all coefficients and multipliers
+    are then certain.
+
+    norms : the 2-norms of the columns of A.
+    """
+    factors = point.factors(data)
+    if not (factors.is_regular and _step(data, point, factors)):
+        return False
+    point.steps = 1
+    return are_clear(data, point, norms, factors.row_norms)
+
+
+def _projected(data: Data, start: Minimizer, x: Vector) -> Minimizer:
+    """Return the point to which exchanges led, projected onto the bounds; or `start`
+    itself, if that is better.
 
     The exchanges use A'A, which may lose half of the digits. That is harmless, as the
     point is only a start for the active-set method.
     """
-    A, b, lower, upper, *_ = data
-    if len(A) < lower.size:
-        return start
-    exchanged = exchanges(A.T @ A, A.T @ b, lower, upper, start.states)
-    if exchanged is None:
-        return start
-    x = np.clip(exchanged.x, lower, upper)
+    lower, upper = data.lower, data.upper
+    x = np.clip(x, lower, upper)
     if not np.isfinite(x).all():
         return start
     is_inside = (lower < x) & (x < upper)
@@ -171,22 +191,22 @@ def exchanges(
     min_wrong = lower.size + 1
     failures = 0
     has_none = np.isinf(lower) & np.isinf(upper)
-    if has_none.any():
-        states = np.where(has_none, BASIC, states)
+    states = np.where(has_none, np.int8(BASIC), states)
+    is_movable = lower < upper
     for _ in range(MAX_EXCHANGES):
         free = (states == BASIC).nonzero()[0]
         x = np.where(states == UPPER, upper, lower)
         x[free] = 0.0
         of_free = side[free]
         if x.any():
-            of_free = of_free - gram[free] @ x
+            of_free -= gram[free] @ x
         if free.size:
             _, x[free], info = solve(gram[free[:, np.newaxis], free], of_free)
             if info:
                 return None
         slopes = gram @ x - side
         below, above = x < lower, x > upper
-        is_infeasible = below | above | ((slopes * states > 0) & (lower < upper))
+        is_infeasible = below | above | ((slopes * states > 0) & is_movable)
         number = int(np.count_nonzero(is_infeasible))
         if number < min_wrong:
             min_wrong, failures = number, 0
@@ -194,7 +214,8 @@ def exchanges(
             failures += 1
         if not number or failures > MAX_FAILED_EXCHANGES:
             break
-        others = np.where(below, LOWER, np.where(above, UPPER, BASIC))
+        # LOWER, BASIC and UPPER are -1, 0 and 1.
+        others = above.view(np.int8) - below.view(np.int8)
         states = np.where(is_infeasible, others, states)
     return Exchanged(x, states, number)
 
@@ -299,9 +320,7 @@ def _are_clear(data: Data, minimizer: Minimizer) -> bool:
         return False
     free = minimizer.free
     minimizer.r = factors.step(minimizer.r, np.zeros(free.size), data.d).dr
-    norms = column_norms(data.A)
-    rows = column_norms(factors.inverse_of_R.T) if free.size else norms[:0]
-    return are_clear(data, minimizer, norms, rows)
+    return are_clear(data, minimizer, column_norms(data.A), factors.row_norms)
 
 
 def are_clear(data: Data, minimizer: Minimizer, norms: Vector, rows: Vector) -> bool:

@@ -127,20 +127,25 @@ def holds(data: Data, r: Vector, x: Vector, y: Vector) -> Mask:
         lower = lower[:, np.newaxis]
         upper = upper[:, np.newaxis]
         d = d[:, np.newaxis]
-    of_A, of_E = abs(A), abs(E)
-    sizes, others = of_A @ np.abs(x), of_E @ np.abs(x)
+    of_A = abs(A)
+    sizes = of_A @ np.abs(x)
     violation = np.abs(r + A @ x - b)
     good = (violation <= ROUNDING_OF_ROWS * (sizes + np.abs(b))).all(axis=0)
+    slopes = A.T @ r
+    terms = of_A.T @ np.abs(r)
     # Without equations a minimizer always exists, so that cancellation in A x cannot
     # hide a contradiction.
     if len(data.d):
+        of_E = abs(E)
+        others = of_E @ np.abs(x)
         largest = np.abs(b).max(axis=0, initial=0.0)
         good &= sizes.max(axis=0, initial=0.0) <= MAX_CANCELLATION * largest
         good &= (others <= MAX_CANCELLATION * np.abs(d)).all(axis=0)
         violation = np.abs(E @ x - d)
         good &= (violation <= ROUNDING_OF_ROWS * (others + np.abs(d))).all(axis=0)
-    slopes = A.T @ r + E.T @ y
-    terms = ROUNDING_OF_ROWS * (of_A.T @ np.abs(r) + of_E.T @ np.abs(y))
+        slopes = slopes + E.T @ y
+        terms = terms + of_E.T @ np.abs(y)
+    terms = ROUNDING_OF_ROWS * terms
     rises = (slopes <= terms) | (x >= upper)
     falls = (slopes >= -terms) | (x <= lower)
     return np.asarray(good & (rises & falls).all(axis=0))

@@ -14,7 +14,7 @@ from typing import NamedTuple
 import numpy as np
 
 from lcpcli.formulations.least_squares.active_set import Minimizer, minimize
-from lcpcli.formulations.least_squares.factors import Factors
+from lcpcli.formulations.least_squares.factors import Factors, Step
 from lcpcli.formulations.least_squares.fit import Data
 from lcpcli.formulations.least_squares.scaling import Scaled
 from lcpcli.linalg.doubles import EPS
@@ -89,27 +89,35 @@ def _uncertain(data: Data, minimizer: Minimizer) -> Mask:
     E = data.E
     states = minimizer.states
     free, fixed = minimizer.free, (states != BASIC).nonzero()[0]
-    factors = Factors(A[:, free], E[:, free])
+    factors = minimizer.factors(data)
     uncertain = np.zeros(states.size, dtype=bool)
     if not factors.is_regular:
         uncertain[:] = True
         return uncertain & (data.lower < data.upper)
-    errors = ROUNDING_OF_DATA * np.concatenate(_terms(data, minimizer, free))
-    inverse = factors.inverse()
-    p = free.size
-    changes = np.abs(inverse[:p]) @ errors
+    terms = _terms(data, minimizer, free)
+    # The matrix of the system of (dr, dx, dy) is symmetric, and so is its inverse.
+    (m, p), k = factors.A.shape, len(E)
+    unit = factors.step(np.zeros((m, p)), np.eye(p), np.zeros((k, p)))
+    changes = _bounded(unit, terms)
     gaps = np.minimum(minimizer.x - data.lower, data.upper - minimizer.x)[free]
     uncertain[free] = gaps <= changes
-    slopes = np.hstack((A[:, fixed].T, E[:, fixed].T))
-    own_errors = np.abs(A[:, fixed]).T @ np.abs(minimizer.r) + np.abs(
-        E[:, fixed]
-    ).T @ np.abs(minimizer.y)
-    of_others = np.abs(slopes @ inverse[p:]) @ errors
-    sizes = np.abs(slopes @ np.concatenate((minimizer.r, minimizer.y)))
+    A, E = A[:, fixed], E[:, fixed]
+    own_errors = np.abs(A).T @ np.abs(minimizer.r) + np.abs(E).T @ np.abs(minimizer.y)
+    of_others = _bounded(factors.step(A, np.zeros((p, fixed.size)), E), terms)
+    sizes = np.abs(A.T @ minimizer.r + E.T @ minimizer.y)
     is_free_value = data.lower[fixed] < data.upper[fixed]
     is_rounding = sizes <= ROUNDING_OF_DATA * own_errors + of_others
     uncertain[fixed] = is_rounding & is_free_value
     return uncertain
+
+
+def _bounded(rows: Step, terms: tuple[Vector, Vector, Vector]) -> Vector:
+    """Return how much rounding of the data, relative to the terms, changes a quantity
+    for each of several rows of the inverse of the system; they are columns here.
+    """
+    of_A, slopes, of_E = terms
+    sizes = np.abs(rows.dr).T @ of_A + np.abs(rows.dx).T @ slopes
+    return np.asarray(ROUNDING_OF_DATA * (sizes + np.abs(rows.dy).T @ of_E))
 
 
 def _improvable(data: Data, minimizer: Minimizer) -> list[int]:
@@ -167,16 +175,13 @@ def _direction(data: Data, minimizer: Minimizer, inside: Mask) -> Vector | None:
     free = minimizer.free
     both = np.vstack((data.A, data.E))
     direction = np.zeros(minimizer.x.size)
-    independent: list[int] = []
-    for j in free.tolist():
-        columns = both[:, [*independent, j]]
-        if not Factors(columns, columns[:0]).is_regular:
-            before, dependent = columns[:, :-1], columns[:, -1]
-            combination = np.linalg.lstsq(before, dependent, rcond=None)[0]
-            direction[independent] = -combination
-            direction[j] = 1.0
-            return _without_rounding(direction)
-        independent.append(j)
+    dependent = Factors(both[:, free], both[:0, free]).dependent
+    if dependent is not None:
+        before, j = free[:dependent], free[dependent]
+        combination = np.linalg.lstsq(both[:, before], both[:, j], rcond=None)[0]
+        direction[before] = -combination
+        direction[j] = 1.0
+        return _without_rounding(direction)
     at_bounds = (inside & (minimizer.states != BASIC)).nonzero()[0]
     if not at_bounds.size:
         return None

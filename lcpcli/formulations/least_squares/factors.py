@@ -49,8 +49,9 @@ class Step(NamedTuple):
 class Factors:
     """The factors for p free columns A, of shape (m, p), and E, of shape (k, p).
 
-    is_regular : whether the columns of A, restricted to the solutions of E dx = 0, are
-        linearly independent, so that the system has a unique dx.
+    dependent : the index of the first column of A, restricted to the solutions of
+        E dx = 0, that depends linearly on those before it; None if they are linearly
+        independent, so that the system has a unique dx.
     """
 
     def __init__(self, A: Matrix, E: Matrix) -> None:
@@ -65,15 +66,27 @@ class Factors:
             self.basis = Vt[rank:].T
             reduced = A @ self.basis
         m, self.rank = reduced.shape
-        self.is_regular = m >= self.rank
-        if not self.is_regular or not self.rank:
+        self.dependent: int | None = None
+        if not self.rank:
+            return
+        if not m:
+            self.dependent = 0
             return
         self._qr, self._tau, *_ = lapack().dgeqrf(reduced)
         self.R = self._qr[: self.rank]
         # The norm of a column of R equals that of the column of A, as Q is orthogonal.
         norms = np.sqrt(np.einsum("ij,ij->j", reduced, reduced))
         min_pivots = DEPENDENT * np.sqrt(m + self.rank) * norms
-        self.is_regular = bool((np.abs(self.R.diagonal()) > min_pivots).all())
+        pivots = np.abs(self.R.diagonal())
+        dependent = (pivots <= min_pivots[: pivots.size]).nonzero()[0]
+        if dependent.size:
+            self.dependent = int(dependent[0])
+        elif m < self.rank:
+            self.dependent = m
+
+    @property
+    def is_regular(self) -> bool:
+        return self.dependent is None
 
     def _times_Q(self, v: Vector, transposed: str) -> Vector:
         columns = v.reshape(len(v), -1)
@@ -86,7 +99,16 @@ class Factors:
 
     @property
     def inverse_of_R(self) -> Matrix:
-        return np.triu(lapack().dtrtri(self.R)[0])
+        return self._solve(np.eye(self.rank), 0)
+
+    @property
+    def row_norms(self) -> Vector:
+        """The 2-norms of the rows of the pseudoinverse of A; the factors must be
+        regular and without E."""
+        if not self.rank:
+            return np.zeros(0)
+        inverse = self.inverse_of_R
+        return np.asarray(np.sqrt(np.einsum("ij,ij->i", inverse, inverse)))
 
     @property
     def condition(self) -> float:
@@ -121,11 +143,3 @@ class Factors:
         v = self._solve(turned[: self.rank] - h, 0)
         turned[: self.rank] = h
         return v, self._times_Q(turned, "N")
-
-    def inverse(self) -> Matrix:
-        """Return the inverse of the matrix of the system, which maps (f, g, e) to (dx,
-        dr, dy).
-        """
-        (m, p), k = self.A.shape, len(self.E)
-        unit = np.eye(m + p + k)
-        return np.vstack(self.step(unit[:m], unit[m : m + p], unit[m + p :]))

@@ -32,9 +32,9 @@ def minimize_sparse(data: Data) -> Minimizer | None:
     A, b, lower, upper, *_ = data
     if data.d.size or lower.size > MAX_COEFFICIENTS or A.shape[0] < lower.size:
         return None
-    start = start_of(data)
+    _, states = start_of(data)
     gram = (A.T @ A).toarray()
-    exchanged = exchanges(gram, A.T @ b, lower, upper, start.states)
+    exchanged = exchanges(gram, A.T @ b, lower, upper, states)
     if exchanged is None or exchanged.n_infeasible:
         return None
     states = exchanged.states.astype(np.int8)
