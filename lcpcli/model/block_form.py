@@ -25,8 +25,9 @@ from lcpcli.errors import (
     refuse_unknown,
 )
 from lcpcli.linalg import matrices
-from lcpcli.linalg.doubles import EPS
+from lcpcli.linalg.doubles import EPS, ROW_ROUNDING
 from lcpcli.linalg.matrices import (
+    absolute_product,
     are_equal,
     is_sparse,
     is_symmetric,
@@ -324,7 +325,13 @@ class BlockForm(Formulation):
     def z_of(self, x: Vector, y: Vector, blocks: Blocks) -> Vector:
         """Return z for x and the multipliers y."""
         with np.errstate(over="ignore", invalid="ignore"):
-            s = np.clip(blocks.A @ x, blocks.row_lower, blocks.row_upper)
+            activities = blocks.A @ x
+            rounding = ROW_ROUNDING * absolute_product(blocks.A, np.abs(x))
+            # A row with a multiplier is at this side, and off it by rounding alone.
+            side = np.where(y > 0, blocks.row_lower, blocks.row_upper)
+            is_at_side = (y != 0) & (np.abs(activities - side) <= rounding)
+            s = np.where(is_at_side, side, activities)
+            s = np.clip(s, blocks.row_lower, blocks.row_upper)
         return np.concatenate((x, y, s[blocks.ranges]))
 
     def names(self, n: int, purpose: str = FULL) -> Sequence[str]:

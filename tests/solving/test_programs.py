@@ -451,3 +451,29 @@ def test_a_variable_inside_its_bounds_has_no_multiplier_in_any_unit(power: int) 
         answer = lcpcli.run(problem).answer
         assert answer.x == pytest.approx(x)
         assert not answer.bound_multipliers.any()
+
+
+@pytest.mark.parametrize("scaled", ("objective", "rows", "x"))
+@pytest.mark.parametrize("scale", (1e-12, 1e-8, 1e8))
+def test_several_minimizers_are_seen_in_any_unit(scaled: str, scale: float) -> None:
+    """min x_1 + x_2 with x_1 + x_2 >= 3, 0 <= x <= 5, in other units."""
+    c, A = np.ones(2), np.ones((1, 2))
+    row_lower, upper = np.array([3.0]), np.full(2, 5.0)
+    if scaled == "objective":
+        c = c * scale
+    elif scaled == "rows":
+        A, row_lower = A * scale, row_lower * scale
+    else:
+        c, A, upper = c / scale, A / scale, upper * scale
+    result = run(from_qp(None, c, A, row_lower=row_lower, upper=upper))
+    assert result.answer.proved == "several_optima"
+
+
+@pytest.mark.parametrize("row_upper", (np.inf, 6.7, 1.7))
+def test_several_minimizers_are_seen_where_a_row_has_two_sides(
+    row_upper: float,
+) -> None:
+    """A'x of another minimizer is at its side up to rounding."""
+    a = [0.4, 0.2, 0.1, 0.2]
+    problem = from_qp(None, a, [a], row_lower=1.7, row_upper=row_upper, upper=100)
+    assert run(problem).answer.proved == "several_optima"

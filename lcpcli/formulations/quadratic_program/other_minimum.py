@@ -69,6 +69,8 @@ def has_other_minimum(
     if problem.n > MAX_UNKNOWNS or not x.size:
         return False
     C = problem.units.diagonals()[1][: x.size]
+    # The units of M do not tell the size of x, to which distances are relative.
+    C = C * (np.abs(x / C).max() or 1.0)
     rows, free = _may_leave(x, y, data)
     if _is_regular(_scaled(stacked(data, rows, free), C[free])):
         return False
@@ -201,25 +203,29 @@ def _farthest(objective: Vector, x: Vector, data: Blocks, C: Vector) -> Vector |
     """Return the minimizer with the least objective'x among those at a distance of at
     most about |x| from x.
     """
-    reach = C * (1.0 + np.abs(x / C).max())
-    low, high = np.maximum(data.lower - x, -reach), np.minimum(data.upper - x, reach)
+    reach = 1.0 + np.abs(x / C).max()
+    low = np.maximum((data.lower - x) / C, -reach)
+    high = np.minimum((data.upper - x) / C, reach)
     Ax, nothing = product(data.A, x), np.zeros(x.size + 1)
-    rows = stack([[data.Q], [data.c[np.newaxis]], [data.A]])
-    distances = tuple(
-        np.concatenate((nothing, side - Ax))
+    A = dense(stack([[data.Q], [data.c[np.newaxis]], [data.A]])) * C
+    # The tolerances of the LP solver are for numbers of size 1.
+    sizes_of_rows = np.abs(A).max(axis=1)
+    sizes_of_rows[sizes_of_rows == 0] = 1.0
+    row_low, row_high = (
+        np.concatenate((nothing, side - Ax)) / sizes_of_rows
         for side in (data.row_lower, data.row_upper)
     )
-    bounds = np.minimum(low, 0.0), np.maximum(high, 0.0)
+    objective = objective * C
     optimum = minimized(
-        objective,
-        rows,
-        (np.minimum(distances[0], 0.0), np.maximum(distances[1], 0.0)),
-        bounds,
+        objective / np.abs(objective).max(),
+        A / sizes_of_rows[:, np.newaxis],
+        (np.minimum(row_low, 0.0), np.maximum(row_high, 0.0)),
+        (np.minimum(low, 0.0), np.maximum(high, 0.0)),
         LP_EFFORT,
     )
     if optimum is None:
         return None
-    y = x + optimum.x
+    y = x + C * optimum.x
     nearer = np.where(y - data.lower <= data.upper - y, data.lower, data.upper)
     # Variables at a bound may differ from it by the LP solver's rounding, about 1e-12.
     sizes = np.maximum(np.abs(y), C)
