@@ -10,9 +10,9 @@ from __future__ import annotations
 
 import time
 from collections import Counter, deque
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections.abc import Callable, Generator, Iterable, Iterator, Sequence
 from concurrent.futures import Future, wait
-from contextlib import ExitStack, closing, contextmanager
+from contextlib import ExitStack, closing, contextmanager, nullcontext, suppress
 from dataclasses import replace
 from functools import partial
 from itertools import chain, repeat, takewhile
@@ -42,6 +42,7 @@ from lcpcli.files.atomic_write import gradual_writing, open_log, refuse_unwritab
 from lcpcli.files.contents import Source, source_name
 from lcpcli.files.formats import has_lines
 from lcpcli.files.inputs import InputItem, QColumns
+from lcpcli.interrupts import deferring_signals
 from lcpcli.report import result_formats
 from lcpcli.report.columns import of_traces
 from lcpcli.report.result_formats import Layout
@@ -89,6 +90,7 @@ def run(input_items: Iterator[InputItem], output: Output, request: Request) -> i
                 total=_total(request.inputs),
                 is_shown=shows_progress(request.quiet) and is_to_file,
             ),
+            is_to_file,
         )
     if past is not None:
         outcomes = past.outcomes + outcomes  # counted by the thread that reads
@@ -190,23 +192,44 @@ def _in_list(write: Write) -> Iterator[Write]:
 
 
 def _written(
-    records: Iterator[TaskRecord], write: Write, progress: Line
+    records: Generator[TaskRecord, None, None],
+    write: Write,
+    progress: Line,
+    is_to_file: bool,
 ) -> tuple[Counter[Kind], bool]:
     """Write all records; return how many problems ended how, and whether Ctrl-C ended
     that. progress : where their number is shown meanwhile."""
     outcomes, is_interrupted = Counter[Kind](), False
+    # A reader of standard output may keep a record waiting for ever.
+    writing_whole = deferring_signals if is_to_file else nullcontext
     with progress as line:
-        try:
-            for number, record in enumerate(records, 1):
+
+        def add(record: TaskRecord) -> None:
+            with writing_whole():
                 write(record.text)
                 outcomes[record.status, record.exit_code] += 1
-                for complaint in record.complaints:
-                    line.note(f"lcp: {complaint}")
-                line.tell_number(number)
+            for complaint in record.complaints:
+                line.note(f"lcp: {complaint}")
+            line.tell_number(outcomes.total())
+
+        try:
+            for record in records:
                 is_interrupted |= record.interrupted
+                add(record)
         except KeyboardInterrupt:
-            return outcomes, True
+            is_interrupted = True
+            with suppress(KeyboardInterrupt):
+                for record in _last(records) if is_to_file else ():
+                    add(record)
     return outcomes, is_interrupted
+
+
+def _last(records: Generator[TaskRecord, None, None]) -> Iterator[TaskRecord]:
+    """Yield what a generator of records has left after Ctrl-C, of which it is told
+    unless it has raised that itself."""
+    with suppress(KeyboardInterrupt, StopIteration):
+        yield records.throw(KeyboardInterrupt)
+        yield from records
 
 
 # The time for which a process works on one piece: long compared with the milliseconds
@@ -467,7 +490,7 @@ def _places_of(input_item: InputItem) -> int:
 
 def all_records(
     task: Task, input_items: Iterable[InputItem], pool: Pool | None, in_order: bool
-) -> Iterator[TaskRecord]:
+) -> Generator[TaskRecord, None, None]:
     """Yield the records that the pool makes, or this process without one, in order or
     each as soon as it is known."""
     if pool is None:
@@ -512,10 +535,10 @@ class _Distribution:
         if self._pool.stop():
             wait(running, SECONDS_TO_STOP)
         for piece in self._pieces:
-            records, future = piece.records or [], piece.future
+            future = piece.future
             if piece.records is None and future.done() and not future.cancelled():
-                records = [] if future.exception() else future.result()[0]
-            yield from chain.from_iterable(records)
+                piece.take([] if future.exception() else future.result()[0])
+            yield from piece.taken()
 
     def _all(self, in_order: bool) -> Iterator[TaskRecord]:
         while True:
@@ -530,8 +553,8 @@ class _Distribution:
                 )
                 ready = list(finished)
             for piece in ready:
+                yield from piece.taken()
                 self._pieces.remove(piece)
-                yield from chain.from_iterable(piece.records or [])
             if not ready:
                 if not self._pieces and self._inputs.is_at_end:
                     return
@@ -602,13 +625,17 @@ class _Piece:
     ) -> None:
         self.input_items, self.future = input_items, future
         self.bytes = sum(input_item.size for input_item in input_items)
-        self.records: list[list[TaskRecord]] | None = None
+        self.records: deque[TaskRecord] | None = None
 
     def take(self, records: list[list[TaskRecord]]) -> None:
-        self.input_items, self.records = [], records
-        self.bytes = sum(
-            RECORD_BYTES + len(record.text) for record in chain.from_iterable(records)
-        )
+        self.input_items = []
+        self.records = deque(chain.from_iterable(records))
+        self.bytes = sum(RECORD_BYTES + len(record.text) for record in self.records)
+
+    def taken(self) -> Iterator[TaskRecord]:
+        """Yield the records, each of them once."""
+        while self.records:
+            yield self.records.popleft()
 
 
 def _alone(task: Task, input_item: InputItem, pool: Pool) -> list[TaskRecord]:

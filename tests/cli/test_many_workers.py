@@ -560,6 +560,22 @@ def test_in_order_only_what_has_room_is_solved_behind_one_that_takes_long() -> N
     stuck.first.set_result(solved(1))
 
 
+@pytest.mark.parametrize("in_order", [True, False])
+def test_ctrl_c_while_a_record_is_written_costs_no_other_one(in_order: bool) -> None:
+    class Stopping(Deadly):
+        def stop(self) -> bool:
+            return True
+
+    pool: Any = Stopping()
+    records = tasks.all_records(pool, problems(100), pool, in_order)
+    texts = [next(records).text for _ in range(10)]
+    texts.append(records.throw(KeyboardInterrupt).text)
+    with pytest.raises(KeyboardInterrupt):
+        texts.extend(record.text for record in records)
+    assert texts == [str(k) for k in range(1, len(texts) + 1)]
+    assert len(texts) > 14  # pieces of 1, 2, 4, 8 problems
+
+
 def test_columns_of_one_matrix_are_taken_in_parts_and_nothing_beside_them_is_lost() -> (
     None
 ):

@@ -453,8 +453,8 @@ def test_a_variable_inside_its_bounds_has_no_multiplier_in_any_unit(power: int) 
         assert not answer.bound_multipliers.any()
 
 
-@pytest.mark.parametrize("scaled", ("objective", "rows", "x"))
-@pytest.mark.parametrize("scale", (1e-12, 1e-8, 1e8))
+@pytest.mark.parametrize("scaled", ["objective", "rows", "x"])
+@pytest.mark.parametrize("scale", [1e-12, 1e-8, 1e8])
 def test_several_minimizers_are_seen_in_any_unit(scaled: str, scale: float) -> None:
     """min x_1 + x_2 with x_1 + x_2 >= 3, 0 <= x <= 5, in other units."""
     c, A = np.ones(2), np.ones((1, 2))
@@ -469,7 +469,7 @@ def test_several_minimizers_are_seen_in_any_unit(scaled: str, scale: float) -> N
     assert result.answer.proved == "several_optima"
 
 
-@pytest.mark.parametrize("row_upper", (np.inf, 6.7, 1.7))
+@pytest.mark.parametrize("row_upper", [np.inf, 6.7, 1.7])
 def test_several_minimizers_are_seen_where_a_row_has_two_sides(
     row_upper: float,
 ) -> None:
