@@ -1,4 +1,4 @@
-"""Solvers in Python packages: QuantEcon.py, five solvers of convex quadratic programs,
+"""Solvers in Python packages: QuantEcon.py, three solvers of convex quadratic programs,
 and Gambit in its own process.
 
 The program is to minimize z'Mz / 2 + q'z over z >= 0, or over l <= z <= u; a problem
@@ -102,16 +102,12 @@ def dense(M: Matrix) -> Any:
     return M.toarray() if is_sparse(M) else np.array(M, order="C")
 
 
-def columns(*blocks: Any) -> Any:
-    """Return blocks one below the other, in compressed sparse columns, as a csc_matrix,
-    which all peers accept."""
+def columns(M: Matrix) -> Any:
+    """Return M in compressed sparse columns, as a csc_matrix, which all peers
+    accept."""
     with imports:
-        from scipy.sparse import csc_matrix, vstack
-    return csc_matrix(
-        vstack([csc_matrix(block) for block in blocks])
-        if len(blocks) > 1
-        else blocks[0]
-    )
+        from scipy.sparse import csc_matrix
+    return csc_matrix(M)
 
 
 PeerOutcome = tuple[Any, Any, bool, str] | tuple[Any, Any, bool, str, float]
@@ -191,61 +187,6 @@ def quantecon(optimize: Any, problem: Problem, *_: Any) -> PeerOutcome:
         None,
         bool(result.success),
         statuses.get(result.status, f"status {result.status}"),
-    )
-
-
-@partial(PackageSolver, "clarabel", refusals=(not_sparse, not_convex))
-def clarabel(
-    clarabel: Any, _: Problem, program: Blocks, tol: float, time_limit: float
-) -> PeerOutcome:
-    """Run Clarabel: P. J. Goulart and Y. Chen, Clarabel: an interior-point solver for
-    conic programs with quadratic objectives, arXiv:2405.12762 (2024).
-
-    The tolerance applies to feasibility and to the duality gap, absolute and relative.
-    "AlmostSolved", which refers to looser tolerances of Clarabel's own, does not count
-    as solved.
-    """
-    with imports:
-        from scipy.sparse import eye, triu
-    settings = clarabel.DefaultSettings()
-    settings.verbose, settings.time_limit = False, time_limit
-    settings.tol_gap_abs = settings.tol_gap_rel = settings.tol_feas = tol
-    one = eye(program.c.size).tocsr()
-    low, high = np.isfinite(program.lower), np.isfinite(program.upper)
-    equal = program.row_lower == program.row_upper
-    below, above = (
-        np.isfinite(program.row_lower) & ~equal,
-        np.isfinite(program.row_upper) & ~equal,
-    )
-    A = columns(
-        program.A[equal], -program.A[below], program.A[above], -one[low], one[high]
-    )
-    bound_values = (
-        -program.row_lower[below],
-        program.row_upper[above],
-        -program.lower[low],
-        program.upper[high],
-    )
-    b = np.concatenate((program.row_lower[equal], *bound_values))
-    cones = [clarabel.ZeroConeT(int(equal.sum()))] if equal.any() else []
-    cones.append(clarabel.NonnegativeConeT(b.size - int(equal.sum())))
-    solution = clarabel.DefaultSolver(
-        columns(triu(columns(program.Q))), program.c.copy(), A, b, cones, settings
-    ).solve()
-    y, dual = (
-        np.zeros(equal.size),
-        np.split(
-            np.array(solution.z), np.cumsum([equal.sum(), below.sum(), above.sum()])
-        ),
-    )
-    y[equal] = -dual[0]
-    y[below] += dual[1]
-    y[above] -= dual[2]
-    return (
-        solution.x,
-        y,
-        solution.status == clarabel.SolverStatus.Solved,
-        str(solution.status),
     )
 
 
@@ -339,51 +280,6 @@ def highs(
         solution.row_dual[:m],
         status == highspy.HighsModelStatus.kOptimal,
         highs.modelStatusToString(status),
-    )
-
-
-@partial(PackageSolver, "osqp", refusals=(not_sparse, not_convex))
-def osqp(
-    osqp: Any, _: Problem, program: Blocks, tol: float, time_limit: float
-) -> PeerOutcome:
-    """Run OSQP: B. Stellato, G. Banjac, P. Goulart, A. Bemporad and S. Boyd, OSQP: an
-    operator splitting solver for quadratic programs, Math. Program. Comput. 12 (2020)
-    637-672.
-
-    The tolerance applies to OSQP's primal and dual residuals, absolute and relative.
-    Its only limit is that of time.
-    """
-    with imports:  # also of its own parts, some of which it seeks each time
-        from scipy.sparse import eye, triu
-
-        solver, statuses = osqp.OSQP(), osqp.SolverStatus
-    # the integers of the settings have 32 bits; its own limit of time is 1e10 s
-    limits = {"max_iter": 2 * 10**9, "time_limit": min(time_limit, 1e10)}
-    P, q = columns(triu(columns(program.Q))), program.c.copy()
-    A = columns(program.A, eye(q.size))
-    lower = np.concatenate((program.row_lower, program.lower))
-    upper = np.concatenate((program.row_upper, program.upper))
-    try:
-        solver.setup(
-            P, q, A, lower, upper, eps_abs=tol, eps_rel=tol, verbose=False, **limits
-        )
-        result = solver.solve(raise_error=False)
-    except osqp.OSQPException as error:
-        return None, None, False, f"refused the problem with error {error}"
-    status = result.info.status_val
-    if status == statuses.OSQP_SIGINT:
-        raise KeyboardInterrupt  # Ctrl-C, which OSQP has intercepted
-    limited = statuses.OSQP_MAX_ITER_REACHED, statuses.OSQP_TIME_LIMIT_REACHED
-    x = (
-        result.x
-        if status in (statuses.OSQP_SOLVED, statuses.OSQP_SOLVED_INACCURATE, *limited)
-        else None
-    )
-    return (
-        x,
-        -np.array(result.y)[: program.row_lower.size],
-        status == statuses.OSQP_SOLVED,
-        result.info.status,
     )
 
 

@@ -23,8 +23,6 @@ REGISTRY = {
         "packages",
         "proximal interior-point method for quadratic programs (PIQP)",
     ),
-    "clarabel": ("packages", "interior-point method for conic programs (Clarabel)"),
-    "osqp": ("packages", "operator splitting for quadratic programs (OSQP)"),
     "daqp": (
         "packages",
         "dual active-set method for quadratic programs and affine variational "
@@ -39,6 +37,8 @@ REGISTRY = {
     "gambit": ("packages", "Lemke's method for one equilibrium of a game (Gambit)"),
 }
 PEERS = {name: meaning for name, (_, meaning) in REGISTRY.items()}
+# Peers of earlier versions, each with one to name instead.
+INSTEAD = {"clarabel": "piqp", "osqp": "piqp"}
 NONLINEAR = ("path-start",)  # those that also take nonlinear problems
 
 
@@ -91,4 +91,7 @@ def select(names: Iterable[str]) -> list[str]:
 
 
 def _unknown(name: str) -> OptionError:
+    if name in INSTEAD:
+        hint = f"name {INSTEAD[name]} instead"
+        return ParameterError("peer", f"{name} is no longer called", hint)
     return ParameterError("peer", unknown(name), likely(name, REGISTRY))

@@ -17,7 +17,7 @@ from scipy import sparse
 
 import lcpcli
 from lcpcli import Problem
-from lcpcli.errors import OptionError
+from lcpcli.errors import OptionError, ParameterError
 from lcpcli.files import reading
 from lcpcli.gallery import families as gallery
 from lcpcli.gallery import nonlinear
@@ -29,7 +29,7 @@ from lcpcli.verify.point import Criterion, Point
 
 TOL, TIME_LIMIT = 1e-9, 20.0
 INDEFINITE = Problem([[0, 1], [1, 0]], [-1, -1])
-QUADRATIC = ("piqp", "clarabel", "osqp", "daqp", "highs")
+QUADRATIC = ("piqp", "daqp", "highs")
 # Those that take more than games.
 GENERAL = [name for name in peers.PEERS if name != "gambit"]
 COMPILED = """
@@ -118,9 +118,9 @@ def test_matrices_are_converted_up_to_a_size() -> None:
         peers.load("quantecon").excludes(large)
         == "takes dense matrices only; others are converted up to n = 2000"
     )
-    assert peers.load("osqp").excludes(large) == ""
+    assert peers.load("highs").excludes(large) == ""
     assert (
-        peers.load("osqp")
+        peers.load("highs")
         .excludes(Problem(np.eye(n), -np.ones(n)))
         .startswith("takes sparse")
     )
@@ -249,9 +249,11 @@ def test_highs_is_not_led_astray_by_a_degenerate_problem_without_rows() -> None:
     assert claim.solved
 
 
-def test_osqp_gives_no_numbers_where_it_claims_that_there_are_none() -> None:
-    claim = loaded("osqp").solve(INFEASIBLE, TOL, TIME_LIMIT)
-    assert (claim.z, claim.statement) == (None, "dual infeasible")
+@pytest.mark.parametrize("name", peers.INSTEAD)
+def test_a_peer_of_an_earlier_version_is_refused_with_one_to_name(name: str) -> None:
+    refusal = f"{name} is no longer called; name {peers.INSTEAD[name]} instead"
+    with pytest.raises(ParameterError, match=refusal):
+        peers.select([name])
 
 
 @pytest.mark.parametrize("name", [name for name in GENERAL if name != "quantecon"])

@@ -25,7 +25,7 @@ from lcpcli.report.plotting import Curve, Growth, Panel, Power, Profile
 from lcpcli.solving import driver
 
 METHODS = ("auto", "shi", "fixed-point", "newton", "lemke", "milp")
-PEERS = ("piqp", "clarabel", "quantecon", "osqp", "daqp")
+PEERS = ("piqp", "daqp", "quantecon", "highs", "gambit")
 
 
 def drawn(draw: Callable[..., Figure], *given: Any) -> Figure:
