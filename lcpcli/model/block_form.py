@@ -131,6 +131,12 @@ class Blocks(NamedTuple):
         )
         return q, lower, upper
 
+    def gradient_terms(self, x: Vector, y: Vector) -> Vector:
+        """Return the sum of the absolute values of the terms of Qx + c - A'y. x, y :
+        absolute values."""
+        terms = matrices.absolute_product(self.Q, x) + np.abs(self.c)
+        return np.asarray(terms + matrices.absolute_product(self.A.T, y))
+
     @np.errstate(over="ignore", invalid="ignore")
     def objective(self, x: Vector) -> float:
         """Return x'Qx / 2 + c'x for a symmetric Q, with more digits than doubles have

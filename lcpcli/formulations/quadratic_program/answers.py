@@ -349,8 +349,7 @@ Measures: TypeAlias = tuple[Vector, Vector, Vector, float]
 def _measured(data: Blocks, x: Vector, y: Vector, w: Vector) -> Measures:
     """Return the measures of x, with slacks within the rounding of their rows as 0. w :
     Qx + c - A'y."""
-    sizes = absolute_product(data.Q, np.abs(x)) + np.abs(data.c)
-    sizes += np.abs(data.A).T @ np.abs(y)
+    sizes = data.gradient_terms(np.abs(x), np.abs(y))
     # A bound is active if x, relative to its largest entry, is closer to it than w,
     # relative to its terms, is to 0; otherwise w is rounding of 0.
     shares = np.abs(w) / np.where(sizes > 0, sizes, 1.0)

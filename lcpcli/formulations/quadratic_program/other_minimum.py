@@ -19,7 +19,7 @@ from typing import Any
 
 import numpy as np
 
-from lcpcli.clock import imports
+from lcpcli.formulations.quadratic_program.pivoted import Pivoted
 from lcpcli.formulations.quadratic_program.program import Program
 from lcpcli.linalg.doubles import ROW_ROUNDING, generator
 from lcpcli.linalg.matrices import absolute_product, dense, product, stack
@@ -100,8 +100,7 @@ def _may_leave(x: Vector, y: Vector, data: Blocks) -> tuple[Indices, Indices]:
     may leave their bounds because their multipliers may be 0.
     """
     slopes, sizes = product(data.Q, x) + data.c, np.abs(y)
-    terms = absolute_product(data.Q, np.abs(x)) + np.abs(data.c)
-    terms += absolute_product(data.A.T, sizes)
+    terms = data.gradient_terms(np.abs(x), sizes)
     of_bounds = np.abs(slopes - product(data.A.T, y))
     fixed = data.lower == data.upper
     shares = np.abs(dense(data.A)) / np.where(terms > 0, terms, np.inf)
@@ -120,27 +119,11 @@ def _scaled(A: Vector, C: Vector) -> Vector:
     return np.asarray(A[sizes > 0] / sizes[sizes > 0, np.newaxis])
 
 
-def _pivots(A: Vector) -> tuple[Vector, Vector, Indices]:
-    """Return sizes of the pivots of A, relative to the largest, as many as it has
-    columns, R, and the order of the columns."""
-    with imports:
-        from scipy.linalg import qr
-    R, order = qr(A, mode="r", pivoting=True)
-    pivots = np.zeros(A.shape[1])
-    diagonal = np.abs(R.diagonal())
-    pivots[: diagonal.size] = diagonal / diagonal[0] if diagonal[:1].any() else 0.0
-    return pivots, R, order
-
-
 def _is_regular(A: Vector) -> bool:
     """Return whether the columns of A are certainly independent."""
     if A.shape[0] < A.shape[1]:
         return False
-    return not A.size or bool(_pivots(A)[0].min() > SURE_PIVOT)
-
-
-def _rank(A: Vector, pivots: Vector) -> int:
-    return int(np.count_nonzero(pivots > max(A.shape) * ROW_ROUNDING))
+    return not A.size or bool(Pivoted(A).pivots.min() > SURE_PIVOT)
 
 
 def _adjacent(direction: Vector, x: Vector, data: Blocks, C: Vector) -> Vector | None:
@@ -150,8 +133,7 @@ def _adjacent(direction: Vector, x: Vector, data: Blocks, C: Vector) -> Vector |
     A = _scaled(stacked(data, rows, free), C[free])
     if not A.size:
         return None
-    pivots, R, order = _pivots(A)
-    null = _null_vectors(R, order, _rank(A, pivots))
+    null = Pivoted(A).null
     d = np.zeros(x.size)
     d[free] = C[free] * (null @ (null.T @ (direction[free] * C[free])))
     if not d.any():
@@ -267,26 +249,14 @@ def _null_space(parts: Sequence[Vector], C: Vector, exactly: bool) -> Vector:
     A = _scaled(np.vstack(parts), C)
     if not A.size:
         return np.eye(C.size)
-    pivots, R, order = _pivots(A)
-    rank = _rank(A, pivots)
-    null = _null_vectors(R, order, rank)
+    factors = Pivoted(A)
+    null, columns = factors.null, factors.independent
     if exactly:
         integers = np.vstack([_whole_rows(part) for part in parts])
-        chosen = np.sort(_pivots(A[:, order[:rank]].T)[2][:rank])
-        if not has_rank(integers, chosen, np.sort(order[:rank])):
+        rows = Pivoted(A[:, columns].T).order[: columns.size]
+        if not has_rank(integers, np.sort(rows), np.sort(columns)):
             null = _exact_null_vectors(integers) / C[:, np.newaxis]
     return np.asarray(np.linalg.qr(null)[0])
-
-
-def _null_vectors(R: Vector, order: Indices, rank: int) -> Vector:
-    """Return a basis of the null space of a matrix with these factors, in columns."""
-    with imports:
-        from scipy.linalg import solve_triangular
-    k = order.size
-    null = np.zeros((k, k - rank))
-    null[order[:rank]] = -solve_triangular(R[:rank, :rank], R[:rank, rank:])
-    null[order[rank:]] = np.eye(k - rank)
-    return null
 
 
 def _whole_rows(A: Vector) -> Any:

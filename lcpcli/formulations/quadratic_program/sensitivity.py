@@ -36,6 +36,7 @@ from typing import NamedTuple
 import numpy as np
 
 from lcpcli.clock import imports
+from lcpcli.formulations.quadratic_program.pivoted import Pivoted
 from lcpcli.formulations.quadratic_program.program import Program
 from lcpcli.interrupts import TimeIsUp
 from lcpcli.linalg.doubles import (
@@ -168,7 +169,7 @@ def _derivatives(
     if P.size * F.size * min(P.size, F.size) > MAX_WORK:
         return None
     A = dense(data.A[P]) * of_y[P, np.newaxis]
-    N = _null_space((A[:, F] * of_x[F]).T)
+    N = Pivoted((A[:, F] * of_x[F]).T).null
     changes = np.vstack((N, -(A[:, J] / of_u[J]).T @ N))
     values = np.concatenate((y[P] / of_y[P], u[J] / of_u[J]))
     required = np.concatenate((rows.required[P], bounds.required[J]))
@@ -195,8 +196,7 @@ def _up_to_rounding(
     of_x = problem.units.diagonals()[1][: x.size]
     sizes = np.abs(x)
     u = product(data.Q, x) + data.c - product(data.A.T, y)
-    terms = absolute_product(data.Q, sizes) + np.abs(data.c)
-    terms += absolute_product(data.A.T, np.abs(y))
+    terms = data.gradient_terms(sizes, np.abs(y))
     # The largest share of a row in the terms of a column.
     shares = row_maxima(scaled(data.A, np.abs(y), np.where(terms > 0, 1 / terms, 0.0)))
     y = np.where(_is_nonzero(shares, NOISE, NEGLIGIBLE), y, 0.0)
@@ -275,22 +275,6 @@ def _signs(values: Sequence[Fraction]) -> Vector:
 
 def _rounded(values: Sequence[Fraction]) -> Vector:
     return np.array(list(map(float, values)), dtype=float)
-
-
-def _null_space(A: Vector) -> Vector:
-    """Return a basis of the null space of A, shape (n, k), up to rounding."""
-    with imports:
-        from scipy.linalg import qr, solve_triangular
-    n = A.shape[1]
-    if not A.size:
-        return np.eye(n)
-    R, order = qr(A, mode="r", pivoting=True)
-    pivots = np.abs(R.diagonal())
-    rank = int(np.count_nonzero(pivots > max(A.shape) * ROW_ROUNDING * pivots[0]))
-    basis = np.zeros((n, n - rank))
-    basis[order[:rank]] = -solve_triangular(R[:rank, :rank], R[:rank, rank:])
-    basis[order[rank:]] = np.eye(n - rank)
-    return basis
 
 
 def _ranges(
