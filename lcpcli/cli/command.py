@@ -36,10 +36,13 @@ VARIABLE = "_LCP_COMPLETE"
 TRACE = "--trace"  # which took the name of a file in earlier versions
 # Options of other tools whose names resemble other ones here.
 ELSEWHERE = {"maxiter": "max-iterations"}
+FROM = "it has gone: use lcp convert for .csv and .mtx, and lcpcli.write for others"
 GONE = {  # options of earlier versions
     "q": "it has gone: name the file of q after that of M",
     "warm": "it has gone: give a start near the solution by --z0",
     "stop": "it has gone: in Python a callback= ends a run",
+    "from-qp": FROM,
+    "from-game": FROM,
 }
 MOVED = {  # commands of earlier versions
     "compare-runs": "python tests/benchmarks/compare_runs.py of the source does it",

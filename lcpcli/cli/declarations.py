@@ -500,8 +500,6 @@ class Needs(Flag):
     LIST = auto()  # of all solutions
     NEW_BENCH = auto()
     FAMILY = auto()
-    ORIGIN = auto()  # a program or a game in a file
-    GAME = auto()
     PROBLEM = auto()  # that is written
 
 
@@ -537,8 +535,6 @@ NEEDS = {
     SWEEP: Needs.ONE_AXIS | Needs.NEW_BENCH,
     **dict.fromkeys(("SUITE", "--peer", "--accept", "--budget"), Needs.NEW_BENCH),
     **dict.fromkeys(("FAMILY", "-n", "--seed", "--set"), Needs.FAMILY),
-    "--from-qp": Needs.ORIGIN,
-    "--from-game": Needs.ORIGIN | Needs.GAME,
 }
 NOTHING = Needs(0)
 COMPARE = "leave it out, or use lcp compare"
@@ -661,10 +657,8 @@ RESUMED_BENCH = Mode(
 )
 LIST = Mode(
     "--list",
-    [Refusal(Needs.FAMILY | Needs.ORIGIN | Needs.PROBLEM, hint=LEAVE_ONE_OUT)],
+    [Refusal(Needs.FAMILY | Needs.PROBLEM, hint=LEAVE_ONE_OUT)],
 )
-FROM_QP = Mode("--from-qp", [Refusal(Needs.FAMILY | Needs.GAME, hint=LEAVE_ONE_OUT)])
-FROM_GAME = Mode("--from-game", [Refusal(Needs.FAMILY, hint=LEAVE_ONE_OUT)])
 
 
 def reject_conflicting_options(option_values: Mapping[str, Any], *modes: Mode) -> None:

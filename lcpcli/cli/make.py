@@ -1,5 +1,5 @@
-"""lcp make and lcp convert: write a problem of the gallery, a program or a game, or
-write one in another format."""
+"""lcp make and lcp convert: write a problem of the gallery, or one in another
+format."""
 
 from __future__ import annotations
 
@@ -12,8 +12,6 @@ from typing import TYPE_CHECKING, Any
 
 from lcpcli.cli.command import Choice, command
 from lcpcli.cli.declarations import (
-    FROM_GAME,
-    FROM_QP,
     LIST,
     OneProblem,
     Writing,
@@ -70,13 +68,11 @@ class Make(Writing):
     n: int | None = None
     seed: int | None = None
     settings: Sequence[str] = ()
-    from_qp: str | None = None
-    from_game: str | None = None
 
 
 @command(
     request=Make,
-    short_help="Write a problem of the gallery, a program or a game.",
+    short_help="Write a problem of the gallery.",
     examples=(
         "lcp make --list",
         "lcp make obstacle -n 100 | lcp solve -",
@@ -85,10 +81,8 @@ class Make(Writing):
     ),
     exits={Exit.SOLVED: "written"},
     epilog=f"The same arguments give the same problem. {', '.join(COMPLETE)} also hold "
-    "its known solutions and, for a "
-    "program or a game, what lcp solve needs to report the minimizer or the "
-    "equilibrium. lcp solve also takes the file "
-    "of a program or a game itself, whose keys are in lcp help programs and games.",
+    "its known solutions and, for a program or a game, what lcp solve needs to report "
+    "the minimizer or the equilibrium.",
 )
 @argument(
     "Family",
@@ -110,29 +104,14 @@ class Make(Writing):
     "--set settings NAME=VALUE  Set a parameter of the family; repeatable.",
     multiple=True,
 )
-@option(
-    "Program or game, in place of a family",
-    "--from-qp FILE  A linear or quadratic program, as in lcp help programs.",
-    "--from-game FILE  A game of two players, as in lcp help games.",
-)
 @problem_output
 def make(request: Make) -> int:
-    """Write a problem of FAMILY, a family of the gallery, or the problem of a program
-    or a game."""
+    """Write a problem of FAMILY, a family of the gallery."""
     if request.listed:
         reject_conflicting_options(request.option_values, LIST)
         return _show_list()
     output, quiet, family = request.output, request.quiet, request.family
-    sources = [(request.from_qp, FROM_QP), (request.from_game, FROM_GAME)]
-    prepare(Inputs([path for path, _ in sources if path is not None]), output)
-    for path, mode in sources:
-        if path is not None:
-            reject_conflicting_options(request.option_values, mode)
-            from lcpcli.files import reading
-
-            kind = mode.name.removeprefix("--from-")
-            write(reading.read_origin(kind, path), output, quiet)
-            return 0
+    prepare(Inputs([]), output)
     if family is None:
         raise OptionError(
             "FAMILY", IS_MISSING, "name a family; lcp make --list shows them"
@@ -236,8 +215,8 @@ class Convert(OneProblem, Writing):
     f"doubles. {', '.join(COMPLETE)} keep "
     "everything, .csv M, q and bounds, the others M and q; .mtx and .npy need "
     "two files for them, such as p.mtx and "
-    "p.q.mtx. Programs and games are kept, programs also in .mps; lcp make "
-    "--from-qp and --from-game write M and q.",
+    "p.q.mtx. Where a format can hold them, programs and games are kept as such, "
+    "programs also in .mps.",
 )
 @problem_file
 @problem_output

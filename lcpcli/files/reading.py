@@ -6,11 +6,8 @@ import math
 import os
 from collections.abc import Sequence
 
-from lcpcli.files import contents
-from lcpcli.files.formats import refuse
 from lcpcli.files.input_file import LINE, WHOLE, InputFile
 from lcpcli.files.inputs import problem_of
-from lcpcli.model import formulations
 from lcpcli.model.problem import Problem
 
 
@@ -53,16 +50,3 @@ def problem_in(files: Sequence[InputFile], infinity: float = math.inf) -> Proble
 def files_of(paths: Sequence[str]) -> list[InputFile]:
     """Read the file of a problem, or those of M and of q."""
     return list(map(InputFile.read, paths, (WHOLE, LINE)))
-
-
-def read_origin(kind: str, path: str) -> Problem:
-    """Read the problem of a formulation, or of one of the same noun, in a file."""
-    problem, row = read(path), formulations.row_of(kind)
-    kinds = {
-        each
-        for each, candidate in formulations.TABLE.items()
-        if candidate.noun == row.noun
-    }
-    is_other = problem.formulation.kind not in kinds
-    refuse(is_other, contents.source_name(path), f"is not {row.noun}", row.hint)
-    return problem

@@ -70,7 +70,6 @@ class Row(NamedTuple):
     words : words of the command line, each with the module whose function `run` is then
         called with the first word and the words behind it, and returns the exit code.
     matrices : those of all its keys whose values may be sparse matrices.
-    hint : what to give where such a file is asked for.
     page : of help.
     unrounded : what their numbers are called, if JSON keeps those that are no shortest
         decimals of doubles as fractions.
@@ -89,7 +88,6 @@ class Row(NamedTuple):
     others: tuple[str, ...] = ()
     words: Mapping[str, str] = {}
     matrices: tuple[str, ...] = ()
-    hint: str = ""
     page: str = "development"
     unrounded: str = ""
     meant: tuple[tuple[str, ...], str] = ((), "")
@@ -153,7 +151,6 @@ TABLE = {
             *("lb", "ub", "f", *TEXTS),
         ),
         matrices=("Q", "P", "A", "G"),
-        hint="give Q and c, or an MPS file",
         page="programs",
     ),
     "game": Row(
@@ -165,7 +162,6 @@ TABLE = {
         {".nfg": FileForm("nfg_format", b"NFG ")},
         others=TEXTS,
         matrices=("A", "B"),
-        hint="give the payoffs A and B",
         page="games",
         unrounded="payoff",
         meant=(

@@ -165,9 +165,6 @@ GAME = {
 }
 
 
-BAD = ("--from-qp", "--from-game")
-
-
 def test_bad_origins_and_options_without_effect_are_reported_in_one_line(
     lcp: Lcp, files: Path
 ) -> None:
@@ -185,12 +182,12 @@ def test_bad_origins_and_options_without_effect_are_reported_in_one_line(
 
 
 @pytest.mark.parametrize("place", [(0, 1), (0, 2), (2, 2), (3, 3)])
-@pytest.mark.parametrize("option", BAD)
+@pytest.mark.parametrize("kind", ["qp", "game"])
 def test_a_changed_matrix_no_longer_fits_its_origin(
-    option: str, place: tuple[int, int]
+    kind: str, place: tuple[int, int]
 ) -> None:
     program = from_qp(PROGRAM["Q"], [1, 2], [[1, 1]], [1], row_upper=[2])
-    problem = program if option == "--from-qp" else from_game(GAME["A"], GAME["B"])
+    problem = program if kind == "qp" else from_game(GAME["A"], GAME["B"])
     M = problem.M.copy()
     M[place] += 1
     unit = np.eye(problem.n)[2]

@@ -80,7 +80,7 @@ HEADINGS = {
 WITHOUT_DEFAULT = {  # options that do nothing unless they are given
     **dict.fromkeys(COMMANDS, ("--plot",)),
     "bench": ("--plot", "--resume", "--output"),
-    "make": ("--set", "--from-qp", "--from-game"),
+    "make": ("--set",),
 }
 
 

@@ -329,7 +329,6 @@ convert p.json -o p.json => p.json: {HOLDS_PROBLEM}; {OTHER_OUTPUT}
 convert M.csv p.q.mtx -o p.mtx => p.q.mtx: {HOLDS_PROBLEM}; {OTHER_OUTPUT}
 1\n1\n > t.csv
 convert M.csv q.csv --upper t.csv -o t.csv => t.csv: {HOLDS_PROBLEM}; {OTHER_OUTPUT}
-make --from-game g.json -o g.json => g.json: {HOLDS_PROBLEM}; {OTHER_OUTPUT}
 bench p.json -o p.json => p.json: {HOLDS_PROBLEM}; {OTHER_OUTPUT}
 bench in -o in/a.json => in/a.json: {HOLDS_PROBLEM}; {OTHER_OUTPUT}
 path p.json to.json -o to.json => to.json: {HOLDS_PROBLEM}; {OTHER_OUTPUT}
@@ -507,13 +506,9 @@ make diagonal --set decades=3 --set decades=4
 make harker-pang --set symmetric=maybe
     => --set: {NO_VALUE_OF:'maybe'|symmetric}; give true or false
 make --list murty => FAMILY: {NO_EFFECT:--list}; {LEAVE_ONE_OUT}
-make --list --from-qp program.json => --from-qp: {NO_EFFECT:--list}; {LEAVE_ONE_OUT}
-make --from-qp program.json murty => FAMILY: {NO_EFFECT:--from-qp}; {LEAVE_ONE_OUT}
-make --from-qp program.json -n 3 => -n: {NO_EFFECT:--from-qp}; {LEAVE_ONE_OUT}
-make --from-game game.json --set a=3 => --set: {NO_EFFECT:--from-game}; {LEAVE_ONE_OUT}
-make --from-game game.json --from-qp program.json
-    => --from-game: {NO_EFFECT:--from-qp}; {LEAVE_ONE_OUT}
-make --from-qp gone.json => gone.json: {NO_SUCH_FILE}; {DID_YOU_MEAN:game.json}
+make --from-qp program.json
+    => --from-qp: {NO_OPTION:lcp make}; it has gone: use lcp convert for .csv and .mtx,
+    and lcpcli.write for others
 """,
     {
         "program.json": '{"Q": [[2, 0], [0, 2]], "c": [-3, 1]}',

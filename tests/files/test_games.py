@@ -269,7 +269,7 @@ def test_it_is_recognized_by_its_first_word_also_compressed_and_from_text(
 def test_labels_in_latin_1_are_read_and_what_is_no_text_is_refused(lcp: Lcp) -> None:
     Path("g.efg").write_bytes(GAME.replace("Ann", "J\xfcrgen").encode("latin-1"))
     assert read("g.efg").names[0] == "J\xfcrgen"
-    assert lcp("make", "--from-game", "g.efg", "-o", "g.json").code == 0
+    assert lcp("convert", "g.efg", "-o", "g.json").code == 0
     Path("g.efg").write_bytes(b"EFG 2 R \0")
     with pytest.raises(errors.ProblemError, match=NOT_UTF_8):
         read("g.efg")

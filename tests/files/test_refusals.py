@@ -568,9 +568,8 @@ FROM_QP = contents(
 {"Q": [[1]], "c": [1e999]} => c[0]: {NOT_FINITE}; {FINITE}{FROM_0}
 {"Q": [[1]], "c": [1], "free": 0} => free: {IS:a number}; give a list of indices
 {"Q": [[1]], "c": [1], "free": [0, 0]} => free: names an index twice; {KEEP_ONE}
-{"M": [[1]], "q": [1]} => is not a program; give Q and c, or an MPS file
 """,
-    command="make --from-qp {} -o made.json",
+    command="convert {} -o made.json",
 )
 
 OF_QPSOLVERS = '"P": [[2, 0], [0, 2]], "q": [-1, -1], "G": [[1, 1]], "h": [1]'
@@ -763,9 +762,8 @@ FROM_GAME = contents(
 {"A": [[1]], "B": [[1]], "row": ["x"]} => row: {NO_KEY:a game}; {DID_YOU_MEAN:rows}
 {"A": [[1]], "B": [[1]], "upper": 1}
     => upper: {NO_KEY:a game}; its unknowns are probabilities; leave it out
-{"c": [1]} => is not a game; give the payoffs A and B
 """,
-    command="make --from-game {} -o made.json",
+    command="convert {} -o made.json",
 )
 COSTS = contents(
     "costs.json",

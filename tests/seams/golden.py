@@ -194,8 +194,6 @@ def commands() -> Iterator[str]:
     for suffix in ("txt", "json", "csv", "md", "tex", "html"):
         yield f"solve mixed.json -o written.{suffix}"
     yield from (
-        "make --from-qp qp.json",
-        "make --from-game game.json",
         "make --list",
         "--version",
         "--help",
