@@ -27,7 +27,7 @@ from lcpcli.report.plotting import Growth, Power
 EXCLUDED = "excluded"
 EXPECTED = "name a .json file written by lcp bench -o"
 # Fields of records of earlier versions.
-GONE = {"rate", "milestones", "condition", "forward_error"}
+GONE = {"rate", "milestones", "condition", "forward_error", "optimality"}
 
 
 @dataclass(frozen=True)
@@ -67,8 +67,6 @@ class Measurement:
         : for the run with the curve.
     curve : (k, seconds, error) of the iterates; curve_of is "error" or "residual",
         whichever the curve shows.
-    optimality : for a program, as in `timing.optimality`, empty without an answer; None
-        for other problems.
     """
 
     problem: str
@@ -86,7 +84,6 @@ class Measurement:
     residual: float | None = None
     scaled_residual: float | None = None
     error: float | None = None
-    optimality: dict[str, float] | None = None
     iterations: int | None = None
     evaluations: int | None = None
     seconds: list[float] = field(default_factory=list)
@@ -259,14 +256,14 @@ def median_interval(times: Sequence[float]) -> tuple[float, float]:
     return ordered[rank], ordered[n - 1 - rank]
 
 
-def shifted_geometric_mean(times: Sequence[float], shift: float = SHIFT) -> float:
-    """Return exp(mean(log(t + shift))) - shift for at least one time; no very long or
+def shifted_geometric_mean(times: Sequence[float]) -> float:
+    """Return exp(mean(log(t + SHIFT))) - SHIFT for at least one time; no very long or
     short time dominates it."""
-    return math.exp(math.fsum(math.log(t + shift) for t in times) / len(times)) - shift
+    return math.exp(math.fsum(math.log(t + SHIFT) for t in times) / len(times)) - SHIFT
 
 
 def mean_cells(
-    times: Mapping[Any, Sequence[float]], limit: float, shift: float = SHIFT
+    times: Mapping[Any, Sequence[float]], limit: float
 ) -> tuple[dict[Any, str], str]:
     """Return the shifted geometric means of times as cells, "" for no times, and their
     unit; a failure counts limit."""
@@ -275,7 +272,7 @@ def mean_cells(
         for key, seconds_of_key in times.items()
     }
     means = {
-        key: shifted_geometric_mean(seconds_of_key, shift)
+        key: shifted_geometric_mean(seconds_of_key)
         for key, seconds_of_key in charged.items()
         if seconds_of_key
     }

@@ -22,29 +22,12 @@ from lcpcli.bench.record import (
     times,
 )
 from lcpcli.bench.suites import SUITES, kinds_of, method_of, series
-from lcpcli.bench.timing import ABSOLUTE, NATURAL, RELATIVE
 from lcpcli.errors import count
-from lcpcli.model.problem import WITHOUT_SOLUTION
 from lcpcli.report import wording
 from lcpcli.report.document import Document, Section, Table
 from lcpcli.report.plotting import Curve, Panel, Picture, Profile
 from lcpcli.report.result_formats import Report, cell, plain
 from lcpcli.report.wording import PIPE_WIDTH
-
-COLUMNS = (
-    (RELATIVE, 1e-6),
-    (RELATIVE, 1e-9),
-    (ABSOLUTE, 1e-6),
-    (ABSOLUTE, 1e-9),
-    (NATURAL, 1e-9),
-)
-NAMES = {RELATIVE: "rel.", ABSOLUTE: "abs.", NATURAL: "natural"}
-# The relative residual up to which a program is solved and its time used: about the
-# default tolerance of the peers.
-SOLVED_TO = 1e-6
-# Seconds, as programs take longer than complementarity problems of a few unknowns.
-PROGRAM_SHIFT = 1e-2
-
 
 TEXTS = ("how it ended", "why")  # headings of texts, and of words:
 WORDS = ("solver", "problem", "family", "kind", *TEXTS)
@@ -63,62 +46,6 @@ def sheet(
     return Section(
         title, tables=[Table(header, groups, word_columns, texts, notes=notes)]
     )
-
-
-def optimality(record: BenchRecord) -> Section:
-    """Return how many programs each solver solved, by three measures, and its mean
-    time; no rows without programs."""
-    proved = {
-        row.problem
-        for row in record.measurements
-        if row.kind == "method" and row.status in WITHOUT_SOLUTION
-    }
-    programs = {
-        row.problem for row in record.measurements if row.optimality is not None
-    } - proved
-    counted = [
-        row
-        for row in record.measurements
-        if row.problem in programs and not row.excluded
-    ]
-    measured = {
-        solver: [row for row in counted if row.solver == solver]
-        for solver in record.solvers
-        if programs
-    }
-    times = {
-        solver: [
-            summary(row.seconds).median
-            if _within(row, RELATIVE, SOLVED_TO)
-            else math.inf
-            for row in rows_of_solver
-        ]
-        for solver, rows_of_solver in measured.items()
-    }
-    means, unit = mean_cells(times, record.options.time_limit, PROGRAM_SHIFT)
-    rows = []
-    for solver, rows_of_solver in measured.items():
-        counts = (
-            sum(_within(row, *level) for row in rows_of_solver) for level in COLUMNS
-        )
-        rows.append([solver, *map(str, (len(rows_of_solver), *counts)), means[solver]])
-    levels = (f"{NAMES[measure]} {wording.level(level)}" for measure, level in COLUMNS)
-    header = ["solver", "of", *levels, f"mean/{unit}"]
-    note = (
-        "Solved up to these residuals, recomputed from the program: the largest "
-        "of primal and dual residual and "
-        "duality gap, relative to their own terms (rel.) and absolute (abs.), "
-        "and the natural residual of z and w, "
-        "relative to the terms of w. "
-        "mean: geometric mean of the times of programs solved to a relative "
-        f"{SOLVED_TO:g}, shifted by "
-        f"{wording.duration(PROGRAM_SHIFT)}; other programs count as the time limit."
-    )
-    return sheet("Optimality", header, [rows], note)
-
-
-def _within(row: Measurement, measure: str, level: float) -> bool:
-    return row.claimed and (row.optimality or {}).get(measure, math.inf) <= level
 
 
 MOMENTS = (1e-3, 1e-2, 1e-1, 1.0, 10.0, 100.0)  # seconds
@@ -518,7 +445,6 @@ def render(
             _compared_with_peers,
             _over_time,
             _times,
-            optimality,
             _failures,
             _exclusions,
             _growth,

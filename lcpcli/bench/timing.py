@@ -33,12 +33,12 @@ from lcpcli.errors import ParameterError
 from lcpcli.files.contents import memory
 from lcpcli.interrupts import hides_interrupt
 from lcpcli.linalg import matrices, threads
-from lcpcli.linalg.doubles import are_moderate, is_finite
-from lcpcli.linalg.matrices import MIN_SHARED_ROWS, accurate_residual, is_sparse
+from lcpcli.linalg.doubles import is_finite
+from lcpcli.linalg.matrices import MIN_SHARED_ROWS
 from lcpcli.methods import registry as methods
 from lcpcli.model.evaluations import Evaluations
 from lcpcli.model.nonlinear import NonlinearProblem
-from lcpcli.model.problem import WITHOUT_SOLUTION, Problem, conditions_of
+from lcpcli.model.problem import WITHOUT_SOLUTION, Problem
 from lcpcli.options import AUTO, NUMBA, THREADS, Limits, wants_kernels
 from lcpcli.peers import registry as peers
 from lcpcli.peers.registry import Claim
@@ -46,7 +46,6 @@ from lcpcli.report.result_formats import plain
 from lcpcli.solving import driver
 from lcpcli.solving.solve_mcp import run_nonlinear
 from lcpcli.solving.trace import Trace
-from lcpcli.typing import Vector
 from lcpcli.verify.nonlinear_point import NonlinearCriterion
 from lcpcli.verify.point import Criterion, Point
 from lcpcli.version import VERSION
@@ -197,12 +196,6 @@ def _lasting(seconds: float, run: Claim) -> Claim:
     )
 
 
-ABSOLUTE, RELATIVE, NATURAL = "absolute", "relative", "natural"
-# The smallest size to which a residual is relative, as a share of the largest of the
-# three: solvers with tolerances cannot make residuals of smaller terms small.
-MIN_TERMS = 1e-6
-
-
 @np.errstate(over="ignore", invalid="ignore")  # overflow is infinite, never accepted
 def checked(
     problem: Problem | NonlinearProblem, answer: Claim, accept: float
@@ -223,7 +216,6 @@ def checked(
         return {
             "success": none and not false,
             "false_success": false,
-            "optimality": optimality(problem, None),
         }
     z = np.asarray(answer.z, dtype=np.float64)
     if isinstance(problem, NonlinearProblem):
@@ -251,83 +243,8 @@ def checked(
     }
     return {
         **facts,
-        "optimality": optimality(problem, z),
         **{name: plain(value) for name, value in numbers.items()},
     }
-
-
-@np.errstate(over="ignore", invalid="ignore")
-def optimality(
-    problem: Problem | NonlinearProblem, z: Vector | None
-) -> dict[str, float] | None:
-    """Return how well an answer satisfies the optimality conditions of the problem's
-    program.
-
-    The measures are the largest violation of a constraint, component of the gradient of
-    the Lagrangian, or duality gap, absolute and relative to its own terms, as in
-    qpbenchmark (S. Caron et al.), and the natural residual relative to the terms of w.
-    The result is None if the problem is not made from a program, and empty if there is
-    no z, or if numbers are out of range. z = (x, y, s), shape (n,). w is the multiplier
-    of a bound that is closer than max(|z|, 1), and otherwise part of the gradient of
-    the Lagrangian. The gap is the sum of the products of slacks and multipliers: at a
-    feasible point that is the difference of the primal and the dual objective, but it
-    is computed without their cancellation.
-    """
-    if not isinstance(problem, Problem) or (block_form := problem.block_form) is None:
-        return None
-    if z is None or not np.isfinite(z).all():
-        return {}
-    M, q, lower, upper = conditions_of(problem)
-    terms = matrices.absolute_product(M, np.abs(z)) + np.abs(q)
-    entries = M.data if is_sparse(M) else M
-    is_moderate = all(map(are_moderate, (entries, q, z)))
-    w = accurate_residual(M, -z, q) if is_moderate else problem.w(z)
-    outside = np.maximum(np.maximum(lower - z, z - upper), 0.0)
-    active_bound = np.where(w > 0, lower, upper)
-    is_close = np.abs(
-        np.where(np.isfinite(active_bound), z - active_bound, np.inf)
-    ) <= np.maximum(np.abs(z), 1.0)
-    dual_residual, active_bound = (
-        np.where(is_close, 0.0, w),
-        np.where(is_close, active_bound, 0.0),
-    )
-    k, ranges = block_form.variables, np.arange(z.size) >= z.size - block_form.ranges
-    rows = (np.arange(z.size) >= k) & ~ranges
-    curvature = np.abs(z[:k]) @ matrices.absolute_product(M[:k, :k], np.abs(z[:k]))
-    primal, dual = (
-        _largest(outside[:k], dual_residual[rows], outside[ranges]),
-        _largest(dual_residual[:k], outside[rows]),
-    )
-    gap = float(max(curvature, np.abs(q) @ np.abs(z), np.abs(w @ active_bound)))
-    residuals = primal, dual, abs(float(w @ (z - active_bound)))
-    sizes = (
-        _largest(terms[rows], z[:k], active_bound[:k], outside[:k]),
-        _largest(terms[:k], z[rows]),
-        gap,
-    )
-    floor = MIN_TERMS * max(sizes)
-    measures = {
-        ABSOLUTE: max(residuals),
-        RELATIVE: max(
-            _over(residual, max(size, floor))
-            for residual, size in zip(residuals, sizes, strict=True)
-        ),
-        NATURAL: _over(
-            _largest(problem.box.gaps(z, w)),
-            float(terms.max(initial=0.0)) or max(sizes),
-        ),
-    }
-    return measures if np.isfinite(list(measures.values())).all() else {}
-
-
-def _largest(*parts: Vector) -> float:
-    return max(float(np.abs(part).max(initial=0.0)) for part in parts)
-
-
-def _over(size: float, terms: float) -> float:
-    if size == 0:
-        return 0.0
-    return size / terms if terms else np.inf
 
 
 def start(

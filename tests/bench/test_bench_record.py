@@ -4,7 +4,7 @@ and that JSON gives it back."""
 from __future__ import annotations
 
 import json
-from dataclasses import asdict, replace
+from dataclasses import asdict
 from pathlib import Path
 from typing import Any
 
@@ -13,10 +13,9 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from lcpcli import Problem, from_qp
+from lcpcli import Problem
 from lcpcli.bench import record as records
-from lcpcli.bench import report
-from lcpcli.bench.record import BenchRecord, Measurement, shifted_geometric_mean
+from lcpcli.bench.record import BenchRecord
 from lcpcli.bench.report import render
 from lcpcli.bench.suites import (
     ALL,
@@ -28,19 +27,11 @@ from lcpcli.bench.suites import (
     prepare,
     problem_of,
 )
-from lcpcli.bench.timing import (
-    ABSOLUTE,
-    NATURAL,
-    RELATIVE,
-    checked,
-    optimality,
-    run_method,
-)
+from lcpcli.bench.timing import checked, run_method
 from lcpcli.errors import LCPError
 from lcpcli.gallery import nonlinear as gallery
 from lcpcli.model.nonlinear import NonlinearProblem
 from lcpcli.peers.registry import Claim
-from lcpcli.report import wording
 from lcpcli.report.result_formats import plain
 
 from ..benchmarks import accuracy
@@ -266,115 +257,6 @@ def test_bench_of_linear_and_nonlinear_problems_leaves_out_what_does_not_take_th
     assert_refused(
         lcp("bench", "market.nl", "--infinity", "1e20"),
         "--infinity: ",
-    )
-
-
-# Min x^2 / 2, x >= 1: x = y = 1.
-HALF_SQUARE = from_qp(Q=[[1]], c=[0], A=[[1]], row_lower=[1], lower=[-np.inf])
-STEEP = from_qp(Q=[[1e4]], c=[-2e4], upper=[1])  # x = 1
-# x = 2, y = -1, s = 4.
-RANGE = from_qp(Q=[[1]], c=[-4], A=[[2]], row_lower=[0], row_upper=[4], upper=[9])
-
-
-@pytest.mark.parametrize(
-    ("problem", "z", "absolute", "relative"),
-    [
-        (HALF_SQUARE, (1.0, 1.0), 0.0, 0.0),
-        (HALF_SQUARE, (1.1, 0.9), 1.21 - 0.9, (1.21 - 0.9) / 1.21),  # the gap
-        # x is too small by 0.1, which y multiplies.
-        (HALF_SQUARE, (0.9, 0.9), 0.1, 0.1),
-        (HALF_SQUARE, (1.0, -0.5), 1.5, 1.5),  # x - y is 1.5, and so is the gap
-        (
-            STEEP,
-            (1 + 2.0**-10,),
-            1e4 * (1 - 2.0**-10) * 2.0**-10,
-            2.0**-10 / (1 + 2.0**-10),
-        ),  # of terms of size 1
-        (RANGE, (2.0, -1.0, 4.0), 0.0, 0.0),
-        # 2 x is too large by 1, of terms that are at most 5 + 4.
-        (RANGE, (2.5, -0.75, 4.0), 1.0, 1.0 / 9.0),
-    ],
-)
-def test_residuals_and_gap_of_a_program(
-    problem: Problem, z: tuple[float, ...], absolute: float, relative: float
-) -> None:
-    found = optimality(problem, np.array(z))
-    assert found is not None
-    assert found[ABSOLUTE] == pytest.approx(absolute)
-    assert found[RELATIVE] == pytest.approx(relative)
-
-
-def test_a_multiplier_is_not_given_to_a_bound_that_is_far() -> None:
-    """w = -1e-9 inside a large box is a residual of 1e-9, not a gap of 1."""
-    problem = from_qp(Q=[[1]], c=[-1], upper=[1e9])
-    found = optimality(problem, np.array([1 - 1e-9]))
-    assert found is not None
-    assert found[ABSOLUTE] == pytest.approx(1e-9)
-
-
-def test_other_problems_and_answers_out_of_range_are_not_measured() -> None:
-    assert optimality(Problem([[1.0]], [-1.0]), np.ones(1)) is None
-    assert optimality(HALF_SQUARE, None) == {}
-    assert optimality(HALF_SQUARE, np.array([np.nan, 1.0])) == {}
-    assert optimality(HALF_SQUARE, np.array([np.inf, 1.0])) == {}
-    assert optimality(from_qp(Q=[[1e305]], c=[1]), np.array([-1e305])) == {}
-
-
-@pytest.mark.parametrize("size", [1e-150, 1.0, 1e150, 1e305])
-def test_terms_that_are_0_do_not_magnify_rounding(size: float) -> None:
-    """No objective: multipliers are 0, and the gap is the product of two roundings."""
-    problem = from_qp(
-        Q=[[0, 0], [0, 0]],
-        c=[0, 0],
-        A=[[0.1 * size, 0.7 * size]],
-        row_lower=[size],
-        row_upper=[size],
-    )
-    found = optimality(problem, np.array([3.0, 1.0, 2e-25]))
-    assert found is not None
-    assert max(found[RELATIVE], found[NATURAL]) < 1e-15
-
-
-def test_a_point_that_moves_no_term_is_measured_by_its_bounds() -> None:
-    found = optimality(from_qp(Q=[[1.0]], c=[0.0], lower=[5.0]), np.zeros(1))
-    assert found == {ABSOLUTE: 5.0, RELATIVE: 1.0, NATURAL: 1.0}
-
-
-def test_the_table_counts_what_is_claimed_and_accurate() -> None:
-    def row(
-        problem: str, solver: str, size: float | None, claimed: bool = True
-    ) -> Measurement:
-        found = (
-            None
-            if size is None
-            else {ABSOLUTE: 100 * size, RELATIVE: size, NATURAL: size}
-        )
-        return measurement(
-            problem, solver, success=claimed, seconds=[0.5], optimality=found
-        )
-
-    rows = [
-        row("a", "auto", 1e-12),
-        row("a", "shi", 1e-8),
-        row("b", "auto", 1e-7),
-        row("b", "shi", 1e-12, False),
-    ]
-    rows += [row("lcp", "auto", None), row("lcp", "shi", None)]
-    record = BenchRecord(
-        ["x"], [], ["auto", "shi"], [], [], SETTINGS, MACHINE, {}, rows
-    )
-    (group,) = report.optimality(record).tables[0].groups
-    mean = wording.digits(
-        1e3 * shifted_geometric_mean([0.5, 10.0], report.PROGRAM_SHIFT)
-    )
-    assert group == [
-        ["auto", "2", "2", "1", "1", "1", "1", "500"],
-        ["shi", "2", "1", "0", "1", "0", "0", mean],
-    ]
-    assert not any(
-        report.optimality(replace(record, methods=["auto"], measurements=rows[4:5]))
-        .tables[0]
-        .groups
     )
 
 

@@ -379,8 +379,8 @@ def test_interval_of_the_median_has_the_ranks_of_the_sign_test(
 
 def test_shifted_geometric_mean_by_hand() -> None:
     # sqrt(2 * 8) = 4, less 1.
-    assert shifted_geometric_mean([0.001, 0.007], shift=0.001) == pytest.approx(0.003)
-    assert shifted_geometric_mean([0.0, 0.099], shift=0.001) == pytest.approx(0.009)
+    assert shifted_geometric_mean([0.001, 0.007]) == pytest.approx(0.003)
+    assert shifted_geometric_mean([0.0, 0.099]) == pytest.approx(0.009)
 
 
 def test_performance_ratios_by_hand() -> None:
