@@ -165,7 +165,8 @@ class SuperLU:
 class LDL:
     """Systems by QDLDL's factors of S (M + diag(d)). SuperLU takes over if the first
     factors need so many operations per entry that its dense blocks save more than it
-    costs to compute both triangular factors.
+    costs to compute both triangular factors. Blocks of rank one have unknowns y = D U'x
+    of their own.
     """
 
     def __init__(self, M: Matrix, S: Vector) -> None:
@@ -173,6 +174,19 @@ class LDL:
             from scipy.sparse import csc_matrix
 
             from lcpcli.linalg.compressed_rows import of_arrays
+            from lcpcli.linalg.rank_one_blocks import rank_one_blocks
+        self.S = S
+        self._added = np.zeros(0)
+        blocks = rank_one_blocks(M, S)
+        if blocks is not None:
+            with imports:
+                from scipy.sparse import diags_array
+            self._added = np.zeros(blocks.D.size)
+            M = matrices.stack(
+                [[blocks.rest, blocks.U], [-blocks.U.T, diags_array(1 / blocks.D)]]
+            )
+            M.sort_indices()
+            S = np.concatenate((S, np.full(blocks.D.size, -1.0)))
         owners = np.repeat(np.arange(S.size), np.diff(M.indptr))
         # S M is symmetric: its rows left of the diagonal are the columns of its upper
         # triangle, which QDLDL takes.
@@ -188,7 +202,7 @@ class LDL:
         data[is_off] = (S[owners] * M.data)[below]
         indptr = np.concatenate(([0], column_ends)).astype(indices.dtype)
         self._upper = of_arrays(M.shape, indptr, indices, data, csc_matrix)
-        self.S = S
+        self._signs = S
         self._M = M
         self._diagonal = M.diagonal()
         self._solver: Any = None
@@ -198,6 +212,7 @@ class LDL:
     def factorize(self, d: Vector) -> None:
         with imports:
             import qdldl
+        d = np.concatenate((d, self._added)) if self._added.size else d
         if self._solver is not None and self._are_first:
             self._are_first = False
             if self.operations()[1] > MAX_PER_ENTRY:
@@ -207,7 +222,7 @@ class LDL:
         if self._in_blocks is not None:
             self._in_blocks.factorize(d)
             return
-        self._upper.data[self._diagonal_positions] = self.S * (self._diagonal + d)
+        self._upper.data[self._diagonal_positions] = self._signs * (self._diagonal + d)
         again = qdldl.Solver if self._solver is None else self._solver.update
         new_solver = factors.factorized(
             partial(again, self._upper, upper=True), self._upper.nnz, owns=False
@@ -215,11 +230,11 @@ class LDL:
         self._solver = self._solver or new_solver
 
     def solve(self, b: Vector) -> Vector:
-        return (
-            self._in_blocks.solve(b)
-            if self._in_blocks is not None
-            else np.asarray(self._solver.solve(self.S * b))
-        )
+        n = b.size
+        b = np.concatenate((b, self._added)) if self._added.size else b
+        if self._in_blocks is not None:
+            return self._in_blocks.solve(b)[:n]
+        return np.asarray(self._solver.solve(self._signs * b))[:n]
 
     def operations(self) -> tuple[float, float]:
         """Return the number of operations for the factors, and its mean per entry

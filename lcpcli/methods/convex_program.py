@@ -9,14 +9,15 @@ variable if S_i = 1 and the multiplier of a constraint if S_i = -1: see
 from __future__ import annotations
 
 import numpy as np
-from scipy.sparse import csc_matrix
+from scipy.sparse import block_array, csc_matrix, diags_array, eye_array
 
 from lcpcli.clock import imports
 from lcpcli.errors import ProblemError
 from lcpcli.linalg.compressed_rows import block, of_arrays
 from lcpcli.linalg.factors import SingularMatrix
-from lcpcli.linalg.matrices import compressed, may_be_stiff
-from lcpcli.linalg.programs import convex_minimum
+from lcpcli.linalg.matrices import compressed, may_be_stiff, stack
+from lcpcli.linalg.programs import PiqpResult, convex_minimum
+from lcpcli.linalg.rank_one_blocks import rank_one_blocks
 from lcpcli.linalg.shifted_systems import operations, systems
 from lcpcli.methods.direct import with_M
 from lcpcli.methods.interior import (
@@ -184,13 +185,19 @@ def _minimizer(
     program, or PIQP would take a bound for none."""
     M, q, lower, upper = conditions_of(problem)
     is_row, is_equation = S < 0, (S < 0) & np.isinf(lower) & np.isinf(upper)
-    sides = lower[is_row], upper[is_row]
+    # A multiplier from its only bound; fixed variables would have no interior.
+    z: Vector = np.where(lower == upper, lower, 0.0)
+    for one, other in ((lower, upper), (upper, lower)):
+        is_only = is_row & np.isfinite(one) & np.isinf(other)
+        z[is_only] = one[is_only]
+    sides = lower[is_row] - z[is_row], upper[is_row] - z[is_row]
     if not all(((side == 0) | np.isinf(side)).all() for side in sides):
         return None
-    # Fixed variables would have no interior.
-    z: Vector = np.where(lower == upper, lower, 0.0)
     q = problem.w(z) if z.any() else q
-    low, high = np.where(upper > 0, -q, -np.inf), np.where(lower < 0, -q, np.inf)
+    low, high = (
+        np.where(upper > z, -q, -np.inf),
+        np.where(lower < z, -q, np.inf),
+    )
     # PIQP prints a line about other rows.
     has_ends = is_row & ~is_equation & (np.isfinite(low) | np.isfinite(high))
     is_x = ~is_row & (lower < upper)
@@ -206,16 +213,47 @@ def _minimizer(
             (1, -1, -1), (x, equations, rows), blocks, strict=True
         )
     )
-    if (x.size + rows.size + equations.size) * x.size <= MAX_PER_ENTRY * (
-        Q.nnz + A.nnz + G.nnz
-    ):
-        Q, A, G = (each.toarray() for each in (Q, A, G))
-    of_rows, is_linear = (G, low[rows], high[rows]), not blocks[0][1].size
-    usual = MAX_LINEAR_STEPS if is_linear else MAX_STEPS
-    limits = TOLERANCE, usual if max_steps is None else max_steps, MAX_GAP
-    ended = convex_minimum(
-        Q, q[x], (A, -q[equations]), of_rows, (lower[x], upper[x]), *limits
+    if max_steps is None:
+        max_steps = MAX_STEPS if Q.nnz else MAX_LINEAR_STEPS
+    of_rows = G, low[rows], high[rows]
+    ended = _minimum(
+        Q, q[x], (A, -q[equations]), of_rows, (lower[x], upper[x]), max_steps
     )
-    z[x], z[equations], z[rows] = ended[:3]
+    z[x], z[equations] = ended[:2]
+    z[rows] += ended.of_rows
     is_found = "INFEASIBLE" not in ended.status and bool(np.isfinite(z).all())
     return (z, ended.status == "PIQP_SOLVED") if is_found else None
+
+
+def _minimum(
+    Q: Matrix,
+    c: Vector,
+    equations: tuple[Matrix, Vector],
+    rows: tuple[Matrix, Vector, Vector],
+    bounds: tuple[Vector, Vector],
+    max_steps: int,
+) -> PiqpResult:
+    """Return the result of `convex_minimum` for csc_matrices. With blocks U D U' of
+    rank one in Q, the sums v = U'x are further variables, with the costs v'Dv / 2."""
+    (A, b), (G, *sides), n = equations, rows, c.size
+    blocks = rank_one_blocks(Q, np.ones(n))
+    if blocks is not None:
+        zeros = np.zeros(blocks.D.size)
+        sums = blocks.U.T, -eye_array(zeros.size)
+        Q = block_array([[blocks.rest, None], [None, diags_array(blocks.D)]])
+        A = stack([[A, csc_matrix((b.size, zeros.size))], [*sums]])
+        G = stack([[G, csc_matrix((sides[0].size, zeros.size))]])
+        Q, A, G = (csc_matrix(each) for each in (Q, A, G))
+        c, b = (np.concatenate((each, zeros)) for each in (c, b))
+        bounds = (
+            np.concatenate((bounds[0], zeros - np.inf)),
+            np.concatenate((bounds[1], zeros + np.inf)),
+        )
+    lines = c.size + b.size + sides[0].size
+    if lines * c.size <= MAX_PER_ENTRY * (Q.nnz + A.nnz + G.nnz):
+        Q, A, G = (each.toarray() for each in (Q, A, G))
+    ended = convex_minimum(
+        Q, c, (A, b), (G, *sides), bounds, TOLERANCE, max_steps, MAX_GAP
+    )
+    of_equations = ended.of_equations[: equations[1].size]
+    return ended._replace(x=ended.x[:n], of_equations=of_equations)

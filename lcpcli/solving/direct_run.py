@@ -318,6 +318,7 @@ def program_steps(session: Session) -> Steps:
     session.stopwatch.count("setup")
     limits = session.limits
     box = session.problem.box
+    extent = session.extent if session.extent.share else BY_CRITERION
     steps = 0
     acceptance: Acceptance | None = None
     # Of the last iterate, without rounding of 0 and as it is, unless they have been
@@ -338,7 +339,7 @@ def program_steps(session: Session) -> Steps:
                 )
                 points.insert(0, session.point(box.project(rounded)))
             if step.signs_final:
-                acceptance = accepted(session.problem, points, limits.tol, BY_CRITERION)
+                acceptance = accepted(session.problem, points, limits.tol, extent)
                 points = []
             else:
                 tol = EARLY * limits.tol
@@ -349,7 +350,7 @@ def program_steps(session: Session) -> Steps:
                 break
             yield step
         if acceptance is None and points:
-            acceptance = accepted(session.problem, points, limits.tol, BY_CRITERION)
+            acceptance = accepted(session.problem, points, limits.tol, extent)
     except FAULTS:
         acceptance = None
     if acceptance is None and session.tried is not None:

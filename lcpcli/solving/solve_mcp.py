@@ -27,7 +27,7 @@ from lcpcli.linalg.factors import SingularMatrix
 from lcpcli.linalg.matrices import is_sparse
 from lcpcli.linalg.threads import with_limited_threads
 from lcpcli.methods import registry as methods
-from lcpcli.methods.direct import MAX_PIVOTED, MAX_UNKNOWNS
+from lcpcli.methods.direct import MAX_PIVOTED, MAX_UNKNOWNS, may_be_program
 from lcpcli.methods.josephy_newton import josephy_newton
 from lcpcli.methods.lemke import SHORT_PATH
 from lcpcli.model.arrays import FROM_0
@@ -45,7 +45,13 @@ from lcpcli.solving.call import (
     trace_of,
     unless_interrupted,
 )
-from lcpcli.solving.direct_run import Session, direct_steps, exhausted, uses_kernels
+from lcpcli.solving.direct_run import (
+    Session,
+    direct_steps,
+    exhausted,
+    program_steps,
+    uses_kernels,
+)
 from lcpcli.solving.direct_run import compiled as kernels
 from lcpcli.solving.loop import Loop
 from lcpcli.solving.observers import Seen
@@ -353,6 +359,12 @@ def solution_of_linearization(
         problem = Problem(M, q, lower=box.lower, upper=box.upper)
         if not longer and problem.n <= MAX_PIVOTED:
             return _step(problem, basis, evaluations, is_compiled)
+        if may_be_program(problem):
+            session = _session(problem, is_compiled)
+            answer = exhausted(program_steps(session))
+            if answer is not None:
+                evaluations.pivots += PIVOTS_OF_RUN
+                return _with_states(answer)
         if not longer and is_sparse(problem.M):
             with suppress(SingularMatrix):
                 without_free = WithoutFree(problem)
@@ -392,6 +404,14 @@ def _with_states(result: Result) -> tuple[Vector, States]:
     return z, result.problem.box.basis_at(z) if final_basis is None else final_basis
 
 
+def _session(
+    problem: Problem, is_compiled: bool, start: Start | None = None
+) -> Session:
+    """Return a session on a linearization, in which a good step is accepted."""
+    stopwatch = Stopwatch(seconds, seconds())
+    return Session(problem, LINEAR, {}, stopwatch, is_compiled, start, extent=STEP)
+
+
 def _step(
     problem: Problem,
     basis: States | None,
@@ -403,15 +423,8 @@ def _step(
     if that is no step."""
     if basis is None and problem.n > SHORT_PATH:
         basis = problem.box.basis_at(problem.reference_point, problem.q_ref)
-    session = Session(
-        problem,
-        LINEAR,
-        {},
-        Stopwatch(seconds, seconds()),
-        is_compiled,
-        None if basis is None else Start(problem, basis),
-        extent=STEP,
-    )
+    start = None if basis is None else Start(problem, basis)
+    session = _session(problem, is_compiled, start)
     with np.errstate(all="ignore"):
         result = exhausted(direct_steps(session))
     if result is None:

@@ -268,3 +268,24 @@ def test_a_point_at_which_piqp_was_stopped_is_used_if_it_is_near(
     assert result.solved
     assert (result.route == ("piqp",)) == is_used
     assert result.answer.objective == pytest.approx(expected.answer.objective, rel=1e-9)
+
+
+def test_programs_whose_costs_depend_on_sums_have_the_minimum_of_dense_ones() -> None:
+    """PIQP gets the sums as variables."""
+    random, groups, members = np.random.default_rng(0), 6, 20
+    n = groups * members
+    order = random.permutation(n)
+    sums = np.kron(np.eye(groups), random.uniform(0.5, 2, (1, members)))[:, order]
+    Q = sums.T @ np.diag(random.uniform(0.5, 2.0, groups)) @ sums
+    A = random.integers(-2, 3, (15, n)).astype(float)
+    x = random.random(n)
+    ends = {"row_lower": A @ x, "row_upper": A @ x + np.arange(15) % 3, "lower": 0.0}
+    c = random.uniform(0.1, 2.0, n)
+    results = [
+        lcpcli.run(lcpcli.from_qp(make(Q), c, make(A), **ends))
+        for make in (csr_array, np.asarray)
+    ]
+    assert all(result.solved for result in results)
+    assert results[0].route == ("piqp",)
+    first, second = (float(result.answer.objective) for result in results)
+    assert abs(first - second) <= 1e-9 * abs(second)

@@ -15,7 +15,8 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from scipy.sparse import csr_array, diags_array
+from scipy.sparse import block_array, block_diag, csr_array, diags_array
+from scipy.sparse.csgraph import dijkstra
 
 import lcpcli
 from lcpcli import Problem, run
@@ -624,3 +625,51 @@ def test_pivots_of_a_linearization_without_a_step_are_counted() -> None:
             missing += 1
             assert evaluations.pivots > before
     assert missing > 10
+
+
+@pytest.mark.parametrize("lower", [0.0, FREE])
+def test_potentials_of_traffic_are_the_times_of_the_shortest_paths(
+    lower: float,
+) -> None:
+    """Flows x of each arc to each destination, and potentials p of the nodes: no flow
+    where time is lost, and the flows meet the demands. Travel times grow with the whole
+    flow of an arc, so that each arc has a block of rank one in the Jacobian."""
+    nodes, random = 12, np.random.default_rng(0)
+    tail = np.repeat(np.arange(nodes), 3)
+    head = (tail + np.tile([1, 2, 5], nodes)) % nodes
+    arcs, flows = tail.size, nodes * tail.size
+    free_times, capacity = random.uniform(1, 3, arcs), random.uniform(3, 9, arcs)
+    leaves = csr_array((np.ones(arcs), (tail, range(arcs))), shape=(nodes, arcs))
+    enters = csr_array((np.ones(arcs), (head, range(arcs))), shape=(nodes, arcs))
+    balance = block_diag(
+        [
+            (leaves - enters)[[node for node in range(nodes) if node != destination]]
+            for destination in range(nodes)
+        ],
+        format="csr",
+    )
+    demand = random.uniform(0.1, 1.0, balance.shape[0])
+    sums = csr_array(np.tile(np.eye(arcs), nodes))
+    linear = block_array([[None, -balance.T], [balance, None]], format="csr")
+
+    def times(z: Vector) -> Vector:
+        return free_times * (1 + 0.15 * (sums @ z[:flows] / capacity) ** 4)
+
+    def F(z: Vector) -> Vector:
+        return linear @ z + np.concatenate((np.tile(times(z), nodes), -demand))
+
+    def J(z: Vector) -> Any:
+        slopes = 0.6 * free_times * (sums @ z[:flows]) ** 3 / capacity**4
+        H = sums.T @ diags_array(slopes) @ sums
+        zeros = csr_array((demand.size, demand.size))
+        return (linear + block_diag([H, zeros])).tocsr()
+
+    bounds = np.concatenate((np.zeros(flows), np.full(demand.size, lower)))
+    result = lcpcli.solve_mcp(F, J, lower=bounds)
+    assert result.solved
+    lengths = csr_array((times(result.z), (tail, head)), shape=(nodes, nodes))
+    shortest = dijkstra(lengths)
+    expected = [
+        np.delete(shortest[:, destination], destination) for destination in range(nodes)
+    ]
+    np.testing.assert_allclose(result.z[flows:], np.concatenate(expected), rtol=1e-9)
