@@ -18,13 +18,14 @@ decides them.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import NamedTuple
 
 import numpy as np
 
 from lcpcli.formulations.least_squares.factors import Factors, lapack
 from lcpcli.formulations.least_squares.fit import Data
+from lcpcli.formulations.least_squares.free_columns import FreeColumns, free_columns
 from lcpcli.formulations.least_squares.residuals import residual
 from lcpcli.linalg.doubles import EPS
 from lcpcli.model.box import BASIC, LOWER, UPPER
@@ -106,8 +107,9 @@ def minimize(data: Data) -> Minimizer | None:
         if exchanged is not None and not exchanged.n_infeasible:
             point = _of_states(data, exchanged.x, exchanged.states)
             norms = np.sqrt(gram.diagonal())
-            if _is_clear_minimizer(data, point, norms):
-                return point
+            clear = _clear(data, point, norms)
+            if clear is not None:
+                return clear
     start = _of_states(data, x, states)
     if exchanged is not None:
         start = _projected(data, start, exchanged.x)
@@ -138,18 +140,22 @@ def _are_satisfied(data: Data, x: Vector) -> bool:
     return bool((np.abs(data.E @ x - data.d) <= 64 * EPS * x.size * terms).all())
 
 
-def _is_clear_minimizer(data: Data, point: Minimizer, norms: Vector) -> bool:
-    """Minimize over the free coefficients of the point to which exchanges led, by
-    orthogonal factors; return whether the signs of all coefficients and multipliers
-    are then certain.
+def _clear(data: Data, point: Minimizer, norms: Vector) -> Minimizer | None:
+    """Return the minimizer over the free coefficients of a point, by orthogonal
+    factors; None unless the signs of all coefficients and multipliers are then certain.
 
     norms : the 2-norms of the columns of A.
     """
     factors = point.factors(data)
-    if not (factors.is_regular and _step(data, point, factors)):
-        return False
-    point.steps = 1
-    return are_clear(data, point, norms, factors.row_norms)
+    if not factors.is_regular:
+        return None
+    free = point.free
+    step = factors.step(point.r, np.zeros(free.size), data.d)
+    x = point.x.copy()
+    x[free] += step.dx
+    minimizer = replace(point, x=x, r=step.dr, steps=1)
+    rows = factors.row_norms
+    return minimizer if are_clear(data, minimizer, norms, rows) else None
 
 
 def _projected(data: Data, start: Minimizer, x: Vector) -> Minimizer:
@@ -227,78 +233,74 @@ def _descended(data: Data, minimizer: Minimizer, noise: Vector) -> Minimizer | N
 
     noise : bounds on the rounding errors of the multipliers.
     """
-    n = minimizer.x.size
-    for _ in range(MAX_STEPS * (n + 10)):
-        while not _step(data, minimizer, minimizer.factors(data)):
+    columns = free_columns(data, minimizer.free)
+    for _ in range(MAX_STEPS * (minimizer.x.size + 10)):
+        while not _step(data, minimizer, columns):
             minimizer.steps += 1
         minimizer.steps += 1
-        if not _freed(data, minimizer, noise):
+        if not _freed(data, minimizer, columns, noise):
             return minimizer
     return None
 
 
-def _step(data: Data, minimizer: Minimizer, factors: Factors) -> bool:
+def _step(data: Data, minimizer: Minimizer, columns: FreeColumns) -> bool:
     """Move the free coefficients to the minimizer over them, or as far as the first
     bounds in that direction, and fix those that reach a bound. Return whether the
     minimizer was reached.
     """
-    free = minimizer.free
-    step = factors.step(minimizer.r, np.zeros(free.size), data.d - data.E @ minimizer.x)
+    free = columns.indices
+    step = columns.step(minimizer.x, minimizer.r)
     start = minimizer.x[free]
     low = data.lower[free]
     high = data.upper[free]
     target = start + step.dx
-    outside = ((target < low) | (target > high)).nonzero()[0]
+    is_below = target < low
+    outside = (is_below | (target > high)).nonzero()[0]
     if not outside.size:
         minimizer.x[free] = target
         minimizer.r = step.dr
         minimizer.y = step.dy
         return True
-    bounds = np.where(target < low, low, high)
-    ratios = np.ones(free.size)
-    ratios[outside] = (bounds - start)[outside] / step.dx[outside]
+    bounds = np.where(is_below, low, high)[outside]
+    ratios = (bounds - start[outside]) / step.dx[outside]
     ratio = float(ratios.min())
     reached = ratios == ratio
+    leaving = outside[reached]
     new_x = np.clip(start + ratio * step.dx, low, high)
-    minimizer.x[free] = np.where(reached, bounds, new_x)
-    minimizer.r = minimizer.r - factors.A @ (minimizer.x[free] - start)
-    states = np.where(target < low, LOWER, UPPER)
-    minimizer.states[free[reached]] = states[reached]
+    new_x[leaving] = bounds[reached]
+    minimizer.x[free] = new_x
+    minimizer.r = minimizer.r + ratio * (step.dr - minimizer.r)
+    minimizer.states[free[leaving]] = np.where(is_below[leaving], LOWER, UPPER)
+    columns.remove(leaving)
     return False
 
 
-def _freed(data: Data, minimizer: Minimizer, noise: Vector) -> bool:
+def _freed(
+    data: Data, minimizer: Minimizer, columns: FreeColumns, noise: Vector
+) -> bool:
     """Free the coefficient at a bound whose multiplier has the wrong sign and is the
     largest of these, and return True; return False if no multiplier has the wrong sign
     by more than rounding error.
     """
-    slopes = data.A.T @ minimizer.r + data.E.T @ minimizer.y
-    gains = np.where(minimizer.states == UPPER, -slopes, slopes)
-    has_none = np.isinf(data.lower) & np.isinf(data.upper)
-    gains[has_none] = np.abs(slopes[has_none])
-    gains[(minimizer.states == BASIC) | (data.lower == data.upper)] = 0.0
-    gains[gains <= noise] = 0.0
-    for j in np.argsort(-gains, kind="stable").tolist():
+    states = minimizer.states
+    slopes = data.A.T @ minimizer.r
+    if data.d.size:
+        slopes += data.E.T @ minimizer.y
+    # LOWER, BASIC and UPPER are -1, 0 and 1.
+    gains = -slopes * states
+    is_loose = np.isinf(data.lower) & np.isinf(data.upper) & (states != BASIC)
+    gains = np.where(is_loose, np.abs(slopes), gains)
+    gains[(gains <= noise) | (data.lower == data.upper)] = 0.0
+    while gains.size:
+        j = int(gains.argmax())
         if not gains[j] > 0:
-            return False
-        before, minimizer.states[j] = minimizer.states[j], BASIC
+            break
         # Otherwise the multiplier is rounding error, or the column depends on others.
-        if _moves_inside(data, minimizer, j, slopes[j]):
+        if columns.add(j, minimizer.x, minimizer.r, float(slopes[j])):
+            states[j] = BASIC
             return True
-        minimizer.states[j] = before
+        gains[j] = 0.0
     return False
-
-
-def _moves_inside(data: Data, minimizer: Minimizer, j: int, slope: float) -> bool:
-    """Return whether the next step moves coefficient j, which has just been freed, in
-    the direction in which |A x - b| decreases.
-    """
-    factors = minimizer.factors(data)
-    if not factors.is_regular:
-        return False
-    e = data.d - data.E @ minimizer.x
-    dx = factors.step(minimizer.r, np.zeros(minimizer.free.size), e).dx
-    return bool(dx[np.searchsorted(minimizer.free, j)] * slope > 0)
 
 
 def _noise(data: Data, minimizer: Minimizer) -> Vector:
@@ -309,18 +311,6 @@ def _noise(data: Data, minimizer: Minimizer) -> Vector:
     terms = norms * (np.sqrt(data.b @ data.b) + norms @ np.abs(minimizer.x))
     of_E = np.abs(data.E).T @ np.abs(minimizer.y)
     return np.asarray(ROUNDING_OF_MULTIPLIERS * (terms + of_E))
-
-
-def _are_clear(data: Data, minimizer: Minimizer) -> bool:
-    """Return whether the signs of all coefficients and multipliers are correct in spite
-    of rounding errors, without refinement of the point.
-    """
-    factors = minimizer.factors(data)
-    if data.d.size or not factors.is_regular:
-        return False
-    free = minimizer.free
-    minimizer.r = factors.step(minimizer.r, np.zeros(free.size), data.d).dr
-    return are_clear(data, minimizer, column_norms(data.A), factors.row_norms)
 
 
 def are_clear(data: Data, minimizer: Minimizer, norms: Vector, rows: Vector) -> bool:
@@ -357,8 +347,11 @@ def _with_certain_signs(data: Data, minimizer: Minimizer) -> Minimizer | None:
     of the refined coefficients and multipliers are those of a minimizer; None if the
     method cycles.
     """
-    if _are_clear(data, minimizer):
-        return minimizer
+    if not data.d.size:
+        point = _of_states(data, minimizer.x, minimizer.states)
+        clear = _clear(data, point, column_norms(data.A))
+        if clear is not None:
+            return replace(clear, steps=minimizer.steps)
     for _ in range(MAX_REFINED_POINTS):
         minimizer = _refine_to_digits(data, minimizer)
         inside = (data.lower <= minimizer.x) & (minimizer.x <= data.upper)
@@ -376,8 +369,10 @@ def _with_certain_signs(data: Data, minimizer: Minimizer) -> Minimizer | None:
         )
         if not inside.all():
             _put_on_bounds(data, minimizer)
-        elif not _freed(data, minimizer, noise):
-            return minimizer
+        else:
+            columns = free_columns(data, minimizer.free)
+            if not _freed(data, minimizer, columns, noise):
+                return minimizer
         again = _descended(data, minimizer, noise)
         if again is None:
             return None

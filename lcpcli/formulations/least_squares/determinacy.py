@@ -207,12 +207,15 @@ def _along_bounds(
     weights = np.zeros((1, moving.size))
     weights[0, minimizer.free.size :] = 1.0
     columns = both[:, moving] * signs
-    zero, high = np.zeros(len(both)), np.full(moving.size, np.inf)
-    cone = minimize(Data(columns, zero, lower, high, weights, np.ones(1)))
-    if cone is None:
+    # A last row in place of the equation has the same minimizer but for a factor.
+    rows = np.vstack((columns, weights))
+    sides, high = np.zeros(len(rows)), np.full(moving.size, np.inf)
+    sides[-1] = 1.0
+    cone = minimize(Data(rows, sides, lower, high, rows[:0], sides[:0]))
+    if cone is None or not cone.x.any():
         return None
     sizes = np.abs(columns) @ np.abs(cone.x)
-    if not (np.abs(cone.r) <= ZERO * sizes.max(initial=0.0)).all():
+    if not (np.abs(cone.r[:-1]) <= ZERO * sizes.max(initial=0.0)).all():
         return None
     direction = np.zeros(minimizer.x.size)
     direction[moving] = signs * cone.x
