@@ -13,7 +13,7 @@ from __future__ import annotations
 from typing import NamedTuple
 
 import numpy as np
-from scipy.linalg.blas import dger
+from scipy.linalg.blas import daxpy, dger
 
 from lcpcli.linalg.matrices import is_sparse
 from lcpcli.model.block_form import Blocks, bordered
@@ -26,6 +26,7 @@ SATISFIED = 1e-12
 # A slope up to this, relative to the largest entry of H^-1, is rounding error of 0: the
 # constraint depends linearly on the active ones.
 DEPENDENT = 1e-11
+MIN_MULTIPLIER = 1e-300  # in place of 0, which would divide 0
 
 
 class ActiveSetSolution(NamedTuple):
@@ -109,7 +110,11 @@ class _System:
         self.Z = np.zeros((2 * self.k, 2 * self.k), order="F")
         self.Z[: self.k, : self.k] = inverse
         self.free = list(range(2 * self.k - 1, self.k - 1, -1))
-        self.slots = np.full(len(C), -1)
+        self.of_slots = np.full(2 * self.k, -1)  # the constraint in each slot, or -1
+
+    def members(self) -> Vector:
+        """Return the active constraints, by their slots."""
+        return self.of_slots[self.of_slots >= 0]
 
     def direction(self, p: int) -> Vector:
         """Return the derivatives of x and of the multipliers in all slots with respect
@@ -124,21 +129,24 @@ class _System:
         slope : the derivative of the value of the constraint with respect to its
             multiplier.
         """
-        slot = self.slots[p] = self.free.pop()
+        slot = self.free.pop()
+        self.of_slots[slot] = p
         row = self.C[p] @ self.Z[: self.k]
         column = direction.copy()
         column[slot], row[slot] = 1.0, -1.0
         self._subtract(column, row, slope)
         return slot
 
-    def drop(self, p: int) -> None:
-        slot = int(self.slots[p])
+    def drop(self, slot: int) -> int:
+        """Make the constraint in a slot inactive and return it."""
         column, row = self.Z[:, slot].copy(), self.Z[slot].copy()
         self._subtract(column, row, float(column[slot]))
         self.Z[slot] = 0.0
         self.Z[:, slot] = 0.0
-        self.slots[p] = -1
+        p = int(self.of_slots[slot])
+        self.of_slots[slot] = -1
         self.free.append(slot)
+        return p
 
     def _subtract(self, column: Vector, row: Vector, divisor: float) -> None:
         dger(-1 / divisor, column, row, a=self.Z, overwrite_a=1)
@@ -152,49 +160,47 @@ def _active(
     """
     system = _System(inverse, constraints.C)
     m = constraints.c.size
-    k = x.size
-    values, y = constraints.C @ x - constraints.c, np.zeros(2 * k)
+    values = constraints.C @ x - constraints.c
     allowed = -SATISFIED * (np.abs(constraints.C) @ np.abs(x) + np.abs(constraints.c))
     min_slope = DEPENDENT * float(np.abs(inverse).max())
-    # For each slot whether its constraint may be dropped, and the constraint, or -1.
-    may_drop, members = np.zeros(2 * k, dtype=np.bool_), np.full(2 * k, -1)
-    driven = 0.0
-    p = -1
-    step_sign = 1.0
+    has_equations = bool(constraints.is_equation.any())
+    is_active = np.zeros(m, dtype=np.bool_)
+    # The multipliers in all slots; infinite where no constraint may be dropped.
+    y = np.full(2 * x.size, np.inf)
+    p, driven, sign = -1, 0.0, 1.0
     for step in range(STEPS * m + 1):
         if p < 0:
-            gaps = np.where(constraints.is_equation, -np.abs(values), values)
-            gaps[members[members >= 0]] = 0.0
+            gaps = np.where(is_active, 0.0, values)
+            if has_equations:
+                gaps = np.where(constraints.is_equation, -np.abs(gaps), gaps)
             p = int(gaps.argmin()) if m else 0
             if not m or not gaps[p] < allowed[p]:
-                return members[members >= 0], step
-            driven, step_sign = 0.0, -1.0 if values[p] > 0 else 1.0
+                return system.members(), step
+            driven, sign = 0.0, -1.0 if values[p] > 0 else 1.0
         move = system.direction(p)
-        changes = constraints.C @ move[:k]
+        changes = constraints.C @ move[: x.size]
         slope = float(changes[p])
-        full = -step_sign * float(values[p]) / slope if slope > min_slope else np.inf
-        falling = (may_drop & (step_sign * move < 0)).nonzero()[0]
-        lengths = y[falling] / (-step_sign * move[falling])
-        length = min(full, float(lengths.min(initial=np.inf)))
+        full = -sign * float(values[p]) / slope if slope > min_slope else np.inf
+        # How fast each multiplier falls, relative to its value.
+        rates = move / y
+        slot = int(rates.argmin() if sign > 0 else rates.argmax())
+        rate = -sign * float(rates[slot])
+        length = min(full, 1 / rate if rate > 0 else np.inf)
         if not length < np.inf:
             return None, step
-        length = max(length, 0.0)
-        driven += step_sign * length
-        values += step_sign * length * changes
-        y += step_sign * length * move
+        driven += sign * length
+        values = daxpy(changes, values, a=sign * length)
+        y = np.maximum(daxpy(move, y, a=sign * length), MIN_MULTIPLIER)
         if length < full:
-            slot = int(falling[lengths.argmin()])
-            system.drop(int(members[slot]))
-            y[slot] = 0.0
-            may_drop[slot] = False
-            members[slot] = -1
+            dropped = system.drop(slot)
+            is_active[dropped] = False
+            y[slot] = np.inf
             continue
         if not system.free:
             return None, step
         slot = system.add(p, move, slope)
-        y[slot] = driven
-        may_drop[slot] = not constraints.is_equation[p]
-        members[slot] = p
+        is_active[p] = True
+        y[slot] = np.inf if constraints.is_equation[p] else driven
         p = -1
     return None, step
 
