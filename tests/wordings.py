@@ -322,7 +322,10 @@ CORRECT_LP = (
 )
 KINDS_OF_ORIGIN = "use one of qp, game, contact, efg, avi, lsq, players, polymatrix"
 MAKE_AGAIN = "make the problem again, or leave origin out"
-NO_LCP = "its equilibria are not the solutions of an LCP"
+NO_LCP = (
+    "give payoffs by pairs of players (lcp help equilibria): the equilibria of other "
+    "such games are not the solutions of an LCP"
+)
 TWO_PLAYERS = "give one of two: only its equilibria are the solutions of an LCP"
 BEGIN_TREE = "begin the file with EFG 2 R"
 WRITE_TREE = 'write EFG 2 R "title" { "one" "two" }'

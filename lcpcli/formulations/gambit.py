@@ -11,7 +11,7 @@ from itertools import product
 
 from lcpcli.errors import ProblemError
 
-Payoffs = Sequence[Sequence[Fraction]]  # the payoffs of all players, for each profile
+Payoffs = tuple[Fraction, ...]  # the payoffs of all players
 Profile = tuple[int, ...]  # a strategy of each player, from 0
 
 # A text, a brace, a word, or an open quote.
@@ -19,7 +19,7 @@ TOKEN = re.compile(r'"(?:\\.|[^"\\])*"|[{}]|[^\s,{}"]+|"', re.DOTALL)
 
 
 def pair_payoffs(
-    sizes: Sequence[int], payoffs: Payoffs, players: Sequence[str]
+    sizes: Sequence[int], payoffs: Sequence[Payoffs], players: Sequence[str]
 ) -> dict[tuple[int, int], list[list[Fraction]]]:
     """Return for each pair of players (i, j) the matrix of the payoffs of i against j;
     raise ProblemError, which names a profile, if the payoffs are no sums of these.

@@ -49,7 +49,8 @@ from lcpcli.typing import Vector
 KEYS = ("A", "B", "rows", "columns", "players", "sense", *TEXTS)
 THREE_PLAYERS = (
     "is a game of more than two players",
-    "its equilibria are not the solutions of an LCP",
+    "give payoffs by pairs of players (lcp help equilibria): the equilibria of other "
+    "such games are not the solutions of an LCP",
 )
 DATA_KEYS = ("kind", "A", "B", "rows", "columns", "players")
 # A payoff as a text: a decimal or a ratio, of a size that costs little.
@@ -63,7 +64,7 @@ EXACT_CONTEXT = Context(prec=1000)
 MAX_DIGITS = 15  # a decimal of up to 15 digits is the shortest of its nearest float
 SURELY = 2.0**-50  # relative bound on the rounding errors of a sum of small terms
 
-Payoffs = list[list[Fraction]]
+PayoffMatrix = list[list[Fraction]]
 
 
 def from_game(
@@ -138,7 +139,7 @@ class Game(Formulation):
     B: Vector
     rows: tuple[str, ...] = ()
     columns: tuple[str, ...] = ()
-    written: tuple[Payoffs, Payoffs] | None = None
+    written: tuple[PayoffMatrix, PayoffMatrix] | None = None
     players: tuple[str, ...] = ()
 
     kind = "game"
@@ -274,7 +275,7 @@ class Game(Formulation):
         ]
         return rows, [Fraction(-1)] * len(rows)
 
-    def payoffs(self) -> tuple[Payoffs, Payoffs]:
+    def payoffs(self) -> tuple[PayoffMatrix, PayoffMatrix]:
         """Return A and B as exact numbers."""
         return self.written or (_decimals(self.A), _decimals(self.B))
 
@@ -395,7 +396,7 @@ def _constant(payoffs: Any) -> Any:
     return largest + ((largest - smallest) or 1)
 
 
-def _payoffs(field: str, values: Any) -> tuple[Vector, Payoffs | None]:
+def _payoffs(field: str, values: Any) -> tuple[Vector, PayoffMatrix | None]:
     """Return payoffs rounded to floats and, if some are fractions or texts like "1/3",
     also unrounded.
     """
@@ -419,12 +420,12 @@ def _payoffs(field: str, values: Any) -> tuple[Vector, Payoffs | None]:
     ]
 
 
-def _decimals(payoffs: Vector) -> Payoffs:
+def _decimals(payoffs: Vector) -> PayoffMatrix:
     """Return the shortest decimals of payoffs as fractions."""
     return [[Fraction(repr(value)) for value in row] for row in payoffs.tolist()]
 
 
-def _listed(payoffs: Vector, exact: Payoffs | None) -> list[list[float | str]]:
+def _listed(payoffs: Vector, exact: PayoffMatrix | None) -> list[list[float | str]]:
     """Return rows of numbers for JSON: integers without a decimal point, and fractions
     as texts.
     """

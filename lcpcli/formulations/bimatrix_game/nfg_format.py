@@ -19,10 +19,8 @@ from lcpcli.errors import CUT_OFF, ENDS_TOO_EARLY, ProblemError, count, quoted
 from lcpcli.files.contents import decode
 from lcpcli.files.formats import Number, refuse
 from lcpcli.files.json_format import lossless_of
-from lcpcli.formulations.gambit import TOKEN, pair_payoffs
+from lcpcli.formulations.gambit import TOKEN, Payoffs, pair_payoffs
 from lcpcli.rational.numbers import ratio
-
-Payoffs = tuple[Fraction, ...]  # the payoffs of all players
 
 
 # The parameters are those of every format.

@@ -31,13 +31,12 @@ from lcpcli.errors import (
     kind,
     quoted,
 )
-from lcpcli.formulations.gambit import TOKEN
+from lcpcli.formulations.gambit import TOKEN, Payoffs
 
 MAX_BITS = 3322  # limit on denominators: a thousand digits
 CHANCE, TERMINAL = -1, -2  # the owner of a node that belongs to no player, 0 or 1
 
-Payoffs = tuple[Fraction, Fraction]
-NOTHING = Fraction(0), Fraction(0)
+NOTHING: Payoffs = Fraction(0), Fraction(0)
 
 T = TypeVar("T")
 
