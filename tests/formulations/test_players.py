@@ -134,6 +134,34 @@ def test_its_answer_in_text_json_and_csv(
     assert "costs: Ann -14, Bob -20/3, Cid -4/3" in best
 
 
+@pytest.mark.parametrize("shared", ["common", "each"])
+def test_published_games_have_one_equilibrium(shared: str) -> None:
+    """Two of the examples of A. Bemporad's NashOpt: costs |x_1 - (1, -1/2)|^2,
+    (x_2 + 3/10)^2 and (x_3 - (x_11 + x_2) / 2)^2 with a shared row, and ten producers
+    who sell at 600 less all that they sell, at costs of 10 + 5i a unit."""
+    H = [[2, 0, 0, 0], [0, 2, 0, 0], [0, 0, 2, 0], [-1, 0, -1, 2]]
+    row: Any = {"A": [[1, 0, 1, 1]], "row_upper": 2, "shared": shared}
+    sides: Any = {"lower": 0, "upper": 1}
+    few = lcpcli.from_players([2, 1, 1], H, [-2, 1, 0.6, 0], **row, **sides)
+    costs = 10 + 5 * np.arange(10)
+    ones = np.ones((10, 10))
+    many = lcpcli.from_players(
+        [1] * 10, ones + np.eye(10), costs - 600, lower=7, upper=100
+    )
+    total = Fraction(int((600 - costs).sum()), 11)
+    expected = [600 - int(cost) - total for cost in costs]
+    cases: Any = (few, [1, 0, 0, Fraction(1, 2)]), (many, expected)
+    for problem, x in cases:
+        found = lcpcli.solutions(problem)
+        (piece,) = list(found)
+        assert found.complete
+        assert piece.is_point
+        assert list(piece.vertices[0][: len(x)]) == x
+        answer: Any = lcpcli.exact(problem).answer
+        assert [*chain(*answer.exact["strategies"])] == x
+        assert answer.gains == pytest.approx([0.0] * len(answer.gains), abs=1e-10)
+
+
 def test_three_players_with_four_shared_rows_have_one_variational_equilibrium() -> None:
     """The data of an example of A. Bemporad's NashOpt: costs |x|^2 / 2 + i e'x for the
     players i = 0, 1, 2, so that the variational equilibrium is a projection."""
