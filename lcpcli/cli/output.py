@@ -151,11 +151,25 @@ class Output(Destination):
         asked = {"paths": request.paths, by_plot: request.plot}
         return {kind: file for kind, file in asked.items() if file is not None}
 
-    def traces(self, problem: AnyProblem) -> tuple[Trace | None, Trace | None]:
+    def shows_answer(self, problems: Sequence[AnyProblem]) -> bool:
+        """Return whether the figure is that of an answer, without any iterates."""
+        is_single = len(problems) == len(self.request.variants) == 1
+        if not is_single or [*self.figures] != ["convergence"]:
+            return False
+        origin = problems[0].origin
+        return origin is not None and origin.has_picture
+
+    def traces(
+        self, problem: AnyProblem, shows_answer: bool = False
+    ) -> tuple[Trace | None, Trace | None]:
         """Return an empty trace for iterates that are shown or written, and an empty
-        curve for the figure and for the levels; each keeps only what is needed."""
+        curve for the figure and for the levels; each keeps only what is needed.
+
+        shows_answer : whether the figure needs no curve.
+        """
         request, levels = self.request, self.request.levels if problem.solutions else ()
-        draws = not request.vary and (bool(self.figures) or self.kind.has_figures)
+        draws = self.kind.has_figures or (bool(self.figures) and not shows_answer)
+        draws &= not request.vary
         has_curve = draws or bool(levels)
         if not (self._keeps_iterates or has_curve):
             return None, None

@@ -5,6 +5,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import replace
+from functools import partial
 from itertools import chain
 from typing import TypeAlias
 
@@ -230,9 +231,12 @@ def _results(
         wording.require(problem, request.names)
     # Not before the options are accepted, so that an error is one line.
     request.inputs.tell(remarks)
-    if request.levels or output.figures:
+    shows_answer = output.shows_answer(problems)
+    if request.levels or (output.figures and not shows_answer):
         problems = with_references(problems, request.limits)
-    is_timed = request.plot is not None or (bool(request.levels) and not output.silent)
+    draws_times = request.plot is not None and not shows_answer
+    is_timed = draws_times or (bool(request.levels) and not output.silent)
+    traces = partial(output.traces, shows_answer=shows_answer)
     results: Results = []
     try:
         for problem, source, options in zip(
@@ -240,7 +244,7 @@ def _results(
         ):
             results.append([])
             try:
-                for result in request.run(problem, options, output.traces, is_timed):
+                for result in request.run(problem, options, traces, is_timed):
                     results[-1].append(result)
                     if result.interrupted:
                         return results, True

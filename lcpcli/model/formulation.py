@@ -170,6 +170,7 @@ class Formulation:
     """
 
     kind: ClassVar[str] = ""
+    has_picture: ClassVar[bool] = False  # whether --plot draws the answer of a run
     # What lcp make and lcp convert call its conditions, and what files without the
     # object leave out.
     form: ClassVar[str] = "the format keeps only"

@@ -150,6 +150,8 @@ class Session:
         : the basic solutions from which `newton` goes on in the first stages. answer :
         the last one that was judged. extent : what is asked of the point at which an
         attempt ends. evaluations : of the first stages, also if they lead nowhere.
+        certain : a z that is known to solve the problem, though its relative residual
+        does not say so, and why.
     """
 
     problem: Problem
@@ -166,6 +168,7 @@ class Session:
     answer: DirectAnswer | None = None
     extent: Extent = AT_ONCE
     evaluations: int = 0
+    certain: tuple[Vector, str] | None = None
 
     def is_late(self) -> bool:
         """Return whether the time is up."""
@@ -204,6 +207,7 @@ class Session:
                 reason = acceptance.reason
             elif why:
                 reason = why
+                self.certain = answer.z, why
         self.stopwatch.count("verify")
         if answer is None or point is None or reason is None:
             return None

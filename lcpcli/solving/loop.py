@@ -190,6 +190,9 @@ class Loop:
             self._last_report = iterate.method or self.method, self.k, bound
             self.report_if_due()
         solution = None
+        if point is not None and (why := self._certainty(point)):
+            self.best, self.end, self.solution = iterate.x, iterate.basis, point
+            return Status.SOLVED, why
         # One near it is sought for many unknowns, not within an iteration, which goes
         # on.
         if point is not None:
@@ -204,6 +207,14 @@ class Loop:
             if iterate.signs_final or self.extra > EXTRA_ITERATIONS:
                 return Status.SOLVED, ""
         return self._stopping_rule(iterate, bound)
+
+    def _certainty(self, point: Point) -> str:
+        """Return why an attempt knows that the point solves the problem; "" if it does
+        not."""
+        if self.session.certain is None:
+            return ""
+        z, why = self.session.certain
+        return why if np.array_equal(z, point.z) else ""
 
     def _measured(self, iterate: Iterate) -> tuple[float, Point | None]:
         """Return a bound on the relative residual, infinite if unknown, and the point
@@ -403,6 +414,8 @@ class Loop:
         """Return the point to report, with the reason and the status that it justifies.
         A proof that there is no solution, which is exact, counts more than a small
         residual."""
+        if self.solution is not None and self._certainty(self.solution):
+            return self.solution, reason, status
         last, best = self._at(self.last), self._at(self.best)
         refutation = self.certificate
         if refutation is not None and not refutation.is_rounded:

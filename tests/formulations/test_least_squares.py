@@ -371,6 +371,33 @@ def test_tables_that_are_no_fit_get_a_line(lcp: Lcp, arguments: str, line: str) 
     assert done.err.removeprefix("lcp: ").startswith(line)
 
 
+def test_a_run_with_a_trace_knows_of_a_fit_what_one_without_knows() -> None:
+    """Also of a spectrum whose peaks have entries such as 1e-145, which are far below
+    others, and whose mixed problem is too large for bounds on rounding."""
+    grid = np.linspace(0, 10, 1000)
+    centres = np.linspace(0, 10, 20)
+    A = np.exp(-((grid[:, np.newaxis] - centres) ** 2) / 0.3)
+    b = A[:, ::3].sum(axis=1) + 0.05 * np.random.default_rng(0).standard_normal(1000)
+    problem = lcpcli.from_lsq(A, b, lower=0)
+    traced = lcpcli.run(problem, trace=True)
+    result = lcpcli.run(problem)
+    assert traced.solved
+    assert traced.message == result.message
+    assert traced.route == result.route
+    assert np.array_equal(traced.z, result.z)
+
+
+@pytest.mark.usefixtures("spectrum")
+def test_the_figure_of_a_fit_needs_no_iterates(lcp: Lcp) -> None:
+    plain = lcp("solve", "--lsq", "A.csv", "b.csv", "--lower", "0").out.splitlines()
+    drawn = lcp(
+        "solve", "--lsq", "A.csv", "b.csv", "--lower", "0", "--plot", "fit.svg"
+    ).out.splitlines()
+    assert Path("fit.svg").exists()
+    assert drawn[0] == plain[0]
+    assert len(drawn) == len(plain)
+
+
 @pytest.mark.usefixtures("spectrum")
 def test_numbers_far_below_others_in_A_leave_a_fit_solved(lcp: Lcp) -> None:
     done = lcp("solve", "--lsq", "A.csv", "b.csv", "--lower", "0", "-f", "json")

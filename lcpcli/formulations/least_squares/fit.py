@@ -233,6 +233,7 @@ class LeastSquares(Formulation):
     columns: tuple[str, ...] = ()
 
     kind = "lsq"
+    has_picture = True
     form = "written as the optimality conditions of the fit,"
 
     @classmethod
