@@ -472,6 +472,7 @@ BRIEFLY_LINEAR = stage_factory(
 )
 INTERIOR_AT_FIRST = stage_factory("interior.first_attempts", lambda s: (s.thin,))
 FIRST = (
+    # Without it: games of 300 strategies each take 5 times as long, if one is pure.
     AttemptRule(
         *(
             "pure",
@@ -491,6 +492,7 @@ FIRST = (
         lambda s: direct.may_be_program(s.original_problem),
         stage_factory("convex_program.convex_program", lambda s: (s.original_problem,)),
     ),
+    # Without it: the linear program forplan takes 2.5 times as long.
     AttemptRule(
         *(
             "linear",
@@ -511,6 +513,7 @@ FIRST = (
         lambda s: s.is_first_interior,
         INTERIOR_AT_FIRST,
     ),
+    # Without it: a journal bearing in 900 unknowns takes 6 times as long.
     AttemptRule(
         *(
             "elimination",
@@ -522,6 +525,8 @@ FIRST = (
         ),
         stage_factory("z_matrix.eliminated"),
     ),
+    # Without it: a tridiagonal M in 5000 unknowns, some of them free, takes 3 times
+    # as long.
     AttemptRule(
         *(
             "newton",
@@ -531,6 +536,7 @@ FIRST = (
         lambda s: s.is_narrow and not (s.program or s.is_stiff),
         lambda s: stages.limited(newton_while_fast(s), MAX_BAND_STEPS),
     ),
+    # Without it: bands of widths 2 to 5 in 300 unknowns take 1.4 to 2.9 times as long.
     AttemptRule(
         *(
             "newton",
@@ -540,6 +546,7 @@ FIRST = (
         lambda s: s.is_narrow and s.problem.n <= direct.MAX_AS_DENSE and s.is_z_matrix,
         lambda s: stages.limited(all_basic(s), MAX_SMALL_BAND_STEPS),
     ),
+    # Without it: a chain of 5000 unknowns, most with q = 0, takes 18 times as long.
     AttemptRule(
         *(
             "newton",
@@ -549,6 +556,7 @@ FIRST = (
         lambda s: s.basic_zeros is not None,
         _from_basic_zeros,
     ),
+    # Without it: a dominant M in 2000 unknowns takes 370 times as long.
     AttemptRule(
         *(
             "sparse",
@@ -575,6 +583,8 @@ FIRST = (
         lambda s: s.is_stiff,
         stage_factory("interior.of_stiff", lambda s: (s.original_problem,)),
     ),
+    # Without it: games of constant sum with 20 to 250 strategies take 2 to 20 times as
+    # long.
     AttemptRule(
         *("piqp", "of a game", "the game is one of constant sum: a linear program"),
         lambda s: s.is_constant_sum and _takes_piqp(s),
@@ -585,6 +595,7 @@ FIRST = (
         lambda s: s.is_constant_sum,
         stage_factory("bimatrix.by_simplex", lambda s: (s.problem, s.game)),
     ),
+    # Without it: a delta-sigma modulator takes 6 times as long.
     AttemptRule(
         *(
             "newton",
@@ -594,6 +605,7 @@ FIRST = (
         lambda s: s.is_no_p_matrix and s.problem.is_mixed and not s.program,
         newton_while_fast,
     ),
+    # Without it: dense LCPs in 300 unknowns take 3.5 times as long.
     AttemptRule(
         *("newton", "", "it takes a few steps where M is a P-matrix, or nearly one"),
         lambda s: (
@@ -606,6 +618,8 @@ FIRST = (
         ),
         usual_newton,
     ),
+    # Without it: three sampled problems without monotonicity, in 100 unknowns, are not
+    # solved.
     AttemptRule(
         *(
             "newton",
@@ -628,6 +642,8 @@ FIRST = (
         _is_first_basic,
         all_basic,
     ),
+    # Without it: dense problems in 400 unknowns without solution take 4 to 30 times as
+    # long, and some singular ones in 100 are not decided.
     AttemptRule(
         *(
             "newton",
@@ -640,6 +656,7 @@ FIRST = (
         ),
         stage_factory("z_matrix.z_matrix"),
     ),
+    # Without it: contact with friction in 28 unknowns takes 44 times as long.
     AttemptRule(
         *("lemke", "", "there are few unknowns, with numbers of usual size"),
         lambda s: s.prefers_lemke and not (s.game and s.problem.n > MAX_PIVOTED_GAME),

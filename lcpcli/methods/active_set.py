@@ -230,6 +230,7 @@ class ActiveSetStart(NamedTuple):
     operator: Operator | None = None
 
 
+# Without it: an obstacle with 10,000 unknowns takes twice as long.
 def multilevel(problem: Problem, symmetric: bool) -> Stage:
     """Pivot by `active_set` from the states that coarse versions of the problem
     suggest.
