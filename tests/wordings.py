@@ -239,6 +239,7 @@ ONE_ROW_OF_NUMBERS = "give one row or one column of numbers"
 ONE_ROW_PER_LINE = "give one row per line below it"
 EQUAL_COLUMNS = "give every line the same number of columns"
 N_ROWS = "give n rows of n + 1 columns (M and q) or of n columns (M alone)"
+OR_A_FIT = "; a fit of two tables, A and b, takes --lsq"
 OR_HEADED = ", or name q, lower and upper in a header, if the last columns are these"
 AN_INDEX = "; is the first column an index? leave the first cell of a header empty"
 A_TABLE_WITH_Z = (

@@ -146,6 +146,8 @@ def fields(content: Tables, number: Number = float) -> dict[str, Any]:
                 ", or name q, lower and upper in a header, if the last columns are "
                 "these"
             )
+        if columns < n:
+            hint += "; a fit of two tables, A and b, takes --lsq"
         if columns == n + 2:
             hint += (
                 "; is the first column an index? leave the first cell of a header empty"

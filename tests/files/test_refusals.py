@@ -52,7 +52,7 @@ CSV = contents(
 id,z1,z2,q\n11,2,-1,-1\n12,-0.5,2,0.25\n
     => {ROWS_OF:2|4}; {N_ROWS}{OR_HEADED}{AN_INDEX}
 2,0,-1,0,1\n0,2,-1,0,1\n => {ROWS_OF:2|5}; {N_ROWS}{OR_HEADED}
-0,1\n2,0\n0,2\n => {ROWS_OF:3|2}; {N_ROWS}
+0,1\n2,0\n0,2\n => {ROWS_OF:3|2}; {N_ROWS}{OR_A_FIT}
 2,0\n0,2\n => {NO_Q:2 x 2}; {ADD_Q}
 2,0,-1\n0,x,-1\n => line 2, column 2: {NO_NUMBER:'x'}; {REAL}
 2,0,-1\n0,1+2j,-1\n => line 2, column 2: {NO_NUMBER:'1+2j'}; {REAL}
