@@ -116,6 +116,20 @@ def parse(content: bytes) -> Tables:
     return Tables(content)
 
 
+def _hint_for_shape(n: int, columns: int) -> str:
+    """Return what to do about a table without a header that is no M and q."""
+    hint = SHAPE
+    if 1 < columns - n < 4:
+        hint += (
+            ", or name q, lower and upper in a header, if the last columns are these"
+        )
+    if columns < n:
+        hint += "; a fit of two tables, A and b, takes --lsq"
+    if columns == n + 2:
+        hint += "; is the first column an index? leave the first cell of a header empty"
+    return hint
+
+
 def fields(content: Tables, number: Number = float) -> dict[str, Any]:
     """Return M and q in n rows of n + 1 columns, or M alone in n rows of n, and what a
     header names."""
@@ -140,23 +154,11 @@ def fields(content: Tables, number: Number = float) -> dict[str, Any]:
         header = header[1:]
     columns = len(rows[0])
     if not column_of:
-        hint = SHAPE
-        if 1 < columns - n < 4:
-            hint += (
-                ", or name q, lower and upper in a header, if the last columns are "
-                "these"
-            )
-        if columns < n:
-            hint += "; a fit of two tables, A and b, takes --lsq"
-        if columns == n + 2:
-            hint += (
-                "; is the first column an index? leave the first cell of a header empty"
-            )
         refuse(
             columns not in (n, n + 1),
             "",
             f"has {count(n, 'row')} of {count(columns, 'column')}",
-            hint,
+            _hint_for_shape(n, columns),
         )
         return of_table(np.array(rows)) | (
             _names(header[:n]) if len(header) == columns == n + 1 else {}

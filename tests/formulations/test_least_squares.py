@@ -385,6 +385,11 @@ def test_a_run_with_a_trace_knows_of_a_fit_what_one_without_knows() -> None:
     assert traced.message == result.message
     assert traced.route == result.route
     assert np.array_equal(traced.z, result.z)
+    x = result.answer.x
+    assert lcpcli.check(problem, x)
+    assert lcpcli.check(problem, result.z).message.endswith(result.message[8:])
+    for changed in (1.000001 * x, np.where(np.arange(x.size) == 5, x + 1e-9, x)):
+        assert not lcpcli.check(problem, changed)
 
 
 @pytest.mark.usefixtures("spectrum")

@@ -22,7 +22,8 @@ from lcpcli.formulations.least_squares.active_set import (
     UNREFINED,
     column_norms,
 )
-from lcpcli.formulations.least_squares.at_once import METHOD, FitResult, Fits, holds
+from lcpcli.formulations.least_squares.at_once import METHOD, FitResult, Fits
+from lcpcli.formulations.least_squares.optimality import holds
 from lcpcli.formulations.least_squares.scaling import Scaled
 from lcpcli.model.box import BASIC, LOWER, UPPER
 from lcpcli.model.right_hand_sides import Stack
