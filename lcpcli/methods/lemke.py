@@ -190,6 +190,7 @@ def _end_of(problem: Problem, path: LemkePath) -> tuple[Vector, States]:
     return problem.box.x_within(z, problem.w(z), problem.box.basis_at(z)), basis
 
 
+# Without it: of 1500 problems in a few small integers, six rays are not verified.
 def _integer_path(problem: Problem) -> Stage:
     n, M = (
         problem.n,

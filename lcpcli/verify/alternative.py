@@ -264,6 +264,7 @@ class FarkasSystem:
         y[negative] -= optimum.x[positive.size : positive.size + negative.size]
         return y
 
+    # Without it: the linear program cplex2, which is infeasible, is not decided.
     def _least_violation(self) -> Optimum | None:
         """Return the least sum of violations of the signs of A z + b, whose multipliers
         are at most 1 in size: the elastic program (J. W. Chinneck and E. W. Dravnieks,
