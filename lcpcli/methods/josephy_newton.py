@@ -705,11 +705,23 @@ def _root(a: Vector, b: Vector, mu: float) -> Vector:
 
 
 def _phi(a: Vector, b: Vector, mu: float) -> Vector:
-    """Return phi(a, b), for a, b > 0 without cancellation."""
+    """Return phi(a, b) without cancellation, with root^2 = a^2 + b^2 + 2 mu.
+
+    For a, b > 0 it is 2 (a b - mu) / (a + b + root). Where a is positive alone it is b
+    - (root - a), and root - a = (b^2 + 2 mu) / (root + a): a + b - root would be 0 for
+    a far larger than |b|, and any such z a solution. Likewise for b.
+    """
     root = _root(a, b, mu)
-    both = (a > 0) & (b > 0)
+    larger, smaller = np.maximum(a, b), np.minimum(a, b)
+    both, one = smaller > 0, larger > 0
     sums = np.where(both, a + b + root, 1.0)
-    return np.where(both, 2 * a * (b / sums) - 2 * mu / sums, a + b - root)
+    of_root = np.where(one, larger + root, 1.0)
+    differences = smaller * (smaller / of_root) + 2 * mu / of_root
+    return np.where(
+        both,
+        2 * a * (b / sums) - 2 * mu / sums,
+        np.where(one, smaller - differences, a + b - root),
+    )
 
 
 def _slopes(a: Vector, b: Vector, mu: float) -> tuple[Vector, Vector]:

@@ -438,3 +438,14 @@ def test_costs_are_positive_whatever_the_payoffs_are(payoffs: list[list[int]]) -
     assert (problem.M[:m, m:k] > 0).all()
     assert (problem.M[m:k, :m] > 0).all()
     assert lcpcli.run(problem).answer.payoffs[1] == pytest.approx(0)
+
+
+@pytest.mark.parametrize("common", [0, 10**6, 10**8, 10**12])
+def test_a_common_part_of_payoffs_does_not_hide_an_equilibrium(common: int) -> None:
+    of_ann = [[common + 1, common], [common, common + 2]]
+    of_bob = [[common + 1, common], [common, common + 3]]
+    game = lcpcli.from_polymatrix({(0, 1): of_ann, (1, 0): of_bob})
+    check = lcpcli.check(game, [0.75, 0.25, 2 / 3, 1 / 3])
+    assert check.accepted
+    assert not any(check.strategies.gains)
+    assert not lcpcli.check(game, [0.75, 0.25, 0.66, 0.34]).accepted

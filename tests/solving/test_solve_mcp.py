@@ -673,3 +673,18 @@ def test_potentials_of_traffic_are_the_times_of_the_shortest_paths(
         np.delete(shortest[:, destination], destination) for destination in range(nodes)
     ]
     np.testing.assert_allclose(result.z[flows:], np.concatenate(expected), rtol=1e-9)
+
+
+@pytest.mark.parametrize("exponent", [-6, -10, -20, -50])
+def test_unknowns_may_be_far_larger_than_values(exponent: int) -> None:
+    """The merit of a negative F_i does not vanish beside a large z_i."""
+    scale = 10.0**exponent
+    result = lcpcli.solve_mcp(lambda z: [scale * (z[0] - 1)], x0=[1.5])
+    assert result.solved
+    assert result.z[0] == pytest.approx(1, rel=1e-12)
+
+
+def test_an_unknown_of_size_1e8_solves_an_equation_of_its_logarithm() -> None:
+    result = lcpcli.solve_mcp(lambda z: [np.log(z[0] / 1e8) - 2.5], x0=[1e8])
+    assert result.solved
+    assert result.z[0] == pytest.approx(1e8 * np.exp(2.5), rel=1e-9)

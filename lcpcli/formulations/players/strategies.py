@@ -190,8 +190,9 @@ def verified(game: Polymatrix, proposed: Proposed) -> Verification:
         return (
             verification if reading is None else with_strategies(verification, *reading)
         )
-    number: Any = float if proposed.data is None else Fraction
-    parts = game.parts([number(p) for p in proposed.values])
+    # In fractions also where z is wanted in double precision: of payoffs that have a
+    # large part in common, differences would be rounding.
+    parts = game.parts([Fraction(p) for p in proposed.values])
     for who, strategy in zip(game.names_of_players(), parts, strict=True):
         if not are_probabilities(np.array(strategy, dtype=float)):
             shown = ", ".join(f"{float(p):.7g}" for p in strategy)
@@ -200,10 +201,13 @@ def verified(game: Polymatrix, proposed: Proposed) -> Verification:
     profile = MixedStrategies.of(game, strategies)
     best = map(sum, zip(profile.payoffs, profile.gains, strict=True))
     costs = [
-        (number(game.constant(i)) - payoff) * number(game.factors[i])
+        (Fraction(game.constant(i)) - payoff) * Fraction(game.factors[i])
         for i, payoff in enumerate(best)
     ]
-    z = [*chain(*strategies), *costs]
+    z: list[Any] = [*chain(*strategies), *costs]
+    if proposed.data is None:
+        z = list(map(float, z))
+        profile = MixedStrategies.of(game, game.parts(z[: sum(game.sizes)]))
     return of_strategies(proposed, z, profile, profile.are_best(proposed.tol))
 
 
