@@ -8,10 +8,11 @@ interruption.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Collection, Iterable
 from contextlib import suppress
 from dataclasses import replace
 from fractions import Fraction
+from functools import partial
 from itertools import pairwise
 from typing import Any, NamedTuple, TypeAlias
 
@@ -158,6 +159,8 @@ MAX_NUMBERS = 2**26  # numbers of z on a path: together with w they take one GiB
 FILL = (
     "fill the memory for a path; follow it in several spans of t, with --from and --to"
 )
+# Unknowns and breakpoints of a path that is followed in fractions in about a second.
+MAX_EXACT, MAX_EXACT_BREAKPOINTS = 40, 200
 # Degenerate pivots at one vertex: more than this mean that rounding prevents the
 # perturbation from breaking ties.
 MAX_POINTS = 10_000
@@ -215,20 +218,14 @@ def path(
     """
     as_problem(problem), as_problem(to)
 
-    def data() -> Data:
-        return ExactProblem.of_floats(problem), ExactProblem.of_floats(to)
-
     explicit_options: dict[str, Any] = {
         "tol": tol,
         "max_breakpoints": max_breakpoints,
         "time_limit": time_limit,
     }
-    return follow(
-        Family(problem, to, start, stop),
-        turns,
-        data if exact else None,
-        **explicit_options,
-    )
+    family = Family(problem, to, start, stop)
+    read = partial(_of_floats, family) if exact else None
+    return follow(family, turns, read, **explicit_options)
 
 
 def follow(
@@ -250,13 +247,23 @@ def follow(
         explicit_options.pop("max_breakpoints", MAX_BREAKPOINTS.value)
     )
     max_points_in_memory = max(MAX_NUMBERS // max(1, family.problem.n), 2)
-    path = _Following(
+    limits = Limits(**explicit_options)
+    run = partial(
+        _Following,
         family,
-        Limits(**explicit_options),
+        limits,
         min(max_breakpoints, max_points_in_memory),
         turns,
-        read,
-    ).path(began)
+    )
+    path = run(read).path(began)
+    if not path.verified and path.t.size and path.end in _followable(path):
+        exact = run(partial(_of_floats, family)).path(began)
+        # Its numbers are then rounded, and have to be verified as others are.
+        t, z, w, is_verified = verify(
+            family, exact.t, exact.z, exact.states, tol=limits.tol
+        )
+        if exact.verified and is_verified:
+            path = replace(exact, t=t, z=z, w=w, exact=None, seconds=seconds() - began)
     if (
         path.end == terminations.BREAKPOINT_LIMIT
         and max_points_in_memory < max_breakpoints
@@ -264,6 +271,19 @@ def follow(
         size = f"{max_points_in_memory} with {family.problem.n} unknowns"
         return replace(path, message=f"{path.message}: {size} {FILL}")
     return path
+
+
+def _followable(path: Path) -> Collection[str]:
+    """Return how a path that is not verified may end so that it is followed again in
+    fractions, in about a second: rounding beside far larger numbers is its fault."""
+    if path.problem.n > MAX_EXACT or path.t.size > MAX_EXACT_BREAKPOINTS:
+        return ()
+    ends = terminations
+    return ends.REACHED, ends.RETURNED, ends.RAY, ends.TURN, ends.BREAKDOWN
+
+
+def _of_floats(family: Family) -> Data:
+    return ExactProblem.of_floats(family.problem), ExactProblem.of_floats(family.to)
 
 
 class _Termination(NamedTuple):
@@ -513,6 +533,8 @@ class _Following:
             z, w = ([rounded(row) for row in rows] for rows in (z, w))
         t = np.array([point.t for point in points])
         states = [point.states for point in points[1:]]
-        is_verified = bool(points) and self._are_solutions
+        is_verified = (
+            bool(points) and self._are_solutions and points[0].t == family.start
+        )
         arrays = _rows(z, family), _rows(w, family), _rows(states, family, np.int8)
         return Path(family, t, *arrays, "", "", is_verified, 0.0, exact=exact)

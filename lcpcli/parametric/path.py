@@ -278,6 +278,15 @@ class Family:
         low, high = (_between(*lower_upper, share) for lower_upper in self._bounds)
         return low, high
 
+    def sizes_of_moving_bounds(self, share: float) -> Vector:
+        """Return the size of the terms (1 - s) l_0 and s l_1 of each bound that moves,
+        or of its upper one if that is larger; otherwise 0."""
+        sizes = np.zeros(self.problem.n)
+        for first, last in self._bounds:
+            terms = (1 - share) * np.abs(first) + share * np.abs(last)
+            sizes = np.where(first == last, sizes, np.maximum(sizes, terms))
+        return sizes
+
     @cached_property
     def is_fixed(self) -> Mask:
         """Return where both bounds are equal on the whole path, so that w_i may have

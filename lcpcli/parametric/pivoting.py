@@ -190,7 +190,10 @@ class Pivoting:
                     is_last=True,
                 )
                 return
-            is_point = step * direction.size <= ROUNDING_RTOL * self._size
+            is_point = (
+                step * direction.size <= ROUNDING_RTOL * self._size
+                and step * abs(direction.t) <= ROUNDING_RTOL * self.span
+            )
             self.t += step * direction.t
             self.z += step * direction.z
             if leaving.kind == T:  # no exchange: the basis without t may be singular

@@ -18,7 +18,8 @@ problem whose numbers differ by no more than the tolerance, relatively (Oettli a
 Prager 1964, as in `verify.measure`). As t has a few correct digits less than double
 precision, violations of NEGLIGIBLE times the numbers between which q(t) and z(t) vary
 are allowed at the ends: (1 - s) |q_0| + s |q_1|, and |M| times the larger |z| of both
-ends.
+ends, or the same of a bound that moves. Components that are not basic have to be at
+their bounds at both ends.
 """
 
 from __future__ import annotations
@@ -329,6 +330,8 @@ class _Breakpoints:
             sizes + np.where(_keeps_sign(Q), np.abs(Q), 0.0)
         )
         states = self.states[: n_breakpoints - 1]
+        if not self._are_at_bounds(states):
+            return False
         w = np.where(self.family.is_fixed, 0.0, self.w)
         for offset in (0, 1):
             breakpoints = slice(offset, len(states) + offset)
@@ -346,11 +349,36 @@ class _Breakpoints:
                     return False
         return bool(np.isfinite(self.t).all())
 
+    def _are_at_bounds(self, states: States) -> bool:
+        """Return whether at both ends of each piece the components that are not basic
+        are at their bounds, but for rounding of t. Elsewhere edges of the path have
+        been taken for points, as they are short beside the largest z.
+        """
+        low, high = self.family.bounds(self.s[:, np.newaxis])
+        distances = [
+            np.where(
+                states == LOWER,
+                np.abs(self.z[some] - low[some]),
+                np.where(states == UPPER, np.abs(high[some] - self.z[some]), 0.0),
+            )
+            for some in (slice(len(states)), slice(1, len(states) + 1))
+        ]
+        larger = np.abs(self.z)
+        larger[1:] = np.maximum(larger[1:], np.abs(self.z[:-1]))
+        larger[:-1] = np.maximum(larger[:-1], np.abs(self.z[1:]))
+        return all(
+            (distance <= CHANGE_RTOL * larger[offset : offset + len(states)]).all()
+            for offset, distance in enumerate(distances)
+        )
+
     def _rounding(self, piece: int, k: int, rows: Indices) -> Vector:
         """Return the violations that rounding of t may cause in some rows at breakpoint
         k, an end of a piece.
         """
-        larger = np.abs(self.z[piece : piece + 2]).max(axis=0)
+        larger = np.maximum(
+            np.abs(self.z[piece : piece + 2]).max(axis=0),
+            self.family.sizes_of_moving_bounds(self.s[k]),
+        )
         first, last = (
             np.abs(problem.q[rows]) for problem in (self.family.problem, self.family.to)
         )

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator
 from fractions import Fraction
-from itertools import islice
+from itertools import islice, product
 from typing import Any
 
 import numpy as np
@@ -192,12 +192,50 @@ def test_t_begins_and_ends_exactly_where_it_is_asked_to(
     assert found(stop).tolist() == [0.5]
 
 
-def test_a_path_on_which_z_moves_by_rounding_alone_is_at_its_end() -> None:
+def test_a_path_on_which_z_moves_by_rounding_alone_has_both_ends() -> None:
     first, last = (
         Problem([[2, 1], [1, 2]], [-5, -6 * factor]) for factor in (1, 1 + 2e-16)
     )
     found = path(first, last)
-    assert (found.t.tolist(), found.end, found.verified) == ([1.0], "reached", True)
+    assert (found.t.tolist(), found.end, found.verified) == ([0, 1], "reached", True)
+
+
+@pytest.mark.parametrize("large", [1e9, 1e13, 1e15])
+def test_a_large_component_hides_no_breakpoint(large: float) -> None:
+    """z_2 = max(0, 5 - 10 t), and a z_1 that jumps from -5 to 5 at t = 1/2."""
+    decreasing = path(*(Problem(np.eye(2), [-large, q]) for q in (-5, 5)))
+    assert decreasing.verified
+    assert decreasing.t.tolist() == [0, 0.5, 1]
+    assert decreasing(0.25).tolist() == [large, 2.5]
+    jumping = path(
+        *(
+            Problem(np.diag([0.0, 1.0]), [q, -large], lower=[-5, 0], upper=[5, np.inf])
+            for q in (1, -1)
+        )
+    )
+    assert jumping.verified
+    assert jumping(0.25).tolist() == [-5, large]
+    assert jumping(0.75).tolist() == [5, large]
+
+
+@pytest.mark.parametrize("bound", [1.0, 1e-14, 1e-300])
+def test_a_jump_is_no_slope_however_short(bound: float) -> None:
+    first, last = (
+        Problem([[0.0]], [q], lower=[-bound], upper=[bound]) for q in (1, -1)
+    )
+    jump = path(first, last)
+    assert jump.verified
+    assert (jump(0.25).tolist(), jump(0.75).tolist()) == ([-bound], [bound])
+
+
+def test_paths_of_bounds_that_move_through_zero_are_verified() -> None:
+    for low, high, last_low, last_high in product(
+        (-1, -2), (2, 3, 7), (1, 2, 5), (6, 9)
+    ):
+        for q in (0, 1, -1):
+            first = Problem([[1.0]], [q], lower=low, upper=high)
+            last = Problem([[1.0]], [q], lower=last_low, upper=last_high)
+            assert path(first, last).verified
 
 
 NEAR = 1e-6  # how far from a turn the number of solutions is counted
@@ -484,6 +522,7 @@ def test_a_path_is_not_verified_if_its_first_part_is_not(
         return *found, len(made) > 1
 
     monkeypatch.setattr(following, "AT_ONCE", 1)
+    monkeypatch.setattr(following, "MAX_EXACT", 0)
     monkeypatch.setattr(following, "verify", doubtful_at_first)
     found = path(*positive(30, 40, 40))
     assert len(made) > 2
