@@ -256,7 +256,8 @@ def follow(
         turns,
     )
     path = run(read).path(began)
-    if not path.verified and path.t.size and path.end in _followable(path):
+    is_doubtful = read is None and path.t.size and not path.verified
+    if is_doubtful and path.end in _followable(path):
         exact = run(partial(_of_floats, family)).path(began)
         # Its numbers are then rounded, and have to be verified as others are.
         t, z, w, is_verified = verify(
@@ -534,7 +535,7 @@ class _Following:
         t = np.array([point.t for point in points])
         states = [point.states for point in points[1:]]
         is_verified = (
-            bool(points) and self._are_solutions and points[0].t == family.start
+            bool(points) and self._are_solutions and points[0].t == float(family.start)
         )
         arrays = _rows(z, family), _rows(w, family), _rows(states, family, np.int8)
         return Path(family, t, *arrays, "", "", is_verified, 0.0, exact=exact)

@@ -190,10 +190,7 @@ class Pivoting:
                     is_last=True,
                 )
                 return
-            is_point = (
-                step * direction.size <= ROUNDING_RTOL * self._size
-                and step * abs(direction.t) <= ROUNDING_RTOL * self.span
-            )
+            is_point = self._is_point(step, direction)
             self.t += step * direction.t
             self.z += step * direction.z
             if leaving.kind == T:  # no exchange: the basis without t may be singular
@@ -222,6 +219,11 @@ class Pivoting:
                 return
             kind, at, sign = leaving
             entering = Variable(W, at, -sign) if kind == Z else Variable(Z, at, sign)
+
+    def _is_point(self, step: float, direction: Direction) -> bool:
+        """Return whether an edge has no length, but for rounding."""
+        z_stands = step * direction.size <= ROUNDING_RTOL * self._size
+        return z_stands and step * abs(direction.t) <= ROUNDING_RTOL * self.span
 
     @property
     def _size(self) -> float:
