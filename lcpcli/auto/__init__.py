@@ -1,2 +1,2 @@
-"""Which methods are tried on a problem, in what order, and for how long. It uses
-`methods` and the rooms above it."""
+"""Which methods are run on a problem, in what order, and for how long. It uses
+`methods` and the subpackages above it."""

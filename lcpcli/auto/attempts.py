@@ -1,9 +1,9 @@
 """The attempts of `auto`: the facts that decide, how each attempt begins, and the table
 that says which are made, when, and how far at first.
 
-Attempts are made in the order of the table, in rounds. One with a limit on the iterates
-of its first round is suspended at this limit; in each later round it continues with
-twice the limit of the round before, after M. Luby, A. Sinclair and D. Zuckerman,
+Attempts are made in the order of the table, in rounds. An attempt with a limit on the
+iterates of its first round is suspended at this limit; in each later round it continues
+with twice the limit of the round before, after M. Luby, A. Sinclair and D. Zuckerman,
 Optimal speedup of Las Vegas algorithms, Information Processing Letters 47 (1993)
 173-180: an attempt that would answer at once waits for no attempt that runs long, and
 the total is a small multiple of what the best attempt takes. The limits count iterates,
@@ -56,33 +56,34 @@ MAX_EARLY_LINEAR = 1000
 # Unknowns up to which an LP takes no more than the iterations of the earlier attempts.
 MAX_SURELY_LINEAR = 100
 MAX_REFLECTED = METHODS["reflections"].max_unknowns or 0
-# At the reflections in the first round: by then half are found that are found.
+# Iterations of `reflections` in its first round: half of the solutions that it reaches
+# at all are reached by then.
 LOOKS = 40
 # Unknowns of a game up to which Lemke's path takes less time than those of several
 # labels.
 MAX_PIVOTED_GAME = 60
 # Unknowns up to which a suspended attempt may keep its dense matrices, at most 300 MB.
 MAX_HELD = 4000
-# Fewer where milp, which comes after them, can do more.
+# Rounds of a phase: fewer where milp, which follows, decides more problems.
 ROUNDS, ROUNDS_BEFORE_MILP = 6, 5
-MAX_FOR_MILP = 100  # unknowns up to which it does
-# Iterations of the simplex method, by the seconds that so many usually take: for each
-# entry of M, for a linear program before the interior point method has its turn; after
-# first attempts of that, by the order of M; and at least.
+MAX_FOR_MILP = 100  # unknowns up to which milp does
+# Work limits of the simplex method, in the seconds that its iterations usually take: on
+# a linear program, before the interior point method, for each entry of M; after the
+# first attempts of the interior point method, times n^3; and the smallest limit.
 SIMPLEX_EFFORT = 4e-5
 SIMPLEX_EFFORT_BY_ORDER = 1e-9
 MIN_SIMPLEX_EFFORT = 0.1
-# Most changes of state in a step of newton, relative to the last step, if it is to go
-# on.
+# newton while it converges fast: the largest ratio of the numbers of variables whose
+# basis status two successive steps change.
 NEWTON_SETTLING_FACTOR = 0.2
-SETTLED_CHANGES = 3  # of state in a step of newton: so few do not end it
-# Of newton with factors of a band: it settles in these, or takes as many as there are
-# unknowns.
+SETTLED_CHANGES = 3  # changes of basis status in a step that do not end it
+# Steps of newton with factors of a band: it converges within these, or takes about as
+# many as there are unknowns.
 MAX_BAND_STEPS = 5
 CHANDRASEKARAN = "Chandrasekaran's method"
-# The same for a small M, or from zeros of q, where other attempts take longer.
+# The same for a small M, or from zeros of q, where the other attempts take longer.
 MAX_SMALL_BAND_STEPS = 25
-MIN_FRICTIONAL = 35  # unknowns from which interior is tried on contact with friction
+MIN_FRICTIONAL = 35  # unknowns from which interior is run on contact with friction
 # Unknowns from which on interior takes less time, if M + M' is semidefinite.
 MAX_PIVOTED_BY_NUMPY = 150
 # Unknowns up to which Lemke's path is so short that it is followed where no theorem
@@ -148,10 +149,10 @@ class Structure:
 
     @cached_property
     def is_stiff(self) -> bool:
-        """Return whether M is sparse, and of so many unknowns that its sparse factors
-        cost less, and positive definite, up to rounding of its entries, but no
-        M-matrix, so that it may be ill-conditioned without properties that other
-        methods need; and factors of it are affordable."""
+        """Return whether M is sparse, of more than MAX_UNFILLED unknowns, has
+        affordable factors, and is positive definite, up to rounding of its entries, but
+        no M-matrix: it may be ill-conditioned and lacks the properties that other
+        methods need."""
         M = self.original_problem.M
         if not (self.original_problem.n > MAX_UNFILLED and may_be_stiff(M)):
             return False
@@ -166,14 +167,14 @@ class Structure:
         """Return "linear" or "quadratic" if M is large, sparse and that of a convex
         program; else ""."""
         M = self.problem.M
-        # There are zeros for the rows of a program.
+        # The rows of a program have zeros on the diagonal.
         if not (self.is_large_and_sparse and self.is_no_p_matrix):
             return ""
         with imports:
             from lcpcli.methods.linear import is_skew
         if is_skew(M):
             return "linear"
-        # Of rows, but for which M is symmetric: of a program there are both kinds.
+        # The signs of rows with which M is symmetric: a program has both kinds.
         S = self.problem.signs
         return (
             "quadratic"
@@ -232,15 +233,16 @@ class Structure:
 
     @cached_property
     def may_gain_by_presolve(self) -> bool:
-        """Return whether M is not monotone as it is, as its equations may be in other
-        signs. Convex programs gain nothing: they take as many steps as before."""
+        """Return whether M is not known to be monotone: it may become so when equations
+        change their signs. Convex programs gain nothing: they take as many steps as
+        without presolve."""
         if self.program:
             return False
         if self.is_large_and_sparse:
             return self.is_no_p_matrix
         return not self.is_semidefinite
 
-    # Without it: towers and crushed heaps in 300 unknowns take 30 times as long.
+    # Without this test, towers and crushed heaps in 300 unknowns take 30 times as long.
     @cached_property
     def is_frictional(self) -> bool:
         """Return whether M has the blocks of contact with friction, with zeros or small
@@ -290,7 +292,7 @@ class Structure:
     @cached_property
     def game(self) -> Costs | None:
         """Return the costs of the bimatrix game whose equilibria solve the problem;
-        None if it is no game."""
+        None if there is no such game."""
         if self.is_large_and_sparse or self.problem.n < 2 or self.problem.M[0, 0]:
             return None
         with imports:
@@ -401,8 +403,8 @@ def newton_while_fast(structure: Structure) -> Stage:
 
 
 def usual_newton(structure: Structure) -> Stage:
-    """Run newton; on dense M its pivots on single indices, which advance only for
-    P-matrices, are few or none."""
+    """Run newton, on a dense M with few pivots on single indices or none, as these are
+    sure to advance only for P-matrices."""
     problem = structure.problem
     if is_sparse(problem.M):
         return newton(problem, structure.x0, problem.n, growing=structure.is_z_matrix)
@@ -428,8 +430,9 @@ def _single_exchanges(structure: Structure) -> int:
 
 
 def _from_basic_zeros(structure: Structure) -> Stage:
-    """Run newton from w = 0 where q <= 0; for large sparse M a few steps: where q > 0,
-    each finds only the neighbours of the last variables."""
+    """Run newton from w = 0 where q <= 0, on a large sparse M for a few steps only:
+    where q > 0, each step reaches only the neighbours of the variables of the last
+    one."""
     problem, is_large = structure.thin, structure.is_large_and_sparse
     x0 = np.where(problem.q <= 0, 0.5, -0.5)
     stage = newton(
@@ -443,7 +446,7 @@ def all_basic(structure: Structure) -> Stage:
 
     Pivoting from q < 0 may miss a solution with w = 0 and many z_i at bounds, as the
     basis status of these is not unique, and may take n steps where M is an M-matrix, as
-    for options, and each step finds only the neighbours of the last variables.
+    for options, since each step reaches only the neighbours of the last variables.
     """
     problem = structure.problem
     lower, upper = (
@@ -454,7 +457,8 @@ def all_basic(structure: Structure) -> Stage:
 
 
 def lemke(structure: Structure) -> Stage:
-    """Follow Lemke's path, not much longer than those that end at a solution."""
+    """Follow Lemke's path for up to MAX_PIVOTS n pivots: paths that end at a solution
+    are rarely longer."""
     with imports:
         from lcpcli.methods.lemke import MAX_PIVOTS
     return stages.limited(
@@ -624,8 +628,8 @@ FIRST = (
         *(
             "newton",
             "at w = 0",
-            "M is dense, and a solution with w = 0 has no definite states where "
-            "z is at bounds",
+            "M is dense, and a solution with w = 0 has no unique basis where z is at "
+            "bounds",
         ),
         lambda s: (
             not (s.is_large_and_sparse or s.is_z_matrix)
@@ -648,7 +652,7 @@ FIRST = (
         *(
             "newton",
             CHANDRASEKARAN,
-            "no entry off the diagonal is positive, and z >= 0 alone is asked for",
+            "no entry off the diagonal is positive, and z >= 0 is the only bound",
         ),
         lambda s: (
             s.has_no_positive_links
@@ -719,7 +723,7 @@ LATER = (
             and not s.is_frictional
         ),
         all_basic,
-        # Newton, whose basis then only grows, follows.
+        # The next attempt is newton, whose basis then only grows.
         lambda s: MAX_SMALL_BAND_STEPS if s.is_z_matrix else math.inf,
     ),
     AttemptRule(
@@ -823,7 +827,7 @@ LATER = (
 )
 STEP = (
     AttemptRule(
-        *("lemke", "", "a step of a nonlinear method is asked for, but no proof"),
+        *("lemke", "", "a nonlinear method needs a step, and no proof"),
         lambda _: True,
         stage_factory("lemke.end_of_path", lambda s: (s.problem, s.follow)),
     ),
@@ -832,7 +836,8 @@ PRESOLVE = AttemptRule(
     *(
         "presolve",
         "",
-        "M may be monotone with equations in other signs: what is left is tried first",
+        "M may become monotone as equations change their signs: the reduced problem is "
+        "solved first",
     ),
     lambda s: s.problem.is_mixed and s.may_gain_by_presolve,
     None,
@@ -841,7 +846,7 @@ EXACT = AttemptRule(
     *(
         "exact",
         "",
-        f"there are at most {FEW_UNKNOWNS} unknowns, whose states can be searched",
+        f"there are at most {FEW_UNKNOWNS} unknowns, whose bases can be searched",
     ),
     lambda s: s.problem.n <= FEW_UNKNOWNS,
     None,

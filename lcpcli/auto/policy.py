@@ -1,12 +1,13 @@
-"""What surrounds the table in `attempts`: starts, few unknowns, far bounds, presolve
-before it, and milp at the end.
+"""A run of `auto` around the table of `attempts`: starts, few unknowns, far bounds,
+presolve before it, and milp at the end.
 
-For few unknowns it is pivoting and, if doubles leave the answer open, exact arithmetic
-on numbers of any size. They do so where a row has a term that rounding of another term
-hides, as in x_1 - x_2 = 3 with both near 1e16: a violation of the size of that term is
-then no more than rounding. An exact solution is sought near a point, and then by the
-tree over the states of all unknowns, which finds one or proves that there is none. Both
-take the problem as given: in other variables, rounding might lose the proof.
+Problems with few unknowns are solved by pivoting and, if double precision leaves the
+answer open, in exact arithmetic on numbers of any size. It leaves the answer open where
+a row has a term that rounding of another term hides, as in x_1 - x_2 = 3 with both
+close to 1e16: a violation of the size of that term is then no more than rounding. An
+exact solution is sought close to a point, and then by a tree search over the
+complementary bases, which reaches one or proves that there is none. Both use the
+original problem: in other variables, rounding might lose the proof.
 """
 
 from __future__ import annotations
@@ -73,11 +74,13 @@ from lcpcli.verify.final_states import MAX_DECIDED, is_doubtful
 from lcpcli.verify.point import Criterion, Point
 
 REFINED = "refined"
-# Of one point: each may change states that those before it have left wrong.
+# Refinements of one point: each may correct basis statuses that the earlier ones have
+# left wrong.
 MAX_REFINEMENTS = 3
-# How long a solution is sought after a proof up to rounding, or after a point that
-# violates rows only by what may be rounding: a part of the evaluations so far, and at
-# least so many; for a sparse M four for each unknown, up to so many.
+# Evaluations for which a search continues after a proof up to rounding, or after a
+# point that violates rows only by what may be rounding: a multiple of the evaluations
+# so far, and at least MIN_PATIENCE; for a sparse M at least four for each unknown, up
+# to MAX_SPARSE_PATIENCE.
 PATIENCE = 2
 MIN_PATIENCE = 200
 MAX_SPARSE_PATIENCE = 2000
@@ -91,18 +94,19 @@ LOST_BY_ROUNDING = (
     "there is a solution, but its nearest doubles do not solve the problem"
 )
 UNDECIDED_IN_TIME = "exact arithmetic did not decide the problem in time"
-# How a point at which a search may end is accepted: if a solution close to it is
-# proved (the run itself tests whether anything speaks against the point). And a point
-# whose rows may hide terms: if exact arithmetic verifies it.
+# A point at which a search may end is accepted if a solution close to it is proved (the
+# run itself tests whether anything speaks against the point), and a point whose rows
+# may hide terms if exact arithmetic verifies it.
 IF_PROVED, IF_EXACT = Extent(PROVED), Extent(AS_IT_IS, is_exact=True)
-NOTHING = list[Fraction]()  # after all nodes of a tree without a solution
-MAX_PIVOTED_EXACTLY = 100  # unknowns, from a basis that is almost right
-# Of a problem with far sides: each leaves fewer of them out; at first only those less
-# that are met first.
+NOTHING = list[Fraction]()  # the tree has been searched, and has no solution
+# Unknowns up to which exact pivoting starts from a basis that is almost right.
+MAX_PIVOTED_EXACTLY = 100
+# Relaxations of a problem with far sides: each leaves fewer of them out. After a proof,
+# the first SINGLE_RELAXATIONS include only the sides that it needs first.
 MAX_RELAXATIONS, SINGLE_RELAXATIONS = 16, 4
 # Work limits of the tree search, in nominal seconds: the first one, within which it
 # decides almost all problems; it continues between other methods, each time with twice
-# the limit of the time before, at most the largest one, up to the maximum in all.
+# the previous limit, at most the largest one, up to the maximum in total.
 FIRST_SEARCH_WORK = 0.25
 LARGEST_SEARCH_WORK = 2.0
 MAX_SEARCH_WORK = 16.0
@@ -118,15 +122,16 @@ def auto(
     recorded_stages: stages.RecordedStages | None = None,
 ) -> Stage:
     """Solve any LCP, or prove that it has no solution, by the first method in the table
-    that succeeds, and milp last, which finds a solution or a proof that there is none,
-    or reaches its limits.
+    that succeeds, and at last by milp, which ends with a solution, with a proof that
+    there is none, or at its limits.
 
-    Free variables that equations define are substituted before. Where the reference
+    Free variables that equations define are substituted first. Where the reference
     point is a solution, that is the answer, unless the run has a start of its own,
     which the problem does not have.
 
-    x0 : start, shape (n,), in the units of z; pivoting methods use only its signs.
-    presolve : whether a mixed problem is first solved by what presolve leaves of it.
+    x0 : start (z - w) / 2, shape (n,); pivoting methods use only its signs.
+    presolve : whether the problem to which presolve reduces a mixed problem is solved
+        first.
     states : whether x0 represents the basis of a likely solution: pivoting starts from
         this basis, and unless it is almost right, x0 is not used any further.
     is_warm_start : whether x0 is close to a solution, whose basis is then attempted
@@ -156,7 +161,7 @@ def auto(
     search = partial(_searched, presolve=presolve, is_warm_start=is_warm_start)
     if problem.has_far_sides:
         return _relaxed_first(problem, x0, search, states)
-    # Iterates would be in other variables; but piqp has ended.
+    # Iterates of the other stages are in other variables; piqp has ended.
     if recorded_stages and problem.reference_z is not None:
         recorded_stages = {
             name: made for name, made in recorded_stages.items() if name == "piqp"
@@ -170,7 +175,7 @@ def _relaxed_first(problem: Problem, x0: Vector, search: Search, states: bool) -
     answer violates, or with which a proof would not hold, are included in the next
     relaxation: a relaxation without a solution proves nothing. They are first moved
     closer, as their size leaves no digits for other numbers; the basis is most often
-    the same. At last the original problem is solved.
+    the same. If no relaxation leads to an answer, the original problem is solved.
 
     A solution within the far sides is one of the problem, which ends the run."""
     with imports:
@@ -203,13 +208,13 @@ def _relaxed_first(problem: Problem, x0: Vector, search: Search, states: bool) -
         if isinstance(ending, (Finished, NoSolution)) and met.number:
             change = relaxed(problem, change.sides.without(met))
         elif not (isinstance(ending, Finished) and change.moved_sides.number):
-            # It is not known which of them count.
+            # It is not known which of the sides matter.
             change = relaxed(problem, change.sides.without(change.sides))
         elif has_all and (idle := change.idle(inner.last.x)).number:
-            # Where there are several minimizers, one may be at sides that do not count.
+            # If there are several minimizers, one may be at sides that do not matter.
             change, has_all = relaxed(problem, change.sides.joined(idle)), False
         elif change.is_moved:
-            # The states depend on how far these sides are.
+            # The basis depends on how far away these sides are.
             change = relaxed(problem, change.sides, is_moved=False)
         else:
             change = relaxed(problem, change.sides.without(change.sides))
@@ -266,9 +271,9 @@ def _with_values_of_rows(problem: Problem, z: Vector, basis: States) -> Vector:
 def _searched(
     problem: Problem, x0: Vector, milp: bool = True, **search_options: Any
 ) -> Stage:
-    """Take the methods in turn, as `_search` does, in the variables in which the
-    reference point is 0, or else in those of the problem, where rounding to these
-    spoils the solution, and then milp, if it is among them, on the problem as given."""
+    """Run the methods one after another, as `_search` does, in the variables in which
+    the reference point is 0; then in those of the problem, if rounding to these spoils
+    the solution; and then milp, if it takes part, on the original problem."""
     sequence = MethodSequence(x0)
     search: Search = partial(_search, milp=milp, **search_options)
     if problem.reference_z is None:
@@ -303,10 +308,13 @@ def _search(
     recorded_stages: stages.RecordedStages | None = None,
     is_decided: Callable[[], bool] = lambda: False,
 ) -> Stage:
-    """Take the methods before milp in turn, from the start in `sequence`; presolve,
-    states, is_warm_start, recorded_stages : as in `auto`; milp : whether nodes of its
-    tree are examined; is_decided : called after each attempt, for other work in
-    between; if it returns True, the search ends."""
+    """Run the methods before milp one after another, from the start in `sequence`.
+
+    presolve, states, is_warm_start, recorded_stages : as in `auto`.
+    milp : whether nodes of its tree are examined.
+    is_decided : called after each attempt, for other work in between; if it returns
+        True, the search ends.
+    """
     x0, criterion = sequence.last.x, Criterion(problem)
     first = list[Part]()
     if states:
@@ -318,11 +326,11 @@ def _search(
         recorded_stages = recorded_stages or {}
         first = [Part("interior", at_point(problem, x0, recorded_stages))]
     undecided_ending: NoSolution | Stalled | None = None
-    # Finite once the ending is known unless a better one is reached.
+    # Finite once there is an ending that only a better one replaces.
     evaluations_left = math.inf
     attempts = attempts_before_milp(problem, x0, presolve, recorded_stages)
     for part in chain(first, attempts):
-        # Which may have a proof.
+        # Work beyond the limit is worthwhile for linear alone, which may have a proof.
         is_refused = part.method == "milp" and not milp
         if is_refused or (evaluations_left <= 0 and part.method != "linear"):
             continue
@@ -343,10 +351,10 @@ def _search(
             continue  # at a point that has been tested
         point = Point(criterion, problem.box.z_of(sequence.last.x))
         if isinstance(ending, Finished) and point.solves():
-            # Although rounding to the given variables may leave a larger residual.
+            # Rounding to the original variables may have left a larger residual.
             return ending
         if point.nearly_solves():
-            # It may be all that doubles can do.
+            # It may be as close as double precision comes.
             yield sequence.last._replace(F=None, signs_final=True)
             if (yield from _improved(problem, sequence, criterion.tol)):
                 return Finished()
@@ -360,8 +368,8 @@ def _search(
 
 
 def _patience(problem: Problem, sequence: MethodSequence) -> float:
-    """Return for how many evaluations a search continues once its ending is known
-    unless a better one is reached."""
+    """Return for how many evaluations a search continues once there is an ending that
+    only a better one replaces."""
     min_evaluations = MIN_PATIENCE
     if is_sparse(problem.M):
         min_evaluations = max(min_evaluations, min(4 * problem.n, MAX_SPARSE_PATIENCE))
@@ -381,7 +389,7 @@ def _improved(
     accepted_point = accepted(problem, [z], tol, IF_PROVED)
     if accepted_point is not None and accepted_point.solved:
         if accepted_point.point.z is not z:
-            # Which refinement in doubles might move.
+            # Refinement in double precision might move this point.
             z = accepted_point.point.z
             x = box.x_within(z, problem.w(z), box.basis_at(z))
             sequence.last = sequence.last._replace(
@@ -410,8 +418,8 @@ def attempts_before_milp(
     presolve: bool,
     recorded_stages: stages.RecordedStages | None = None,
 ) -> Iterator[Part]:
-    """Yield the parts of a run before milp in order, for few unknowns those after exact
-    arithmetic. presolve : whether it takes part. recorded_stages : as in
+    """Yield the parts of a run before milp in order, for few unknowns only those after
+    exact arithmetic. presolve : whether presolve takes part. recorded_stages : as in
     `Structure`."""
     structure = Structure(problem, x0, recorded_stages)
     after = phases(structure)
@@ -606,14 +614,14 @@ def exactly(
     problem: Problem, sequence: MethodSequence, tree: Tree | None = None
 ) -> Stage:
     """Yield (z - w) / 2 of an exact solution, rounded, for a problem of at most
-    `measure.FEW_UNKNOWNS`: of one near the last iterate, or else of one that the tree
-    finds, if it is given, in its next share of work. For at most MAX_DECIDED unknowns
-    the tree comes first, as it decides sooner than pivoting from states that are not
-    right.
+    `measure.FEW_UNKNOWNS`: of one close to the last iterate, or else of one that the
+    tree, if there is one, reaches within its next work limit. For at most MAX_DECIDED
+    unknowns the tree comes first, as it decides sooner than pivoting from a basis that
+    is not right.
 
     Finished : there is a solution. NoSolution : it is proved that there is none.
-    Stalled : solutions were found, but are out of range or do not solve the problem
-    when rounded to doubles; or none was found in time.
+    Stalled : there are solutions, but they are out of range or do not solve the problem
+        when rounded to double precision; or none was reached in time.
     """
     return (
         yield from sequence.run_stage(

@@ -1,5 +1,5 @@
-"""The dual simplex method on the dictionary of w = A z + b in doubles, warm started as
-forms are restricted to 0.
+"""The dual simplex method on the dictionary of w = A z + b in double precision, warm
+started each time a variable is fixed at 0.
 
 C. E. Lemke, The dual method of solving the linear programming problem, Naval Research
 Logistics Quarterly 1 (1954) 36-47. Its answers hold only up to rounding, and for A +
@@ -15,15 +15,16 @@ from lcpcli.interrupts import raise_if_timed_out
 from lcpcli.linalg.doubles import generator
 from lcpcli.typing import Vector
 
-# Usually added to A, in units of the largest |A_ij|: most proofs y then have A'y < 0
-# beyond rounding.
+# Usually added to A, relative to the largest |A_ij|: almost all proofs y then have A'y
+# < 0 beyond rounding.
 MARGIN = 2e-9
 MAX_DENSE = 300  # rows or columns up to which a dense dictionary is pivoted
-NEGLIGIBLE = 1e-6  # of the largest |b_i|: what the margin may add to A z
-# Up to which coefficients and violations count as 0, for A and b with entries of size
-# 1.
+NEGLIGIBLE = 1e-6  # relative to the largest |b_i|: what the margin may add to A z
+# Coefficients and violations up to this size are treated as 0, for A and b with entries
+# of size 1.
 ZERO = 1e-11
-# Per unknown, before a system is given up: most take a few pivots in all.
+# Pivots for each row of A, after which a system is given up: almost all take a few
+# pivots in total.
 MAX_PIVOTS = 5
 
 
@@ -35,14 +36,14 @@ class DualSimplex:
     in terms of the nonbasic ones; the objective, a sum of all z with weights between 1
     and 2 by which ties are broken, has nonnegative coefficients.
 
-    margin : of the largest |A_ij|, what is added to A.
+    margin : what is added to A, relative to the largest |A_ij|.
     """
 
     def __init__(self, A: Vector, b: Vector, margin: float = MARGIN) -> None:
         m, n = A.shape
         self._size = float(np.abs(b).max(initial=0.0)) or 1.0
         self._margin = margin * float(np.abs(A).max(initial=0.0))
-        # The last row, whose constant does not count.
+        # The objective is the last row; its constant is not used.
         cost = np.append(0.0, generator(0).uniform(1.0, 2.0, (n,)))
         self._dictionary = np.vstack(
             (np.column_stack((b / self._size, A + self._margin)), cost)

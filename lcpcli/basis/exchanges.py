@@ -101,8 +101,8 @@ class BasisSolver(ABC):
 
     @abstractmethod
     def solver(self, indices: Indices) -> Solve:
-        """Return a solver of systems with M_PP, of half of all digits at least; raise
-        SingularMatrix here or there."""
+        """Return a solver of systems with M_PP, accurate to at least half of all
+        digits; it or this method raises SingularMatrix."""
 
     block_principal_pivoting = (
         block_principal_pivoting  # raises SingularMatrix as `at` does
@@ -147,8 +147,8 @@ class BasisSolver(ABC):
                 np.count_nonzero(size <= ROW_ROUNDING * np.abs(self.q[indices]))
                 == indices.size
             ):
-                # Within the rounding error of their terms, of which q alone is a lower
-                # bound.
+                # The residuals are within the rounding error of their rows, of which
+                # that of q is a lower bound.
                 break
             if (
                 self.has_terms
@@ -176,8 +176,8 @@ class BasisSolver(ABC):
         if violation > ROW_ROUNDING * (
             abs(self.q[worst]) + self.largest * float(np.abs(z).sum())
         ):
-            # As this bound on the rounding error of its row needs no more of M than the
-            # sizes of its rows.
+            # This bound on the rounding error of the row needs only the sizes of the
+            # rows of M.
             return basic_solution
         return basic_solution._replace(
             is_solution=not self.violated(basic_solution).any()
@@ -206,8 +206,8 @@ class BasisSolver(ABC):
 
 
 class BasicSolutions(BasisSolver):
-    """The basic solutions of a problem, by a solver of systems with this M, perhaps
-    that of another problem."""
+    """The basic solutions of a problem, by a solver of systems with its M, which
+    another problem may share."""
 
     def __init__(self, problem: Problem, solver: PrincipalSolver | None = None) -> None:
         self._problem = problem
@@ -241,38 +241,39 @@ class BasicSolutions(BasisSolver):
 
 
 def in_units_of_state(terms: Vector, maxima: Vector, basic: Mask) -> Vector:
-    """Return errors of rows in units of what has signs: where basic of z_i, by the
-    largest |M_ij|, else of w_i."""
+    """Return the errors of rows as errors of what their basis status restricts: of z_i
+    if it is basic, divided by the largest |M_ij|, else of w_i."""
     in_z = np.divide(terms, maxima, where=maxima > 0, out=np.zeros_like(terms))
     return np.where(basic, in_z, terms)
 
 
-# Of a basic solution: the first computes it, the others make small rows exact too.
+# Corrections of a basic solution: the first one computes it, the others make small rows
+# exact as well.
 CORRECTIONS = 3
-# relative: M_BB whose inverse is larger than 1 over this counts as singular.
+# An equilibrated M_BB is treated as singular if an entry of its inverse exceeds the
+# reciprocal of this.
 SINGULAR = 1e-13
-DEPENDENT = 1e-11  # relative: singular values of such an M_BB that count as 0
+DEPENDENT = 1e-11  # relative: singular values of such an M_BB that are treated as 0
 
 
 class CorrectedSolutions(BasicSolutions):
     """The basic solutions of a problem, with CORRECTIONS.
 
-    M : dense. near : where M_BB is singular, as for redundant contacts, values near
-    these z_B are corrected as little as possible; if it is None, SingularMatrix is
-    raised.
+    M : dense. initial_guess : if M_BB is singular, as for redundant contacts, these z_B
+        are corrected as little as possible; if it is None, SingularMatrix is raised.
     """
 
     def __init__(
         self, problem: Problem, M: Vector, initial_guess: Vector | None = None
     ) -> None:
         super().__init__(problem, PrincipalSolver(M))
-        self._M, self.near = M, initial_guess
+        self._M, self.initial_guess = M, initial_guess
 
     @np.errstate(all="ignore")
     def at(self, basis: States) -> BasicSolution:
         z = self.box.nonbasic(basis)
         B = (basis == BASIC).nonzero()[0]
-        initial_guess = self.near
+        initial_guess = self.initial_guess
         reference = (
             np.zeros(z.size)
             if self._problem.reference_z is None
@@ -325,7 +326,7 @@ def solve_basic(
 
 
 def reciprocals(sizes: Vector) -> Vector:
-    """Return 1 / sizes, 1 for 0; of subnormal sizes the largest double, so that 0 times
-    it stays 0."""
+    """Return 1 / sizes, but 1 for 0, and the largest finite number for subnormal sizes,
+    so that 0 times it stays 0."""
     inverses: Vector = np.minimum(1.0 / (sizes + (sizes == 0.0)), LARGEST_DOUBLE)
     return inverses

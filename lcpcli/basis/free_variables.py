@@ -4,21 +4,22 @@ variables are eliminated.
 With bounded variables B and free ones F, equations M_FB z_B + M_FF z_F + q_F = 0 have
 the solutions z_F = V u - E (M_FB z_B + q_F), for all u, if U' (M_FB z_B + q_F) = 0,
 where the columns of U and V span the null spaces of M_FF' and of M_FF, and E is an
-inverse, or a pseudo-inverse. What is left is
+inverse, or a pseudo-inverse. The reduced problem is
 
     w_B = K z_B + H u + k, G z_B + g = 0:  K = M_BB - M_BF E M_FB, H = M_BF V, G = U'
     M_FB.
 
-As an equation has no partner, any invertible combination R G is the same: R by least
-squares, R G ~ -H', shows that M is monotone, or that of a program, whatever the order,
-signs, and factors of its equations are. Such an M is so on the null space of G; with
-the orthogonal projections P along the rows of G, and Q along the columns of H, K z_B is
-Q K P z_B but for terms in g and, as they may be added to u, those in the range of H,
-and Q K P is positive semidefinite everywhere. Then u = a - b with a, b >= 0.
+As an equation has no complementary variable, any invertible combination R G is
+equivalent: R by least squares, R G ~ -H', shows that M is monotone, or that of a
+program, whatever the order, signs, and factors of its equations are. Such an M is so on
+the null space of G; with the orthogonal projections P along the rows of G, and Q along
+the columns of H, K z_B is Q K P z_B but for terms in g and, as they may be added to u,
+those in the range of H, and Q K P is positive semidefinite everywhere. Then u = a - b
+with a, b >= 0.
 
 Where the equations of a sparse problem have a unique solution for bounded variables,
-z_F = -M_FF^{-1} (M_FB z_B + q_F) by sparse factors, there are left w_B = K z_B + k,
-with K = M_BB - M_BF M_FF^{-1} M_FB, which is dense.
+z_F = -M_FF^{-1} (M_FB z_B + q_F) by sparse factors, the reduced problem is w_B = K z_B
++ k, with K = M_BB - M_BF M_FF^{-1} M_FB, which is dense.
 """
 
 from __future__ import annotations
@@ -35,36 +36,38 @@ from lcpcli.model.box import BASIC, LOWER, Box, of_masks
 from lcpcli.model.problem import Problem
 from lcpcli.typing import Indices, Mask, States, Vector
 
-# Ratio of the units of rows to those of columns up to which they are made the same.
+# The row and column factors of bounded variables are made the same if the largest of
+# their ratios is at most this multiple of the smallest one.
 NEAR_UNITS = 2.0**20
-SMALLEST = 1e-9  # relative: singular values that count as 0, in equilibrated units
-# Relative to the largest entry: what elimination leaves of zeros, as of redundant
+SMALLEST = 1e-9  # relative: singular values of equilibrated matrices treated as 0
+# Relative to the largest entry: what cancellation leaves of zeros, as of redundant
 # equations.
 CANCELLED = 1e-13
-DEPENDENT = 1e-12  # relative: singular values of rows of G that count as 0
+DEPENDENT = 1e-12  # relative: singular values of rows of G that are treated as 0
 
 
-class Kept(NamedTuple):
-    """The variables that are not fixed, as `kept` has their numbers; `bounded` and
-    `free` have their places in it.
+class NonfixedVariables(NamedTuple):
+    """The variables that are not fixed: `variable_indices` has their indices, and
+    `bounded` and `free` have their positions in it.
 
-    A : their M, where those with an upper bound only are mirrored. turn : -1 for these,
-        1 for the others.
+    A : their M, where those with an upper bound only are reflected. reflection_signs :
+        -1 for these, 1 for the others.
     """
 
     A: Vector
-    kept: Indices
-    turn: Vector
+    variable_indices: Indices
+    reflection_signs: Vector
     bounded: Indices
     free: Indices
 
 
 class Eliminated(NamedTuple):
-    """The matrix K of the bounded variables, and of a and b, with what takes constants
-    there and solutions back.
+    """The matrix K of the reduced problem in the bounded variables, a and b, with what
+    transforms constants to it, and its solutions back.
 
-    rows, columns : the units of the variables that are kept. X : E A_FB. of_equations :
-    what P takes from K, by the equations. Y : what Q takes from it, by u.
+    rows, columns : the row and column factors of the variables that are not fixed. X :
+        E A_FB. of_equations : what P subtracts from K, by the equations. Y : what Q
+        subtracts from it, by u.
     """
 
     K: Vector
@@ -81,8 +84,8 @@ class Eliminated(NamedTuple):
 
 def solved(A: Vector) -> tuple[Vector, Vector, Vector]:
     """Return E, shape (f, f), U and V, shape (f, f - rank), with A E A = A, U' A = 0
-    and A V = 0 for a square A in equilibrated units: A x = r has the solutions x = E r
-    + V u, for all u, if U' r = 0."""
+    and A V = 0 for a square equilibrated A: A x = r has the solutions x = E r + V u,
+    for all u, if U' r = 0."""
     f = A.shape[0]
     try:
         E = np.ascontiguousarray(np.linalg.inv(A))
@@ -101,15 +104,15 @@ def largest(A: Vector) -> float:
     return float(np.abs(A).max()) if A.size else 0.0
 
 
-def cleaned(A: Vector, most: float) -> Vector:
+def cleaned(A: Vector, max_size: float) -> Vector:
     """Return A with 0 in place of entries up to this size."""
-    found: Vector = A * (np.abs(A) > most)
-    return found
+    cleaned_entries: Vector = A * (np.abs(A) > max_size)
+    return cleaned_entries
 
 
 def combinations(G: Vector, H: Vector) -> Vector:
-    """Return an invertible R with R G ~ -H' in the sense of least squares, or nearly
-    such where there is none.
+    """Return an invertible R with R G ~ -H' in the sense of least squares, or one close
+    to it where there is none.
 
     G, H : shapes (s, b) and (b, s).
     """
@@ -119,23 +122,31 @@ def combinations(G: Vector, H: Vector) -> Vector:
     return R
 
 
-def kept(M: Vector, lower: Vector, upper: Vector) -> Kept:
+def nonfixed_variables(M: Vector, lower: Vector, upper: Vector) -> NonfixedVariables:
     """Return the variables that are not fixed, for bounds of shape (n,)."""
-    own = (lower != upper).nonzero()[0]
-    low, high = np.isfinite(lower[own]), np.isfinite(upper[own])
-    turn = 1.0 - 2.0 * (high & ~low)
-    A = M.copy() if own.size == lower.size else M[own][:, own]
-    if turn.size and turn.min() < 0.0:
-        A *= turn.reshape(-1, 1)
-        A *= turn
-    return Kept(A, own, turn, (low | high).nonzero()[0], (~(low | high)).nonzero()[0])
+    nonfixed = (lower != upper).nonzero()[0]
+    low, high = np.isfinite(lower[nonfixed]), np.isfinite(upper[nonfixed])
+    reflection_signs = 1.0 - 2.0 * (high & ~low)
+    A = M.copy() if nonfixed.size == lower.size else M[nonfixed][:, nonfixed]
+    if reflection_signs.size and reflection_signs.min() < 0.0:
+        A *= reflection_signs.reshape(-1, 1)
+        A *= reflection_signs
+    return NonfixedVariables(
+        A,
+        nonfixed,
+        reflection_signs,
+        (low | high).nonzero()[0],
+        (~(low | high)).nonzero()[0],
+    )
 
 
-def eliminated(own: Kept, rows: Vector, columns: Vector) -> Eliminated:
-    """Eliminate the free variables from the A of those that are kept, which is in these
-    units and may be changed, with a - b in place of u, and inequalities in both
-    directions for the equations G z_B + g = 0."""
-    A, bounded, free = own.A, own.bounded, own.free
+def eliminated(
+    nonfixed: NonfixedVariables, rows: Vector, columns: Vector
+) -> Eliminated:
+    """Eliminate the free variables from the A of those that are not fixed, which has
+    these row and column factors and may be changed, with a - b in place of u, and
+    inequalities in both directions for the equations G z_B + g = 0."""
+    A, bounded, free = nonfixed.A, nonfixed.bounded, nonfixed.free
     m = bounded.size
     if not free.size:
         none, wide = np.empty((0, 0)), np.empty((0, m))
@@ -183,17 +194,17 @@ def eliminated(own: Kept, rows: Vector, columns: Vector) -> Eliminated:
 def same_units(
     A: Vector, rows: Vector, columns: Vector, bounded: Indices
 ) -> tuple[Vector, Vector]:
-    """Give rows and columns of bounded variables the same units, which are not far
-    apart, if M may be monotone."""
+    """Return row and column factors that are the same for bounded variables, if these
+    factors are not far apart and M may be monotone; A is rescaled in place."""
     ratios = rows[bounded] / columns[bounded]
     is_near = bounded.size > 0 and ratios.max() <= NEAR_UNITS * ratios.min()
     if is_near and may_be_monotone(A / rows.reshape(-1, 1) / columns):
         units = np.exp2(np.rint(0.5 * np.log2(rows[bounded] * columns[bounded])))
-        own_rows, own_columns = rows.copy(), columns.copy()
-        own_rows[bounded], own_columns[bounded] = units, units
-        A *= (own_rows / rows).reshape(-1, 1)
-        A *= own_columns / columns
-        return own_rows, own_columns
+        same_rows, same_columns = rows.copy(), columns.copy()
+        same_rows[bounded], same_columns[bounded] = units, units
+        A *= (same_rows / rows).reshape(-1, 1)
+        A *= same_columns / columns
+        return same_rows, same_columns
     return rows, columns
 
 
@@ -208,24 +219,33 @@ def may_be_monotone(M: Vector) -> bool:
     )
 
 
-def constants(own: Kept, found: Eliminated, w: Vector) -> tuple[Vector, Vector]:
+def constants(
+    nonfixed: NonfixedVariables, elimination: Eliminated, w: Vector
+) -> tuple[Vector, Vector]:
     """Return k for the w of all variables at the corner of the box, and the offset of
     the free ones."""
-    b, free = found.rows * (own.turn * w[own.kept]), own.free
+    b, free = (
+        elimination.rows * (nonfixed.reflection_signs * w[nonfixed.variable_indices]),
+        nonfixed.free,
+    )
     if not free.size:
         return b, np.empty(0)
-    offset = -(found.E @ b[free])
-    k = b[own.bounded] + found.A_BF @ offset
-    if found.V.shape[1]:
-        g = cleaned(found.U.T @ b[free], CANCELLED * largest(b))
-        k = np.concatenate((k - found.of_equations @ g, g, -g))
+    offset = -(elimination.E @ b[free])
+    k = b[nonfixed.bounded] + elimination.A_BF @ offset
+    if elimination.V.shape[1]:
+        g = cleaned(elimination.U.T @ b[free], CANCELLED * largest(b))
+        k = np.concatenate((k - elimination.of_equations @ g, g, -g))
     return k, offset
 
 
-def widths(own: Kept, found: Eliminated, distances: Vector) -> Vector:
+def widths(
+    nonfixed: NonfixedVariables, elimination: Eliminated, distances: Vector
+) -> Vector:
     """Return d for the distances between the bounds of all variables."""
-    d, bounded = np.full(found.K.shape[0], np.inf), own.bounded
-    d[: bounded.size] = distances[own.kept[bounded]] / found.columns[bounded]
+    d, bounded = np.full(elimination.K.shape[0], np.inf), nonfixed.bounded
+    d[: bounded.size] = (
+        distances[nonfixed.variable_indices[bounded]] / elimination.columns[bounded]
+    )
     return d
 
 
@@ -234,55 +254,63 @@ def reduced(
     q: Vector,
     lower: Vector,
     upper: Vector,
-    own: Kept,
+    nonfixed: NonfixedVariables,
     rows: Vector,
     columns: Vector,
 ) -> tuple[Vector, Vector, Vector]:
-    """Return K, k and d of a problem from the variables that are kept, with A in these
-    units."""
-    found = eliminated(own, rows, columns)
+    """Return K, k and d of a problem from its variables that are not fixed, whose A has
+    these row and column factors."""
+    elimination = eliminated(nonfixed, rows, columns)
     corner = np.zeros(q.size)
     for i in range(q.size):
         if lower[i] > -np.inf:
             corner[i] = lower[i]
         elif upper[i] < np.inf:
             corner[i] = upper[i]
-    k, _ = constants(own, found, q + M @ corner if corner.any() else q)
-    return found.K, k, widths(own, found, upper - lower)
+    k, _ = constants(nonfixed, elimination, q + M @ corner if corner.any() else q)
+    return elimination.K, k, widths(nonfixed, elimination, upper - lower)
 
 
-def direction(own: Kept, found: Eliminated, y: Vector, offset: Vector) -> Vector:
-    """Return the distances of the kept variables from the corner of the box, if free
-    ones have this offset."""
-    v, m, s = np.zeros(own.kept.size), own.bounded.size, found.V.shape[1]
-    v[own.bounded] = y[:m]
-    if own.free.size:
-        v[own.free] = offset - found.X @ y[:m]
-    if s:
-        v[own.free] += found.V @ (y[m : m + s] - y[m + s :] - found.Y @ y[:m])
-    return own.turn * found.columns * v
-
-
-def given_states(own: Kept, n: int, states: States) -> States:
-    """Return the states of all n variables for those of y; mirrored ones are at the
-    other bound."""
-    found, bounded = np.full(n, LOWER, np.int8), own.bounded
-    found[own.kept[own.free]] = BASIC
-    found[own.kept[bounded]] = (states[: bounded.size] * own.turn[bounded]).astype(
-        np.int8
+def direction(
+    nonfixed: NonfixedVariables, elimination: Eliminated, y: Vector, offset: Vector
+) -> Vector:
+    """Return the distances of the variables that are not fixed from the corner of the
+    box, if free ones have this offset."""
+    v, m, s = (
+        np.zeros(nonfixed.variable_indices.size),
+        nonfixed.bounded.size,
+        elimination.V.shape[1],
     )
-    return found
+    v[nonfixed.bounded] = y[:m]
+    if nonfixed.free.size:
+        v[nonfixed.free] = offset - elimination.X @ y[:m]
+    if s:
+        v[nonfixed.free] += elimination.V @ (
+            y[m : m + s] - y[m + s :] - elimination.Y @ y[:m]
+        )
+    return nonfixed.reflection_signs * elimination.columns * v
 
 
-# Largest entries of rows and columns up to this, and from its inverse on, are not
-# scaled.
+def recovered_basis(nonfixed: NonfixedVariables, n: int, states: States) -> States:
+    """Return the basis of all n variables for that of y; reflected ones are at the
+    other bound."""
+    basis, bounded = np.full(n, LOWER, np.int8), nonfixed.bounded
+    basis[nonfixed.variable_indices[nonfixed.free]] = BASIC
+    basis[nonfixed.variable_indices[bounded]] = (
+        states[: bounded.size] * nonfixed.reflection_signs[bounded]
+    ).astype(np.int8)
+    return basis
+
+
+# Rows and columns are not scaled if all their largest entries are between the
+# reciprocal of this and this.
 NEAR_ONE = 2.0**8
 
 
 def exponents(A: Vector) -> Vector:
     """Return the exponents of the factors of rows, and then of columns, that
-    `Reduction` uses: 0 if all of these have largest entries of about size 1; none where
-    `equilibrate` has to be asked, as it would balance logarithms."""
+    `Reduction` uses: 0 if all of these have largest entries of about size 1; an empty
+    array where `equilibrate` has to balance logarithms."""
     sizes = units.sizes_in_units(A, np.zeros(2 * A.shape[0]))
     used = sizes[sizes > 0.0]
     if used.size == 0 or (used.max() <= NEAR_ONE and used.min() >= 1.0 / NEAR_ONE):
@@ -305,12 +333,12 @@ def scaled(A: Vector, powers: Vector) -> tuple[Vector, Vector]:
 
 
 class Reduction:
-    """A mixed problem in bounded variables: K y + k has the signs that 0 <= y <= d ask
-    for, with k from any q.
+    """A mixed problem in bounded variables: 0 <= y <= d is complementary to K y + k,
+    with k from any q.
 
     K, d : shapes (m, m) and (m,). units : the factors of the rows of K, shape (m,).
 
-    Variables with an upper bound only are mirrored, fixed ones are left out, and rows
+    Variables with an upper bound only are reflected, fixed ones are left out, and rows
     and columns are equilibrated. The unknowns y are the bounded variables in order, and
     then a and b.
     """
@@ -319,15 +347,17 @@ class Reduction:
         self.M, self.n, self.box = M, M.shape[0], box
         self.corner = np.broadcast_to(box.corner, self.n)
         lower, upper = box.vectors(self.n)
-        self._own = kept(M, lower, upper)
-        A, self.kept, self.turn, self.bounded, self.free = self._own
+        self._nonfixed = nonfixed_variables(M, lower, upper)
+        A, self.variable_indices, self.reflection_signs, self.bounded, self.free = (
+            self._nonfixed
+        )
         rows, columns = scaled(A, exponents(A))
-        self._found = eliminated(self._own, rows, columns)
-        self.K, self.rows, self.columns = self._found[:3]
+        self._elimination = eliminated(self._nonfixed, rows, columns)
+        self.K, self.rows, self.columns = self._elimination[:3]
         self.units = np.append(
             self.rows[self.bounded], np.ones(len(self.K) - self.bounded.size)
         )
-        self.d = widths(self._own, self._found, upper - lower)
+        self.d = widths(self._nonfixed, self._elimination, upper - lower)
 
     def within(self, box: Box) -> Reduction | None:
         """Return the reduction for other bounds of the same kinds; None if variables
@@ -341,20 +371,20 @@ class Reduction:
             return None
         other = copy(self)
         other.box, other.corner = box, np.broadcast_to(box.corner, self.n)
-        other.d = widths(self._own, self._found, upper - lower)
+        other.d = widths(self._nonfixed, self._elimination, upper - lower)
         return other
 
     def constants(self, q: Vector) -> Vector:
         """Return k for a q of shape (n,); the z of later calls are for this q."""
         w = q + self.M @ self.corner if np.count_nonzero(self.corner) else q
-        k, self.offset = constants(self._own, self._found, w)
+        k, self.offset = constants(self._nonfixed, self._elimination, w)
         return k
 
     def recover(self, y: Vector, basic: Mask, at_upper: Mask) -> tuple[Vector, States]:
         """Return z of the original problem and its basis for y and its basis."""
         states = of_masks(basic, at_upper & ~basic)
-        return self.corner + self.direction(y, self.offset), given_states(
-            self._own, self.n, states
+        return self.corner + self.direction(y, self.offset), recovered_basis(
+            self._nonfixed, self.n, states
         )
 
     def direction(self, y: Vector, offset: Vector | None = None) -> Vector:
@@ -364,27 +394,33 @@ class Reduction:
             np.zeros(self.n),
             np.zeros(self.free.size) if offset is None else offset,
         )
-        z[self.kept] = direction(self._own, self._found, y, offset)
+        z[self.variable_indices] = direction(
+            self._nonfixed, self._elimination, y, offset
+        )
         return z
 
     def recover_w(self, w: Vector) -> Vector:
         """Return w of the bounded variables of the original problem; 0 for the
         others."""
         original_w, B = np.zeros(self.n), self.bounded
-        original_w[self.kept[B]] = self.turn[B] * w[: B.size] / self.rows[B]
+        original_w[self.variable_indices[B]] = (
+            self.reflection_signs[B] * w[: B.size] / self.rows[B]
+        )
         return original_w
 
     def multipliers(self, u: Vector) -> Vector:
-        """Return the y of all rows, with M_F' y = 0 for free variables F as nearly as
-        possible, for multipliers u of the reduced rows."""
-        y, B, s = np.zeros(self.n), self.bounded, self._found.V.shape[1]
-        y[self.kept[B]] = self.turn[B] * self.rows[B] * u[: B.size]
+        """Return the y of all rows, with M_F' y as close to 0 as possible for free
+        variables F, for multipliers u of the reduced rows."""
+        y, B, s = np.zeros(self.n), self.bounded, self._elimination.V.shape[1]
+        y[self.variable_indices[B]] = (
+            self.reflection_signs[B] * self.rows[B] * u[: B.size]
+        )
         if self.free.size:
-            F = self.kept[self.free]
+            F = self.variable_indices[self.free]
             if s:
                 of_inequalities = u[B.size : B.size + s] - u[B.size + s :]
-                of_equations = self._found.of_equations.T @ u[: B.size]
-                combination = self._found.U @ (of_inequalities - of_equations)
+                of_equations = self._elimination.of_equations.T @ u[: B.size]
+                combination = self._elimination.U @ (of_inequalities - of_equations)
                 y[F] = self.rows[self.free] * combination
             y[F] -= np.linalg.lstsq(
                 self.M[np.ix_(F, F)].T, self.M[:, F].T @ y, rcond=DEPENDENT
@@ -393,14 +429,13 @@ class Reduction:
 
 
 MAX_REDUCED = 500  # bounded variables: their K is dense
-# Relative to the entries of M: those of M_FF^{-1} M_FB, above which M_FF counts as
-# singular.
+# Size of an entry of M_FF^{-1} M_FB above which M_FF is treated as singular.
 LARGEST = 1e10
 
 
 class WithoutFree:
     """The problem in the bounded variables. Raises SingularMatrix if M_FF is singular,
-    or nearly so, if there are no free variables, or if there are more than MAX_REDUCED
+    or almost so, if there are no free variables, or if there are more than MAX_REDUCED
     bounded ones.
 
     problem : with a sparse M. bounded : its bounded variables, those of `reduced`, with

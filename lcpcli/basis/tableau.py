@@ -3,9 +3,9 @@ large z_0 down to z_0 = 0.
 
 R. W. H. Sargent, An efficient implementation of the Lemke algorithm and its extension
 to deal with upper and lower bounds, Mathematical Programming Study 7 (1978) 36-54: a
-basic y_i leaves at either bound, an entering one may go over to its other bound, and
-w_i <= 0 while y_i = d_i. Variables have numbers: i stands for w_i, n + i for y_i, 2 n
-for z_0.
+basic y_i leaves at either bound, an entering one may pass to its other bound, and w_i
+<= 0 while y_i = d_i. Variables have numbers: i stands for w_i, n + i for y_i, 2 n for
+z_0.
 
 All but `refactorize` is written for numpy in a form that numba compiles as well, so
 that both make the same decisions; `exchange`, `choose` and `shift` are compiled from
@@ -22,13 +22,13 @@ from lcpcli.model.box import BASIC, LOWER, UPPER
 from lcpcli.typing import Indices, Mask, States, Vector
 
 SOLVED, RAY, PAUSED = 1, 2, 3
-# In place of a row: the variable goes over to its other bound, or moves for ever.
+# In place of a row: the variable passes to its other bound, or is unbounded.
 NO_ROW, UNBOUNDED = -1, -2
 # Relative to its largest term so far: the error of the value of a basic variable.
 NOISE = 1e-12
-ZERO = 1e-3  # times the noise: values up to this size count as 0
-# Relative to the largest term of an entry of T so far: entries of this size count as
-# rounding of 0.
+ZERO = 1e-3  # times the noise: values up to this size are set to 0
+# Relative to the largest term of an entry of T so far: entries up to this size are
+# treated as rounding errors of 0.
 SMALL = 1e-12
 TIE = 1e-9  # relative: entries of the lexicographic rule that differ by less are equal
 
@@ -74,16 +74,16 @@ def tableau_of(M: Vector, q: Vector, cover: Vector) -> Tableau:
 
 
 def exchange(T: Vector, row: int, column: int) -> None:
-    """Exchange the basic variable of a row with the nonbasic one of a column."""
+    """Pivot: exchange the basic variable of a row with the nonbasic one of a column."""
     pivot, others = T[row, column], T[:, column].copy()
-    own = T[row] / -pivot
-    others[row], own[column] = 0.0, 0.0
+    pivot_row = T[row] / -pivot
+    others[row], pivot_row[column] = 0.0, 0.0
     rows = others.nonzero()[0]
     if 2 * rows.size < others.size:
-        T[rows] += np.multiply.outer(others[rows], own)
+        T[rows] += np.multiply.outer(others[rows], pivot_row)
     else:
-        T += np.multiply.outer(others, own)
-    T[row] = own
+        T += np.multiply.outer(others, pivot_row)
+    T[row] = pivot_row
     T[:, column] = others / pivot
     T[row, column] = 1.0 / pivot
 
@@ -92,42 +92,42 @@ def choose(
     tableau: Tableau,
     d: Vector,
     entering: int,
-    way: float,
+    step_sign: float,
     cover_row: int,
     lexicographic: bool,
 ) -> tuple[int, float]:
-    """Return the row that the variable of this column leaves by, and how far the
-    variable moves.
+    """Do the ratio test: return the row whose basic variable leaves, and how far the
+    entering variable of this column moves.
 
     Of the rows that block within the noise of the values, the one with the largest
     pivot leaves, or the lexicographic minimum, but z_0 before all others.
     """
     n, noise = tableau.values.size, tableau.noise
-    change = tableau.T[:, entering] * way
+    change = tableau.T[:, entering] * step_sign
     rate = np.abs(change)
-    room = np.where(
+    slack = np.where(
         change < 0.0, tableau.values - tableau.lower, tableau.upper - tableau.values
     )
-    np.maximum(room, 0.0, out=room)
+    np.maximum(slack, 0.0, out=slack)
     moves = rate > SMALL * tableau.growth[0]
     ratios = np.empty(n)
     ratios.fill(np.inf)
-    np.divide(room, rate, where=moves, out=ratios)
+    np.divide(slack, rate, where=moves, out=ratios)
     variable = tableau.nonbasic[entering]
-    own = d[variable - n] if n <= variable < 2 * n else np.inf
-    least = min(np.minimum.reduce(ratios), own)
-    if least == np.inf:
+    bound_flip_ratio = d[variable - n] if n <= variable < 2 * n else np.inf
+    min_ratio = min(np.minimum.reduce(ratios), bound_flip_ratio)
+    if min_ratio == np.inf:
         return UNBOUNDED, 0.0
     fall = -change[cover_row]
     if (
         moves[cover_row]
         and fall > 0.0
-        and tableau.values[cover_row] - least * fall <= noise[cover_row]
+        and tableau.values[cover_row] - min_ratio * fall <= noise[cover_row]
     ):
         return cover_row, ratios[cover_row]
-    if own <= least:
-        return NO_ROW, own
-    tied = moves & (room - least * rate <= noise)
+    if bound_flip_ratio <= min_ratio:
+        return NO_ROW, bound_flip_ratio
+    tied = moves & (slack - min_ratio * rate <= noise)
     if lexicographic:
         row = lexicographic_minimum(tableau, np.nonzero(tied)[0], change)
     else:
@@ -136,29 +136,29 @@ def choose(
 
 
 def lexicographic_minimum(tableau: Tableau, rows: Indices, change: Vector) -> int:
-    """Return the one of these rows that blocks first if the powers e, e^2, ..., e^n of
-    a small e are added to q."""
+    """Return that of these rows which blocks first if the powers e, e^2, ..., e^n of a
+    small e are added to q."""
     n = tableau.values.size
-    place = np.full(2 * n + 1, -1)
-    place[tableau.nonbasic] = np.arange(n + 1)
+    position = np.full(2 * n + 1, -1)
+    position[tableau.nonbasic] = np.arange(n + 1)
     for j in range(n):
         if rows.size == 1:
             break
         shift = (
             (tableau.basic[rows] == j) * 1.0
-            if place[j] < 0
-            else -tableau.T[rows, place[j]]
+            if position[j] < 0
+            else -tableau.T[rows, position[j]]
         )
         ratios = shift / -change[rows]
-        least = ratios.min()
-        rows = rows[ratios <= least + TIE * max(abs(least), 1.0)]
+        min_ratio = ratios.min()
+        rows = rows[ratios <= min_ratio + TIE * max(abs(min_ratio), 1.0)]
     return int(rows[0])
 
 
-def shift(tableau: Tableau, entering: int, way: float, step: float) -> float:
+def shift(tableau: Tableau, entering: int, step_sign: float, step: float) -> float:
     """Let the variable of a column move, and the basic ones with it; return the largest
     rate of these."""
-    change = tableau.T[:, entering] * way
+    change = tableau.T[:, entering] * step_sign
     rate, values = np.abs(change), tableau.values
     values += step * change
     np.maximum(tableau.noise, NOISE * step * rate, out=tableau.noise)
@@ -167,19 +167,22 @@ def shift(tableau: Tableau, entering: int, way: float, step: float) -> float:
 
 
 def move(
-    tableau: Tableau, d: Vector, entering: int, way: float, row: int, step: float
+    tableau: Tableau, d: Vector, entering: int, step_sign: float, row: int, step: float
 ) -> tuple[int, float]:
-    """Let the variable of a column enter and that of a row leave, or go over to its
-    other bound; return the column that enters next, with the direction in which its
-    variable moves, or NO_ROW once z_0 has left."""
+    """Let the variable of a column enter and that of a row leave, or let the first one
+    pass to its other bound; return the column that enters next, with the direction in
+    which its variable moves, or NO_ROW once z_0 has left."""
     n = tableau.values.size
     at_upper, variable = tableau.at_upper, int(tableau.nonbasic[entering])
-    fastest = shift(tableau, entering, way, step)
+    fastest = shift(tableau, entering, step_sign, step)
     if row == NO_ROW:
         pair = variable - n
         at_upper[pair] = not at_upper[pair]
     else:
-        leaving, change = int(tableau.basic[row]), float(tableau.T[row, entering]) * way
+        leaving, change = (
+            int(tableau.basic[row]),
+            float(tableau.T[row, entering]) * step_sign,
+        )
         is_y = n <= variable < 2 * n
         growth = fastest / abs(change) * np.abs(tableau.T[row]).max()
         tableau.growth[0] = max(tableau.growth[0], growth)
@@ -187,7 +190,7 @@ def move(
         tableau.noise[row] = NOISE * step
         tableau.values[row] = (
             d[variable - n] if is_y and at_upper[variable - n] else 0.0
-        ) + way * step
+        ) + step_sign * step
         tableau.basic[row], tableau.nonbasic[entering] = variable, leaving
         is_negative = variable < n and at_upper[variable % n]
         tableau.lower[row] = -np.inf if is_negative else 0.0
@@ -207,72 +210,74 @@ def move(
 def begin(
     tableau: Tableau, d: Vector, cover: Vector, lexicographic: bool
 ) -> tuple[int, int, float]:
-    """Let z_0 enter at its least value with all w_i >= 0; return its row, and what
-    enters next with its way."""
+    """Let z_0 enter at its smallest value with all w_i >= 0; return its row, the column
+    that enters next, and the sign of its step."""
     ratios = tableau.values / cover
-    least = ratios.min()
+    min_ratio = ratios.min()
     # Some row, also where numbers overflow.
-    tied = ~(ratios > least + (TIE * abs(least) if lexicographic else 0.0))
+    tied = ~(ratios > min_ratio + (TIE * abs(min_ratio) if lexicographic else 0.0))
     row = int(tied.nonzero()[0][-1])  # the last one is the lexicographic minimum
-    entering, way = move(tableau, d, d.size, 1.0, row, -float(ratios[row]))
-    return row, entering, way
+    entering, step_sign = move(tableau, d, d.size, 1.0, row, -float(ratios[row]))
+    return row, entering, step_sign
 
 
 def follow(
     tableau: Tableau,
     d: Vector,
     entering: int,
-    way: float,
+    step_sign: float,
     cover_row: int,
     lexicographic: bool,
-    most: int,
+    max_pivots: int,
 ) -> tuple[int, int, int, float]:
-    """Follow the path for so many pivots; return how it ended, their number, and what
-    enters next, with its way."""
-    for pivots in range(most):
-        row, step = choose(tableau, d, entering, way, cover_row, lexicographic)
+    """Follow the path for at most max_pivots pivots; return how it ended, their number,
+    the column that enters next, and the sign of its step."""
+    for pivots in range(max_pivots):
+        row, step = choose(tableau, d, entering, step_sign, cover_row, lexicographic)
         if row == UNBOUNDED:
-            return RAY, pivots, entering, way
-        entering, way = move(tableau, d, entering, way, row, step)
+            return RAY, pivots, entering, step_sign
+        entering, step_sign = move(tableau, d, entering, step_sign, row, step)
         if entering == NO_ROW:
-            return SOLVED, pivots + 1, entering, way
-    return PAUSED, most, entering, way
+            return SOLVED, pivots + 1, entering, step_sign
+    return PAUSED, max_pivots, entering, step_sign
 
 
 def path(
-    K: Vector, k: Vector, d: Vector, cover: Vector, most: int
+    K: Vector, k: Vector, d: Vector, cover: Vector, max_pivots: int
 ) -> tuple[int, int, States]:
-    """Follow the path of a problem for so many pivots; return how it ended, their
-    number, and the states of y."""
+    """Follow the path of a problem for at most max_pivots pivots; return how it ended,
+    their number, and the basis of y."""
     states = np.full(k.size, LOWER, np.int8)
     if not (k < 0.0).any():
         return SOLVED, 0, states
     tableau = tableau_of(K, k, cover)
-    row, entering, way = begin(tableau, d, cover, False)
-    end, pivots, entering, way = follow(tableau, d, entering, way, row, False, most - 1)
+    row, entering, step_sign = begin(tableau, d, cover, False)
+    status, pivots, entering, step_sign = follow(
+        tableau, d, entering, step_sign, row, False, max_pivots - 1
+    )
     states[tableau.at_upper] = UPPER
     for variable in tableau.basic:
         if k.size <= variable < 2 * k.size:
             states[variable - k.size] = BASIC
-    return end, pivots + 1, states
+    return status, pivots + 1, states
 
 
 def refactorize(tableau: Tableau, A: Vector, q: Vector, d: Vector) -> None:
-    """Compute T and the values anew from A = [M c] and q; raise LinAlgError if the
+    """Compute T and the values again from A = [M c] and q; raise LinAlgError if the
     basis is singular."""
     n = q.size
     rows, others = (tableau.basic >= n).nonzero()[0], (tableau.basic < n).nonzero()[0]
-    columns, own = (
+    columns, nonbasic_y = (
         (tableau.nonbasic < n).nonzero()[0],
         (tableau.nonbasic >= n).nonzero()[0],
     )
     C, S = tableau.basic[rows] - n, tableau.basic[others]
-    R, N = tableau.nonbasic[columns], tableau.nonbasic[own] - n
+    R, N = tableau.nonbasic[columns], tableau.nonbasic[nonbasic_y] - n
     inverse = np.linalg.inv(A[np.ix_(R, C)])
     elsewhere, across = A[np.ix_(S, C)] @ inverse, A[np.ix_(R, N)]
     T = tableau.T
-    T[np.ix_(rows, columns)], T[np.ix_(rows, own)] = inverse, -inverse @ across
-    T[np.ix_(others, columns)], T[np.ix_(others, own)] = (
+    T[np.ix_(rows, columns)], T[np.ix_(rows, nonbasic_y)] = inverse, -inverse @ across
+    T[np.ix_(others, columns)], T[np.ix_(others, nonbasic_y)] = (
         elsewhere,
         A[np.ix_(S, N)] - elsewhere @ across,
     )

@@ -139,7 +139,7 @@ def mixed(problem: Problem, tol: float) -> DirectAnswer | None:
     if acceptance is not None:
         return DirectAnswer(acceptance.point.z, True, steps, point=acceptance.point)
     M = np.ascontiguousarray(dense(problem.M))
-    nonfixed = kernels.kept(M, lower, upper)
+    nonfixed = kernels.nonfixed_variables(M, lower, upper)
     try:
         K, k, d = kernels.reduced(
             M,
@@ -162,7 +162,7 @@ def mixed(problem: Problem, tol: float) -> DirectAnswer | None:
         M,
         box,
         tol,
-        kernels.given_states(nonfixed, q.size, states),
+        kernels.recovered_basis(nonfixed, q.size, states),
         "lemke",
         pivots + n_basic_solutions,
         n_basic_solutions,

@@ -13,13 +13,15 @@ OWN_MATRIX = types.Array(types.float64, 2, "C")
 NUMBERS, INDICES, STATES = (
     types.Array(each, 1, "C") for each in (types.float64, types.int64, types.int8)
 )
-KEPT = types.NamedTuple(
-    (OWN_MATRIX, INDICES, NUMBERS, INDICES, INDICES), free_variables.Kept
+NONFIXED = types.NamedTuple(
+    (OWN_MATRIX, INDICES, NUMBERS, INDICES, INDICES), free_variables.NonfixedVariables
 )
-kept = njit((MATRIX, VECTOR, VECTOR), cache=True, **OPTIONS)(free_variables.kept)
-reduced = njit((MATRIX, *3 * (VECTOR,), KEPT, NUMBERS, NUMBERS), cache=True, **OPTIONS)(
-    free_variables.reduced
+nonfixed_variables = njit((MATRIX, VECTOR, VECTOR), cache=True, **OPTIONS)(
+    free_variables.nonfixed_variables
 )
-given_states = njit((KEPT, types.int64, STATES), cache=True, **OPTIONS)(
-    free_variables.given_states
+reduced = njit(
+    (MATRIX, *3 * (VECTOR,), NONFIXED, NUMBERS, NUMBERS), cache=True, **OPTIONS
+)(free_variables.reduced)
+recovered_basis = njit((NONFIXED, types.int64, STATES), cache=True, **OPTIONS)(
+    free_variables.recovered_basis
 )

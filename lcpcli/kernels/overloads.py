@@ -53,13 +53,13 @@ def _exchange(T: Any, row: Any, column: Any) -> Any:  # noqa: ARG001
 
 
 @overload(tableau.shift, jit_options=OPTIONS)
-def _shift(tableau: Any, entering: Any, way: Any, step: Any) -> Any:  # noqa: ARG001
+def _shift(tableau: Any, entering: Any, step_sign: Any, step: Any) -> Any:  # noqa: ARG001
     """Return the body of `tableau.shift` that is compiled: one pass."""
 
-    def shift(tableau: Any, entering: Any, way: Any, step: Any) -> Any:
+    def shift(tableau: Any, entering: Any, step_sign: Any, step: Any) -> Any:
         fastest, values, noise = 0.0, tableau.values, tableau.noise
         for i in range(values.size):
-            change = tableau.T[i, entering] * way
+            change = tableau.T[i, entering] * step_sign
             rate = abs(change)
             fastest = max(fastest, rate)
             values[i] += step * change
@@ -76,7 +76,7 @@ def _choose(
     tableau: Any,  # noqa: ARG001
     d: Any,  # noqa: ARG001
     entering: Any,  # noqa: ARG001
-    way: Any,  # noqa: ARG001
+    step_sign: Any,  # noqa: ARG001
     cover_row: Any,  # noqa: ARG001
     lexicographic: Any,  # noqa: ARG001
 ) -> Any:
@@ -86,7 +86,7 @@ def _choose(
         tableau: Any,
         d: Any,
         entering: Any,
-        way: Any,
+        step_sign: Any,
         cover_row: Any,
         lexicographic: Any,
     ) -> Any:
@@ -95,7 +95,7 @@ def _choose(
         bound_flip_ratio = d[variable - n] if n <= variable < 2 * n else np.inf
         distances, min_ratio = np.empty(n), bound_flip_ratio
         for i in range(n):
-            change = tableau.T[i, entering] * way
+            change = tableau.T[i, entering] * step_sign
             distance = max(
                 values[i] - tableau.lower[i]
                 if change < 0.0
@@ -107,7 +107,7 @@ def _choose(
                 min_ratio = min(min_ratio, distance / abs(change))
         if min_ratio == np.inf:
             return UNBOUNDED, 0.0
-        fall = -tableau.T[cover_row, entering] * way
+        fall = -tableau.T[cover_row, entering] * step_sign
         if fall > min_rate and values[cover_row] - min_ratio * fall <= noise[cover_row]:
             return cover_row, distances[cover_row] / fall
         if bound_flip_ratio <= min_ratio:
@@ -120,7 +120,7 @@ def _choose(
                 row, fastest = i, rate
         if lexicographic:
             row = lexicographic_minimum(
-                tableau, np.nonzero(tied)[0], tableau.T[:, entering] * way
+                tableau, np.nonzero(tied)[0], tableau.T[:, entering] * step_sign
             )
         return row, distances[row] / abs(tableau.T[row, entering])
 

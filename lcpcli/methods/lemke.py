@@ -445,7 +445,7 @@ def solution_of_basis(
     for steps, basic_solution in enumerate(
         islice(system.block_principal_pivoting(basis), LITERAL_STEPS + 1)
     ):
-        z = system.near = problem.box.project(basic_solution.z)
+        z = system.initial_guess = problem.box.project(basic_solution.z)
         if not steps:
             first = z
             if not violations(problem, z)[2].any():
