@@ -13,7 +13,8 @@ from lcpcli.model.evaluations import BY_DIFFERENCES
 from lcpcli.options import AUTO, MAX_ITERATIONS
 from lcpcli.solving.result import Options, Result, Status, Suggestions
 
-# From here on a number is written with an exponent, as its digits are hard to count.
+# Numbers from this size on are written with an exponent, as their digits are hard to
+# count.
 EXPONENT_FROM = 1e6
 EXACT: Options = {"exact": True}  # a proof in rational arithmetic
 WHY: Options = {"why": True}  # what conflicts, and what would help
@@ -26,14 +27,15 @@ NEAR = 1e-2
 MIN_TIME_LIMIT = 60  # seconds: the shortest longer time limit that is suggested
 MAX_PROVED_UNKNOWNS = 200  # up to which rational arithmetic takes seconds
 FEW_ITERATIONS = 1000  # a limit below this may be too small for any method
-MORE_RESTARTS = 20  # the least number of further starts that is suggested
-# Times the iterations that gave half of the digits: linear convergence needs twice as
-# many.
+MORE_RESTARTS = 20  # the smallest number of further starts that is suggested
+# Multiple of the iterations that gave half of the digits; linear convergence needs
+# twice as many for all digits.
 MORE_ITERATIONS = 4
-# What a method for nonlinear problems says where steps have left the domain of F.
+# Parts of the messages of methods for nonlinear problems: steps have left the domain of
+# F, or F is noisy.
 OUTSIDE = "F is undefined"
 NOISY = "F is noisy"
-LARGEST_TOL = 1e-2  # that is suggested for such an F
+LARGEST_TOL = 1e-2  # the largest tolerance that is suggested for a noisy F
 AUTOMATIC: Options = {"method": AUTO}
 
 

@@ -108,20 +108,20 @@ def solve(
         shape (n,); as in `Problem`.
     lower, upper : bounds of z, each a number or of shape (n,), by default 0 and
         infinity; None stands for no bound.
-    infinity : bounds of at least this size, often 1e20, count as infinite; by default
-        only infinite bounds do.
+    infinity : bounds of at least this size, often 1e20, are treated as infinite; by
+        default only infinite bounds are.
     method : "auto", which combines several methods, or a published one, such as "shi"
         or "newton": `lcp help methods` says what each does and guarantees, and `lcp
         solve --help` names their sources.
     x0, z0, basis : at most one starting point: x = (z - w) / 2, or z, with w = M z + q,
-        or a `Result.basis`, which "auto" and "newton" try before anything else. By
-        default x0 = 0.
-    tol : the largest relative residual at which z counts as a solution, 1e-10 by
+        or a `Result.basis`, from which "auto" and "newton" then start. By default x0 =
+        0.
+    tol : the largest relative residual at which z is accepted as a solution, 1e-10 by
         default.
     max_iterations, time_limit : the iterations and seconds after which to give up, by
         default 10000 and no limit.
     gap : of a program: the largest error of the objective, relative to its size, at
-        which it counts as solved; by default any (see `Result.objective_error`).
+        which it is accepted as solved; by default any (see `Result.objective_error`).
     trace : whether the result keeps all iterates; a `Trace` selects which ones, and
         receives them.
     callback : called after each iteration with its `TraceRow`; a true value, or
@@ -136,8 +136,8 @@ def solve(
         solution.
     interrupts : what Ctrl-C does: "raise" the error `Interrupted`, or "return" the
         result with the best z so far.
-    options : options of the method, such as p or k_star of "shi"; None means "not
-        given". See `lcp solve --help`.
+    options : options of the method, such as p or k_star of "shi"; None stands for the
+        default. See `lcp solve --help`.
 
     Returns
     -------
@@ -186,7 +186,7 @@ def run(
     """Solve a Problem, for instance one from a file, as `solve` does, with the same
     options.
 
-    Without a starting point, the run starts from the problem's own x0, if it has one.
+    Without a starting point, the run starts from the x0 of the problem, if it has one.
     If the problem has known solutions, the result gives the error; if it comes from a
     linear or quadratic program or a game, `Result.answer` has the minimizer or the
     equilibrium.
@@ -251,8 +251,8 @@ def _run(
 
 
 def trace_of(wanted: bool | Trace | None, method: str) -> Trace | None:
-    """Return the trace that a call of the method is to fill, which may have no columns
-    of other methods alone."""
+    """Return the trace that a call of the method is to fill; raise OptionError for
+    columns that only other methods have."""
     if isinstance(wanted, Trace):
         methods.require_quantities(wanted.columns, [method])
         return wanted
@@ -265,9 +265,9 @@ def chosen(
     method: str = "",
     of: str = "",
 ) -> dict[str, Any]:
-    """Return the options that are given, as None is not. Raise OptionError for an
-    unknown value of `interrupts`, and for a name that is none of the known ones, nor of
-    any method's options if there is a method: with what may be meant.
+    """Return the options that are not None, which stands for the default. Raise
+    OptionError for an unknown value of `interrupts`, and for a name that is neither
+    valid nor, if there is a method, an option of any method; its hint is a likely name.
 
     of : whose options they are, in words, if there is no method.
     """

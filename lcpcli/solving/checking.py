@@ -31,7 +31,7 @@ from lcpcli.verify.verification import (
     verify_nonlinear,
 )
 
-# The largest one that is proposed for an answer whose digits were rounded.
+# The largest tolerance that is proposed for an answer whose digits were rounded.
 LARGEST_TOL = 1e-4
 
 
@@ -48,15 +48,16 @@ def check(
 
     Parameters
     ----------
-    problem : a Problem, or a NonlinearProblem, for which z counts in doubles only.
+    problem : a Problem, or a NonlinearProblem, for which z is verified in double
+        precision only.
     z : shape (n,); accepted if its relative residual is at most tol. If one of its
         numbers is a fractions.Fraction and tol is not given, z is verified in exact
-        arithmetic, with the doubles of the problem taken as exact. For a problem made
-        from a program, z may also be x, shape (k,), for which multipliers are sought,
-        or x followed by the multipliers y of the rows, shape (k + m,). For a game, it
-        may also be the probabilities of the row player's and then the column player's
-        strategies: those of each player are nonnegative and add up to 1. For a game
-        tree, it may also be the probabilities of all actions at the first player's
+        arithmetic, with the floating-point numbers of the problem taken as exact. For a
+        problem made from a program, z may also be x, shape (k,), for which multipliers
+        are sought, or x followed by the multipliers y of the rows, shape (k + m,). For
+        a game, it may also be the probabilities of the row player's and then the column
+        player's strategies: those of each player are nonnegative and add up to 1. For a
+        game tree, it may also be the probabilities of all actions at the first player's
         information sets, in the order of the file, and then at the second player's.
     y : shape (n,), in place of z: a Farkas vector, y >= 0 with M'y <= 0 and q'y < 0,
         verified in exact arithmetic.
@@ -122,8 +123,8 @@ def check(
 
 def _fractions(field: str, values: Any, n: int | None = None) -> list[Fraction]:
     """Return the numbers of a list or an array as fractions, which may be beyond the
-    range of doubles, if one of them is a Fraction; else an empty list. n : how many
-    numbers there have to be."""
+    range of double precision, if one of them is a Fraction; else an empty list. n : the
+    number of entries that is required."""
     listed = values.tolist() if isinstance(values, np.ndarray) else values
     if not isinstance(listed, (list, tuple)) or not any(
         isinstance(value, Fraction) for value in listed
@@ -148,15 +149,15 @@ def lengths(problem: Problem | NonlinearProblem) -> dict[int, str]:
 
 
 def verified(
-    problem: Problem, values: Vector, tol: float, own: bool = False
+    problem: Problem, values: Vector, tol: float, has_formulation_signs: bool = False
 ) -> Verification:
     """Verify values of one of the `lengths`.
 
-    own : whether multipliers are known to have the signs of the formulation; else they
-        may also have those of z.
+    has_formulation_signs : whether multipliers are known to have the signs of the
+        formulation; else they may also have those of z.
     """
     of_z = partial(verify, problem, tol=tol)
-    return _of_origin(Proposed(problem, values, tol, None, of_z, own))
+    return _of_origin(Proposed(problem, values, tol, None, of_z, has_formulation_signs))
 
 
 def _of_origin(proposed: Proposed) -> Verification:
@@ -165,9 +166,12 @@ def _of_origin(proposed: Proposed) -> Verification:
 
 
 def accepting(
-    problem: Problem, values: Vector, verification: Verification, own: bool = False
+    problem: Problem,
+    values: Vector,
+    verification: Verification,
+    has_formulation_signs: bool = False,
 ) -> float | None:
-    """Return the least power of ten, at most LARGEST_TOL, with which rejected values
+    """Return the smallest power of ten, at most LARGEST_TOL, with which rejected values
     would be accepted, as they may have been rounded; None if there is none, or if the
     values were accepted."""
     relative = verification.relative_residual
@@ -180,14 +184,18 @@ def accepting(
     powers = [10.0**k for k in range(-9, 0)]
     candidates = (tol for tol in powers if relative <= tol <= LARGEST_TOL)
     return next(
-        (tol for tol in candidates if verified(problem, values, tol, own).accepted),
+        (
+            tol
+            for tol in candidates
+            if verified(problem, values, tol, has_formulation_signs).accepted
+        ),
         None,
     )
 
 
 def _beyond_bounds(problem: Problem, values: Vector) -> float:
     """Return how far the first of the unknowns, as many as there are values, are beyond
-    their bounds, relative to the largest, in units that M suggests."""
+    their bounds, relative to the largest, in the column scaling of M."""
     C = problem.units.diagonals()[1]
     z = np.concatenate((values, np.zeros(problem.n)))[: problem.n]
     beyond = np.abs(z - problem.box.project(z))[: values.size] / C[: values.size]
@@ -199,13 +207,15 @@ def verified_exactly(
     data: ExactProblem,
     values: list[Fraction],
     w: list[Fraction] | None = None,
-    own: bool = False,
+    has_formulation_signs: bool = False,
 ) -> Verification:
-    """Verify the same in rational arithmetic. w : a claimed M z + q for a z, to be
-    verified too."""
+    """Verify values of one of the `lengths` in rational arithmetic. w : a claimed M z +
+    q for a z, to be verified too."""
     claimed_w = w if len(values) == data.n else None
     of_z = partial(verify_exactly, data, claimed_w=claimed_w)
-    return _of_origin(Proposed(data.problem, values, 0.0, data, of_z, own))
+    return _of_origin(
+        Proposed(data.problem, values, 0.0, data, of_z, has_formulation_signs)
+    )
 
 
 def verified_proof(

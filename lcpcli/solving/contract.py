@@ -129,9 +129,9 @@ def _iterates(name: str, problem: Problem, start: float) -> list[Iterate]:
                 copies.append(np.array(ending.x))
                 if Point(criterion, changed_problem.box.z_of(ending.x)).solves():
                     break
-        except FAULTS as fault:
+        except FAULTS as error:
             _require(
-                not isinstance(fault, PackageFault), name, problem, f"fails: {fault}"
+                not isinstance(error, PackageFault), name, problem, f"fails: {error}"
             )
             ending = Breakdown()
     _require(isinstance(ending, Iterate | Ending), name, problem, f"returns {ending!r}")

@@ -29,10 +29,10 @@ class Derivative(Generic[Kinks, Regular]):
         rounding. If there are any, z and w are the derivatives with these components
         held at their bounds or, if requested, the one-sided derivatives for a small
         positive step in this direction.
-    strongly_regular : whether the solution is proved to be unique near z and Lipschitz
-        continuous for all data near these. It is then differentiable where there is no
-        kink, and has one-sided derivatives in every direction. None at kinks, if that
-        is not proved or was not requested: one-sided derivatives are then only a
+    strongly_regular : whether the solution is proved to be locally unique and Lipschitz
+        continuous for all data close to these. It is then differentiable where there is
+        no kink, and has one-sided derivatives in every direction. None at kinks, if
+        that is not proved or was not requested: one-sided derivatives are then only a
         direction in which solutions may move, to first order.
     """
 
@@ -80,7 +80,7 @@ class Gradient(Generic[Kinks]):
 
     @property
     def upper(self) -> Vector:
-        # Nan where q has it.
+        # nan where q is nan
         return np.where(self._upper, self._by_bounds, 0.0 * np.abs(self.q))
 
     @cached_property

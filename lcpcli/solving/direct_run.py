@@ -1,8 +1,9 @@
-"""What may answer a problem at once, before the loop of `auto`: a table of attempts,
-each a quick form of rows of the table in `auto.attempts`, by kernels if there are any.
+"""Attempts that may answer a problem at once, before the loop of `auto`: a table, each
+row of which is a quick form of rows of the table in `auto.attempts`, by kernels if
+there are any.
 
-Where nobody sees their steps, they take no loop, which takes as long as they do for few
-unknowns; or else the loop takes them as the first iterates of `auto`.
+If nobody sees their steps, they run without the loop, which takes as long as they do
+for few unknowns; otherwise the loop takes their steps as the first iterates of `auto`.
 """
 
 from __future__ import annotations
@@ -62,20 +63,21 @@ if TYPE_CHECKING:
 
 # Unknowns of a program up to which kernels for mixed problems take less time than PIQP.
 MAX_BY_KERNELS = 100
-MANY = 1000  # problems from which on loading it is worthwhile
-# Of the largest component in the units of M: what elimination leaves of zeros is
-# smaller.
+MANY = 1000  # problems from which on loading the kernels is worthwhile
+# Relative to the largest component, in the column scaling of M: what elimination leaves
+# of zeros is smaller.
 ELIMINATED_ZERO = 2.0**-53
-# Of the tolerance: the relative residual of a point that a basic solution need not
-# replace.
+# Relative to the tolerance: the relative residual up to which a point need not be
+# replaced by a basic solution.
 EARLY = 0.1
-# What is asked of the points of the first stages of `auto`, which leave entries of q
-# that count as 0 to others that may do without.
+# The acceptance test for points of the first stages of `auto`: where entries of q would
+# have to be treated as 0, later stages follow, which may not need that.
 FIRST_STAGES = Extent(CLEANED, is_exact=True)
-# Of the largest |q_i|: the natural residual of a z that may solve the problem.
+# Relative to the largest |q_i|: the natural residual up to which a start is tested as a
+# solution.
 NEARLY_SOLVED = 1e-6
-# Basic solutions from the last states of a sequence: if they are not enough, these were
-# not near.
+# Basic solutions from the last basis of a sequence: if none of them is a solution, this
+# basis was not close to that of one.
 MAX_TRIED_BASES = 3
 
 
@@ -99,9 +101,9 @@ def compiled() -> ModuleType | None:
 def acceptance_test(
     problem: Problem, z: Vector, tol: float
 ) -> tuple[bool | None, Rows | None]:
-    """Return what the kernels, if there are any, find of a z within its bounds for a
-    problem with sparse M: whether it solves the problem, and its rows; None where they
-    do not."""
+    """Return what the kernels, if there are any, decide about a z within its bounds for
+    a problem with sparse M: whether it solves the problem, and its rows; None for what
+    they do not decide."""
     fast = compiled()
     return (None, None) if fast is None else fast.test_sparse(problem, z, tol)
 
@@ -143,15 +145,19 @@ class Session:
     """A run of `auto` that has been set up: what its attempts share, each of which
     returns the result of `result_if_accepted`.
 
-    options : those in force. start : whose basis is tried first, if it is given. tried
-        : receives the first stages, as they went. kept : what a sequence keeps of M.
-        is_compiled : whether kernels are used, if there are any. is_shown : whether
-        somebody sees the steps. interrupted : whether Ctrl-C has ended an attempt. lost
-        : the basic solutions from which `newton` goes on in the first stages. answer :
-        the last one that was judged. extent : what is asked of the point at which an
-        attempt ends. evaluations : of the first stages, also if they lead nowhere.
-        certain : a z that is known to solve the problem, though its relative residual
-        does not say so, and why.
+    options : the options in force.
+    start : the start, whose basis comes first; None if there is none.
+    recorded_stages : receives the first stages as they ran, unless it is None.
+    kept : what a sequence keeps of M; None for a single problem.
+    is_compiled : whether kernels are used, if there are any.
+    is_shown : whether somebody sees the steps.
+    interrupted : whether Ctrl-C has ended an attempt.
+    lost : the basic solutions from which `newton` continues in the first stages.
+    answer : the last answer that was tested.
+    extent : the acceptance test of the point at which an attempt ends.
+    evaluations : those of the first stages, also if they lead to no solution.
+    certain : a z that is known to solve the problem, though its relative residual does
+        not show it, and why.
     """
 
     problem: Problem
@@ -160,7 +166,7 @@ class Session:
     stopwatch: Stopwatch
     is_compiled: bool = False
     start: Start | None = None
-    tried: RecordedStages | None = None
+    recorded_stages: RecordedStages | None = None
     kept: Kept | None = None
     is_shown: bool = False
     interrupted: bool = False
@@ -187,8 +193,9 @@ class Session:
         """Return the result of an answer at which an attempt ended, if it solves the
         problem within the limits.
 
-        route : the methods that took part; by default as the answer says. why : if it
-            is known to be a solution, though the relative residual does not say so.
+        route : the methods that took part; by default those of the answer. why : the
+            reason why it is known to be a solution if the relative residual does not
+            show it; else "".
         """
         self.stopwatch.count("solve")
         self.answer = answer
@@ -263,8 +270,8 @@ def answered(session: Session) -> Result | None:
 
 
 def exhausted(steps: Generator[Item, None, End], made: list[Item] | None = None) -> End:
-    """Return what steps that nobody sees return; `made`, if it is given, receives
-    them."""
+    """Run steps that nobody sees to their end, and return what they return; `made`,
+    unless it is None, receives the steps."""
     while True:
         try:
             step = next(steps)
@@ -292,7 +299,8 @@ strictly_exhausted = np.errstate(over="raise", invalid="raise", divide="raise")(
 
 def proposed_steps(session: Session) -> Steps:
     """Return the result at the point that the formulation of the problem proposes, in a
-    sequence from the last states, if there is one and it is a solution; else None."""
+    sequence from the last basis, if there is such a point and it is a solution; else
+    None."""
     yield from ()
     session.stopwatch.count("setup")
     problem, start = session.problem, session.start
@@ -325,8 +333,8 @@ def program_steps(session: Session) -> Steps:
     extent = session.extent if session.extent.share else BY_CRITERION
     steps = 0
     acceptance: Acceptance | None = None
-    # Of the last iterate, without rounding of 0 and as it is, unless they have been
-    # tried.
+    # The last iterate without rounding errors of 0, and as it is, if these points have
+    # not been tested yet.
     points: list[Point] = []
     try:
         stage = convex_program(session.problem)
@@ -357,9 +365,11 @@ def program_steps(session: Session) -> Steps:
             acceptance = accepted(session.problem, points, limits.tol, extent)
     except FAULTS:
         acceptance = None
-    if acceptance is None and session.tried is not None:
-        # It is not tried again.
-        session.tried["piqp"] = [ended(Breakdown("PIQP does not lead to a solution"))]
+    if acceptance is None and session.recorded_stages is not None:
+        # PIQP is not run again.
+        session.recorded_stages["piqp"] = [
+            ended(Breakdown("PIQP does not lead to a solution"))
+        ]
     if acceptance is None:
         return None
     answer = DirectAnswer(
@@ -382,7 +392,7 @@ def direct_steps(session: Session) -> Steps:
         answer = fast.mixed(problem, session.limits.tol)
         if answer is not None:
             return session.result_if_accepted(answer)
-    # Else the loop follows; a step of a nonlinear run has no other way than this.
+    # Otherwise the loop follows; a step of a nonlinear run has these attempts alone.
     is_for_loop = session.is_compiled and not session.extent.share
     if is_for_loop and (problem.n > MAX_PIVOTED or problem.has_far_sides):
         return None
@@ -403,7 +413,7 @@ def direct_steps(session: Session) -> Steps:
                 return session.result_if_accepted(
                     DirectAnswer(start.z, True, 0, point=point)
                 )
-        # Pivoting takes no longer than a system and judging it.
+        # Pivoting takes no longer than solving one system and testing its solution.
         if not start.is_near or problem.n <= FEW_UNKNOWNS:
             start = None
     result = session.result_if_accepted(
@@ -420,7 +430,7 @@ def _answer(
     session: Session, start: Start | None, problem: Problem, fast: ModuleType | None
 ) -> Generator[Made, None, DirectAnswer | None]:
     """Return the answer of a direct attempt on a problem with dense M, from the basis
-    of a start if there is one; None if none finds an answer."""
+    of a start if there is one; None if there is no answer."""
     tol = session.limits.tol
     answer: DirectAnswer | None = None
     basic = None if start is None else start.basis == BASIC
@@ -446,7 +456,7 @@ def _answer(
         if answer is not None:
             return answer
     elif start is None:
-        # As far as the signs of w show whether it is a solution.
+        # The signs of w show whether the reference point is a solution.
         reference = 0.0 if problem.reference_z is None else problem.reference_z
         nearest = box.project(reference - problem.q_ref)
         if not number_of(nearest != reference):
@@ -454,7 +464,7 @@ def _answer(
         if has_diagonal and is_small and not box.is_orthant:
             steps = direct.exchanges_within_bounds(problem, tol)
             return (yield from _answer_of_exchanges(session, problem, steps, False))
-    # Newton rarely settles.
+    # With zeros on the diagonal, newton rarely converges.
     if not has_diagonal and fast is not None and box.is_orthant:
         answer = fast.lemke(problem, tol, basic)
     return answer
@@ -466,9 +476,9 @@ def _answer_of_exchanges(
     steps: Generator[Made, None, DirectAnswer | None],
     is_continued: bool,
 ) -> Generator[Made, None, DirectAnswer | None]:
-    """Return the answer of exchanges in numpy. is_continued : whether the first stages
-    go on from them if they lead to no solution; if not, they are shown only if they
-    do."""
+    """Return the answer of block pivots in numpy. is_continued : whether the first
+    stages continue from them if they lead to no solution; if not, they are shown only
+    if they lead to one."""
     made = list[Made]()
     if session.is_shown:
         answer = yield from _seen(steps, made, is_continued)
@@ -490,8 +500,8 @@ def _seen(
     made: list[Made],
     is_continued: bool,
 ) -> Generator[Made, None, DirectAnswer | None]:
-    """Return the answer of exchanges, each of which is made when it is asked for; pass
-    them on if the first stages go on from them."""
+    """Return the answer of block pivots, each of which is made when it is requested;
+    pass them on if the first stages continue from them."""
     while True:
         try:
             with np.errstate(all="ignore"):
@@ -506,9 +516,9 @@ def _seen(
 def first_steps(
     session: Session, start: Start | None, dense: Problem, fast: ModuleType | None
 ) -> Steps:
-    """Return the result of the first stages of `auto` on the problem, also given as
-    these take it, as the loop of `auto` returns it; None if they do not end at a
-    solution that is beyond doubt."""
+    """Return the result of the first stages of `auto` on the problem, as the loop of
+    `auto` returns it; None if they do not end at an accepted solution. dense : the
+    problem in the form that these stages take."""
     with imports:
         from lcpcli.auto.attempts import FIRST, Structure, attempts_in_rounds, phases
         from lcpcli.methods.newton import SLOW, iterate_of
@@ -524,7 +534,7 @@ def first_steps(
         )
     made_before = None
     iterates = [iterate_of(made, k) for k, made in enumerate(session.lost, 1)]
-    passed = {id(each.x) for each in iterates}  # when they were made
+    passed = {id(each.x) for each in iterates}  # passed on when they were made
     if iterates:
         made_before = {"newton": [ended(Stalled(SLOW), *iterates)]}
     structure = Structure(dense, np.zeros(dense.n), made_before)
@@ -543,8 +553,8 @@ def first_steps(
     if start is not None:
         parts = chain([Part("newton", _from(start, dense, structure))], parts)
     for part in parts:
-        if session.tried is not None:
-            part.stage = recorded(part.method, part.stage, session.tried)
+        if session.recorded_stages is not None:
+            part.stage = recorded(part.method, part.stage, session.recorded_stages)
         stage = sequence.run_part(part)
         while isinstance(step := advance(stage), Iterate):
             route.append(step.method)
@@ -568,9 +578,9 @@ def first_steps(
 
 
 def _from(start: Start, problem: Problem, structure: Structure) -> Stage:
-    """Return the stage that tries the states of a start: exchanges, or where M may have
-    singular blocks one system, as for contact, or if z is given for many unknowns,
-    systems as at the end of interior, as for programs."""
+    """Return the stage that begins at the basis of a start: block pivots; or, where the
+    diagonal of M has zeros, one system, as for contact, or if the start is a z, systems
+    as at the end of interior, as for programs."""
     with imports:
         from lcpcli.methods.lemke import feasible_basic_solution, from_last_basis
         from lcpcli.methods.newton import from_start
@@ -587,7 +597,8 @@ def _from(start: Start, problem: Problem, structure: Structure) -> Stage:
 
 def elimination_steps(session: Session) -> Steps:
     """Return the result of a problem of a sequence whose M is a tridiagonal M-matrix,
-    or nearly one, if rounding, or a few exchanges, leave it a solution; else None."""
+    or almost one, if elimination, or a few block pivots from its basis, lead to a
+    solution; else None."""
     yield from ()  # no step of a sequence is seen
     problem, kept = session.problem, session.kept
     assert kept is not None
@@ -595,7 +606,7 @@ def elimination_steps(session: Session) -> Steps:
     session.stopwatch.count("setup")
     z, basic = kept.elimination.solution(problem.q_ref)
     if kept.elimination.is_changed:
-        return _near(session, of_masks(basic), kept)
+        return _from_last_basis(session, of_masks(basic), kept)
     if problem.reference_z is not None:
         z += problem.reference_z
     return session.result_if_accepted(
@@ -603,23 +614,23 @@ def elimination_steps(session: Session) -> Steps:
     )
 
 
-def near_steps(session: Session) -> Steps:
-    """Return the result of a problem of a sequence that is solved by the states of the
-    last solution, or by a few exchanges from them; else None."""
+def last_basis_steps(session: Session) -> Steps:
+    """Return the result of a problem of a sequence that is solved by the basis of the
+    last solution, or by a few block pivots from it; else None."""
     yield from ()  # no step of a sequence is seen
     kept = session.kept
     start = session.start
     result = None
     assert kept is not None
     if start is not None and not kept.is_paused:
-        result = _near(session, start.basis, kept)
+        result = _from_last_basis(session, start.basis, kept)
         kept.pause(result is not None)
     kept.next()
     return result
 
 
 @np.errstate(all="ignore")
-def _near(session: Session, basis: States, kept: Kept) -> Result | None:
+def _from_last_basis(session: Session, basis: States, kept: Kept) -> Result | None:
     with imports:
         from lcpcli.basis.exchanges import BasicSolutions
         from lcpcli.methods.stages import FAULTS
@@ -643,8 +654,8 @@ def _near(session: Session, basis: States, kept: Kept) -> Result | None:
 
 def pivots_first(session: Session) -> bool:
     """Return whether a problem has so few unknowns and moderate numbers that pivoting
-    comes first, perhaps by kernels, without a start of its own and with the bounds as
-    they are."""
+    comes first, perhaps by kernels; it has no x0, and its bounds are used as they
+    are."""
     problem = session.problem
     if not problem.is_moderate or problem.x0 is not None:
         return False
@@ -693,12 +704,12 @@ QUICK = (
         is_timed=True,
     ),
 )
-# Of the problems of a sequence.
+# The attempts on a problem of a sequence.
 IN_SEQUENCE = (
     Quick(2, _is_eliminated, elimination_steps),
     Quick(0, lambda s: s.start is not None, proposed_steps, needs_origin=True),
     PIVOTING,
-    Quick(0, lambda s: not pivots_first(s), near_steps),
+    Quick(0, lambda s: not pivots_first(s), last_basis_steps),
 )
 
 

@@ -1,5 +1,5 @@
 """The attempts of `direct_run` as the first iterates of a loop, for runs whose steps
-somebody sees: a trace, a callback, or whoever is told of the progress."""
+somebody sees: a trace, a callback, or an observer of the progress."""
 
 from __future__ import annotations
 
@@ -21,8 +21,8 @@ End = TypeVar("End")
 
 def shown(session: Session, others: Callable[[], Stage]) -> Stage:
     """Pass on the steps of the direct attempts on the problem of a session, and if none
-    ends at a solution, the stage that `others` sets up. What that or a later attempt
-    takes over from an earlier one, or makes again, is passed on once."""
+    ends at a solution, the stage that `others` sets up. Steps that this stage or a
+    later attempt repeats are passed on once."""
     session.is_compiled = False  # no kernel shows its steps
     quick = attempts(session)
     first = next(quick, None)

@@ -1,6 +1,6 @@
 """A run of a method on a problem: its options are checked, and it is set up and run by
-the loop. Of repeated runs the fastest counts, so that other work on the machine has
-little effect."""
+the loop. Of repeated runs the fastest is reported, so that other work on the machine
+has little effect."""
 
 from __future__ import annotations
 
@@ -44,16 +44,18 @@ if TYPE_CHECKING:
     from lcpcli.solving.observers import Observe
     from lcpcli.solving.trace import Callback, Trace
 
-# Seconds of a run up to which it is repeated to show its time, for as long, and how
-# often at most: the wait goes unnoticed.
+# A run of at most BRIEF seconds is repeated to show its time, for BRIEF seconds more,
+# and at most FEW_REPETITIONS times: nobody notices the wait.
 BRIEF, FEW_REPETITIONS = 0.02, 4
-# Seconds of a compared run; in a longer run, pauses of the machine hardly count.
+# Seconds up to which a compared run is repeated; in a longer run, pauses of the machine
+# have little effect.
 LONGEST_REPEATED = 1.0
-MAX_REPETITIONS = 20  # after which the least time hardly decreases
-# After which no repetition is begun, so that a comparison of many runs stays short.
+MAX_REPETITIONS = 20  # after which the shortest time hardly decreases
+# Seconds of repetitions after which no other one begins, so that a comparison of many
+# runs stays short.
 REPETITION_SECONDS = 0.3
-# Whose rows hold to a tolerance; those of basic solutions hold to rounding, and no step
-# would bring their objective nearer.
+# Methods whose rows hold to a tolerance; those of basic solutions hold up to rounding,
+# and no further step would improve their objective.
 INEXACT = frozenset(("piqp", "interior"))
 
 
@@ -135,15 +137,15 @@ def _in_loop(
     chosen: dict[str, Any],
     additions: dict[str, Any],
 ) -> Result:
-    """Return the result of a session whose method the loop runs, with its options and
-    additions."""
+    """Return the result of a session whose method is run by the loop, with its options
+    and additions."""
     problem, start = session.problem, session.start
     rounded, is_shown = problem.rounded_rows, session.is_shown and method == "auto"
     if rounded is not None:
-        # What has been tried is of the other problem.
+        # The recorded stages are those of the other problem.
         M, q, lower, upper = rounded.conditions
         problem = Problem(M, q, lower=lower, upper=upper, origin=problem.origin)
-        session.tried, is_shown = {}, False
+        session.recorded_stages, is_shown = {}, False
     with imports:
         from lcpcli.solving.loop import Loop
     with np.errstate(all="ignore"):  # overflow counts as infinite
@@ -154,7 +156,7 @@ def _in_loop(
         stages_before: dict[str, Any] = {}
         if method == "auto":
             stages_before = (
-                {"recorded_stages": session.tried}
+                {"recorded_stages": session.recorded_stages}
                 if start is None
                 else start.known_to_auto
             )
@@ -188,9 +190,9 @@ def _with_second_point(
 
 
 def _of_literal(problem: Problem, result: Result) -> Result:
-    """Return a result of a problem with sides of 0 in place of those that are rounding
-    of it, as one of the problem as its numbers stand: that has a solution only where
-    such rows count as satisfied, or none."""
+    """Return a result of the problem in which sides that are rounding errors of 0 are
+    0, as one of the problem with its literal numbers: this has a solution only if such
+    rows are treated as satisfied, or none."""
     rounded, vectors = problem.rounded_rows, list[Vector]()
     assert rounded is not None
     # A solution of one is one of the other but for these rows.
@@ -198,7 +200,7 @@ def _of_literal(problem: Problem, result: Result) -> Result:
     z = problem.box.project(result.z)
     point = Point(Criterion(problem, result.tol), z, negligible=negligible)
     if result.solved:
-        # What `accepted` has said of the other problem, and what holds of this one.
+        # The reason by `accepted` for the other problem, and what holds for this one.
         reasons = result.message.partition(": ")[2], rounded.statement
         reason = "; ".join(filter(None, reasons))
         return _with_status(result, point, Status.SOLVED, reason)
@@ -207,7 +209,7 @@ def _of_literal(problem: Problem, result: Result) -> Result:
     with imports:
         from lcpcli.verify.certificate import Proof, verify_claim
     if result.certificate is not None and result.certificate.vector is not None:
-        # That of the other rows, if they have no solution either.
+        # The certificate of the other rows, if they have no solution either.
         vectors.append(np.array(result.certificate.vector))
         vectors[0][rounded.rows] = 0.0
     unit = np.zeros(problem.n)
@@ -227,9 +229,10 @@ def _with_status(result: Result, point: Point, status: Status, reason: str) -> R
 
 
 def _of(problem: Problem, result: Result, compiled: bool, finishes: bool) -> Result:
-    """Return the result as that of the given problem, whose M `auto` may have stored in
-    another form, if its answer passes the check of the formulation. finishes : whether
-    all methods may take part, for a program whose objective is known to few digits."""
+    """Return the result as that of the original problem, whose M `auto` may have stored
+    in another form, if its answer passes the check of the formulation. finishes :
+    whether all methods may take part, for a program whose objective is known to few
+    digits."""
     result = result if result.problem is problem else replace(result, problem=problem)
     if compiled:
         result.options["compiled"] = True
@@ -331,8 +334,8 @@ def _start(problem: Problem, method: str, starts: dict[str, Any]) -> Start:
 def _stage(
     method: str, change: Change, start: Vector, in_force: dict[str, Any], finishes: bool
 ) -> Stage:
-    """Set up the method in changed variables, with a finish on its active set if it is
-    to have one."""
+    """Set up the method in changed variables, with a finish on its active set if that
+    is requested."""
     with imports:
         from lcpcli.methods.stages import begin, changed
     if in_force.get("x1") is not None:
@@ -362,7 +365,7 @@ def verified(result: Result) -> Result:
 
 def with_bound(result: Result) -> Result:
     """Return the result with a proved bound on its error, as far as the time that its
-    run has left allows."""
+    run has not used allows."""
     with imports:
         from lcpcli.verify.error_theorems import NO_BOUND, UNPROVED_IN_TIME, error_bound
     if result.interrupted:

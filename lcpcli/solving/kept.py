@@ -17,9 +17,9 @@ class Kept:
     """One M, prepared for problems with it.
 
     like : a problem with M in the form whose route takes less time. elimination : of a
-        tridiagonal M-matrix; None for any other M. is_paused : whether the states of
-        the last solution are not tried, as they have led to none: each time for twice
-        as many problems.
+        tridiagonal M-matrix; None for any other M. is_paused : whether the basis of the
+        last solution is not used, as it has led to no solution: each time for twice as
+        many problems.
     """
 
     def __init__(self, like: Problem) -> None:
@@ -36,7 +36,7 @@ class Kept:
         return PrincipalSolver(self.like.M, self.like.latest)
 
     def reduced(self, problem: Problem) -> Reduction:
-        """Return the problem in bounded variables; it is kept as long as the same
+        """Return the problem in bounded variables; it is stored as long as the same
         variables are bounded."""
         reduction = self._reduction
         if reduction is not None and reduction.box is not problem.box:
@@ -49,7 +49,7 @@ class Kept:
         return self._problems_left > 0
 
     def pause(self, has_led: bool) -> None:
-        """Pause unless the states of the last solution have led to one."""
+        """Pause unless the basis of the last solution has led to a solution."""
         self._pause = 1 if has_led else 2 * self._pause
         self._problems_left = self._pause if self._pause > 1 else 0
 

@@ -39,23 +39,24 @@ if TYPE_CHECKING:
     from lcpcli.solving.trace import Callback, TraceRow
     from lcpcli.verify.certificate import Proof
 
-# Times the tolerance: the bound on the residual from which on the residual itself is
-# computed.
+# The residual itself is computed once its bound is at most this multiple of the
+# tolerance.
 MEASURED_FROM = 100
 MEASURED_EVERY = 16  # iterations, if the method gives no bound on the residual
-TOLD = 0.5  # seconds beyond the time limit that are told of
+TOLD = 0.5  # seconds beyond the time limit that the message mentions
 EXCEEDED = (
     "the last step and the verification, which are not cut short, took {:.1f} s more"
 )
 INTERVAL = 0.2  # seconds between two reports: often enough for the eye
 BY_CALLBACK = "by the callback"
-# Iterations after the tolerance is reached, if the method reports that signs are still
-# wrong.
+# Iterations after the tolerance is reached, if the method reports that its active set
+# is not final.
 EXTRA_ITERATIONS = 3
-# Times the first bound on the residual, beyond which the run has diverged.
+# The run has diverged once the bound on the residual exceeds this multiple of the first
+# one.
 GROWTH_LIMIT = 1e100
-# Evaluations times unknowns, and some more, and iterations, from which on a method that
-# is not made for stiff problems is ended if it gains nothing: some seconds.
+# Evaluations times n + OVERHEAD, and iterations, from which on a method that is not
+# made for stiff problems is stopped if it gains nothing: some seconds.
 MUCH_WORK = 2e6
 OVERHEAD = 500
 MIN_SLOW = 1024
@@ -64,7 +65,7 @@ FINISHED = (
     "the equation of the method is solved up to rounding, but z does not solve the "
     "problem"
 )
-# Statuses of runs that tell why they have failed, where M is stiff.
+# Statuses whose message explains the failure where M is stiff.
 FAILED = (
     Status.ITERATION_LIMIT,
     Status.STALLED,
@@ -135,7 +136,7 @@ class Loop:
             if self.session.interrupted:
                 raise KeyboardInterrupt
             tick("verify")
-            # Measuring ignores these.
+            # Measuring ignores these errors.
             with np.errstate(over="raise", invalid="raise", divide="raise"):
                 try:
                     stage = begin()
@@ -157,10 +158,10 @@ class Loop:
                         return stop
                     tick("verify")
             return self._ended(step)
-        except stages.FAULTS as fault:
+        except stages.FAULTS as error:
             return (
                 Status.BREAKDOWN,
-                f"{stages.clause_on(fault)} after {count(max(self.k, 0), 'iteration')}",
+                f"{stages.clause_on(error)} after {count(max(self.k, 0), 'iteration')}",
             )
         except TimeIsUp:
             return Status.TIME_LIMIT, "in the middle of a step"
@@ -193,8 +194,8 @@ class Loop:
         if point is not None and (why := self._certainty(point)):
             self.best, self.end, self.solution = iterate.x, iterate.basis, point
             return Status.SOLVED, why
-        # One near it is sought for many unknowns, not within an iteration, which goes
-        # on.
+        # For many unknowns a solution close to the point is sought, but not in the
+        # middle of an iteration, which continues.
         if point is not None:
             is_last = iterate.F is None and self.k > 0 and self.problem.n > FEW_UNKNOWNS
             solution = self._accepted(
@@ -218,8 +219,8 @@ class Loop:
 
     def _measured(self, iterate: Iterate) -> tuple[float, Point | None]:
         """Return a bound on the relative residual, infinite if unknown, and the point
-        if it deserves a closer look, at the cost of two products with M: without F at
-        iterates that may be the last, and every few iterations; with F near the
+        if it is worth measuring, at the cost of two products with M: without F at
+        iterates that may be the last, and every few iterations; with F close to the
         tolerance, and at k = 0, 1, 2, 4, 8, ..., in case the bound never decreases
         although the residual does."""
         if iterate.F is not None:
@@ -377,7 +378,7 @@ class Loop:
     def result(self, status: Status, reason: str) -> Result:
         """Return the result at the last or the best iterate. "Solved" is decided here,
         however the run ended: by the relative residual, or by exact arithmetic where z
-        is as close to the solution as doubles allow."""
+        is as close to the solution as double precision allows."""
         point, reason, status = self._verified(status, reason)
         if status in FAILED and may_be_stiff(self.problem.M):
             reason = "; ".join(filter(None, (reason, self._explanation())))
@@ -412,8 +413,7 @@ class Loop:
 
     def _verified(self, status: Status, reason: str) -> tuple[Point, str, Status]:
         """Return the point to report, with the reason and the status that it justifies.
-        A proof that there is no solution, which is exact, counts more than a small
-        residual."""
+        An exact proof that there is no solution overrides a small residual."""
         if self.solution is not None and self._certainty(self.solution):
             return self.solution, reason, status
         last, best = self._at(self.last), self._at(self.best)
@@ -459,7 +459,8 @@ class Loop:
     def _nearest(
         self, last: Point, best: Point, reason: str, status: Status
     ) -> tuple[Point, str, Status]:
-        """Return that point which is nearer to a solution, of two that are none."""
+        """Return the one of two points, neither of which is a solution, that is closer
+        to one."""
         nearest = min(
             (last, best),
             key=lambda point: (

@@ -5,7 +5,7 @@ from __future__ import annotations
 
 import math
 import operator
-from collections.abc import Iterable, Iterator, Sequence, Set, Sized
+from collections.abc import Iterable, Iterator, Mapping, Sequence, Set, Sized
 from dataclasses import dataclass, fields, replace
 from functools import cached_property
 from typing import TYPE_CHECKING, Any, Literal, TypeAlias, overload
@@ -56,7 +56,7 @@ if TYPE_CHECKING:
     from lcpcli.solving.derivatives import BatchDerivative, BatchGradient
 
 AUTO = "auto"
-# With which problems are solved together.
+# Options with which problems are solved together.
 BLOCK_OPTIONS = {*SolverOptions.__annotations__, "interrupts", "compiled"}
 ROUTES: tuple[tuple[str, ...], ...] = (("auto",), ("newton",), ("gradient", "newton"))
 # Unknowns up to which all bounded problems together take less time than kernels for
@@ -65,7 +65,7 @@ FEW_TOGETHER = 12
 MIN_COLUMNS = 4  # fewer columns are faster by themselves
 # Columns of the first block, so that results come soon, and growth of the next ones.
 FIRST_BLOCK, BLOCK_GROWTH = 64, 4
-# In each array of a block, so that a few arrays stay in the cache.
+# Numbers in each array of a block, so that a few arrays stay in the cache.
 BLOCK_NUMBERS = 1 << 16
 
 Unsolved: TypeAlias = Literal["raise", "nan"]
@@ -112,10 +112,10 @@ def solve_many(
     Each result is computed when it is requested. For columns of Q, blocks of columns
     are solved together if M is dense with n < 2000, or sparse with n <= 200
     (`lcpcli.methods.block_pivoting`), in a fraction of the time of a loop over `solve`;
-    others one by one, each from the states of the previous solution where that is
+    others one by one, each from the basis of the previous solution where that is
     faster. Problems that are not solved in this way are passed to `run`, so that every
     result is verified, and every failure is proved or explained. If a problem has
-    several solutions, the one found may differ from that of `run`.
+    several solutions, the result may differ from that of `run`.
 
     Parameters
     ----------
@@ -130,8 +130,8 @@ def solve_many(
     compiled : as in `solve`; by default kernels are also used for at least 1000
         columns, problems of a batch or Problems in a list. An iterator has no length,
         so that it must ask for them.
-    sequence : whether each of the Problems is solved from the states of the previous
-        one, where these are near, as by a `Solver`; M and n may change.
+    sequence : whether each of the Problems is solved from the basis of the previous
+        solution, where this is close, as by a `Solver`; M and n may change.
     method, options : as in `solve`, for every problem; a time limit applies to each of
         them. With options other than tol, max_iterations, time_limit, threads,
         interrupts and compiled, columns are solved one by one. With
@@ -147,7 +147,7 @@ def solve_many(
     Raises
     ------
     ProblemError, OptionError : as for `solve`, at the call; in a stream of Problems,
-        when the problem's turn comes.
+        when the problem is reached.
     KeyboardInterrupt : Ctrl-C was pressed: Interrupted for a problem that is solved by
         itself.
 
@@ -163,35 +163,11 @@ def solve_many(
     """
     if isinstance(Q, str):
         Q, method = None, Q
-    allowed_if_false = {*methods.SWITCHES, "compiled"}
-    explicit_options = chosen(options, COMMON_OPTIONS, method)
-    explicit_options = {
-        name: value
-        for name, value in explicit_options.items()
-        if value is not False or name in allowed_if_false
-    }
-    methods.check(
-        method,
-        {
-            name: value
-            for name, value in explicit_options.items()
-            if name not in COMMON_OPTIONS
-        },
-    )
-    if "threads" in explicit_options:
-        THREADS.check(explicit_options["threads"])
+    explicit_options = _validated_options(options, method)
     limits = Limits.pop_from({**explicit_options})
     if Q is None:
         _refuse_as_problems(M, lower=lower, upper=upper, infinity=infinity)
-        if sequence:
-            _refuse_in_sequence(
-                method,
-                explicit_options.keys() - {"interrupts"},
-                "a sequence",
-                LEAVE_OUT,
-            )
-            return map(Solver.of(None, explicit_options).follow, M)
-        return _one_by_one(M, method, explicit_options)
+        return _of_problems(M, method, sequence, explicit_options)
     if sequence:
         raise ParameterError(
             "sequence",
@@ -228,6 +204,36 @@ def solve_many(
     return _by_blocks(columns, limits, explicit_options)
 
 
+def _validated_options(options: Mapping[str, Any], method: str) -> dict[str, Any]:
+    """Return the options that are neither None nor switched off; raise OptionError for
+    one that the method does not have, or that is out of range."""
+    allowed_if_false = {*methods.SWITCHES, "compiled"}
+    explicit_options = {
+        name: value
+        for name, value in chosen(options, COMMON_OPTIONS, method).items()
+        if value is not False or name in allowed_if_false
+    }
+    of_method = [name for name in explicit_options if name not in COMMON_OPTIONS]
+    methods.check(method, {name: explicit_options[name] for name in of_method})
+    if "threads" in explicit_options:
+        THREADS.check(explicit_options["threads"])
+    return explicit_options
+
+
+def _of_problems(
+    problems: Iterable[Problem],
+    method: str,
+    sequence: bool,
+    explicit_options: dict[str, Any],
+) -> Iterator[Result]:
+    """Return the results of Problems, as a sequence or one by one."""
+    if not sequence:
+        return _one_by_one(problems, method, explicit_options)
+    of_run = explicit_options.keys() - {"interrupts"}
+    _refuse_in_sequence(method, of_run, "a sequence", LEAVE_OUT)
+    return map(Solver.of(None, explicit_options).follow, problems)
+
+
 def _one_by_one(
     problems: Iterable[Problem], method: str, explicit_options: dict[str, Any]
 ) -> Iterator[Result]:
@@ -256,7 +262,7 @@ def _refuse_in_sequence(
 
 def _refuse_as_problems(problems: Any, **bounds: Any) -> None:
     """Raise ProblemError or OptionError unless the problems are an iterable of
-    Problems, given without bounds."""
+    Problems, and there are no bounds besides."""
     if (
         not isinstance(problems, Iterable)
         or is_sparse(problems)
@@ -347,7 +353,7 @@ class Batch(Sequence[Result]):
             and not stack.box.is_orthant
             and stack.n > FEW_TOGETHER
         ):
-            # Other M need more steps, without a kernel.
+            # Other M take more steps, for which there is no kernel.
             together = np.array_equal(stack.M, stack.M.transpose(0, 2, 1))
         if together:
             fast = (
@@ -457,9 +463,9 @@ class Batch(Sequence[Result]):
 
 
 class RowResult(Result):
-    """The result of a row of a block that is a solution, z. Where that is sure, its
-    problem and its point are made when they are read, as of many results little more
-    than z is."""
+    """The result of a row of a block that is a solution, z. If that is certain, its
+    problem and its point are made only when they are read, as little more than z is
+    read of many results."""
 
     _row: tuple[Block | Stack, int, Vector]
 
@@ -486,9 +492,9 @@ class RowResult(Result):
 class BlockAnswers:
     """The answers of pivoting to the problems of a block.
 
-    Z : the z of each, shape (m, n). kinds, steps, routes : what each is, as
-    `direct.direct_many` returns it, and how it was found. parts : the share of each in
-    the time.
+    Z : the z of each, shape (m, n). kinds, steps : the kind of each answer and its
+        number of steps, as `direct.direct_many` returns them. routes : the position of
+        its route in ROUTES. parts : its share of the time.
     """
 
     block: Block | Stack
@@ -542,8 +548,8 @@ def _answers(
     threads: int | None,  # noqa: ARG001 (the decorator limits them)
 ) -> BlockAnswers:
     """Return the answers of block pivoting to the problems of a block, by a kernel if
-    there is one for them; those of a stack are judged one by one, others by the
-    measures of the block, or else by the row's own."""
+    there is one for them; those of a stack are tested one by one, others by the
+    measures of the block and, where these do not decide, one by one."""
     stopwatch, by_gradient = (
         Stopwatch(seconds, began),
         np.zeros(len(block.q), dtype=bool),
@@ -580,10 +586,8 @@ def _answers(
         stopwatch.count("verify")
         kinds = np.where(surely, CERTAIN, np.where(pivots.ended, CANDIDATE, NOTHING))
     parts = {part: spent / len(z) for part, spent in stopwatch.parts.items()}
-    most_steps = (
-        limits.max_iterations if sum(parts.values()) < limits.time_limit else -1
-    )
-    kinds = np.where(block.are_moderate & (steps <= most_steps), kinds, NOTHING)
+    max_steps = limits.max_iterations if sum(parts.values()) < limits.time_limit else -1
+    kinds = np.where(block.are_moderate & (steps <= max_steps), kinds, NOTHING)
     routes = np.where(by_gradient, 2, np.minimum(steps, 1)).tolist()
     options = methods.OF_AUTO | ({} if kernel is None else {"compiled": True})
     return BlockAnswers(
@@ -599,7 +603,7 @@ def _refine_in_place(
     tol: float,
 ) -> Mask:
     """Refine in place those z, of shape (m, n), whose residual may be more than
-    rounding; return which of all z surely solve their problems, shape (m,)."""
+    rounding; return which of all z are proved to solve their problems, shape (m,)."""
     rows_of_z = measure.rows(z)
     solved = measure.surely_solves(z, rows_of_z, min(tol, SMALL_DISTANCE))
     rows = (pivoting_result.ended & ~solved).nonzero()[0]

@@ -1,9 +1,10 @@
 """What becomes of a solved program whose objective is known to few digits, although its
 conditions hold to the tolerance (see `verify.objective`).
 
-Where all methods may take part, the run goes on: by proximal steps on the active set,
-and by more steps of PIQP, whose duality gap falls on after its residuals. The point
-with the least error of its objective counts, if it is accepted as any other.
+Where all methods may take part, the run continues: by proximal steps on the active set,
+and by more steps of PIQP, whose duality gap keeps falling after its residuals. The
+point with the smallest error of its objective is reported, if it is accepted like any
+other.
 """
 
 from __future__ import annotations
@@ -24,15 +25,16 @@ from lcpcli.solving.trace import TraceRow
 from lcpcli.verify.acceptance import WITHOUT_ROUNDING, Extent, accepted
 from lcpcli.verify.objective import objective_error_at, statement
 
-# Relative to the objective: errors from which on the run goes on.
+# Relative to the objective: the error above which the run continues.
 MAX_ERROR = 1e-6
-# Of PIQP: where its gap falls slowly, as multipliers are huge.
+# Steps of PIQP, where its gap falls slowly, as multipliers are huge.
 MAX_STEPS = 500
 
 
 def with_objective(result: Result, may_go_on: bool) -> Result:
     """Return the result of a solved program, with a better objective if its error is
-    large and the run may go on; not solved if the error is larger than is allowed."""
+    large and the run may continue; not solved if the error exceeds the limit on the
+    gap."""
     gap = result.limits.gap
     if may_go_on:
         error = objective_error_at(result.problem, result.point)
@@ -49,7 +51,7 @@ def with_objective(result: Result, may_go_on: bool) -> Result:
 
 @np.errstate(all="ignore")
 def _improved(result: Result, error: float) -> Result:
-    """Return the result at the point with the least error of its objective."""
+    """Return the result at the point with the smallest error of its objective."""
     problem = result.problem
     limits = result.limits
     began = seconds()

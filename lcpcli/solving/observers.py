@@ -16,8 +16,8 @@ seconds since the loop was made."""
 
 
 class Seen(NamedTuple):
-    """Who sees the iterates of a run: a trace and a curve, which keep them, and who is
-    told of its progress, and called after each iterate."""
+    """Who sees the iterates of a run: a trace and a curve, which keep them, an observer
+    of the progress, and a callback, which is called after each iterate."""
 
     traces: tuple[Trace | None, Trace | None] = (None, None)
     observe: Observe | None = None

@@ -2,17 +2,17 @@
 
 The result of the run is only a guess. The system of its active set is solved and
 checked in rational arithmetic; its Farkas vector is turned into a rational one that is
-a proof for the exact data, and a proof by exhaustion counts if it was made for exactly
-these data. If the data are decimals, whose rounding may have misled the run, the rows
-are multiplied by their denominators and the method is run again on integers, which
-doubles represent exactly.
+a proof for the exact data, and a proof by exhaustion is accepted if it was made for
+exactly these data. If the data are decimals, whose rounding may have misled the run,
+the rows are multiplied by their denominators and the method is run again on integers,
+which double precision represents exactly.
 
 If the question is still open, rational arithmetic searches for the answer: by Lemke's
-method, which is fast where it applies, and by the tree over the states of all unknowns,
-which ends with a solution or a proof that there is none.
+method, which is fast where it applies, and by a tree search over the complementary
+bases, which ends with a solution or a proof that there is none.
 
-In the same way the reference is found by which errors are measured, if no solution is
-known.
+In the same way the reference is computed by which errors are measured, if no solution
+is known.
 """
 
 from __future__ import annotations
@@ -58,12 +58,12 @@ BEYOND_DOUBLES = (
 )
 UNPROVED = "no exact proof was found for the numbers as written"
 EXCLUDED = Exact(Status.UNSOLVABLE, UNSOLVABLE)
-# Of a search without a time limit: up to 20 unknowns a second is enough, beyond 30 a
-# minute may not be.
+# Work limit of a search without a time limit, in nominal seconds: up to 20 unknowns a
+# second is enough, beyond 30 a minute may not be.
 EXACT_SEARCH_EFFORT = 60.0
 REFERENCE_SECONDS = 10.0  # for the search for a reference
-MAX_EXACT_UNKNOWNS = 200  # up to which an exact solution is computed, in a second
-# Components of z up to which they are solved for exactly, in a second.
+MAX_EXACT_UNKNOWNS = 200  # up to which an exact solution takes a second
+# Positive components of z up to which they are computed exactly, in a second.
 MAX_EXACT_POSITIVE = 64
 
 
@@ -74,7 +74,7 @@ def exact(
     """Solve a problem and prove the result in rational arithmetic, without any
     tolerance, as `lcp solve --exact` does.
 
-    The doubles in M and q are taken as exact, so that 0.1 is
+    The floating-point numbers in M and q are taken as exact, so that 0.1 is
     3602879701896397/36028797018963968; the command takes the numbers of a file as
     written. The payoffs of a game, and numbers of planar contacts, are used in place of
     M and q, as written or as their shortest decimals. Up to n = 200 it takes seconds. A
@@ -197,7 +197,7 @@ def _exact(data: ExactProblem, run: Result, is_exact: bool) -> Exact | None:
 
 def _searched(data: ExactProblem) -> Exact | None:
     """Return what a search decides in the remaining time, Lemke's method in half of it,
-    of each connected part of M for itself; TimeIsUp if that is nothing."""
+    for each connected part of M separately; raise TimeIsUp if it decides nothing."""
     if len(data.blocks) > 1:
         return _by_parts(data)
     z = y = None
@@ -248,8 +248,8 @@ def _by_parts(data: ExactProblem) -> Exact | None:
 def _verified(
     data: ExactProblem, z: list[Fraction] | None = None, y: list[Fraction] | None = None
 ) -> Exact | None:
-    """Return a proof by z and its w, or by the Farkas vector y, each verified once
-    more; None if it proves nothing."""
+    """Return a proof by z and its w, or by the Farkas vector y, each verified again;
+    None if it proves nothing."""
     wording = data.problem.box.wording
     if z is not None and data.is_solution(z):
         return Exact(Status.SOLVED, wording.solved, z=z, w=data.w(z))
@@ -290,12 +290,12 @@ def _finite(z: Vector) -> Vector:
 
 
 def with_reference(problem: Problem) -> Problem:
-    """Return the problem with a computed solution; unchanged if it comes with one or
-    none is found in time.
+    """Return the problem with a computed solution; unchanged if it already has one, or
+    none is computed in time.
 
-    For small n it is exact. Otherwise `auto` finds it, and it is refined, if possible
-    to its last digits. It may be one of several, and is verified like any other result,
-    on the original data.
+    For small n it is exact. Otherwise `auto` computes it, and it is refined, if
+    possible to its last digits. It may be one of several, and is verified like any
+    other result, on the original data.
 
     Raises
     ------

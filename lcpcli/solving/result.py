@@ -78,8 +78,8 @@ class Result:
     spread : the median time of the repetitions relative to `seconds`; None if there
         were none.
     route : the methods that took part, in order.
-    end : the basis at which Lemke's path found the solution, in which basic variables
-        may be at bounds; or None.
+    end : the basis of the solution if the method reports one, as Lemke's method does,
+        in which basic variables may be at bounds; else None.
     nearest : the method in the route whose iterate is reported; "" if there is only
         one.
     certificate : the proof that there is no solution, or the ray on which Lemke's
@@ -165,7 +165,7 @@ class Result:
         than the constructor.
 
         evaluations : by default as many as steps. attributes : its problem and point,
-            or what they are made of when read, and what is different of other runs."""
+            or what they are made of when read, and what differs in other runs."""
         result = cls.__new__(cls)
         result.__dict__.update(
             method="auto",
@@ -217,7 +217,7 @@ class Result:
 
     @cached_property
     def linearizations(self) -> list[Any]:
-        """Return the states and factors that earlier derivatives have kept for later
+        """Return the bases and factors that earlier derivatives have stored for later
         ones."""
         return []
 
@@ -318,7 +318,7 @@ class Result:
     @property
     def not_unique(self) -> list[int] | None:
         """Return the indices, from 0, of the components of z that differ, to working
-        precision, among the solutions near z, as far as their states show it; None
+        precision, among the solutions close to z, as far as their bases show it; None
         where `digits` is None."""
         return None if self._determined is None else self._determined[1]
 
@@ -346,12 +346,12 @@ class Result:
         return word_of(self.status.word, proved)
 
     def __bool__(self) -> bool:
-        fault = (
+        reason = (
             "is neither true nor false, as a problem that is not solved may be "
             "proved to have no solution"
         )
         raise TypeError(
-            f"a Result {fault}; ask for result.solved, or for result.status"
+            f"a Result {reason}; ask for result.solved, or for result.status"
         )
 
     @property
@@ -380,7 +380,7 @@ class Status(Enum):
         them whose w has the signs that they require; the certificate holds the Farkas
         vector.
     UNSOLVABLE : proved to have no solution, as every complementary set is excluded.
-    ILL_POSED : the problem in doubles has a solution, too large to satisfy the
+    ILL_POSED : the problem in double precision has a solution, too large to satisfy the
         tolerance, but a change of M within its rounding provably leaves none; the
         certificate holds the Farkas vector of that proof.
     RAY : Lemke's method ended on a ray, which proves nothing for this M.

@@ -1,5 +1,5 @@
 """One call from F and J to a result of a nonlinear complementarity problem, by linear
-problems of which a good step is asked, not a proof."""
+problems, which have to yield a good step, not a proof."""
 
 from __future__ import annotations
 
@@ -69,7 +69,7 @@ if TYPE_CHECKING:
     from typing_extensions import Unpack
 
 METHOD = "josephy-newton"
-MOVES = 1e-2, 1e-1, 1.0  # of all components of a start at which F is not finite
+MOVES = 1e-2, 1e-1, 1.0  # of all components, from a start where F is not finite
 
 
 def solve_mcp(
@@ -100,21 +100,21 @@ def solve_mcp(
         matrix or array. By default it is computed by finite differences, of which F
         needs about half of its digits.
     lower, upper, infinity : bounds of z, as in `solve`.
-    z0 : the z to start from, shape (n,), moved within the bounds; by default the
-        admissible z nearest to 0. Where F is not finite there, it is moved a little
-        further inside. With a NonlinearProblem it replaces that of the problem. x0 is
-        another name of it; in `solve` that is (z - w) / 2.
+    z0 : the z to start from, shape (n,), moved within the bounds; by default the z
+        within the bounds that is closest to 0. Where F is not finite there, it is moved
+        a little further inside. With a NonlinearProblem it replaces that of the
+        problem. x0 is another name of it; in `solve` that is (z - w) / 2.
     names : the names of the unknowns, for `result["name"]`, messages and tables.
     pattern : for finite differences, a sparse matrix that is not 0 where J may not be;
-        by default it is found with 2 n evaluations if n > 100, and J is dense for
+        by default it is determined by 2 n evaluations if n > 100, and J is dense for
         smaller n.
     jax : whether J is computed by jax, for an F that jax can trace.
     proof : whether, if it is solved, `bound` is a proved bound on |z - z*|_inf for a
-        solution z*, the only one that near, by interval arithmetic, which a problem
+        solution z*, the only one that close, by interval arithmetic, which a problem
         from `read_nl` has.
     difference_step : the step of finite differences, relative to each z_j, or to 1
-        where that is smaller; by default 1.5e-8, or what F asks for where it is noisy
-        or changes fast.
+        where that is smaller; by default 1.5e-8, or what suits F where it is noisy or
+        changes fast.
     restarts : how many other attempts are made where the method gets stuck, the first
         three from the same start; by default 12, or with at most 200 unknowns as many
         of these as take about a second, by counted work.
@@ -127,8 +127,8 @@ def solve_mcp(
     Result : z, w = F(z) and all else that `solve` returns. "Solved" claims that F,
         evaluated at z once more, violates no row by more than tol times its terms |J|
         |z| + |F - J z|, which differences of F confirm, or than the noise of rounding
-        in F; see `verify.nonlinear_point`. The message tells where F is noisy, and
-        where J is wrong. Any other status proves nothing: where the method stalls, the
+        in F; see `verify.nonlinear_point`. The message says where F is noisy, and where
+        J is wrong. Any other status proves nothing: where the method stalls, the
         problem may have solutions elsewhere. `problem` is the linear problem with M =
         J(z) and w(z) = F(z), which has the same z; so `derivative` and `gradient` are
         those of the nonlinear problem, with dq for the change of F by a parameter.
@@ -136,7 +136,8 @@ def solve_mcp(
     Raises
     ------
     ProblemError, OptionError, Interrupted : as `solve` does; ProblemError also if F or
-        J returns anything but numbers of the right shape, or F is not finite near x0.
+        J returns anything but numbers of the right shape, or F is not finite close to
+        x0.
 
     Examples
     --------
@@ -212,8 +213,8 @@ def run_nonlinear(
     """Return the result for a NonlinearProblem, with the options of `solve_mcp`.
 
     began : the beginning of the run, by default now. curve : a trace for figures. proof
-    : whether, if it is solved, its `bound` is a proof that a solution is as near as
-    that, and no other one is; this needs the problem's `interval`.
+    : whether, if it is solved, its `bound` is a proof that a solution is as close as
+        that, and no other one is; this needs the problem's `interval`.
     """
     driver.check_callback(callback)
     methods.check(METHOD, chosen)
@@ -253,7 +254,7 @@ def run_nonlinear(
 
 
 def _check_step(problem: NonlinearProblem, difference_step: float | None) -> None:
-    """Raise ParameterError for a step of differences that cannot be taken."""
+    """Raise ParameterError for an invalid step of finite differences."""
     if difference_step is None:
         return
     if problem.J is not None:
@@ -327,13 +328,13 @@ def by_jax(F: Callable[[Vector], Any], J: Any) -> list[Callable[[Vector], Any]]:
     return [partial(in_doubles, jax.jit(traced)) for traced in (F, jax.jacfwd(F))]
 
 
-# For every linearization, also one that is left to `run`: one that takes more may have
-# no solution; and as F measures each step, and the next step has another linearization,
-# further digits make no step better.
+# Limits of every linearization, also of one that is left to `run`: one that takes more
+# iterations may have no solution, and further digits make no step better, as F measures
+# each step, and the next step has another linearization.
 LINEAR = Limits(tol=1e-8, max_iterations=100)
-# What is asked of a step that pays, although z is no solution.
+# The acceptance test of a step that is worthwhile, although z is no solution.
 STEP = Extent(AS_IT_IS, share=1e-2)
-PIVOTS_OF_RUN = 250  # that what `run` does besides takes as long as
+PIVOTS_OF_RUN = 250  # whose time is that of what `run` does besides
 
 
 def solution_of_linearization(
@@ -345,13 +346,13 @@ def solution_of_linearization(
     evaluations: Evaluations,
     is_compiled: bool,
 ) -> tuple[Vector, States] | None:
-    """Return a solution of the linear problem, or a point that all but solves it, and
-    its states; None if none was found.
+    """Return a solution of the linear problem, or a point that almost solves it, and
+    its basis; None if there is neither.
 
-    basis : the states that are tried first. longer : whether a problem with few
-    unknowns, of which else only the attempts of a step are made, is left to `run` with
-    its proofs. evaluations : whose pivots are counted. is_compiled : whether kernels
-    are used.
+    basis : the basis from which pivoting starts; None for that of the start. longer :
+    whether a problem with few unknowns, on which else only the attempts of a step are
+    made, is left to `run` with its proofs. evaluations : whose pivots are counted.
+    is_compiled : whether kernels are used.
     """
     if longer and q.size > MAX_UNKNOWNS:
         return None
@@ -387,7 +388,7 @@ def solution_of_linearization(
         return None
     if result.interrupted:
         raise KeyboardInterrupt
-    # Also those of a run that leads nowhere, which takes longest.
+    # The pivots of a run without a solution, which takes longest, are counted too.
     evaluations.pivots += PIVOTS_OF_RUN + result.evaluations
     if result.solved or _is_step(problem, result.z):
         return _with_states(result)
@@ -399,7 +400,7 @@ def _is_step(problem: Problem, z: Vector) -> bool:
 
 
 def _with_states(result: Result) -> tuple[Vector, States]:
-    """Return the z of a result with its states."""
+    """Return the z of a result with its basis."""
     z, final_basis = result.z, result.end
     return z, result.problem.box.basis_at(z) if final_basis is None else final_basis
 
@@ -418,9 +419,9 @@ def _step(
     evaluations: Evaluations,
     is_compiled: bool,
 ) -> tuple[Vector, States] | None:
-    """Return where the attempts of a step lead on a problem with few unknowns, from the
-    states of another one, or for many of these from those of the reference point; None
-    if that is no step."""
+    """Return z and basis at which the attempts of a step end on a problem with few
+    unknowns, from a basis of another problem; without one, from that of the reference
+    point if there are more than SHORT_PATH unknowns. None if there is no step."""
     if basis is None and problem.n > SHORT_PATH:
         basis = problem.box.basis_at(problem.reference_point, problem.q_ref)
     start = None if basis is None else Start(problem, basis)

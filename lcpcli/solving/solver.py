@@ -1,5 +1,5 @@
-"""One M prepared once for a sequence of problems, each solved from the states of the
-previous one; and such a sequence in which M may change."""
+"""One M prepared once for a sequence of problems, each solved from the basis of the
+previous solution; and such a sequence in which M may change."""
 
 from __future__ import annotations
 
@@ -32,21 +32,22 @@ from lcpcli.typing import BoundLike, States, VectorLike
 if TYPE_CHECKING:
     from typing_extensions import Unpack
 
-# Of the angle between two q, from which their solutions may have the same states.
+# Cosine of the angle between two q from which on their solutions may have the same
+# basis.
 CLOSE_COSINE = 0.9
 
 
 class Solver:
     """A solver for problems with one M, for time steps and other sequences: M is
-    checked and prepared once, and each problem is solved from the states of the
-    previous solution, where these are near.
+    checked and prepared once, and each problem is solved from the basis of the previous
+    solution, where this is close.
 
     Parameters
     ----------
     M : shape (n, n), as in `solve`; it is copied unless it is read-only. Or a Problem,
         with its bounds, whose data `update` replaces.
-    lower, upper, infinity : the bounds of z, as in `solve`, for all problems that have
-        none of their own.
+    lower, upper, infinity : the bounds of z, as in `solve`, for all problems for which
+        `solve` gets no others.
     compiled : whether the kernels of the extra `fast` are used, by default where it is
         installed.
     options : tol, max_iterations, time_limit and threads, as in `solve`, for every
@@ -61,14 +62,14 @@ class Solver:
     [[2.0, 1.0], [2.3, 0.9], [0.0, 1.0]]
     """
 
-    # Whether there are so many problems that the kernels of the extra `fast` are worth
-    # loading.
+    # Whether the kernels of the extra `fast` are used: there are so many problems that
+    # loading them is worthwhile.
     compiled = True
     n, _infinity = -1, math.inf
     # The bounds where they are the same for all unknowns, however many these are.
     _uniform_bounds: Mapping[str, Any] | None = None
     _last: Result | None = None
-    # The states from which a problem with other data starts.
+    # The basis from which a problem with other data starts.
     _moved: States | None = None
 
     def __init__(
@@ -104,7 +105,7 @@ class Solver:
     @classmethod
     def of(cls, like: Problem | None, options: dict[str, Any]) -> Solver:
         """Return a Solver for problems with the same M as this one; if it is None, with
-        that of the first to follow."""
+        the M of the first problem that follows."""
         solver = cls.__new__(cls)
         solver.compiled = direct_run.uses_kernels(
             options.get("compiled"), direct_run.MANY
@@ -121,14 +122,14 @@ class Solver:
         self.M, self.n = self._like.M, self._like.n
 
     def update(self, M: Any = None, **data: Any) -> None:
-        """Replace M and keep the bounds; the next problem still starts from the last
-        states, which is what this saves: M is checked and prepared anew, as by another
+        """Replace M and keep the bounds. The next problem still starts from the last
+        basis, which is what this saves; M is checked and prepared again, as by another
         Solver. Where the bounds are two numbers, as for LCPs, the new M may have
-        another shape, as when contacts come and go; the last states are then dropped.
+        another shape, as when contacts come and go; the last basis is then dropped.
 
         data : in place of M, other data of what the problem was made from, such as W,
-            q, mu and ids of contacts, which then keep their states; `solve()` solves
-            that problem (see `Formulation.update`).
+            q, mu and ids of contacts, which then keep their basis status; `solve()`
+            solves that problem (see `Formulation.update`).
         """
         if M is None:
             like, states = self._like, self._last_states()
@@ -167,7 +168,7 @@ class Solver:
 
         q : shape (n,); None for that of the last `update`. lower, upper : bounds for
             this problem only, each as in `solve`; None for those of the Solver.
-        warm : whether to start from the states of the last solution.
+        warm : whether to start from the basis of the last solution.
         """
         began = seconds()
         box, n = self._like.box, self.n
@@ -210,8 +211,8 @@ class Solver:
 
     def follow(self, problem: Problem, compiled: bool = True) -> Result:
         """Return the result for the next problem of a sequence, as `run` does, from the
-        last states, also for another M of the same shape. compiled : whether there are
-        so many that kernels are worth loading."""
+        last basis, also for another M of the same shape. compiled : whether there are
+        so many problems that loading kernels is worthwhile."""
         if as_problem(problem).n != self.n:
             self._prepare(problem)
         elif not are_equal(problem.M, self.M):
@@ -229,8 +230,8 @@ class Solver:
 
     @np.errstate(over="ignore")
     def _states(self, problem: Problem) -> States | None:
-        """Return the states of the last solution; None if q points in too different a
-        direction."""
+        """Return the basis of the last solution; None if q points in too different a
+        direction, or other variables are bounded."""
         last, box = self._last, problem.box
         if self._moved is not None:
             return self._moved

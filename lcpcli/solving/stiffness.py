@@ -1,5 +1,4 @@
-"""Why methods that are not made for stiff problems fail on them, and when they have
-failed."""
+"""Why methods that are not made for stiff problems fail on them."""
 
 from __future__ import annotations
 
@@ -9,7 +8,8 @@ from lcpcli.interrupts import TimeIsUp
 from lcpcli.methods.definite import MADE_FOR_IT, MAX_TOLD, in_words, stiffness
 from lcpcli.model.problem import Problem
 
-# Methods that fail, with why: in terms of the root of the condition number.
+# Why each of these methods fails; the number is the square root of the condition
+# number.
 REASONS = {
     "newton": "exchanges of wrong signs advance by a few unknowns or cycle",
     "fixed-point": "an iteration reduces the error by one part in {:.0e} at best",
@@ -20,7 +20,7 @@ REASONS = {
 
 def explanation(problem: Problem, method: str) -> str:
     """Return why a method has failed on a stiff problem, as a clause for the user; ""
-    if it is not stiff, or that takes a long time to tell."""
+    if it is not stiff, or that takes a long time to decide."""
     if method not in REASONS:
         return ""
     try:

@@ -21,9 +21,10 @@ from lcpcli.verify.point import Criterion
 if TYPE_CHECKING:
     from lcpcli.methods.stages import Iterate
 
-# In iterates that are measured together, so that M is read once for all: 16 megabytes.
+# Numbers in the iterates that are measured together, so that M is read once for all: 16
+# megabytes.
 MEASURED_NUMBERS = 1 << 21
-MAX_TOGETHER = 64  # iterates that are measured together at most
+MAX_TOGETHER = 64  # iterates that are measured together
 
 
 class Quantities(Mapping[str, Any]):
@@ -32,9 +33,9 @@ class Quantities(Mapping[str, Any]):
 
     def __init__(self, method: str, values: object) -> None:
         self._names = [
-            own.name
-            for own in (METHODS[method].quantities if method in METHODS else ())
-            if own is not X
+            quantity.name
+            for quantity in (METHODS[method].quantities if method in METHODS else ())
+            if quantity is not X
         ]
         self._values = values
 
@@ -100,9 +101,8 @@ class TraceRow:
 def row_of(
     iterate: Iterate, method: str, k: int, z: Vector, seconds: float, asks: bool
 ) -> TraceRow:
-    """Return the row of an iterate, not yet measured. method : the one that runs, which
-    may have left the iterate to another one. asks : whether its quantities may be
-    read."""
+    """Return the row of an iterate, not yet measured. method : the method that runs;
+    another one may have made the iterate. asks : whether its quantities may be read."""
     method = iterate.method or method
     return TraceRow(
         *(k, z, None, None, seconds, iterate.step, method),
@@ -114,28 +114,32 @@ def row_of(
 
 class LateRow(TraceRow):
     """A row whose residual and quantities are computed when they are first read, as
-    most callbacks look at other things."""
+    callbacks rarely need them."""
 
-    _place: tuple[Criterion, Vector]
+    _criterion_and_z: tuple[Criterion, Vector]
 
     @classmethod
     def of(cls, row: TraceRow, criterion: Criterion) -> LateRow:
         """Return a row with a copy of z, which the callback may change."""
         late = cls.__new__(cls)
-        known = {
+        copied_values = {
             name: value
             for name, value in vars(row).items()
             if name not in ("residual", "rounding")
         }
         error = criterion.problem.error(row.z)
         late.__dict__.update(
-            known, z=row.z.copy(), error=error, x=None, _place=(criterion, row.z)
+            copied_values,
+            z=row.z.copy(),
+            error=error,
+            x=None,
+            _criterion_and_z=(criterion, row.z),
         )
         return late
 
     @cached_property
     def _measures(self) -> tuple[float, bool]:
-        criterion, z = self._place
+        criterion, z = self._criterion_and_z
         (residual,), (rounding,) = criterion.residuals(z[np.newaxis])
         return residual, rounding
 
@@ -208,24 +212,26 @@ class Trace:
     def __post_init__(self) -> None:
         if isinstance(self.columns, str):
             self.columns = (self.columns,)
-        known = [*QUANTITIES, ALL]
+        valid_names = [*QUANTITIES, ALL]
         for name in self.columns:
-            if name not in known:
+            if name not in valid_names:
                 raise ParameterError(
-                    "columns", f"{quoted(str(name))} is unknown", likely(name, known)
+                    "columns",
+                    f"{quoted(str(name))} is unknown",
+                    likely(name, valid_names),
                 )
 
     def __repr__(self) -> str:
         return str(views.outcome.trace_text(self))
 
     def complete_start(self, first: Iterate) -> None:
-        """Add its quantities to the row of the start, which the method tells with its
+        """Add its quantities to the row of the start, which the method reports with its
         first iterate."""
         if first.quantities is None or not self._last or self._last[0].k:
             return
         values = getattr(first.quantities(), "of_start", None)
-        own = Quantities(self._last[0].method, values)
-        self._last[0] = replace(self._last[0], quantities=own)
+        start_quantities = Quantities(self._last[0].method, values)
+        self._last[0] = replace(self._last[0], quantities=start_quantities)
 
     def add(self, row: TraceRow, criterion: Criterion) -> None:
         """Add an iterate with its whole z, not yet measured; the one that is no longer

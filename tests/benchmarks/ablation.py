@@ -481,7 +481,14 @@ SWITCHES: tuple[Switch, ...] = (
             (0, "elimination", ("solving.direct_run:elimination_steps",)),
             (1, "proposals", ("solving.direct_run:proposed_steps",)),
             (2, "pivoting", ("solving.direct_run:direct_steps",)),
-            (3, "near", ("solving.direct_run:near_steps", "solving.direct_run:_near")),
+            (
+                3,
+                "near",
+                (
+                    "solving.direct_run:last_basis_steps",
+                    "solving.direct_run:_from_last_basis",
+                ),
+            ),
         )
     ),
     Switch("kernels", "solving.direct_run:compiled", nothing),
