@@ -7,9 +7,9 @@ Optimization 13 (2003) 865-888; here with inexact solves: each step need only re
 residual by a digit.
 
 A step for all variables moves the edge of the active set by one ring of neighbours. So
-it must start close to it, as coarse versions of the problem suggest, and in between the
-variables near wrong signs are pivoted by themselves, with the others fixed, which costs
-little.
+it has to start close to this edge, as coarse versions of the problem suggest, and
+between two steps the variables close to infeasibilities are pivoted by themselves, with
+the others fixed, which costs little.
 """
 
 from __future__ import annotations
@@ -55,11 +55,12 @@ from lcpcli.typing import Mask, Matrix, States, Vector
 REDUCTION = 0.1  # of the residual, by one inexact solve
 FINAL_REDUCTION = 1e-3  # of the residual, once P is unchanged from the last step
 PATIENCE_PRODUCTS = 20  # with M per digit: more indicate an ill-conditioned M
-# Pivoting steps without a new minimum residual that count as cycling.
+# Pivoting steps without a new minimum of the residual, after which pivoting is
+# considered to cycle.
 MAX_STAGNANT_STEPS = 6
-# Relative to the terms: a residual that stagnates below this is at rounding level.
+# Relative to |M| |z| + |q|: a residual that stagnates below this is at rounding level.
 STAGNATION = 100 * EPS
-# Of a preconditioned method: of a rough solve, and at most of the last one.
+# Steps of a preconditioned method: in a rough solve, and at most in the last one.
 ROUGH_STEPS, FINAL_STEPS = 3, 100
 ACCURACY = 1e-12  # relative to the terms of a row: what the last solve leaves
 ROUNDING_REACHED = "the residual has stopped falling at rounding level"
@@ -72,15 +73,15 @@ for vectors of shape (n,) that are 0 elsewhere."""
 
 # Without it: a dominant M in 2000 unknowns takes 400 times as long.
 def krylov(problem: Problem, x0: Vector, symmetric: bool) -> Stage:
-    """Pivot on all violated signs, solving M_PP z_P = -q_P by conjugate gradients or,
-    if nonsymmetric, BiCGSTAB.
+    """Pivot on all infeasibilities, solving M_PP z_P = -q_P by conjugate gradients or,
+    if M is not symmetric, BiCGSTAB.
 
     M must be sparse with positive diagonal, ideally all ones. A solve starts from the
-    last z and ends when its residual is a tenth of min(z, Mz + q), so that P is found
-    before the last digits are. It needs only some ten vectors of memory. symmetric :
+    last z and ends when its residual is a tenth of min(z, Mz + q), so that P converges
+    before the last digits do. It needs only some ten vectors of memory. symmetric :
     whether M is, up to rounding.
 
-    Yields x = (z - w) / 2 for each pivoting step, with F where z is admissible;
+    Yields x = (z - w) / 2 for each pivoting step, with F where z is within its bounds;
     evaluations are products with M.
     Finished : the residual is zero. Stalled : it stagnates at rounding level. Breakdown
     : the steps do not advance. Raises SingularMatrix if M is too ill-conditioned for
@@ -140,7 +141,7 @@ class Inexact:
         self._method, self._cost = (
             (conjugate_gradients, 1) if symmetric else (bicgstab, 2)
         )
-        # Of the last product, if one at a time is needed.
+        # The buffer of the products, if one at a time is needed.
         self._image = np.empty(q.size) if symmetric else None
         self._precondition, self.products = precondition, 0
         self._solve: Solve = identity
@@ -176,8 +177,8 @@ class Inexact:
     def approach(
         self, basis: States, target: float, max_steps: int, measure: Measure = norm
     ) -> float:
-        """Move z towards the basic solution of a basis in at most so many steps; return
-        the measure of its residual."""
+        """Move z towards the basic solution of a basis in at most max_steps steps,
+        until the measure of the residual is at most the target; return this measure."""
         z, basic = self.box.nonbasic(basis), basis == BASIC
         mask = basic.astype(float)
         if self._precondition is not None and (
@@ -201,8 +202,8 @@ class Inexact:
         return residual_size
 
     def basic_solution_of(self, basis: States) -> BasicSolution:
-        """Judge the signs of the last z and w after a step of Jacobi's method; z at its
-        lower bound counts as below."""
+        """Return the last z and w after a step of Jacobi's method, with their
+        infeasibilities; a basic z_i at its lower bound is treated as below it."""
         basic = basis == BASIC
         residual = np.where(basic, self.w, 0.0)
         z, w = self.z - residual / self.diagonal, self.w - residual
@@ -210,13 +211,15 @@ class Inexact:
         return BasicSolution(basis, z, w, wrong, self.size == 0)
 
 
-ROUNDS_PATIENCE = 3  # steps without a new minimum of wrong signs
-# Along entries of M, from wrong signs: the variables that are pivoted by themselves.
+ROUNDS_PATIENCE = 3  # steps without a new minimum of infeasibilities
+# Variables at most so many entries of M away from infeasibilities are pivoted by
+# themselves.
 HOPS = 8
 MAX_LOCAL_STEPS = 40  # of pivoting with these
-# Of their number, and of the residual at the start, with which that ends.
+# Local pivoting ends once there are so few infeasibilities, relative to the number of
+# these variables, and the residual is so small, relative to that at its start.
 SETTLED_CHANGES, SETTLED_SIZE = 0.002, 0.03
-# Of a set of basic variables: how far it may differ from that whose factors
+# Fraction by which a set of basic variables may differ from the set whose factors
 # precondition it.
 REUSE_CHANGE = 0.03
 
@@ -232,8 +235,7 @@ class ActiveSetStart(NamedTuple):
 
 # Without it: an obstacle with 10,000 unknowns takes twice as long.
 def multilevel(problem: Problem, symmetric: bool) -> Stage:
-    """Pivot by `active_set` from the states that coarse versions of the problem
-    suggest.
+    """Pivot by `active_set` from the basis that coarse versions of the problem suggest.
 
     M must be sparse with a positive diagonal, and smooth vectors those that it makes
     small, as for differential equations and graphs. V-cycles of the same coarse
@@ -257,16 +259,16 @@ def _coarse_start(problem: Problem) -> ActiveSetStart:
 def active_set(
     problem: Problem, start_factory: Callable[[], ActiveSetStart], symmetric: bool
 ) -> Stage:
-    """Pivot on all violated signs, with a few preconditioned products a step; in
-    between, pivot near these signs only, which moves the edge of the active set by
+    """Pivot on all infeasibilities, with a few preconditioned products a step; between
+    two steps, pivot close to these only, which moves the edge of the active set by
     several rings at a small cost.
 
     start_factory : returns the start, or raises SingularMatrix.
     symmetric : whether M is symmetric, up to rounding.
 
-    Yields x = (z - w) / 2 for each step; evaluations are products with M. Stalled :
-    after the last one, whose residual is at rounding level. Raises SingularMatrix where
-    a system is.
+    Yields x = (z - w) / 2 for each step; evaluations are products with M. Stalled : the
+    residual of the last one is at rounding level. Raises SingularMatrix if a system is
+    singular.
     """
     z, precondition, operator = start_factory()
     inexact = Inexact(
@@ -311,8 +313,8 @@ def active_set(
 # Without it: an obstacle with 250,000 unknowns takes 12 steps for 5, in 1.15 times the
 # time.
 def _pivot_locally(inexact: Inexact, basic_solution: BasicSolution) -> States:
-    """Exchange the wrong signs, and pivot with the variables near them alone, until
-    these hardly change."""
+    """Pivot on the infeasibilities, and then with the variables close to them alone,
+    until their basis hardly changes; return the basis."""
     box, basis = (
         inexact.box,
         inexact.box.exchanged(
@@ -351,7 +353,7 @@ def _pivot_locally(inexact: Inexact, basic_solution: BasicSolution) -> States:
 
 
 class Factors:
-    """Preconditioners from factors of a principal submatrix, which are kept while few
+    """Preconditioners from factors of a principal submatrix, which are reused while few
     variables change, unless the band of M is so narrow that new ones cost little; they,
     or a call for one, raise SingularMatrix."""
 
@@ -377,8 +379,8 @@ class Factors:
         return solve
 
 
-# Of a diagonal entry over the others of its row, the median: products alone will not
-# suffice.
+# Median excess of the diagonal entries, which are 1, over the others of their rows,
+# below which products alone do not suffice.
 WEAK_DOMINANCE = 0.02
 STIFF = "conjugate gradients converge slowly, and M is no M-matrix"
 
@@ -386,22 +388,22 @@ STIFF = "conjugate gradients converge slowly, and M is no M-matrix"
 def sparse_route(
     problem: Problem, x0: Vector, is_stiff: Callable[[], bool] = lambda: False
 ) -> Stage:
-    """Solve the problem in units in which M has diagonal 1: by pivoting with inexact
+    """Solve the problem, scaled so that M has diagonal 1, by pivoting with inexact
     solves.
 
     Well-conditioned M, however large and with any fill-in, needs a few dozen products
     and no factorization (`krylov`). It gives up early if convergence is slow, and is
-    left out where entries that are not positive off the diagonal nearly add up to it,
-    as for differential equations. Then the start and the solves come from coarse
-    versions of M (`multilevel`), or, where these converge slowly, the solves come from
-    factors of principal submatrices. Where rounding stops that short of the tolerance,
-    `finish` factorizes the last one.
+    left out where no entry off the diagonal is positive and these almost add up to the
+    diagonal, as for differential equations. Then the start and the solves come from
+    coarse versions of M (`multilevel`), or, where these converge slowly, the solves
+    come from factors of principal submatrices. Where rounding stops these solves short
+    of the tolerance, `finish` factorizes the last submatrix.
 
     It is meant for sparse positive definite and H-matrices; it may fail for other M,
-    and ends as its last part does.
+    and then ends as its last part does.
 
     is_stiff : returns whether `methods.definite` follows, which is made for M that are
-        no M-matrices: then `krylov` alone is tried, which solves them while they are
+        no M-matrices: then `krylov` alone is run, which solves them while they are
         well-conditioned, and gives up after some 60 products, 1 % of the time that
         follows.
     """

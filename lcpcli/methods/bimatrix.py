@@ -1,4 +1,4 @@
-"""Equilibria of bimatrix games: pure ones by a look at the costs, those of games of
+"""Equilibria of bimatrix games: pure ones by comparing the costs, those of games of
 constant sum by a linear program, others by the method of Lemke and Howson.
 
 Optimal strategies of a game of constant sum are the minimizer and the multipliers of a
@@ -31,18 +31,19 @@ from lcpcli.model.box import of_masks
 from lcpcli.model.problem import Problem
 from lcpcli.typing import Indices, Vector
 
-# First labels that are tried: lengths of paths differ by orders of magnitude, and the
-# shortest counts. After each round half of them go on, with twice as many pivots, as
-# all paths of a game that is nearly one of zero sum are long.
+# Number of labels whose paths are followed in the first round: lengths of paths differ
+# by orders of magnitude, and one short path is enough. After each round half of them
+# continue, with twice as many pivots, as all paths of a game that is almost one of zero
+# sum are long.
 LABELS, MIN_LABELS = 32, 4
-# Of the first turn of a path, and how many rounds of turns there are.
+# Pivots of a path in the first round, and the number of rounds.
 PIVOTS, ROUNDS = 16, 12
 TIE = 1e-11  # relative to the smallest ratio: rows that block within it may be equal
 # Relative to the largest entry of a column: entries that may be rounding of 0.
 NO_PIVOT = 1e-11
-# Of PIQP: of its residuals and of the duality gap, which large games do not reach, but
-# whose supports are right by then; steps; and products in a step, for which it cannot
-# be interrupted.
+# Limits of PIQP: on its residuals and on the duality gap, which large games do not
+# reach, although their supports are right by then; on its steps; and on the
+# multiplications of a step, during which it cannot be interrupted.
 TOLERANCE = 1e-13
 MAX_GAP = 1e-11
 MAX_PROGRAM_STEPS = 40
@@ -107,7 +108,8 @@ def by_simplex(problem: Problem, game: Costs) -> Stage:
 
 def _of_program(problem: Problem, game: Costs, solve: SolveProgram) -> Stage:
     """Yield an equilibrium of a game of constant sum: y / e'y and x / e'x, where y has
-    the least sum of those with R y >= 1, y >= 0, and x are the multipliers of its rows.
+    the smallest sum of those with R y >= 1, y >= 0, and x are the multipliers of its
+    rows.
 
     Finished : it is an equilibrium up to rounding. Stalled : the support is not that of
     one. Breakdown : the program is not solved.
@@ -117,7 +119,8 @@ def _of_program(problem: Problem, game: Costs, solve: SolveProgram) -> Stage:
         return Breakdown("the linear program is not solved")
     y, x = (np.maximum(each, 0.0) for each in strategies)
     z = np.concatenate((x / (x @ game.C).min(), y / (game.R @ y).min()))
-    # What is left of 0 in z is small beside w, in units of the strategies.
+    # Components of z that should be 0 are small relative to w, in the scaling of the
+    # strategies.
     units = z.max() / np.abs(problem.q)
     z = _of_support(problem, np.where(z > units * problem.w(z), z, 0.0))
     w = problem.w(z)
@@ -141,23 +144,23 @@ def _interior(R: Vector) -> tuple[Vector, Vector] | None:
         MAX_PROGRAM_STEPS,
         MAX_GAP,
     )
-    is_found = is_finite(ended.x) and is_finite(ended.of_rows)
-    return (ended.x, ended.of_rows) if is_found else None
+    has_minimum = is_finite(ended.x) and is_finite(ended.of_rows)
+    return (ended.x, ended.of_rows) if has_minimum else None
 
 
 def _vertex(R: Vector) -> tuple[Vector, Vector] | None:
     """Return y and x of `_of_program`, both vertices, by the simplex method."""
     lower_upper, bounds = (
-        (np.full(size, least), np.full(size, np.inf))
-        for size, least in zip(R.shape, (1.0, 0.0), strict=True)
+        (np.full(size, lower_bound), np.full(size, np.inf))
+        for size, lower_bound in zip(R.shape, (1.0, 0.0), strict=True)
     )
-    found = minimized(np.ones(R.shape[1]), R, lower_upper, bounds)
-    return None if found is None else (found.x, found.y)
+    minimum = minimized(np.ones(R.shape[1]), R, lower_upper, bounds)
+    return None if minimum is None else (minimum.x, minimum.y)
 
 
 def _of_support(problem: Problem, z: Vector) -> Vector:
-    """Return the basic solution with the support of z; z itself where there are others
-    with this support, as where all its strategies cost the same."""
+    """Return the basic solution with the support of z; z itself if others have this
+    support, as where all its strategies cost the same."""
     try:
         return np.maximum(BasicSolutions(problem).at(of_masks(z > 0.0)).z, 0.0)
     except SingularMatrix:
@@ -193,8 +196,8 @@ def pure_equilibrium(problem: Problem, game: Costs | None) -> Stage:
 
 
 def lemke_howson(problem: Problem, game: Costs) -> Stage:
-    """Follow the paths of a game from several labels in turns; yield where each path is
-    after its turn.
+    """Follow the paths of a game from several labels in rounds; yield the point of each
+    path after its pivots of a round.
 
     Finished : the last iterate is an equilibrium, up to rounding. Stalled : no path has
         ended at one.
@@ -269,7 +272,7 @@ class _Dictionary:
     ties between blocking rows are broken by a second right-hand side, a symbolic
     perturbation of the first.
 
-    Each variable has a label of its own: those of v are a range.
+    Each variable has another label; the labels of v are a range.
     """
 
     def __init__(
@@ -318,6 +321,6 @@ class _Dictionary:
         """Return v, with a small positive value for basic variables that are 0."""
         v, width = np.zeros(self.T.shape[1] - 2), self.others.size
         positions = self.basic - self._first
-        is_own = (positions >= 0) & (positions < width)
-        v[positions[is_own]] = np.maximum(self.T[is_own, width], TIE)
+        is_variable = (positions >= 0) & (positions < width)
+        v[positions[is_variable]] = np.maximum(self.T[is_variable, width], TIE)
         return v

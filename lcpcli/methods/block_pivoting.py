@@ -6,7 +6,7 @@ non-negativity-constrained least squares problems, Journal of Chemometrics 18 (2
 441-450, with the safeguard of `newton`, as in J. Kim and H. Park, Fast nonnegative
 matrix factorization: an active-set-like method and comparisons, SIAM Journal on
 Scientific Computing 33 (2011) 3261-3281. Products with M are taken for all columns
-together. So that few systems are solved, it starts from nearly right active sets: for
+together. So that few systems are solved, it starts from almost right active sets: for
 right-hand sides that follow each other closely, as in time, from the active set of a
 neighbour's solution; for the others from the active set at which projected gradients
 arrive, with one product with M per step for all problems.
@@ -33,17 +33,16 @@ from lcpcli.model.box import BASIC, LOWER, Box
 from lcpcli.model.right_hand_sides import Block
 from lcpcli.typing import Indices, Mask, States, Vector
 
-# Problems of which the first is solved first, for the others to start from its
-# solution.
+# Number of successive problems of which the first one is solved first; the others start
+# from its solution.
 STRIDE = 16
-# Of q from another q, relative to its distance from 0, up to which the two are
-# neighbours.
+# Distance of a q from another one, relative to |q|, below which the two are neighbours.
 NEIGHBOUR_DISTANCE = 0.25
-# Most changes of state between two looks, relative to the last two, for gradients to go
-# on.
+# Largest ratio of the numbers of status changes at two successive checks with which
+# projected gradients continue.
 SETTLING_FACTOR = 0.5
-# Changes of state of a problem between two looks, on average, with which pivoting takes
-# over.
+# Average number of status changes of a problem between two checks at which pivoting
+# takes over.
 SETTLED_CHANGES = 0.1
 
 
@@ -67,7 +66,7 @@ class Frame:
         )
 
     def at(self, basis: States) -> BasicSolution:
-        """Return the basic solutions of the states; they are not finite where M_PP is
+        """Return the basic solutions of the bases; they are not finite where M_PP is
         singular or numbers overflow."""
         M, z = self.block.M, self.box.nonbasic(basis)
         right = self.q + self.block.times_M(z) if z.any() else self.q
@@ -106,8 +105,8 @@ def frame_of(block: Block) -> Frame:
 
 
 def in_given_variables(frame: Frame, z: Vector) -> Vector:
-    """Return the admissible z of the block for z of its frame; a z at a bound stays at
-    that bound."""
+    """Return the z of the block, within its bounds, for z of its frame; a z at a bound
+    stays at that bound."""
     original_box, reference_z = frame.block.box, frame.block.references.z
     z = frame.box.project(z)
     return (
@@ -119,11 +118,11 @@ def in_given_variables(frame: Frame, z: Vector) -> Vector:
 
 @dataclass(frozen=True, eq=False)
 class ManyPivotingResult:
-    """The points and states at which pivoting ended.
+    """The points and bases at which pivoting ended.
 
-    z, basis : basic solutions that have the signs of their states, but for rounding,
-    shape (m, n). steps : how many systems were solved for each, shape (m,). ended :
-    which problems have such a solution, shape (m,); for the others M_PP was singular,
+    z, basis : basic solutions without infeasibilities beyond rounding, shape (m, n).
+    steps : how many systems were solved for each, shape (m,). ended : which problems
+    have such a solution, shape (m,); for the others M_PP was singular,
     or the steps were too few. by_gradient : where projected gradients chose the start,
     shape (m,).
     """
@@ -146,12 +145,12 @@ def solve_many_by_pivoting(
     """Pivot the wanted problems, shape (m,), by blocks in at most `max_steps`,
     stopping early once `is_late()`.
 
-    R, C : units in which sizes are compared, shape (n,).
+    R, C : the row and column scaling with which sizes are compared, shape (n,).
     """
 
     def pivot(rows: Indices, basis: States) -> None:
-        """Pivot some rows of the frame from their states, and write the solutions into
-        `found`."""
+        """Pivot some rows of the frame from their bases, and write the solutions into
+        `pivoting_result`."""
         guard, pivoting = (
             Safeguard(shape[1], MAX_LEAST_INDEX_STEPS),
             block_principal_pivoting(frame.part(rows), basis),
@@ -208,8 +207,8 @@ def refine_once(
 
 
 def _neighbours(q: Vector) -> tuple[Indices, Mask]:
-    """Return for each row the first row of its stride, and which rows are near that
-    row, none unless most are."""
+    """Return for each row the first row of its stride, and which rows are close to that
+    row: none unless more than half of the strides end close to where they begin."""
     rows = np.arange(q.shape[0])
     leaders, is_warm = rows // STRIDE * STRIDE, np.zeros(rows.size, dtype=bool)
     last = rows[STRIDE - 1 :: STRIDE]
@@ -227,9 +226,10 @@ def _are_near(q: Vector, rows: Indices, others: Indices) -> Mask:
 
 
 def _start(frame: Frame, R: Vector, C: Vector) -> tuple[States, Mask]:
-    """Return the states to start from, and where gradients, not the reference points,
-    have given them: where these do not diverge. They continue while each check finds
-    fewer changes of state than SETTLING_FACTOR times those of the check before."""
+    """Return the bases to start from, and for which problems projected gradients, which
+    did not diverge, have determined them in place of the reference points. Gradients
+    continue while each check counts at most SETTLING_FACTOR times the status changes of
+    the check before."""
     start, diagonal = frame.box.basis_of(-0.5 * frame.q), frame.block.M.diagonal()
     if not (frame.q.size and diagonal.min() > 0):
         return start, np.zeros(frame.q.shape[0], dtype=bool)

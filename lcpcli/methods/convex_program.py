@@ -1,5 +1,5 @@
 """Convex linear and quadratic programs by PIQP, whose minimizer and multipliers have
-the states of a basic solution.
+the active set of a basic solution.
 
 The problem is that of a program if signs S = +-1 make S M symmetric, where z_i is a
 variable if S_i = 1 and the multiplier of a constraint if S_i = -1: see
@@ -33,33 +33,36 @@ from lcpcli.methods.stages import Breakdown, Finished, Stage, Stalled
 from lcpcli.model.problem import Problem, conditions_of
 from lcpcli.typing import Indices, Mask, Matrix, Vector
 
-# Of PIQP's residuals: with less of it, the states of a few programs in a hundred are
-# wrong.
+# Tolerance of PIQP's residuals: with a larger one, the active set is wrong for a few
+# programs in a hundred.
 TOLERANCE = 1e-13
-# Between its objectives, which rounding may keep from falling further long before the
+# Largest duality gap of PIQP: rounding may keep it from falling further long before the
 # residuals.
 MAX_GAP = 1e-11
-# Numbers of dense matrices for each entry, up to which PIQP is faster with these.
+# Numbers in dense matrices for each entry of sparse ones, up to which PIQP is faster
+# with dense ones.
 MAX_PER_ENTRY = 4.0
-INFINITE = 1e30  # to PIQP, and what is larger
+INFINITE = 1e30  # PIQP treats numbers of this size and larger ones as infinite
 MAX_STEPS = 60  # of PIQP: about twice as many as it usually takes
-# Of linear programs, for which the simplex method is the other choice.
+# Steps on linear programs, for which the simplex method is the other choice.
 MAX_LINEAR_STEPS = 40
-# Of a definite M in units of its diagonal: beyond, the states of PIQP's minimizer are
-# wrong for 36 of 59 beams and frames, below for 4 of 57.
+# Condition number of a definite M, scaled to diagonal 1, up to which PIQP is run:
+# beyond, the active set of its minimizer is wrong for 36 of 59 beams and frames, below
+# for 4 of 57.
 MAX_CONDITION = 5e12
-# Of a factorization: PIQP, which cannot be interrupted, then ends in a few tenths of a
-# second.
+# Operations of a factorization with which PIQP, which cannot be interrupted, ends in a
+# few tenths of a second.
 MAX_OPERATIONS = 6e7
 
 
 def convex_program(problem: Problem, max_steps: int | None = None) -> Stage:
     """Yield PIQP's point, if only rounding keeps it from solving the problem, then the
-    basic solutions of its states, and those after exchanges of wrong signs. max_steps
-    : of PIQP, by default MAX_STEPS, or MAX_LINEAR_STEPS.
+    basic solution of its active set, and those after block pivots on infeasibilities.
+    max_steps : steps of PIQP, by default MAX_STEPS, or MAX_LINEAR_STEPS for a linear
+    program.
 
-    Finished : one of them violates no sign beyond rounding. Breakdown : the problem is
-    not that of a convex program, or too large for PIQP, or PIQP finds no minimum.
+    Finished : one of them has no infeasibility beyond rounding. Breakdown : the problem
+    is not that of a convex program, or too large for PIQP, or PIQP finds no minimum.
     Stalled : no basic solution solves it.
     """
     problem = with_M(problem, compressed(problem.M))
@@ -70,7 +73,7 @@ def convex_program(problem: Problem, max_steps: int | None = None) -> Stage:
         return Breakdown("the problem is not that of a convex program")
     try:
         run = Run(problem, by_units=True)
-        max_operations = _most_operations(problem.M, S < 0)
+        max_operations = _operation_bound(problem.M, S < 0)
         if (
             max_operations > MAX_OPERATIONS
             and operations(systems(run.within.problem.M, run.within.S)) > MAX_OPERATIONS
@@ -78,26 +81,27 @@ def convex_program(problem: Problem, max_steps: int | None = None) -> Stage:
             return Breakdown("a factorization takes long")
     except (ProblemError, SingularMatrix):
         return Breakdown("no factorization succeeded")
-    found = _minimizer(problem, S, max_steps)
-    if found is None:
+    minimizer = _minimizer(problem, S, max_steps)
+    if minimizer is None:
         return Breakdown("PIQP found no minimum")
-    z, is_accurate = found
+    z, is_accurate = minimizer
     if not (is_accurate or run.residual(z) <= CLOSE_MERIT):
         return Breakdown("PIQP found no minimum")
     x = (z - problem.w(z)) / 2
-    # The first stays nearer to z where there are several solutions.
+    # With the first shift, pivoting stays closer to z where there are several
+    # solutions.
     for shift in (LARGER_SHIFT, PROXIMAL_SHIFT):
         ending = yield from run.at_point(x, EXCHANGE_ROUNDS, FAR_RESIDUAL, z, shift)
     return ending
 
 
 def _bounded(problem: Problem) -> Stage:
-    """Yield the basic solution of the states of PIQP's minimizer within bounds, for a
-    definite M, if no sign is wrong after a few exchanges.
+    """Yield the basic solution of the active set of PIQP's minimizer within bounds, for
+    a definite M, if it has no infeasibility after a few block pivots.
 
-    Only then: other basic solutions of a stiff M may meet the tolerance as well, with
-    wrong states. PIQP is several times as fast as `definite`, which follows where its
-    residuals, in doubles, do not tell the states."""
+    Other basic solutions of a stiff M are not yielded, as they may meet the tolerance
+    with a wrong active set. PIQP is several times as fast as `definite`, which follows
+    where residuals in double precision do not show the active set."""
     with imports:
         from lcpcli.linalg.definite_systems import condition
         from lcpcli.methods.definite import Exchanges
@@ -131,12 +135,11 @@ def _bounded(problem: Problem) -> Stage:
     return Stalled("the states of PIQP's minimizer are not those of the solution")
 
 
-def _most_operations(M: Matrix, is_row: Mask) -> float:
+def _operation_bound(M: Matrix, is_row: Mask) -> float:
     """Return a bound, but for lower terms, on the operations of a factorization: one
     that eliminates the constraints first, or the variables without entries of Q off the
-    diagonal, and fills all that is left; if that takes more than MAX_OPERATIONS, one
-    that fills what these variables leave in the envelope of the reverse Cuthill-McKee
-    order."""
+    diagonal, and fills the rest; if that takes more than MAX_OPERATIONS, one that fills
+    the envelope of the rest in the reverse Cuthill-McKee order."""
     counts = np.diff(M.indptr)
     n = M.shape[0]
     rows = int(np.count_nonzero(is_row))
@@ -157,8 +160,8 @@ def _most_operations(M: Matrix, is_row: Mask) -> float:
     positions[order] = np.arange(order.size)
 
     def least_of_rows(values: Indices) -> Indices:
-        least = np.minimum.reduceat(np.append(values[M.indices], n), M.indptr[:-1])
-        return np.asarray(np.where(counts > 0, least, n))
+        minima = np.minimum.reduceat(np.append(values[M.indices], n), M.indptr[:-1])
+        return np.asarray(np.where(counts > 0, minima, n))
 
     nearest = least_of_rows(np.where(first, least_of_rows(positions), positions))
     widths = np.maximum(positions - nearest, 0)[order] + 1
@@ -199,9 +202,9 @@ def _minimizer(
         np.where(lower < z, -q, np.inf),
     )
     # PIQP prints a line about other rows.
-    has_ends = is_row & ~is_equation & (np.isfinite(low) | np.isfinite(high))
+    has_side = is_row & ~is_equation & (np.isfinite(low) | np.isfinite(high))
     is_x = ~is_row & (lower < upper)
-    x, equations, rows = (each.nonzero()[0] for each in (is_x, is_equation, has_ends))
+    x, equations, rows = (each.nonzero()[0] for each in (is_x, is_equation, has_side))
     finite_bounds = (v[np.isfinite(v)] for v in (lower[x], upper[x]))
     largest = max(float(np.abs(v).max(initial=0.0)) for v in (q, *finite_bounds))
     if not largest < INFINITE or not x.size or _has_others(problem, is_row):
@@ -221,8 +224,8 @@ def _minimizer(
     )
     z[x], z[equations] = ended[:2]
     z[rows] += ended.of_rows
-    is_found = "INFEASIBLE" not in ended.status and bool(np.isfinite(z).all())
-    return (z, ended.status == "PIQP_SOLVED") if is_found else None
+    has_minimum = "INFEASIBLE" not in ended.status and bool(np.isfinite(z).all())
+    return (z, ended.status == "PIQP_SOLVED") if has_minimum else None
 
 
 def _minimum(

@@ -1,25 +1,26 @@
 """The interior point method where M + M' is positive definite, however stiff M is.
 
 Newton by levels, Krylov methods and coarse versions of M are made for matrices without
-positive entries off the diagonal, whose exchanges advance from one side, and whose
-coarse versions have the same sign pattern. Fourth differences have neither: exchanges
-of wrong signs cycle (of a clamped beam with 500 unknowns that touches an obstacle at
-two of them, 10,000 exchanges leave 76), conjugate gradients need as many products as
-the root of the condition number, n^2 for a beam, and smoothed aggregation, which
+positive entries off the diagonal, on which block pivots advance from one side, and
+whose coarse versions have the same sign pattern. Fourth differences have neither: block
+pivots cycle (of a clamped beam with 500 unknowns that touches an obstacle at two of
+them, 10,000 pivots leave 76 infeasibilities), conjugate gradients need as many products
+as the root of the condition number, n^2 for a beam, and smoothed aggregation, which
 reproduces constants only, does not reduce its smooth vectors. An interior point method
 takes 15 to 40 factorizations, whatever the condition number is, if it is computed so
 accurately that rounding does not decide:
 
-z is kept in double-double, as doubles of z leave eps |M| |z| in each row, which near
-condition 1e16 is all of w. s and w are numbers of their own, whose relative accuracy
-does not depend on z. Directions come from factors in doubles and refinement, or from
-fixed-point factors (`linalg.definite_systems`). Which variables are basic is told by
-the indicators of Tapia, s+ / s and w+ / w, of which one tends to 1 and the other to 0
-(A. S. El-Bakry, R. A. Tapia and Y. Zhang, A study of indicators for identifying zero
-variables in interior-point methods, SIAM Review 36 (1994) 45-72): unlike a comparison
-of s with w they do not depend on units. Then the basic solution of these states, whose
-signs are right to the last digits, ends the run, or a few exchanges do: of all wrong
-signs while these become fewer, else of the one that violates most in scaled units.
+z is stored in double-double, as a z in double precision leaves eps |M| |z| in each row,
+which at a condition number of about 1e16 is all of w. s and w are stored separately, so
+that their relative accuracy does not depend on z. Directions come from factors in
+double precision and refinement, or from fixed-point factors
+(`linalg.definite_systems`). Which variables are basic is shown by the indicators of
+Tapia, s+ / s and w+ / w, of which one tends to 1 and the other to 0 (A. S. El-Bakry, R.
+A. Tapia and Y. Zhang, A study of indicators for identifying zero variables in
+interior-point methods, SIAM Review 36 (1994) 45-72): unlike a comparison of s with w
+they do not depend on scaling. Then the basic solution of this active set, whose signs
+are right to the last digits, ends the run, or the one after a few pivots: on all
+infeasibilities while these become fewer, else on the largest one in scaled variables.
 """
 
 from __future__ import annotations
@@ -58,23 +59,23 @@ from lcpcli.typing import Mask, Matrix, States, Vector
 
 MADE_FOR_IT = "interior"  # the method that begins with this one
 # A condition number from which on methods without factors need hundreds of iterations
-# for a digit; and one beyond which doubles do not tell it.
+# for a digit; and one beyond which double precision does not determine it.
 STIFF, MAX_TOLD = 1e4, 1e16
 FINISH = "finish"
 MAX_STEPS = 120  # where 15 to 40 are usual
-# Between the two indicators of a variable that tell its state; so many of them may be
-# closer, or such a part.
+# Largest ratio of the two indicators of a variable with which they show its status; it
+# may be larger for FEW_UNCLEAR variables, or for this fraction of all.
 CLEAR = 0.3
 FEW_UNCLEAR = 2
 UNCLEAR_SHARE = 0.01
-# At one look: exchanges that do not leave fewer wrong signs, and the part of the states
-# that may be wrong.
+# At one check: pivots that do not leave fewer infeasibilities, and the largest fraction
+# of infeasible variables with which pivoting continues.
 MAX_STAGNANT, MAX_WRONG = 3, 0.2
 VANISHED_MU = 1e-80
-# Relative to the largest z, and to the terms of a row: what double-double leaves of 0.
+# Relative to the largest z: what double-double leaves of 0 in z, and in w.
 ZERO_Z, ZERO_W = EPS**1.2, 8 * EPS**2
-# In scaled units, of the system that tells the size of z: rounding of M does not make
-# that indefinite.
+# Shift, in scaled variables, of the system that estimates the size of z, so that
+# rounding of M does not make it indefinite.
 SHIFT = 1e-13
 NOT_DEFINITE = "M is not positive definite"
 ROUNDING_DECIDES = (
@@ -85,9 +86,9 @@ STALLED = "its steps no longer reduce the residual"
 
 
 def stiffness(M: Matrix) -> float | None:
-    """Return the estimated condition number of M + M' in units of the diagonal, if M is
-    stiff: sparse, with an affordable factorization, positive definite up to rounding,
-    but no M-matrix, and ill-conditioned; else None."""
+    """Return the estimated condition number of M + M', scaled to a diagonal of 1, if M
+    is stiff: sparse, with an affordable factorization, positive definite up to
+    rounding, but no M-matrix, and ill-conditioned; else None."""
     if not (may_be_stiff(M) and affordable(M) and is_nearly_definite(M)):
         return None
     size = condition(M)
@@ -95,23 +96,24 @@ def stiffness(M: Matrix) -> float | None:
 
 
 def in_words(size: float) -> str:
-    """Return a condition number as it is told."""
+    """Return a condition number as messages report it."""
     return f"about {size:.0e}" if size <= MAX_TOLD else f"above {MAX_TOLD:.0e}"
 
 
-# Without it: no verdict is lost, and a beam of 30,000 unknowns takes a third of the
-# time, but states of beams from 4000 on are wrong, and z has fewer correct digits.
+# Without it no verdict is lost, and a beam of 30,000 unknowns takes a third of the
+# time, but the active sets of beams from 4000 unknowns on are wrong, and z has fewer
+# correct digits.
 def definite(problem: Problem, start_slack: float = 1.0) -> Stage:
     """Follow the central path of a problem with M + M' positive definite to the basic
     solution of its active set.
 
-    Yields the complementary points nearest to z and w, and the basic solutions that are
-    tried, with step "finish". Finished : the last one violates no sign. Breakdown : M
-    is not positive definite, or rounding is too large. Stalled : no basic solution
-    without wrong signs was found.
+    Yields the complementary points closest to z and w, and the basic solutions that are
+    tested, with step "finish". Finished : the last one has no infeasibility. Breakdown
+    : M is not positive definite, or rounding is too large. Stalled : each basic
+        solution has infeasibilities.
 
-    M must be sparse, with a positive diagonal. start_slack : times the size of the z
-    with w = 0, the slacks at the start.
+    M must be sparse, with a positive diagonal. start_slack : the slacks at the start,
+    relative to the size of the z with w = 0.
     """
     try:
         within = slack_form(problem, "diagonal")
@@ -141,8 +143,8 @@ class _AccurateSteps(PredictorCorrector):
         """Return a point with slacks of the size of the z that has w = 0, at least 1,
         times `slack`.
 
-        Slacks that are too small make short steps as long as they grow, by a factor
-        each: of soft springs z may be 1e6 in units of q. With M + d I, d = 1 / size, z
+        Slacks that are too small make steps short until they have grown, by a factor in
+        each step: for soft springs z may be 1e6 times q. With M + d I, d = 1 / size, z
         and w have these sizes too. No slack is larger than the distance of two bounds:
         on 36 beams between two obstacles that saves a third of the steps.
         """
@@ -180,8 +182,8 @@ class _AccurateSteps(PredictorCorrector):
         return self._measured[1]
 
     def _accuracy(self, *_: float) -> float:
-        """Return 0: where eigenvalues are 1e-16, a residual that is small beside mu
-        may move z by its own size."""
+        """Return 0: where eigenvalues are 1e-16, a residual that is small relative to
+        mu may change all digits of z."""
         return 0.0
 
     def _at_bounds(self, z: DoubleDouble) -> Vector:
@@ -189,7 +191,7 @@ class _AccurateSteps(PredictorCorrector):
 
 
 class _Run:
-    """The steps, and looks at the states that they tend to."""
+    """The steps, and checks of the active set to which they converge."""
 
     def __init__(self, within: SlackForm) -> None:
         self._within, self._problem = within, within.problem
@@ -198,7 +200,7 @@ class _Run:
     @each_step(all="ignore")
     def steps(self, start_slack: float) -> Stage:
         steps = _AccurateSteps(self._within, self._exchanges.systems)
-        at, looked = steps.start(start_slack), b""
+        at, checked_basis = steps.start(start_slack), b""
         for _ in range(MAX_STEPS):
             before = at
             at, length, _ = steps.next(at)
@@ -206,8 +208,8 @@ class _Run:
             mu = steps.mu(at)
             yield self._exchanges.shown(at.z.high, f"mu {mu:.0e}, {length:.2f}")
             states, are_clear = self._states(at, before)
-            if (are_clear or mu < VANISHED_MU) and states.tobytes() != looked:
-                looked = states.tobytes()
+            if (are_clear or mu < VANISHED_MU) and states.tobytes() != checked_basis:
+                checked_basis = states.tobytes()
                 yield from self._exchanges.from_states(states)
                 if self._exchanges.is_solved:
                     return Finished()
@@ -219,8 +221,8 @@ class _Run:
     def _states(
         self, at: PrimalDualPoint, before: PrimalDualPoint
     ) -> tuple[States, bool]:
-        """Return the states that the indicators of the last step show, and whether
-        nearly all of them are clear."""
+        """Return the basis that the indicators of the last step show, and whether
+        almost all of them are clear."""
         of_s, of_w = at.s / before.s, at.w / before.w
         active = of_s < of_w
         ratios = np.where(active, of_s / of_w, of_w / of_s)
@@ -229,7 +231,7 @@ class _Run:
         count = self._within.low.size
         masks[0, self._within.low] = active[:count]
         masks[1, self._within.high] = active[count:]
-        # Of two active bounds, which cannot both be, the nearer one
+        # Of two active bounds, which cannot both be active, the closer one is.
         both = masks[0] & masks[1]
         if both.any():
             lower, upper = self._problem.box.vectors(self._problem.n)
@@ -241,9 +243,9 @@ class _Run:
 
 
 class Exchanges:
-    """Basic solutions of one scaled problem, and exchanges of their wrong signs.
+    """Basic solutions of one scaled problem, and pivots on their infeasibilities.
 
-    is_solved : whether the last one has none.
+    is_solved : whether the last one has no infeasibility.
     """
 
     def __init__(self, within: SlackForm) -> None:
@@ -253,7 +255,8 @@ class Exchanges:
         self.is_solved = False
 
     def from_states(self, states: States) -> Iterator[Iterate]:
-        """Yield the basic solutions from these states on, while few signs are wrong."""
+        """Yield the basic solutions from this basis on, while they have few
+        infeasibilities."""
         box = self.problem.box
         min_infeasible = self.problem.n + 1
         stagnant = 0
@@ -275,8 +278,8 @@ class Exchanges:
             states = box.exchanged(states, wrong, z.high)
 
     def _violations(self, z: DoubleDouble, w: Vector, states: States) -> Vector:
-        """Return by how much each sign is violated, beyond rounding, relative to the
-        largest z or w, as the diagonal of M is about 1."""
+        """Return the infeasibilities beyond rounding, relative to the largest z or w,
+        as the diagonal of M is about 1."""
         box = self.problem.box
         basic = states == BASIC
         lower, upper = box.vectors(z.high.size)
@@ -287,8 +290,8 @@ class Exchanges:
         return np.where(basic, of_z / (sizes[0] or 1.0), of_w / (sizes[1] or 1.0))
 
     def _distance(self, z: DoubleDouble, bound: Vector, basic: Mask) -> Vector:
-        """Return bound - z where z is basic and has that bound, else what violates
-        nothing."""
+        """Return bound - z where z is basic and has that bound, else a value that
+        violates nothing."""
         distance = z - np.where(np.isfinite(bound), bound, 0.0)
         finite = basic & np.isfinite(bound)
         return np.where(finite, -(distance.high + distance.low), -np.sign(bound) * 0.0)

@@ -1,17 +1,16 @@
-"""Block pivoting on a dense LCP with few unknowns, with its answer judged on the spot.
+"""Block pivoting on a dense LCP with few unknowns, whose answer is tested at once.
 
 For few unknowns a step of `newton` takes less time than what a run does around it. So
 `auto` first makes the same steps in as few operations as possible, and continues only
-where these do not lead to a solution beyond doubt. The exchanges are those of `newton`,
-and the judgement is the first bound of `Measure.surely_solves`.
+where these do not lead to a solution that is certain. The pivots are those of `newton`,
+and the test is the first bound of `Measure.surely_solves`.
 
-The safeguard: single exchanges of the least index, once block exchanges do not advance:
-J. J. Júdice and F. M. Pires, A block principal pivoting algorithm for large-scale
-strictly monotone linear complementarity problems, Computers & Operations Research 21
-(1994) 587-596, after K. G. Murty, Opsearch 11 (1974) 123-130.
+The safeguard is single pivots on the least index, once block pivots do not advance: J.
+J. Júdice and F. M. Pires, A block principal pivoting algorithm for large-scale strictly
+monotone linear complementarity problems, Computers & Operations Research 21 (1994)
+587-596, after K. G. Murty, Opsearch 11 (1974) 123-130.
 
-Block pivoting on many dense problems with an M each, all at once, with the answers
-judged on the spot.
+`direct_many` does the same for many dense problems, each with its M, all at once.
 """
 
 from __future__ import annotations
@@ -47,31 +46,33 @@ from lcpcli.verify.measure import FEW_UNKNOWNS, FINEST, Measure, least_caps
 from lcpcli.verify.point import Point
 
 MAX_UNKNOWNS = 100
-# Unknowns up to which Lemke's path is followed before anything but newton is tried.
+# Unknowns up to which Lemke's path is followed before any method but newton is run.
 MAX_PIVOTED = 300
 # Unknowns up to which a narrow band is taken dense; its sparse factors cost little.
 MAX_NARROW_AS_DENSE = 150
-# Times the entries of M: a band that has no more is full, as for problems in one
-# dimension.
+# A band is full if its size is at most this multiple of the entries of M, as for
+# problems in one dimension.
 MAX_OF_BAND = 1.5
-# unknowns: up to here all methods but interior take M dense, in whatever form it is
-# given.
+# Unknowns up to which all methods but interior use a dense M, in whatever form M is
+# stored.
 MAX_AS_DENSE = 400
-# Of a dense M: entries other than 0, as a part of all, up to which sparse factors may
-# cost less.
+# Fraction of nonzero entries of a dense M up to which sparse factors may cost less, for
+# moderate and for large n.
 MAX_FILLED, MAX_FILLED_LARGE = 0.1, 0.01
 # A full band with so few entries has none beyond an eighth of the unknowns from the
 # diagonal.
 FAR_FROM_DIAGONAL = 8
 # Unknowns of a program from which on PIQP takes less time than pivoting.
 MIN_FOR_PIQP = 50
-MAX_COMPILED = 400  # the same for the compiled path of a mixed problem
+# Unknowns of a mixed problem up to which Lemke's path is followed first if compiled.
+MAX_COMPILED = 400
 # Answers of kernels: none, one to be tested, or a solution up to a proved rounding
 # bound.
 NOTHING = 0
 CANDIDATE = 1
 CERTAIN = 2
-# The infeasible fraction at a start: above it, the basis is not close to a solution's.
+# The infeasible fraction at a start: above it, the basis is not close to that of a
+# solution.
 MAX_WRONG = 0.25
 # Steps on many problems at once, before the remaining ones are solved one by one.
 MAX_STEPS = 12
@@ -92,9 +93,10 @@ class DirectAnswer(NamedTuple):
     """A basic solution without infeasibilities, which may solve the problem.
 
     z : shape (n,). is_certain : whether z solves the problem, whatever the rounding
-    errors in w are; if not, it has to be tested. steps : how many basic solutions
-    were computed. method : by which. evaluations : as a method counts them. end : the
-    basis, where z does not show it. point : z with its measures, if they are known.
+    errors in w are; if not, it has to be tested. steps : how many basic solutions were
+    computed. method : the method that did. evaluations : as this method counts them.
+    end : the basis, if z does not show it. point : z with its measures, if they are
+    known.
     is_single : whether a single pivot led to it.
     """
 
@@ -109,28 +111,30 @@ class DirectAnswer(NamedTuple):
 
 
 def safeguarded(
-    fewest: Any, waiting: Any, left: Any, single: Any, count: Any
+    min_count: Any, steps_left: Any, single_pivots_left: Any, single: Any, count: Any
 ) -> tuple[Any, Any, Any, Any]:
-    """Return the state of the safeguard after a step with so many wrong signs: the
-    fewest so far, the steps without fewer that are left before a single exchange, and
-    the fields of `Safeguard`. For one problem or, in arrays, for m; it is compiled as
-    well."""
-    fewer = count < fewest
+    """Return the state of the safeguard after a step with `count` infeasibilities:
+    their minimum so far, the steps without a new minimum that are left before a single
+    pivot, and the fields of `Safeguard`. For one problem or, in arrays, for m; it is
+    compiled as well."""
+    fewer = count < min_count
     others = fewer ^ True
-    waiting = fewer * BLOCK_PATIENCE + others * (waiting - 1)
-    spent = waiting < 1
+    steps_left = fewer * BLOCK_PATIENCE + others * (steps_left - 1)
+    spent = steps_left < 1
     return (
-        fewer * count + others * fewest,
-        waiting + spent,
-        left - spent,
+        fewer * count + others * min_count,
+        steps_left + spent,
+        single_pivots_left - spent,
         (single | spent) & others,
     )
 
 
-def is_hopeless(fewest: int, waiting: int, n: int) -> bool:
-    """Return whether, of one problem with n unknowns, so many signs have been wrong all
-    along that exchanges rarely lead to a solution."""
-    return bool(fewest > MANY_WRONG * n and waiting <= BLOCK_PATIENCE - HASTY_PATIENCE)
+def is_hopeless(min_count: int, steps_left: int, n: int) -> bool:
+    """Return whether one problem with n unknowns has had so many infeasibilities in all
+    steps that pivots rarely lead to a solution."""
+    return bool(
+        min_count > MANY_WRONG * n and steps_left <= BLOCK_PATIENCE - HASTY_PATIENCE
+    )
 
 
 class Safeguard:
@@ -138,14 +142,14 @@ class Safeguard:
     new minima, and only on the first one after BLOCK_PATIENCE steps without a new
     minimum.
 
-    left : how many more single pivots may be made, negative once there were too many.
+    left : how many more single pivots may be made; negative once there were too many.
     single : whether the next pivot is a single one. For m problems both are of shape
     (m,) after the first step.
     """
 
     def __init__(self, n: int, patience: float) -> None:
-        self._fewest: Any = n + 1
-        self._waiting: Any = BLOCK_PATIENCE
+        self._min_count: Any = n + 1
+        self._steps_left: Any = BLOCK_PATIENCE
         self.left: Any = patience
         self.single: Any = False
 
@@ -154,13 +158,15 @@ class Safeguard:
         relevant infeasibilities, shape (m,) for m problems. Return whether it is a new
         minimum of one problem."""
         # As `safeguarded` does, in a tenth of the time.
-        if wrong.ndim == 1 and count < self._fewest:
-            self._fewest = count
-            self._waiting = BLOCK_PATIENCE
+        if wrong.ndim == 1 and count < self._min_count:
+            self._min_count = count
+            self._steps_left = BLOCK_PATIENCE
             self.single = False
             return True
-        state = self._fewest, self._waiting, self.left, self.single
-        self._fewest, self._waiting, self.left, self.single = safeguarded(*state, count)
+        state = self._min_count, self._steps_left, self.left, self.single
+        self._min_count, self._steps_left, self.left, self.single = safeguarded(
+            *state, count
+        )
         if wrong.ndim == 2:
             rows = self.single.nonzero()[0]
             first = wrong[rows].argmax(axis=1)
@@ -174,16 +180,19 @@ class Safeguard:
     def is_hopeless(self, n: int) -> bool:
         """Return whether further pivots rarely lead to a solution of one problem with n
         unknowns."""
-        return is_hopeless(self._fewest, self._waiting, n)
+        return is_hopeless(self._min_count, self._steps_left, n)
 
     def keep(self, rows: Indices) -> None:
         """Continue with only these of the m problems."""
-        self._fewest, self._waiting = self._fewest[rows], self._waiting[rows]
+        self._min_count, self._steps_left = (
+            self._min_count[rows],
+            self._steps_left[rows],
+        )
         self.left, self.single = self.left[rows], self.single[rows]
 
 
 FIELDS = {field.name for field in fields(Problem)}
-# With what follows from z >= 0.
+# These fields, with those that follow from z >= 0.
 FIELDS_OF_LCP = {*FIELDS, "reference_z", "q_ref", "q_error"}
 
 
@@ -207,8 +216,9 @@ def with_M(problem: Problem, M: Matrix) -> Problem:
 
 def may_be_program(problem: Problem) -> bool:
     """Return whether PIQP is installed and comes before other methods, for so many
-    unknowns that it takes less time than pivoting: for sparse M, or of a program, with
-    zeros on the diagonal, as constraints have them, or for a band that may be stiff."""
+    unknowns that it takes less time than pivoting: for a sparse M, or that of a
+    program, with zeros on the diagonal, as constraints have them, or for a band that
+    may be stiff."""
     M = problem.M
     if problem.n < MIN_FOR_PIQP:
         return False
@@ -239,7 +249,7 @@ def stored(M: Matrix) -> Matrix:
         or M[n // 2, : n // 2 - far].any()
         or M[n // 2, n // 2 + far :].any()
     ):
-        return M  # most matrices that are no bands take microseconds
+        return M  # a few rows show that M is no band, in microseconds
     thin = matrices.thinned(M, MAX_FILLED * n**2)
     return thin if is_full_band(thin) else M
 
@@ -265,7 +275,7 @@ def has_few_moderate(problem: Problem) -> bool:
 def basic_zeros(problem: Problem) -> Mask | None:
     """Return q <= 0 as the first basic variables if some q_i are 0, and their rows of M
     have no positive entry but on the diagonal: then w_i <= q_i for z_i = 0, and from q
-    < 0 exchanges find one unknown after another along chains and trees of zeros. Else
+    < 0 pivots reach one unknown after another along chains and trees of zeros. Else
     None."""
     M, q = problem.M, problem.q
     if not number_of(q == 0.0) or not number_of(q < 0.0):
@@ -273,7 +283,7 @@ def basic_zeros(problem: Problem) -> Mask | None:
     if not problem.box.is_orthant or not M.diagonal().min(initial=1.0) > 0:
         return None
     basic = np.asarray(q <= 0)
-    # As in the first row of most others, before rows are copied.
+    # The first such row excludes almost all other problems, before rows are copied.
     if not is_sparse(M) and np.count_nonzero(M[int(basic.argmax())] > 0) > 1:
         return None
     rows = M if basic.all() else M[basic]
@@ -321,7 +331,7 @@ def exchanges(
                 return DirectAnswer(z, True, steps)
             w, is_start = q, False
         else:
-            # By functions that take a fraction of the time of operators.
+            # These functions take a fraction of the time of operators.
             block = M.take(P, 0).take(P, 1)
             try:
                 z[P] = np.linalg.solve(block, minus_q[P])
@@ -367,9 +377,9 @@ def exchanges_within_bounds(
     problem: Problem, tol: float
 ) -> Generator[Made, None, DirectAnswer | None]:
     """Yield the basic solutions of block principal pivoting on a mixed problem, from
-    the basis of the reference point, as `exchanges` does on an LCP. Its answer may
-    remain to be tested; where violations may be rounding, it returns None, so that
-    `newton` decides."""
+    the basis of the reference point, as `exchanges` does on an LCP. Its answer may have
+    to be tested; where violations may be rounding, it returns None, so that `newton`
+    decides."""
     M = problem.M
     q = problem.q
     n = problem.n
@@ -432,7 +442,7 @@ def _refine_within_bounds(
     problem: Problem, z: Vector, P: Indices, block: Vector, residual: Vector, tol: float
 ) -> bool:
     """Refine z in place if its residual w_P is more than rounding; else return whether
-    z surely solves the problem."""
+    z is proved to solve the problem."""
     size = np.abs(problem.q)
     row_magnitudes = np.abs(problem.M).dot(np.abs(z))
     row_magnitudes += size
@@ -463,8 +473,8 @@ def _refine_and_test(
     tol: float,
     steps: int,
 ) -> DirectAnswer:
-    """Return the answer z, refined once if its residual w_P is more than rounding; w
-    has zeros in its place."""
+    """Return the answer z, refined once if its residual w_P is more than rounding; w is
+    0 there."""
     M, q = problem.M, problem.q
     size, absolute = np.abs(q), np.abs(M)
     row_magnitudes = absolute.dot(z)
@@ -592,7 +602,7 @@ def _test_rows(
     min_magnitudes = row_magnitudes
     for reference in (
         (0.0,) if box.is_orthant else (box.project(np.zeros(q.shape)), box.corner)
-    ):  # whichever it is
+    ):  # the reference point is one of these
         at = np.broadcast_to(reference, q.shape)
         rounding = ROW_ROUNDING * (each_product(absolute, np.abs(at)) + sizes)
         min_magnitudes = np.minimum(
@@ -606,8 +616,10 @@ def _test_rows(
         CANDIDATE,
     )
     if q.shape[1] <= FEW_UNKNOWNS:  # as in `final_states.is_doubtful`
-        (least_z, largest_z), (least_q, largest_q) = row_sizes(z), row_sizes(q)
+        (smallest_z, largest_z), (smallest_q, largest_q) = row_sizes(z), row_sizes(q)
         largest_term = np.maximum(largest * largest_z, largest_q)
-        hidden = np.minimum(largest * least_z, least_q) < HIDDEN_TERM * largest_term
+        hidden = (
+            np.minimum(largest * smallest_z, smallest_q) < HIDDEN_TERM * largest_term
+        )
         kinds[hidden | (np.maximum(largest, largest_q) > LONG_NUMBER)] = NOTHING
     return kinds, z

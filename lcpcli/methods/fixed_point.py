@@ -36,8 +36,7 @@ def fixed_point(
     omega (|x| - x).
 
     With bounds, z - x for z = mid(l, u, 2x) takes the place of |x|, an extension with
-    the same rate: z - x is, like
-    |x|, nonexpansive in x.
+    the same rate: z - x is nonexpansive in x, as |x| is.
 
     For symmetric positive definite M it converges linearly for every omega > 0, with
     contraction factor max |omega - lambda| / |omega + lambda| over the eigenvalues
@@ -153,7 +152,7 @@ def _image(M: Matrix, omega: float, distance: Vector) -> Vector:
 
 
 def best_omega(M: Matrix) -> float:
-    """Return a nearly optimal omega > 0 for the modulus iteration (omega I + M) x' =
+    """Return an almost optimal omega > 0 for the modulus iteration (omega I + M) x' =
     (omega I - M) |x| - q.
 
     M symmetric positive definite: sqrt(lambda_min lambda_max) minimizes the contraction
@@ -174,7 +173,7 @@ def best_omega(M: Matrix) -> float:
 
 # Growth of |g - x| over its minimum at which the memory is cleared.
 RESTART_GROWTH = 2.0
-# Added to the Gram matrix, relative to its trace, against nearly dependent differences.
+# Added to the Gram matrix, relative to its trace, against almost dependent differences.
 GRAM_RIDGE = 1e-14
 
 
@@ -194,7 +193,7 @@ class Anderson:
         self._restart()
 
     def _restart(self) -> None:
-        # Of f and of g.
+        # The changes of f and of g.
         self._changes = deque[tuple[Vector, Vector]](maxlen=self._memory)
         self._last: tuple[Vector, Vector] | None = None
         self._smallest, self._best = math.inf, np.empty(0)

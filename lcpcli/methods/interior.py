@@ -7,7 +7,7 @@ Interior Point Algorithms for Linear Complementarity Problems, Springer (1991); 
 Mehrotra's and Gondzio's steps, regularized factors, and at the end the basic solution
 of its active set, also where that basis is singular: the basic variables solve M_BB z_B
 = -(q + M z_N)_B by a proximal iteration, (M_BB + eps) dz = -w_B, which converges to the
-solution nearest to the interior point if there are several.
+solution closest to the interior point if there are several.
 """
 
 from __future__ import annotations
@@ -56,35 +56,39 @@ from lcpcli.typing import States, Vector
 FINISH, BEST = "finish", "best"
 MAX_INTERIOR_STEPS = 150  # of an attempt: a few times the tens that it usually takes
 WARM_UP_STEPS = 8  # after which an attempt may be given up for short steps
-# It is given up if the mean length of so many steps is below that.
+# It is given up if the mean length of the last RECENT_STEPS steps is below SLOW_LENGTH.
 RECENT_STEPS, SLOW_LENGTH = 7, 0.4
-# Without progress, after which an attempt ends: fewer below NEAR_MERIT.
+# Steps without progress after which an attempt ends: fewer below NEAR_MERIT.
 PATIENT_STEPS, IMPATIENT_STEPS = 25, 10
 NEAR_MERIT = 1e-8  # relative: the accuracy at which rounding may prevent progress
-CLOSE_MERIT = 1e-5  # relative: the accuracy at which the active set is first tried
-# The factor by which the merit has to fall before the active set is tried again.
+CLOSE_MERIT = 1e-5  # relative: the accuracy at which the active set is first tested
+# The factor by which the merit has to fall before the active set is tested again.
 MERIT_DROP = 1e-2
-# Where z_i and w_i are both 0, they are as large as the root of mu.
+# mu at which signs are final, and at which an attempt ends. Where z_i and w_i are both
+# 0, they are as large as the root of mu.
 SMALL_MU, VANISHED_MU = 1e-24, 1e-30
 # Steps between searches for a proof that there is no solution: one costs less than a
 # step.
 PROOF_EVERY = 5
-# eps of the proximal iteration: of 1e-8, rounding leaves no pivot in one of four
+# eps of the proximal iteration: with 1e-8, rounding makes a pivot 0 in one of four
 # programs.
 PROXIMAL_SHIFT = 3e-8
-# Where factors fail, and first from a point that is near a solution.
+# eps where factors fail, and first from a point that is close to a solution.
 LARGER_SHIFT = 1e-6
-# At most; it ends if w_B falls by less than that factor.
+# Proximal steps at most; the iteration ends if w_B falls by less than this factor.
 PROXIMAL_STEPS, SLOW_PROXIMAL = 15, 0.7
-MIN_STEPS = 2  # before that, so that rows with small terms are solved as accurately
-EXCHANGE_ROUNDS = 5  # of wrong signs: a nearly right active set needs one or two
-# Of exchanges from a given point: more of them cost a large part of a run without it.
+MIN_STEPS = 2  # at least, so that rows with small terms are solved as accurately
+EXCHANGE_ROUNDS = 5  # block pivots: an almost right active set needs one or two
+# Block pivots from a starting point: more of them cost a large part of a run without
+# it.
 START_ROUNDS = 2
-# Times the least natural residual so far, and absolute: exchanges end above.
+# Pivoting ends at a natural residual above WORSE_FACTOR times the smallest one so far,
+# and above FAR_RESIDUAL.
 WORSE_FACTOR, FAR_RESIDUAL = 1e2, 1e-1
-# In scaled units: a residual that is rounding, a sign that is not.
+# In scaled variables: the largest residual that is rounding, and the largest
+# infeasibility that may be.
 EXACT_RESIDUAL, WRONG_SIGN = 1e-13, 1e-12
-# In scaled units: a residual that a basic solution need not reduce.
+# In scaled variables: the largest residual that a basic solution need not reduce.
 SOLVED_RESIDUAL = 100 * EPS
 
 
@@ -92,9 +96,9 @@ SOLVED_RESIDUAL = 100 * EPS
 class InteriorAttempt:
     """The settings of one attempt.
 
-    slack, rho : factors of the least slack at the start, and of the regularization: at
-        first, least, and most.
-    shift : eps, in scaled units; with M + eps I there is one solution, near the
+    slack, rho : factors of the smallest slack at the start, and of the regularization:
+        of the first, the smallest and the largest one.
+    shift : eps, in scaled variables; with M + eps I there is one solution, close to the
         smallest one for M if eps is small: Tikhonov's regularization, as in F.
         Facchinei, J.-S. Pang, Finite-Dimensional Variational Inequalities and
         Complementarity Problems (2003), section 12.2.
@@ -136,8 +140,8 @@ def interior(
     start_slack: float = 1.0,
     regularization: float = 1e-8,
 ) -> Stage:
-    """Follow the central path from one start after another until the solution, or a
-    proof that there is none, is found.
+    """Follow the central path from one start after another up to the solution, or to a
+    proof that there is none.
 
     It is meant for M + M' positive semidefinite and then takes some tens of steps, each
     with one factorization of M + D, D a positive diagonal. For other M, and where
@@ -145,7 +149,7 @@ def interior(
     steps in twice the precision, without a regularization (`methods.definite`): it may
     be stiff.
 
-    Yields the complementary points nearest to z and w, with mu, the step length and rho
+    Yields the complementary points closest to z and w, with mu, the step length and rho
     as step; and the basic solutions of active sets, with step "finish". NoSolution with
     a Farkas vector y, from a diverging z; Breakdown or Stalled if no attempt reaches
     the solution.
@@ -197,9 +201,9 @@ def at_point(
     """Yield the basic solutions of the active set that x = (z - w) / 2 suggests, as
     those of the last iterates are.
 
-    Finished : one of them violates no sign beyond rounding. Stalled : none does; for a
-    large sparse M, the first attempts, which share their scaling with this one, are put
-    in `recorded_stages`, if it is given.
+    Finished : one of them has no infeasibility beyond rounding. Stalled : all have; for
+    a large sparse M, the first attempts, which share their scaling with this one, are
+    put in `recorded_stages`, unless it is None.
     """
     try:
         run = Run(problem)
@@ -217,11 +221,11 @@ def at_point(
 
 
 class Run:
-    """The attempts on one problem, in the units of `slack_form`; ProblemError is raised
-    if these overflow."""
+    """The attempts on one problem, scaled by `slack_form`; ProblemError is raised if
+    numbers overflow."""
 
     def __init__(self, problem: Problem, by_units: bool = False) -> None:
-        self._given = problem
+        self._original_problem = problem
         self.within = slack_form(problem, "units" if by_units else "ruiz")
         self._count = 0
         self._is_solved = False  # by the last basic solution
@@ -268,17 +272,19 @@ class Run:
                 best, smallest_merit = at, merit
             if merit < CLOSE_MERIT and merit < MERIT_DROP * merit_at_pivoting:
                 merit_at_pivoting = merit
-                # Before the point itself, which is less accurate.
+                # These come before the point itself, which is less accurate.
                 yield from self._exchanged(at.z, _active(self.within, at))
             if lengths:
                 step = f"mu {mu:.0e}, {lengths[-1]:.2f}, rho {solver.rho:.0e}"
-                # Else the next ones are better.
+                # Signs are not final yet where the next points are better.
                 yield self._shown(at.z, step)._replace(
                     signs_final=mu < SMALL_MU,
                     quantities=partial(PathStep, mu, lengths[-1], solver.rho),
                 )
             due = k % PROOF_EVERY == PROOF_EVERY - 1 and merit > CLOSE_MERIT
-            if due and (proof := proof_of(self._given, self.within, (at.z, along.z))):
+            if due and (
+                proof := proof_of(self._original_problem, self.within, (at.z, along.z))
+            ):
                 return NoSolution(proof)
             too_short = (
                 attempt.gives_up
@@ -295,14 +301,15 @@ class Run:
                 break  # the best point so far may have the active set of the solution
             lengths.append(length)
             self._count += 1
-        if proof := proof_of(self._given, self.within, (at.z,)):
+        if proof := proof_of(self._original_problem, self.within, (at.z,)):
             return NoSolution(proof)
         yield from self._exchanged(best.z, _active(self.within, best), last=True)
         yield self._shown(best.z, BEST)
         return Stalled("its steps no longer reduce the residual")
 
     def residual(self, z: Vector) -> float:
-        """Return the natural residual of a z of the given problem, in scaled units."""
+        """Return the natural residual of a z of the original problem, in scaled
+        variables."""
         inner, z = self.within.problem, z[self.within.kept] / self.within.units
         return largest(inner.box.gaps(z, multiplier(inner.M)(z) + inner.q))
 
@@ -329,7 +336,7 @@ class Run:
         within = self.within
         inner = self.within.problem
         times = multiplier(self.within.problem.M)
-        z = self._given.box.z_of(x)
+        z = self._original_problem.box.z_of(x)
         start, z = (
             v[within.kept] / within.units
             for v in (z if initial_guess is None else initial_guess, z)
@@ -376,7 +383,7 @@ class Run:
             ):
                 size = largest(inner.box.gaps(basic_solution.z, basic_solution.w))
                 if not size <= max(WORSE_FACTOR * smallest_residual, max_residual):
-                    return  # of a wrong basis, nearly singular
+                    return  # the basis is wrong, and almost singular
                 smallest_residual = min(size, smallest_residual)
                 self._count, self._is_solved = (
                     self._count + 1,
@@ -448,7 +455,7 @@ class _ProximalSolutions:
 
 
 def _active(within: SlackForm, at: PrimalDualPoint) -> States:
-    """Return the active set: a variable is at a bound, the nearer of two, where its
+    """Return the active set: a variable is at a bound, the closer one of two, where its
     slack is below its multiplier."""
     count = within.low.size
     s, w = np.full((2, within.kept.size), np.inf), np.zeros((2, within.kept.size))

@@ -1,8 +1,9 @@
 """The problem that the interior point method works on, its linear systems, and its
 steps.
 
-The problem is without fixed variables, in units of about 1. Proofs that it has no
-solution come from iterates that diverge: Farkas' y is the direction in which they do.
+The problem has no fixed variables, and is scaled to numbers of about 1. Proofs that it
+has no solution come from iterates that diverge: Farkas' y is the direction in which
+they do.
 
 The systems (M + D) x = b are solved more accurately than by their regularized factors,
 of M + D + rho, alone: refinement removes rho, and where it converges slowly, GMRES
@@ -37,19 +38,20 @@ from lcpcli.verify.alternative import simplest
 from lcpcli.verify.certificate import MANY, Proof, first_proof
 from lcpcli.verify.farkas import Multiplied
 
-# At most; it ends when the largest entries are so close to 1.
+# Rounds of Ruiz's scaling at most; it ends when the largest entries are so close to 1.
 RUIZ_ROUNDS, RUIZ_CLOSE = 12, 0.1
 # The factor by which Ruiz's scaling may change the start: half of the digits.
 RUIZ_FARTHEST = 1e8
-ENTRIES_FAR_APART = 60.0  # binary digits between entries of M: more than a double has
-# In scaled units, in which solutions are about 1: what diverges is at least that large.
+ENTRIES_FAR_APART = 60.0  # binary digits between entries of M: more than numbers have
+# In scaled variables, in which solutions are about 1: what diverges is at least that
+# large.
 DIVERGED_SIZE = 1e2
 # Relative to the largest entry of y: smaller ones are left out first.
 COARSE_ENTRY = 1e-3
 # Relative to the sum of |y|: by how much a proof has to be negative, far above
 # rounding.
 CLEAR_MARGIN = 1e-10
-# Relative to the sum of |y|: what counts as 0 before and after rounding y.
+# Relative to the sum of |y|: what is treated as 0 before and after rounding y.
 ROUGHLY_ZERO, NEARLY_ZERO = 1e-2, 1e-5
 
 
@@ -68,8 +70,8 @@ class SlackForm(Change):
     high: Indices
 
     def back(self, x: Vector) -> Vector:
-        """Return the x of the admissible z of the original problem, and of its w
-        there."""
+        """Return the x of z and w of the original problem, where z is within its
+        bounds."""
         z = np.full(self.original.n, self.original.lower, dtype=float)
         z[self.kept] = self.problem.box.z_of(x) * self.units
         z = self.original.box.project(z)
@@ -89,9 +91,9 @@ def slack_form(
     Ruiz, A scaling algorithm to equilibrate both rows and columns norms in matrices,
     RAL-TR-2001-034); q and the bounds are divided by the largest.
 
-    scaling : "units" for the D by which solutions are verified, which takes no time of
-        its own; for S M symmetric, where they are the same for rows and columns.
-        "diagonal" for a D M D whose diagonal, which is positive, is about 1.
+    scaling : "units" for the D by which solutions are verified, which takes no extra
+        time; for S M symmetric, where it is the same for rows and columns. "diagonal"
+        for a D M D whose diagonal, which is positive, is about 1.
     """
     conditions = conditions_of(problem)
     kept_columns = np.flatnonzero(conditions.lower < conditions.upper)
@@ -134,7 +136,7 @@ def slack_form(
 
 def _ruiz(M: Matrix, symmetric: bool) -> Vector:
     """Return Ruiz's scaling; symmetric : whether |M| is. If entries are far apart, it
-    stays near a D for which all of D M D are about 1: Ruiz's is not unique for
+    stays close to a D for which all of D M D are about 1: Ruiz's is not unique for
     bipartite parts of M. `equilibrate`, whose entries lie between 1/2 and 2 only, costs
     fewer iterations for unsymmetric M in random units, but 216 in place of 30 for
     QETAMACR and 47 in place of 10 for contact of jointed bodies, and stiff M are no
@@ -171,7 +173,7 @@ def proof_of(
             y = problem.box.as_multipliers(within.multipliers(candidate_part))
             if not _is_clear(within, y, ROUGHLY_ZERO):
                 continue
-            # Integers and fractions near y, and y, first without small entries.
+            # Integers and fractions close to y, and y, first without small entries.
             candidates = list[Vector]()
             for small in (COARSE_ENTRY * float(np.abs(y).max()), 0.0):
                 candidates += reversed(
@@ -188,30 +190,34 @@ def proof_of(
     return None
 
 
-def _is_clear(within: SlackForm, y: Vector, nearly: float) -> bool:
-    """Return whether y is nearly a proof in scaled units and floats, whatever the last
-    digits of the data are."""
+def _is_clear(within: SlackForm, y: Vector, max_zero: float) -> bool:
+    """Return whether y is almost a proof in scaled variables and double precision,
+    whatever the last digits of the data are."""
     y, inner = y[within.kept] / within.units, within.problem
     of, size = Multiplied(inner.M, inner.q, y, inner.box), float(np.abs(y).sum())
     return bool(
-        of.excess.max(initial=0.0) <= nearly * size and of.total < -CLEAR_MARGIN * size
+        of.excess.max(initial=0.0) <= max_zero * size
+        and of.total < -CLEAR_MARGIN * size
     )
 
 
 SYSTEM_REFINEMENTS = 8  # each costs a solve; GMRES takes over if they are not enough
 SLOW_REFINEMENT = 0.3  # the factor per refinement above which GMRES takes over
-# Of a solution, relative to the right-hand side: more is out of reach in doubles.
+# Residual of a solution, relative to the right-hand side: a smaller one is out of reach
+# in double precision.
 MIN_ACCURACY = 1e-13
-# Relative to the right-hand side: refinement that leaves more calls for a smaller rho.
+# Residual after refinement, relative to the right-hand side, above which rho is
+# reduced.
 DOUBTFUL_RESIDUAL = 1e-5
-# The same of the factors: a larger rho next time, or at once.
+# Residual of the factors, relative to the right-hand side, above which rho is increased
+# next time, or at once.
 POOR_FACTORS, USELESS_FACTORS = 1e-7, 1e-2
-GMRES_STEPS = 8  # at most
+GMRES_STEPS = 8
 
 
 class RefinedShiftedSolver:
     """Systems with one M and its regularization rho, within a range; `solve` also
-    returns the residual that is left."""
+    returns the remaining residual."""
 
     def __init__(
         self, M: Matrix, systems: Systems, rho: float, min_rho: float, max_rho: float
@@ -219,33 +225,33 @@ class RefinedShiftedSolver:
         self._times = multiplier(M)
         self._systems = systems
         self.rho = rho
-        self._least = min_rho
-        self._most = max_rho
+        self._min_rho = min_rho
+        self._max_rho = max_rho
         self._of_factors = 0.0
-        self._left = 0.0
+        self._remaining_residual = 0.0
         self._used_gmres = False
 
     def factorize(self, D: Vector) -> None:
         """Adapt rho to the last systems, and factorize M + D + rho."""
         if self._of_factors > POOR_FACTORS:
-            self.rho = min(self.rho * 10, self._most)
-        elif self._used_gmres or self._left > DOUBTFUL_RESIDUAL:
-            self.rho = max(self.rho / 10, self._least)
+            self.rho = min(self.rho * 10, self._max_rho)
+        elif self._used_gmres or self._remaining_residual > DOUBTFUL_RESIDUAL:
+            self.rho = max(self.rho / 10, self._min_rho)
         self._of_factors = 0.0
-        self._left = 0.0
+        self._remaining_residual = 0.0
         self._used_gmres = False
         self._D, self._weights = D, 1.0 / (1.0 + D)
         self._systems.factorize(D + self.rho)
 
     def solve(self, b: Vector, target: float = 0.0) -> tuple[Vector, Vector]:
-        """Return x and b - (M + D) x, of a weighted norm up to the target or
-        MIN_ACCURACY |b|, if that can be."""
+        """Return x and b - (M + D) x, with a weighted norm of at most the target or
+        MIN_ACCURACY |b|, if that can be reached."""
         size = self._norm(b) + 1e-300
         goal = max(MIN_ACCURACY * size, target)
         x, r, of_factors = self._first(b)
-        while not of_factors <= USELESS_FACTORS * size and self.rho < self._most:
-            # From now on the least one.
-            self.rho = self._least = min(self.rho * 10, self._most)
+        while not of_factors <= USELESS_FACTORS * size and self.rho < self._max_rho:
+            # No smaller rho is used from now on.
+            self.rho = self._min_rho = min(self.rho * 10, self._max_rho)
             self._systems.factorize(self._D + self.rho)
             x, r, of_factors = self._first(b)
         if not np.isfinite(of_factors):
@@ -267,12 +273,14 @@ class RefinedShiftedSolver:
 
             x, r, residual_size = self._iterative_refinement(x, r, b, goal, by_gmres, 1)
         if residual_size > 10 * goal:
-            self._left = max(self._left, residual_size / size)
+            self._remaining_residual = max(
+                self._remaining_residual, residual_size / size
+            )
         return x, r
 
     def _first(self, b: Vector) -> tuple[Vector, Vector, float]:
         """Return the x of the factors, its residual, and the norm of its residual in
-        the factors' own system."""
+        the regularized system of the factors."""
         x = self._systems.solve(b)
         r = b - self._product(x)
         return x, r, self._norm(r - self.rho * x)
@@ -286,8 +294,8 @@ class RefinedShiftedSolver:
         solve: Solve,
         max_refinements: int = SYSTEM_REFINEMENTS,
     ) -> tuple[Vector, Vector, float]:
-        """Return x, its residual and the norm of the residual after at most so many
-        refinements, while fast."""
+        """Return x, its residual and the norm of the residual after at most
+        max_refinements refinements, while these converge fast."""
         residual_size = self._norm(r)
         for _ in range(max_refinements):
             if residual_size <= goal:
@@ -314,23 +322,26 @@ class RefinedShiftedSolver:
         return float(np.abs(self._weights * v).max(initial=0.0))
 
 
-# Of mu: the smallest target of a step, so that products s w do not vanish one before
-# another.
+# Relative to mu: the smallest target of a step, so that products s w do not vanish one
+# before another.
 MIN_SIGMA = 1e-6
 CORRECTORS = 2  # of Gondzio's, at most
-# The least gain in step length that a corrector is worth, and the one aimed at.
+# The smallest gain in step length for which a corrector is worthwhile, and the one
+# aimed at.
 WORTH_GAIN, ASPIRED_GAIN = 0.01, 0.3
 # The factor between products s w and their target beyond which they are corrected.
 PRODUCT_SPREAD = 10.0
-# Of a step: long enough without correctors; so short that centring is needed.
+# Lengths of a step: long enough without correctors; so short that centring is needed.
 GOOD_LENGTH, SHORT_LENGTH = 0.95, 0.1
-SAFE_SIGMA = 0.5  # of mu: the target of a step that only centres
-# Of the longest step: so far it goes at least, so that s and w stay positive.
+SAFE_SIGMA = 0.5  # relative to mu: the target of a step that only centres
+# Fraction of the longest step that is taken, at least, so that s and w stay positive.
 BOUNDARY_SHARE = 0.995
-TINY = 1e-30  # the least s and w, so that ratios of them are finite
-# Relative to the infeasibility: a step reduces it hardly less than an exact one.
+TINY = 1e-30  # the smallest s and w, so that ratios of them are finite
+# Residual of a system relative to the infeasibility, which a step then reduces hardly
+# less than an exact one.
 SYSTEM_ACCURACY = 1e-2
-# Relative to mu, and to the mu aimed at: more accuracy gains nothing.
+# Residual of a system relative to mu, and to the mu aimed at: more accuracy gains
+# nothing.
 MU_ACCURACY, AIM_ACCURACY = 0.1, 100.0
 
 
@@ -348,7 +359,7 @@ class PrimalDualPoint:
 class PredictorCorrector:
     """The steps on one scaled problem. pairs : the number of its finite bounds."""
 
-    # Up to which steps are computed; one that long is cut to 1.
+    # Steps are computed up to this length; one that long is cut to 1.
     max_length = max_boundary_fraction = 1.0
     tiny = TINY
 
@@ -362,7 +373,7 @@ class PredictorCorrector:
         lower, upper = self.problem.box.vectors(self.problem.n)
         self._bound = np.concatenate((lower[within.low], upper[within.high]))
         _, low, high = np.intersect1d(within.low, within.high, return_indices=True)
-        # The places of both bounds of each variable with two.
+        # The positions of both bounds of each variable that has two.
         self._partners = low, high + within.low.size
         self._measured: tuple[PrimalDualPoint, tuple[Vector, Vector, float]] | None = (
             None
@@ -370,8 +381,8 @@ class PredictorCorrector:
 
     @np.errstate(all="ignore")
     def start(self, slack: float) -> PrimalDualPoint:
-        """Return a z near the reference point, with slacks and multipliers of at least
-        `slack`.
+        """Return a z close to the reference point, with slacks and multipliers of at
+        least `slack`.
 
         Mehrotra's start: (M + D) z = -q + D mid(l, u, 0), D = 1 for bounded variables;
         slacks from z and multipliers from w, shifted to be positive.
@@ -388,8 +399,8 @@ class PredictorCorrector:
             return PrimalDualPoint(z, s, w)
         s, w = (v + max(0.0, -1.5 * float(v.min())) for v in (s, w))
         product = max(float(s @ w), 1e-8 * self.pairs)
-        s_least, w_least = (0.5 * product / max(float(v.sum()), 1e-8) for v in (w, s))
-        return PrimalDualPoint(z, s + max(s_least, slack), w + max(w_least, slack))
+        min_s, min_w = (0.5 * product / max(float(v.sum()), 1e-8) for v in (w, s))
+        return PrimalDualPoint(z, s + max(min_s, slack), w + max(min_w, slack))
 
     def residuals(self, at: PrimalDualPoint) -> tuple[Vector, Vector, float]:
         """Return M z + q minus the multipliers, the distances to the bounds minus the
@@ -426,8 +437,8 @@ class PredictorCorrector:
 
         def direction(aim: float, products: Vector) -> PrimalDualPoint:
             """Return Newton's direction, which removes the residuals and changes s w by
-            `products`, to first order; what the system leaves of the residual, and
-            multipliers absorb in part, hardly counts beside the mu that is aimed at."""
+            `products`, to first order; the residual of the system, which multipliers
+            absorb in part, is negligible relative to the mu that is aimed at."""
             change = products / at.s
             b = self._spread(self._sign * (change - ratio * primal)) - dual
             z, residual = self._systems.solve(b, self._accuracy(largest, mu, aim))
@@ -512,8 +523,8 @@ class PredictorCorrector:
         )
 
     def _absorbing(self, ratio: Vector) -> Vector:
-        """Return minus the sign of each nearer bound whose multiplier absorbs what a
-        system leaves; else 0."""
+        """Return for each bound minus its sign if it is the closer one and its
+        multiplier absorbs the residual of a system; else 0."""
         other = np.zeros(ratio.size)
         low, high = self._partners
         other[low], other[high] = ratio[high], ratio[low]
