@@ -58,7 +58,7 @@ MAX_SURELY_LINEAR = 100
 MAX_REFLECTED = METHODS["reflections"].max_unknowns or 0
 # Iterations of `reflections` in its first round: half of the solutions that it reaches
 # at all are reached by then.
-LOOKS = 40
+FIRST_REFLECTIONS = 40
 # Unknowns of a game up to which Lemke's path takes less time than those of several
 # labels.
 MAX_PIVOTED_GAME = 60
@@ -822,7 +822,7 @@ LATER = (
         ),
         lambda s: s.problem.n <= MAX_REFLECTED,
         lambda s: stages.begin("reflections", s.problem, s.x0),
-        lambda _: LOOKS,
+        lambda _: FIRST_REFLECTIONS,
     ),
 )
 STEP = (

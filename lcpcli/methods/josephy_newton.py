@@ -38,35 +38,37 @@ from lcpcli.model.box import Box
 from lcpcli.model.evaluations import Evaluations
 from lcpcli.typing import Matrix, States, Vector
 
-# Merits of which the largest is what a step must get below, unless an attempt is
+# A step has to get below the largest of so many last merits, unless an attempt is
 # monotone.
 MEMORY = 10
-# Times the merit at the start: what the first MEMORY steps must get below, if they are
-# not perturbed.
+# The first MEMORY steps have to get below this multiple of the merit at the start, if
+# they are not perturbed.
 SLACK = 100.0
-MAX_HALVINGS = 20  # of the way to another start, for it to be in the domain of F
-# Of the natural residual at the start: what may be all that rounding leaves.
+MAX_HALVINGS = 20  # of the distance to another start, until F is finite there
+# Relative to the natural residual at the start: a residual that may be rounding.
 NEARLY_SOLVED = 1e-8
-# Of the magnitude of a row, and times the noise of F, by which its F may be off.
+# The error of F in a row: rounding errors of its magnitude, and multiples of the noise
+# of F.
 FEW_ROUNDINGS, FEW_NOISES = 16, 8
 MAX_NOISE_ESTIMATES = 3  # how often the noise of F is estimated in a run
-# Times the size of the start: z that run off, for which other steps of differences do
-# not help.
+# A z of more than this multiple of the size of the start diverges, so that other steps
+# of finite differences do not help.
 FAR = 1e8
-# Steps that do not decrease the merit, or only within noise, after which noise may be
-# all that is left.
+# Steps that do not decrease the merit, or only within noise, after which the residual
+# may be noise.
 FRUITLESS = 4
-MAX_NOISY = 1e-2  # of that residual: what may be all that the noise of F leaves
+# Relative to the natural residual at the start: a residual that may be noise of F.
+MAX_NOISY = 1e-2
 # Unknowns of a problem that by default is stopped after the work of about a second.
 MAX_UNKNOWNS_WORK_LIMITED = 200
-MAX_LINEARIZATIONS = 1000  # of a small problem in that time
-# Unknowns from which on the cubic work of a linearization counts more than all else.
+MAX_LINEARIZATIONS = 1000  # of a small problem in about a second
+# Unknowns from which on the cubic work of a linearization exceeds the rest.
 CUBIC = 130
-FUNCTIONS = 64  # evaluations of F that count as a linearization of a small problem
-# Pivots that do so, and unknowns from which on passes over the tableau are most of
-# them.
+FUNCTIONS = 64  # evaluations of F that take as long as a small linearization
+# Pivots that take as long as a small linearization, and unknowns from which on passes
+# over the tableau dominate their time.
 PIVOTS, QUADRATIC = 32, 150
-FINE = 1e-12  # a natural residual that no further step need reduce
+FINE = 1e-12  # a natural residual that is not reduced any further
 STATIONARY = "z is nearly a stationary point of the merit function, but no solution"
 SLOW = "the merit function decreases too slowly"
 NO_FURTHER = "no step decreases the residual further"
@@ -88,7 +90,7 @@ class _Attempt(NamedTuple):
     first : the name of the first steps, a method of `_JosephyNewton`, if there are any.
     is_perturbed : whether it begins with the largest perturbation, and all its steps
         decrease the merit.
-    seed : of another start at random; 0 for the start of the problem.
+    seed : the seed of another start; 0 for the start of the problem.
     """
 
     first: str = ""
@@ -101,7 +103,7 @@ ATTEMPTS = (
     _Attempt("smoothed"),
     _Attempt(),
     _Attempt(is_perturbed=True),
-)  # then those two in turn
+)  # then the first two alternate, from other starts
 
 
 def josephy_newton(
@@ -115,7 +117,8 @@ def josephy_newton(
     """Solve a nonlinear problem by the solutions of its linearizations F(z) + J(z) d,
     for d with z + d in the bounds.
 
-    start : an admissible z, where F is finite. linear : solves the linearizations.
+    start : a z within the bounds, where F is finite. linear : solves the
+        linearizations.
     is_brief : whether, with at most MAX_UNKNOWNS_WORK_LIMITED unknowns, it is stopped
     after the work of about a second, which is measured by the numbers of
     linearizations, of their pivots, and of evaluations of F.
@@ -125,19 +128,19 @@ def josephy_newton(
     merit function falls fast; "full" leads to the solution of the linearization,
     "damped" a part of the way there, to where the merit function is below the largest
     of the last MEMORY merits, at first below SLACK times that of the start. Where there
-    is none, or it leads nowhere, "proximal" is such a step by J + mu I, in the units of
-    its rows, with mu that falls from step to step. Where this fails, "semismooth" is a
-    step of Newton's method for the merit function, and "gradient" one down its
-    gradient; near a solution "active" is the shortest step that solves the equations of
-    its active set, as a singular J asks for. All steps are cut back to where F and J
-    are finite. Where they lead no further, "watchdog" goes back to where the merit was
-    least, from where all steps must decrease it. "restart" begins another attempt: the
-    first one with "smoothed" steps, of Newton's method for smoothed merit functions,
-    the next ones without crash and with perturbed linearizations, and then from other
-    starts.
+    is none, or it does not decrease the merit, "proximal" is such a step by J + mu D,
+    where D has the sizes of the rows of J, with mu that falls from step to step. Where
+    this fails, "semismooth" is a step of Newton's method for the merit function, and
+    "gradient" one down its gradient; close to a solution "active" is the shortest step
+    that solves the equations of its active set, for a singular J. All steps are cut
+    back to where F and J are finite. Where they lead no further, "watchdog" goes back
+    to the smallest merit, from where all steps have to decrease it. "restart" begins
+    another attempt: the first one with "smoothed" steps, of Newton's method for
+    smoothed merit functions, the next ones without crash and with perturbed
+    linearizations, and then from other starts.
 
-    Finished : the natural residual is 0, or all but that and no step decreases it.
-    Stalled : all starts are stuck, which proves nothing.
+    Finished : the natural residual is 0, or almost 0 and no step decreases it. Stalled
+        : all attempts are stuck, which proves nothing.
     """
     search = _MultistartNewton(
         evaluations, linear, is_brief and start.size <= MAX_UNKNOWNS_WORK_LIMITED
@@ -169,36 +172,44 @@ def josephy_newton(
 
 
 DECREASE = 1e-4  # of the merit, relative to the length of a step
-# Of a step to the solution of a linearization; of other steps its square.
+# Smallest fraction of a step to the solution of a linearization; its square for other
+# steps.
 SHORTEST = 2.0**-12
-# Of the diagonal of J, relative to its rows, where its linearization has no solution.
+# Perturbations of the diagonal of J, relative to its rows, where its linearization has
+# no solution.
 PERTURBATIONS = 1e-4, 1e-2, 1.0
 MIN_PERTURBATION = 1e-12
-# By which a perturbation is divided after a step, and multiplied where there is none.
+# A perturbation is divided by FALL after a step, and multiplied by RISE where there is
+# none.
 FALL, RISE = 10.0, 100.0
-# A part of a perturbed step from which on no other perturbation is attempted.
+# Fraction of a perturbed step from which on no other perturbation is attempted.
 LONG_PART = 1 / 4
-# Linearizations that were solved with more work and led nowhere, after which no more
+# Linearizations that were solved with more work and led to no step, after which no more
 # work is spent on one.
 MAX_FRUITLESS = 4
-# Of the natural residual at the start, from which on the active set may be that of a
-# solution.
+# Relative to the natural residual at the start: a residual at which the active set may
+# be that of a solution.
 NEAR = 1e-4
-# Unknowns for which its equations are solved, up to relative singular values.
+# Unknowns up to which the equations of the active set are solved, and relative singular
+# values that are treated as 0.
 MAX_ACTIVE, DEPENDENT = 1000, 1e-9
-# Steps before the first linearization, and how fast the merit falls.
+# Crash steps before the first linearization, and the decrease of the merit that they
+# need.
 MAX_CRASHED, CRASH_DECREASE = 20, 0.5
-# Of these steps: the shortest, and how many are cut back, but the last.
+# The smallest fraction of a crash step, and the number of steps that are cut back, of
+# which the last is not taken.
 SHORTEST_CRASH, MAX_DAMPED = 2.0**-4, 4
-# Of the merit: a full step that leaves more of it may be half of the way to a singular
-# solution.
+# Fraction of the merit that a full step leaves: above it, the step may lead half of the
+# way to a singular solution.
 HALF_WAY = 1 / 64
-# Of what a full step leaves of the merit: what twice the step must leave.
+# Fraction of the merit after a full step that twice the step has to reach.
 FASTER = 1 / 64
-# So many steps must leave at most this of the residual, the square root of the merit.
+# So many steps have to reduce the residual, the square root of the merit, to this
+# fraction.
 PATIENCE, PROGRESS = 24, 0.5
 SMOOTHER = 0.2  # how fast mu falls in steps for smoothed merit functions
-# The least mu, and the natural residual, relative to the first one, that ends this.
+# The smallest mu, and the natural residual, relative to the first one, at which
+# smoothed steps end.
 MIN_MU, ALMOST = 1e-22, 1e-6
 
 
@@ -219,8 +230,8 @@ point to which it leads, and the basis of the solution."""
 
 
 def is_slow(merits: Sequence[float]) -> bool:
-    """Return whether the last PATIENCE merits have left more than PROGRESS of the least
-    residual before."""
+    """Return whether the last PATIENCE merits have left more than PROGRESS of the
+    smallest residual before."""
     first = len(merits) - PATIENCE
     return first > 0 and min(merits[first:]) > PROGRESS**2 * min(merits[:first])
 
@@ -419,8 +430,8 @@ class _JosephyNewton:
 
     def _farther(self, trial: TrialPoint, d: Vector, reached: TrialPoint) -> TrialPoint:
         """Return where twice the step leads if that is much better than where the step
-        leads: near a solution with a singular J, Newton's method goes half of the way
-        (D. W. Decker, H. B. Keller and C. T. Kelley 1983)."""
+        leads: close to a solution with a singular J, Newton's method goes half of the
+        way (D. W. Decker, H. B. Keller and C. T. Kelley 1983)."""
         if HALF_WAY * trial.merit <= reached.merit < trial.merit:
             twice = self.at(self.box.project(trial.z + 2 * d))
             if (
@@ -536,8 +547,8 @@ class _MultistartNewton(_JosephyNewton):
         )
 
     def start(self, attempt: _Attempt, first: Vector) -> TrialPoint | None:
-        """Return the start of an attempt, further from the first one with each seed;
-        None if it has no merit."""
+        """Return the start of an attempt, farther from the first one with each seed;
+        None if the merit is not finite there."""
         self._last_size = np.inf
         start, seed = first, attempt.seed
         if seed:
@@ -642,7 +653,7 @@ class _MultistartNewton(_JosephyNewton):
         return Finished(NO_FURTHER)
 
     def _is_noise(self, best: TrialPoint) -> bool:
-        """Return whether the noise of F may be all that the residual is."""
+        """Return whether the residual may be noise of F."""
         is_small = size(
             best.gaps
         ) <= MAX_NOISY * self.reference or self._is_within_noise(best)
@@ -669,7 +680,7 @@ DAMPING = 1e-6  # of Newton steps where their matrix is singular, relative to it
 
 
 def phi(box: Box, z: Vector, F: Vector, mu: float = 0.0) -> Vector:
-    """Return Phi at an admissible z, shape (n,)."""
+    """Return Phi at a z within the bounds, shape (n,)."""
     below, above = np.isfinite(box.lower), np.isfinite(box.upper)
     upper = np.where(above, -_phi(np.where(above, box.upper - z, 0.0), -F, mu), F)
     both = np.where(below, _phi(np.where(below, z - box.lower, 0.0), upper, mu), upper)

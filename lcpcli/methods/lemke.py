@@ -8,12 +8,12 @@ H. Sargent, Mathematical Programming Study 7 (1978) 36-54; the lexicographic rul
 B. C. Eaves, The linear complementarity problem, Management Science 17 (1971) 612-634.
 
 Where the path ends, the solution at its basis is computed from M and q, and small
-numbers are settled by problems of what they leave: a path ends once z_0 is within
-rounding of the largest numbers, before numbers decide that are smaller by sixteen
-digits, as those of bodies at rest: momenta of 1e-17 beside impulses of 1. At the point
-z that it finds, M (z + s d) + q = s (M d + (M z + q) / s): in units s of what is
-violated this is a problem in d with the bounds (l - z) / s, in which components far
-inside their bounds are free, and those with a large w stay where they are.
+components are refined by further problems: a path ends once z_0 is within rounding of
+the largest numbers, before numbers matter that are smaller by sixteen digits, as those
+of bodies at rest: momenta of 1e-17 next to impulses of 1. At the point z where it ends,
+M (z + s d) + q = s (M d + (M z + q) / s): for violations of size s this is a problem in
+d with the bounds (l - z) / s, in which components far inside their bounds are free, and
+those with a large w stay where they are.
 """
 
 from __future__ import annotations
@@ -58,14 +58,17 @@ OF_LEMKE = (
 )
 # Largest n for integer pivoting: 2^14 pivots exceed the usual limit.
 MAX_INTEGER_UNKNOWNS = 13
-# Per unknown of a path, and besides: those that end at a solution take about one.
+# Pivots of a path for each unknown, and in addition: paths that end at a solution take
+# about one for each unknown.
 MAX_PIVOTS, MORE_PIVOTS = 5, 50
-FEW_PIVOTS = 2  # per unknown of the first path of `auto`, before other methods
-# Per unknown and besides, if it is not sure to end at a solution.
+FEW_PIVOTS = 2  # for each unknown on the first path of `auto`, before other methods
+# Pivots for each unknown, and in addition, if the path is not sure to end at a
+# solution.
 FEWER_PIVOTS, FEW_MORE_PIVOTS = 1, 20
-# Relative to q: a z_0 so small may be rounding, and the point a solution but for that.
+# Relative to q: a z_0 of this size may be rounding, so that the point may be a
+# solution.
 VANISHED = 1e-9
-# Unknowns up to which a path from no states takes no longer than a few systems.
+# Unknowns up to which a path from the usual start takes no longer than a few systems.
 SHORT_PATH = 50
 SINGULAR_BASIS = "a basis is singular"
 
@@ -85,12 +88,12 @@ def lemke(
     nonnegative principal minors and a solution for every feasible q (M. Aganagić and R.
     W. Cottle, A constructive characterization of Q0-matrices with nonnegative principal
     minors, Mathematical Programming 37 (1987) 223-231), a ray means that the problem is
-    infeasible; otherwise it means nothing. The number of pivots is usually of order n,
+    infeasible; otherwise it proves nothing. The number of pivots is usually of order n,
     at worst exponential; each costs two passes over a dense tableau. Free variables are
     eliminated first (see `free_variables`).
 
-    x0 is not used: the method starts with all variables at bounds. A cover of "ones" in
-    the units of the rows is Lemke's; the theory is the same for every other c > 0. With
+    x0 is not used: the method starts with all variables at bounds. A cover of "ones",
+    scaled as the rows, is Lemke's; the theory is the same for every other c > 0. With
     the "lexicographic" minimum the path cannot cycle (Eaves 1971); with this, a cover
     of "ones", and integers up to 2^20 for M and q of at most MAX_INTEGER_UNKNOWNS, all
     pivoting is in integers, so that the path is the same on every machine.
@@ -312,7 +315,7 @@ def _certificate(
 
 
 Follow: TypeAlias = Callable[..., tuple[int, int, int, float]]
-# Pivots, or n if that is more, after which the tableau is computed anew.
+# Pivots, or n if that is more, after which the tableau is computed again.
 MIN_REFRESHED = 50
 
 
@@ -368,13 +371,13 @@ class LemkePath:
         where it is old, or there is a ray."""
         last = self.pivots + max_pivots
         while self.end == PAUSED and self.pivots < last:
-            young = max(MIN_REFRESHED, self.k.size) - self.age
-            if young <= 0:
+            pivots_to_refresh = max(MIN_REFRESHED, self.k.size) - self.age
+            if pivots_to_refresh <= 0:
                 self._refresh()
                 continue
             entering_state, max_pivots = (
                 (self.entering, self.way, self.row),
-                min(young, last - self.pivots),
+                min(pivots_to_refresh, last - self.pivots),
             )
             path_state = self.follow(
                 self.tableau,
@@ -428,7 +431,7 @@ class LemkePath:
         return self.reduction.direction(y[m : 2 * m]), self.reduction.multipliers(u[:m])
 
 
-LITERAL_STEPS = 8  # exchanges of wrong signs at the end of a path
+LITERAL_STEPS = 8  # block pivots on infeasibilities at the end of a path
 
 
 def solution_of_basis(
@@ -438,8 +441,8 @@ def solution_of_basis(
     as a dense array, and whether it violates no row beyond rounding.
 
     Infeasibilities beyond rounding belong to numbers so small relative to others that
-    z_0 left the basis before they decided: block principal pivoting follows, as long as
-    it leads to a solution soon.
+    z_0 left the basis before they mattered: block principal pivoting follows, for up to
+    LITERAL_STEPS steps.
     """
     system, first = CorrectedSolutions(problem, M, initial_guess), initial_guess
     for steps, basic_solution in enumerate(
@@ -499,12 +502,12 @@ def _at(
 
 
 MAX_LEVELS = 3
-# Relative to the largest |q|: violations above this are not those of small numbers.
+# Relative to the largest |q|: violations above this do not belong to small components.
 SMALL = 1e-8
-# In units of the violations: distances from bounds, and sizes of w, that stay as they
-# are.
+# Relative to the violations: distances from bounds and sizes of w above which these
+# cannot change.
 FAR = 1e4
-NOISE = 1e-10  # in these units: components of z and of w that are rounding of 0
+NOISE = 1e-10  # relative to the violations: components that are rounding of 0
 
 
 def violations(problem: Problem, z: Vector) -> tuple[Vector, Vector, Mask]:
@@ -523,8 +526,8 @@ def violations(problem: Problem, z: Vector) -> tuple[Vector, Vector, Mask]:
     )
 
 
-# Without it: `lemke` does not solve towers of 3 and 8 boxes at rest with velocities as
-# free variables; 157 other problems, of contact for most, do not need it.
+# Without it `lemke` does not solve towers of 3 and 8 boxes at rest with velocities as
+# free variables; 157 other problems, almost all of contact, do not need it.
 @np.errstate(all="ignore")
 def refine_small_components(problem: Problem, z: Vector, follow: Follow) -> Vector:
     """Return z with its small components refined: Lemke's method solves the problem in

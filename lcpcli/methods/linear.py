@@ -1,4 +1,4 @@
-"""What linear programs decide: infeasibility for any M, and a solution for
+"""What linear programs decide: infeasibility for any M, and a solution for a
 skew-symmetric M.
 
 O. L. Mangasarian, Linear complementarity problems solvable by a single linear program,
@@ -42,14 +42,14 @@ def linear(problem: Problem, max_seconds: float = math.inf) -> Stage:
         ending = yield from _finished(units, _saddle_point(units.problem, max_seconds))
         if isinstance(ending, Finished):
             return Stalled("the solution of the linear program is not accurate enough")
-    # As it may take three LPs of half of that.
+    # The multipliers may take three linear programs of half of this limit.
     sought = farkas_multipliers(problem, 2 * max_seconds / 3)
     proof = first_proof(problem, sought, rounded_from=MANY)
     if proof is not None:
         return NoSolution(proof)
     if problem.is_mixed or not is_skew(problem.M):
         return Breakdown("no linear program is known to solve it")
-    # The least q'z over the feasible z:
+    # The smallest q'z over the feasible z.
     M = units.problem.M
     q = units.problem.q
     none = np.zeros(problem.n)

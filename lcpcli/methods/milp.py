@@ -1,16 +1,16 @@
 """Branch and bound over complementary sets, in which a proof in exact arithmetic
 excludes each branch that is cut.
 
-A set P of indices stands for all z with w_i = 0 for i in P and z_i = 0 elsewhere; every
+A set P of indices represents all z with w_i = 0 for i in P and z_i = 0 elsewhere; every
 solution belongs to such a set. A node of the tree fixes, for some indices, which of the
-two holds. What remains is a system of linear inequalities, for which the dual simplex
-method goes on from the parent's point, and the node is pruned only by a Farkas proof
+two holds. What remains is a system of linear inequalities, on which the dual simplex
+method continues from the parent's point, and the node is pruned only by a Farkas proof
 that the system is infeasible, checked in exact arithmetic (`farkas.refutes`), or, where
 all indices are decided, by an exact solution of M_PP z_P = -q_P that has a negative
 component.
 
-Points are sought in the equilibrated standard form of a problem. Proofs are judged by
-the problem as given, with its own bounds, so that no rounding of that form can spoil
+Points are sought in the equilibrated standard form of a problem. Proofs are verified
+with the original problem and its bounds, so that no rounding of that form can spoil
 them.
 
 The LCP as a mixed-integer linear program, for any M: P. M. Pardalos and J. B. Rosen,
@@ -67,14 +67,14 @@ from lcpcli.verify import farkas
 from lcpcli.verify.alternative import alternative
 from lcpcli.verify.certificate import MANY, Proof, first_proof
 
-# An index: undecided; in P, w_i = 0; not in P, z_i = 0.
+# The decision on an index: none; it is in P, w_i = 0; it is not in P, z_i = 0.
 OPEN = 0
 ACTIVE = 1
 INACTIVE = 2
-# In seconds, with a warm start each; 2^14 are enough for any problem of up to 12
-# unknowns.
+# Nodes take seconds in all, as each has a warm start; 2^14 are enough for any problem
+# of up to 12 unknowns.
 MAX_NODES = 1 << 17
-# Nodes for which a node counts whose point is sought by linear programs: these take ten
+# Cost, in nodes, of a node whose point is sought by linear programs, which take ten
 # times as long.
 DOUBTFUL = 8
 
@@ -101,11 +101,11 @@ class _MilpNode:
 
 
 class ComplementarySystem:
-    """The LCP in whose numbers complementary sets are sought, with the way back to the
-    problem as given.
+    """The equilibrated LCP in which complementary sets are sought, with the inverse
+    transformation to the original problem.
 
-    form, units : the standard form of the given problem, and that equilibrated. M, q :
-        of the latter.
+    form, units : the standard form of the original problem, and its equilibration. M, q
+        : those of the equilibrated problem.
     is_choice : the indices that are decided one way or the other; those of the parts of
         free variables are not.
     """
@@ -116,12 +116,13 @@ class ComplementarySystem:
         self.is_choice = ~standard_form.are_parts_of_free
 
     def multipliers(self, y: Vector) -> Vector:
-        """Return the Farkas vector for the given problem that y is in these numbers."""
+        """Return the Farkas vector of the original problem for a y of the equilibrated
+        one."""
         return self.form.multipliers(self.units.multipliers(y))
 
     def refutes(self, decided: Vector, y: Vector) -> bool:
-        """Return whether y, but for wrong signs, proves that no solution of the given
-        problem fits the decisions."""
+        """Return whether y, with wrong signs replaced by 0, proves that no solution of
+        the original problem fits the decisions."""
         original_problem, boxes = (
             self.form.original,
             self.form.restricted(decided == ACTIVE, decided == INACTIVE),
@@ -140,8 +141,8 @@ class ComplementarySystem:
         )
 
     def excluded(self, P: Mask) -> bool:
-        """Return whether the given problem has no basic solution of this set, or only
-        one that violates it."""
+        """Return whether the original problem has no basic solution of this set, or a
+        unique one that violates it."""
         original_problem, boxes = self.form.original, self.form.restricted(P, ~P)
         if boxes is None:
             return True
@@ -161,8 +162,8 @@ class ComplementarySystem:
 
 
 Sets: TypeAlias = Generator[tuple[str, Mask], None, Finished | Stalled | OutOfTime]
-"""Complementary sets to try, each with the step that suggested it; Finished if no other
-can have a solution."""
+"""Complementary sets to be tested, each with the step that suggested it; Finished if no
+other can have a solution."""
 
 
 def candidates(
@@ -172,12 +173,12 @@ def candidates(
     may be yielded more than once.
 
     root : the system of M z + q, if it has been made before. nodes : the largest number
-    of nodes to examine; one that takes linear programs beside its system counts as
+    of nodes to examine; one that takes linear programs in addition to its system costs
     DOUBTFUL.
 
     Returns Finished if it is proved that only the sets that were yielded can have a
-    solution: the caller tries each and stops at a success. Otherwise a limit is
-    reached, or a set where the caller found no solution has no proof.
+    solution: the caller tests each and stops at a success. Otherwise a limit is
+    reached, or there is no proof for a set without a solution for the caller.
     """
     M = system.M
     q = system.q
@@ -207,8 +208,8 @@ def candidates(
 
 
 class _BranchAndBound:
-    """The nodes of the tree in doubles. examined : how many have been; cost : how many
-    they count for."""
+    """The nodes of the tree in double precision. examined : how many have been
+    examined; cost : their cost, in nodes."""
 
     def __init__(self, system: ComplementarySystem) -> None:
         self.system = system
@@ -297,12 +298,11 @@ GAP = 1e3  # any alpha > 0 suffices: the solver may stop at 1 / GAP of the maxim
 EXHAUSTED = "each complementary set is excluded by a proof in exact arithmetic"
 UNDECIDED = "neither a solution nor a proof that there is none was found"
 MAX_DENSE_ROWS = 1 << 24  # entries of the columns of a set that may be singular
-# Of the proof that comes before the nodes that auto examines: as many iterations as
-# take seconds.
+# Work limit, in nominal seconds, of the proof before the nodes that auto examines.
 FIRST_EFFORT = 1.0
-# Of M in the nodes that auto examines before it searches, as most proofs take none of
-# them, or a few: milliseconds; in all that it examines; and in those of milp before its
-# program: these take seconds or less.
+# Entries of M in all nodes together: in those that auto examines before its search, for
+# milliseconds, as proofs rarely take more than a few nodes; in all that it examines;
+# and in those of milp before its program, for seconds or less.
 FEW_ENTRIES = 1 << 12
 FIRST_ENTRIES = 1 << 21
 MAX_ENTRIES = 1 << 23
@@ -313,9 +313,9 @@ def milp(problem: Problem, x0: Vector) -> Stage:  # noqa: ARG001 (every method h
     influence.
 
     In order: a proof that the problem is infeasible; the first nodes of branch and
-    bound (`candidates`); the program, for at most half of the time that is left, and
-    the solution on each active set that it suggests; the rest of the tree. Exponential
-    in n at worst. The program is that of R M C, R q with the powers of two of
+    bound (`candidates`); the program, for at most half of the remaining time, and the
+    solution on each active set that it suggests; the rest of the tree. Exponential in n
+    at worst. The program is that of R M C, R q with the powers of two of
     `units.equilibrate`, which rounds nothing: alpha is about 1 / max(z, w), and the
     solver cannot resolve alpha below 1e-6.
 
@@ -330,8 +330,8 @@ def milp(problem: Problem, x0: Vector) -> Stage:  # noqa: ARG001 (every method h
 
 
 def first_nodes(problem: Problem, entries: int = FIRST_ENTRIES) -> Stage:
-    """Examine the first nodes of the tree alone, of so many entries of M in all; yield
-    and return as `milp`."""
+    """Examine the first nodes of the tree alone, with `entries` entries of M in all;
+    yield and return as `milp`."""
     return (
         yield from _decided(
             problem,
@@ -366,7 +366,7 @@ def _tried(
     sets_of: Callable[[ComplementarySystem, DualSimplex | None], Sets],
     max_seconds: float,
 ) -> Stage:
-    """Try complementary sets after a proof that the problem is infeasible; yield
+    """Seek a proof that the problem is infeasible, then test complementary sets; yield
     iterates of the standard form."""
     problem = standard_form.original
     with np.errstate(all="ignore"):
@@ -431,14 +431,14 @@ def _all_sets(system: ComplementarySystem, root: DualSimplex | None) -> Sets:
         for P in _program(system.M, system.q):
             yield "program", P
         return (yield from candidates(system, root))
-    # In the middle of a linear program: what has been found so far counts.
+    # The time is up in the middle of a linear program: the sets so far are kept.
     except TimeIsUp:
         return OutOfTime(TIME_LIMIT_REACHED)
 
 
 def _program(M: Matrix, q: Vector) -> list[Mask]:
-    """Return the active sets at the best (y, b, alpha) found in half of the time that
-    is left; none if alpha is 0."""
+    """Return the active sets at the best (y, b, alpha) after half of the remaining
+    time; none if alpha is 0."""
     with imports:
         from scipy.optimize import LinearConstraint, milp
     n = q.size
@@ -493,8 +493,8 @@ def _basic_solution(problem: Problem, P: Mask) -> tuple[Vector | None, bool]:
 
 def _solutions(problem: Problem, basis: States) -> Iterator[Vector]:
     """Yield the basic solution of a basis; then, as M_PP may be singular, a vertex of
-    the solutions with these states, corrected by least squares on its support, if there
-    is room for dense columns."""
+    the solutions with this basis, corrected by least squares on its support, if dense
+    columns fit in memory."""
     with suppress(SingularMatrix):
         yield BasicSolutions(problem).at(basis).z
     active = np.flatnonzero(basis == BASIC)

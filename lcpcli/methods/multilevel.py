@@ -19,7 +19,7 @@ solution of linear complementarity problems arising from free boundary problems,
 Journal on Scientific and Statistical Computing 4 (1983) 655-684. Here the coarse
 versions come from the matrix alone, and each coarse correction has the length that
 minimizes the energy, as they are too stiff (D. Braess, Towards algebraic multigrid for
-elliptic problems of second order, Computing 55 (1995) 379-393). What comes out is not
+elliptic problems of second order, Computing 55 (1995) 379-393). The result is not
 exact, but its active set is wrong only close to its edge.
 """
 
@@ -60,21 +60,21 @@ STRENGTH = 0.08
 MAX_UNKNOWNS_RATIO = 0.6
 # Largest ratio of the number of entries of a coarse version to that of the matrix.
 MAX_ENTRIES_RATIO = 1.5
-# Of the constant vector, which becomes one that relaxation hardly reduces.
+# Relaxations of the constant vector, which becomes one that relaxation hardly reduces.
 RELAXATIONS = 10
-# Times the entries of a graph: those of a table of neighbours, which is three times as
-# fast.
+# Size of a table of neighbours, which is three times as fast, relative to the entries
+# of the graph.
 MAX_PADDED = 2
-FEW_LEFT = 50  # one node in so many may be farther than 2 from all roots
+FEW_LEFT = 50  # one node in 50 may be farther than 2 from all roots
 
 
 class Level(NamedTuple):
     """A matrix of a hierarchy by its products, with the weights of its Jacobi
-    relaxation, and the way to the next one.
+    relaxation, and the transfer to the next one.
 
-    P : the prolongation from there, and R : P', which shares its arrays. T : P before
-    it is smoothed, with one entry a row, in order, and orthonormal columns. coarse :
-    the next matrix, P'AP.
+    P : the prolongation from the next matrix, and R : P', which shares its arrays. T :
+    P before it is smoothed, with one entry a row, in order, and orthonormal columns.
+    coarse : the next matrix, P'AP.
     """
 
     operator: Operator
@@ -86,11 +86,11 @@ class Level(NamedTuple):
 
 
 class Hierarchy:
-    """Coarse versions of A, a csr_array with a positive diagonal, until COARSEST
-    unknowns are left.
+    """Coarse versions of A, a csr_array with a positive diagonal, down to COARSEST
+    unknowns.
 
-    levels : of all matrices but the last. coarsest : the last one, dense. is_stuck :
-    whether a level failed to become much smaller; then there is none.
+    levels : the levels of all matrices but the last. coarsest : the last one, dense.
+    is_stuck : whether a level failed to become much smaller; then there is none.
     """
 
     def __init__(self, A: Matrix) -> None:
@@ -110,7 +110,7 @@ class Hierarchy:
             radius = (
                 float((inverse * absolute_product(A, np.ones(A.shape[0]))).max()) or 1.0
             )
-            # Of damped Jacobi relaxation x += weights * (b - A x)
+            # The weights of damped Jacobi relaxation x += weights * (b - A x).
             weights = np.asarray(4 / 3 / radius * inverse)
             for _ in range(RELAXATIONS):
                 candidate = operator.relaxed(candidate, nothing, weights)
@@ -161,8 +161,8 @@ def _aggregates(A: Matrix) -> Indices:
 
 
 def _neighbourhood_maximum(A: Matrix) -> Callable[[Any], Any]:
-    """Return what returns the largest value among the neighbours of each node in the
-    graph of A, itself among them."""
+    """Return a function that returns, for each node of the graph of A, the largest
+    value at the node and its neighbours."""
     n = A.shape[0]
     indptr = A.indptr
     indices = A.indices
@@ -213,13 +213,14 @@ def _strong(A: Matrix, strength: float, candidate: Vector) -> Matrix:
     return plus_diagonal(strong, change)
 
 
-# Times the usual weights, for the two sweeps of Jacobi relaxation before each coarse
+# Factors of the usual weights in the two sweeps of Jacobi relaxation before each coarse
 # correction, and in reverse after it: those of Chebyshev's polynomial for the upper
 # eight ninths of the spectrum.
 SWEEPS = 0.86, 3.11
-# Of an aggregate, by weight: it takes part in the correction of basic variables.
+# Basic fraction of an aggregate, by weight, above which it takes part in the
+# correction.
 MOSTLY_BASIC = 0.8
-REGULAR = 1e-14  # of the largest diagonal entry: what a coarsest matrix gets added
+REGULAR = 1e-14  # relative to the largest diagonal entry: added to a coarsest matrix
 
 
 class VCycles:
@@ -249,16 +250,16 @@ class VCycles:
                     work,
                 )
             )
-        self._ends = np.empty(hierarchy.n, dtype=np.float32), np.empty(hierarchy.n)
+        self._buffers = np.empty(hierarchy.n, dtype=np.float32), np.empty(hierarchy.n)
         self._last: tuple[Mask, Solve] | None = None
 
     def __call__(self, basic: Mask) -> Solve:
         """Return one V-cycle for the principal submatrix of the basic variables, shape
         (n,), symmetric if A is; it takes and returns vectors of shape (n,) that are 0
         elsewhere, the latter in memory that the next cycle overwrites. Nothing is
-        formed but masks: an aggregate counts as basic if most of it is, so that the
-        coarse versions of the whole matrix serve for every submatrix. It raises
-        SingularMatrix."""
+        formed but masks: an aggregate is treated as basic if almost all of it is, so
+        that the coarse versions of the whole matrix serve for every submatrix. It
+        raises SingularMatrix."""
         masks = [basic]
         for level, _ in self._levels:
             shares = np.bincount(
@@ -275,7 +276,7 @@ class VCycles:
             solve = partial(
                 _v_cycle, level, work, level.weights * mask, _single(mask), solve
             )
-        return partial(_in_range, solve, *self._ends)
+        return partial(_in_range, solve, *self._buffers)
 
 
 def _single(values: Any) -> Any:
@@ -288,8 +289,8 @@ def _single(values: Any) -> Any:
 
 
 def _in_range(solve: Solve, single: Any, image: Vector, b: Vector) -> Vector:
-    """Return what a linear function in single precision makes of b in double precision,
-    however small or large b is.
+    """Return the value of a linear function in single precision at b in double
+    precision, however small or large b is.
 
     single, image : memory for both."""
     size = largest(b)
@@ -314,7 +315,7 @@ def _inverse(A: Vector, basic: Mask) -> Solve:
 def _v_cycle(
     level: Level, work: Any, weights: Any, mask: Any, coarse: Solve, b: Any
 ) -> Any:
-    """Return what a cycle from this level on makes of b, in `work`, which has two
+    """Return the result of a cycle from this level on for b, in `work`, which has two
     vectors."""
     A = level.operator
     x, y = work
@@ -330,10 +331,10 @@ def _v_cycle(
 
 
 CYCLES = 2  # on each level, with as many on all coarser levels inside each
-# Of projected Jacobi relaxation before, and after, each coarse correction.
+# Sweeps of projected Jacobi relaxation before, and after, each coarse correction.
 SWEEPS_OF_LEVEL = 2
 LONGEST_STEP = 3.0  # times the coarse correction
-COARSEST_PIVOTS = 30  # at most; the coarsest problem rarely takes more than a handful
+COARSEST_PIVOTS = 30  # block pivots; the coarsest problem rarely takes more than five
 
 
 class FullApproximation:
@@ -352,7 +353,7 @@ class FullApproximation:
             self._boxes.append(self._boxes[-1].mapped(level.T.T.__matmul__))
 
     def solution(self) -> Vector:
-        """Return an approximate solution, which is 0 or the nearest bounds where cycles
+        """Return an approximate solution, which is 0 or the closest bounds where cycles
         diverge."""
         z = self._boxes[-1].project(np.zeros(self._q[-1].size))
         z = self._coarsest(z, self._q[-1])
@@ -407,8 +408,8 @@ class FullApproximation:
         return z
 
     def _coarsest(self, z: Vector, q: Vector) -> Vector:
-        """Return the solution on the coarsest level by block pivoting from z, or where
-        that cycles."""
+        """Return the solution on the coarsest level by block pivoting from z, or the
+        last basic solution if that cycles."""
         box = self._boxes[-1]
         basis = box.basis_at(z, self._coarsest_like.M @ z + q)
         for basic_solution in islice(

@@ -3,16 +3,16 @@ gradients, and the finish of another method.
 
 Generalized Newton on F(x) = 0: where x has no zero, F is linear, and the Newton step
 from x leads to the basic solution of the complementary set P = {i : x_i > 0}: M_PP z_P
-= -q_P, w_P = 0, z_N = 0, w_N = M_NP z_P + q_N. Indices of negative entries are
-exchanged. With bounds, a basic variable goes to the bound that it violates, and a
-variable at a bound whose w has the wrong sign becomes basic. The exchanges and their
-source are in `basis.exchanges`, their safeguard in `direct`.
+= -q_P, w_P = 0, z_N = 0, w_N = M_NP z_P + q_N. The next pivot is on the indices of
+negative entries. With bounds, a basic variable goes to the bound that it violates, and
+a variable at a bound whose w is infeasible becomes basic. The pivots and their source
+are in `basis.exchanges`, their safeguard in `direct`.
 
-Projected gradients find active sets that are nearly right from products with M alone:
-J. Barzilai and J. M. Borwein, Two-point step size gradient methods, IMA Journal of
-Numerical Analysis 8 (1988) 141-148, projected as in E. G. Birgin, J. M. Martínez and M.
-Raydan, Nonmonotone spectral projected gradient methods on convex sets, SIAM Journal on
-Optimization 10 (2000) 1196-1211, with alternating step sizes (Y.-H. Dai and R.
+Projected gradients determine active sets that are almost right by products with M
+alone: J. Barzilai and J. M. Borwein, Two-point step size gradient methods, IMA Journal
+of Numerical Analysis 8 (1988) 141-148, projected as in E. G. Birgin, J. M. Martínez and
+M. Raydan, Nonmonotone spectral projected gradient methods on convex sets, SIAM Journal
+on Optimization 10 (2000) 1196-1211, with alternating step sizes (Y.-H. Dai and R.
 Fletcher, Projected Barzilai-Borwein methods for large-scale box-constrained quadratic
 programming, Numerische Mathematik 100 (2005) 21-47) and without a line search.
 """
@@ -50,33 +50,37 @@ if TYPE_CHECKING:
 
 LEAST_INDEX, FINISH = "least index", "finish"
 SLOW = "the active set converges too slowly"
-# Before other methods are tried: block steps advance, these may take 2^n.
+# Single pivots before other methods are run: block pivots advance, single ones may take
+# 2^n steps.
 MAX_LEAST_INDEX_STEPS = 60
-FAST_STEP = 0.5  # of the violations: what a fast step from given states leaves at most
-# Other steps after which states are not nearly right; a step costs little if the band
-# is narrow.
+FAST_STEP = 0.5  # the largest fraction of the violations after a fast step
+# Slower steps after which the starting basis is not almost right; a step costs little
+# if the band is narrow.
 SLOW_STEPS, SLOW_STEPS_NARROW = 2, 12
 # Relative to the largest |z_i|: how far rounding may have moved z beyond a bound.
 NEAR_BOUND = 1e-9
 
-# Steps of GMRES that decide whether the states of a start are worth a factorization:
-GLANCES = 2
-# Of all signs; of random states it is half, of right ones a quarter or fewer.
-MAX_WRONG_AT_A_GLANCE = 0.4
+# Steps of GMRES that decide whether the basis of a start is worth a factorization.
+CHECK_STEPS = 2
+# Fraction of infeasible components after these; of a random basis it is a half, of a
+# right one a quarter or less.
+MAX_INFEASIBLE_FRACTION_AT_CHECK = 0.4
 
-# Consecutive iterates with nearly unchanged P before an attempt to finish.
+# Consecutive iterates with almost unchanged P before an attempt to finish.
 STABLE_ITERATES = 2
-# With M that take as long as a sparse factorization, unless that fills in much.
+# Products with M that take as long as a sparse factorization, unless that fills in
+# much.
 SPARSE_PRODUCTS = 30.0
-# The same for a dense one, by its order: n / 3, of which blocks in the cache save most.
+# The same for a dense factorization, relative to its order: it would be n / 3, but for
+# blocks that stay in the cache.
 DENSE_PRODUCTS = 0.03
-# Of n: the change of P per iterate up to which it counts as nearly unchanged.
+# Relative to n: the change of P per iterate up to which P is almost unchanged.
 MAX_CHANGE = 0.004
 
 
 class Exchange(NamedTuple):
-    """The quantities of a basic solution. infeasibilities : the number of violated
-    signs, of which all or the least index are exchanged next."""
+    """The quantities of a basic solution. infeasibilities : the number of infeasible
+    components; the next pivot is on all of them or on the least index."""
 
     infeasibilities: int
 
@@ -92,18 +96,18 @@ def newton(
     hasty: bool = False,
     growing: bool = False,
 ) -> Stage:
-    """Exchange all indices whose z_i or w_i is negative; after BLOCK_PATIENCE steps
-    without a new minimum of their number, exchange only the least index.
+    """Pivot on all indices whose z_i or w_i is negative; after BLOCK_PATIENCE steps
+    without a new minimum of their number, pivot on the least index only.
 
     Ends at the solution after finitely many steps for every P-matrix M and every q, in
     practice after a handful. For other matrices it may meet a singular M_PP or cycle.
     An iteration costs one factorization of M_PP and one product with M.
 
-    Of x0 only the signs matter. patience : the largest number of exchanges of the least
-    index: unlike block steps, they may take 2^n. hasty : whether it is given up where
+    Of x0 only the signs matter. patience : the largest number of pivots on the least
+    index: unlike block pivots, they may take 2^n. hasty : whether it is given up where
     it is `Safeguard.is_hopeless`, as another method follows.
-    growing : whether blocks are exchanged without the safeguard while no basic variable
-    is wrong: the basic variables of a Z-matrix then stay basic, as in `z_matrix`.
+    growing : whether block pivots go without the safeguard while no basic variable is
+        infeasible: the basic variables of a Z-matrix then stay basic, as in `z_matrix`.
     """
     system = problem if isinstance(problem, BasisSolver) else BasicSolutions(problem)
     guard, step = Safeguard(x0.size, patience), "block"
@@ -143,8 +147,8 @@ def newton(
 
 def without_w(problem: Problem) -> Stage:
     """Solve M z = -q, for a solution with w = 0 whose z_i at bounds have any sign by
-    rounding, as on a set of published problems with indefinite M: exchanges go astray
-    there, as these z_i have no definite states.
+    rounding, as on a set of published problems with indefinite M: block pivots go
+    astray there, as the status of these z_i is not unique.
 
     Finished : z is within its bounds up to NEAR_BOUND, so that it may solve the
         problem. Stalled : it is not.
@@ -171,8 +175,7 @@ def without_w(problem: Problem) -> Stage:
 
 
 def iterate_of(made: Made, evaluations: int) -> Iterate:
-    """Return a basic solution that block pivoting has made in another place as an
-    iterate of newton."""
+    """Return a basic solution of block pivoting elsewhere as an iterate of newton."""
     z, w, is_single = made
     return Iterate(
         (z - w) / 2,
@@ -196,8 +199,8 @@ def dense_route(
     arrive.
 
     A product with M costs a small part of a factorization, and a few dozen of them
-    correct most of the signs that block pivoting would take several factorizations for,
-    if M is a well-conditioned P-matrix.
+    correct almost all infeasibilities for which block pivoting would take several
+    factorizations, if M is a well-conditioned P-matrix.
     """
     reference = 0.0 if problem.reference_z is None else problem.reference_z
     start = x0 if np.count_nonzero(x0) else (reference - problem.q_ref) / 2
@@ -214,13 +217,13 @@ def dense_route(
 def from_states(
     problem: Problem, basis: States, solutions: BasicSolutions | None = None
 ) -> Stage:
-    """Pivot by blocks from nearly right states, while most steps leave at most
-    FAST_STEP of the violations.
+    """Pivot by blocks from an almost right basis, while all but a few steps leave at
+    most FAST_STEP of the violations.
 
-    The states of a solution take one factorization, even where many components are 0 up
-    to rounding. Finished : no sign is violated beyond rounding. Stalled or Breakdown :
-    the states are far from right. solutions : those of the problem, if they have been
-    made before.
+    The basis of a solution takes one factorization, even where many components are 0 up
+    to rounding. Finished : there is no infeasibility beyond rounding. Stalled or
+    Breakdown : the basis is far from right. solutions : those of the problem, if they
+    have been made before.
     """
     solutions, before = solutions or BasicSolutions(problem), problem.n
     slow = (
@@ -261,12 +264,13 @@ def from_states(
 
 
 def from_start(problem: Problem, basis: States) -> Stage:
-    """Pivot as `from_states` from the states of a start, unless a rough basic solution
+    """Pivot as `from_states` from the basis of a start, unless a rough basic solution
     of a large M, which costs less than a factorization, has more than
-    MAX_WRONG_AT_A_GLANCE wrong signs.
+    MAX_INFEASIBLE_FRACTION_AT_CHECK of infeasible components.
 
-    Of right states, few of these are wrong if M + M' is nearly positive definite. That
-    is unknown; but where an M_ii <= 0 shows that it is not, nothing is concluded.
+    From a right basis, few components are infeasible if M + M' is almost positive
+    definite. That is unknown; but where an M_ii <= 0 shows that it is not, nothing is
+    concluded.
     """
     M, diagonal = problem.M, problem.M.diagonal()
     if problem.n > MAX_NUMPY_ROWS and diagonal.min() > 0.0:
@@ -276,25 +280,25 @@ def from_start(problem: Problem, basis: States) -> Stage:
                 np.where(basis == BASIC, 1.0 / diagonal, 0.0),
             )
             w = problem.w(z) if np.count_nonzero(z) else problem.q.copy()
-            step = gmres(lambda v: factors * product(M, v), -factors * w, GLANCES)
+            step = gmres(lambda v: factors * product(M, v), -factors * w, CHECK_STEPS)
             w += product(M, step)
             w[basis == BASIC] = 0.0
             n_infeasible = np.count_nonzero(problem.box.wrong(z + step, w, basis))
-        if n_infeasible > MAX_WRONG_AT_A_GLANCE * problem.n:
-            return Stalled("the given states are far from those of a solution")
+        if n_infeasible > MAX_INFEASIBLE_FRACTION_AT_CHECK * problem.n:
+            return Stalled("the starting basis is far from that of a solution")
     return (yield from from_states(problem, basis))
 
 
 def finish(problem: Problem, x0: Vector | None, stage: Stage) -> Stage:
     """Pass on the iterates of a stage, and end with the solution as soon as their
-    active set yields it, with no sign violated beyond rounding; it has step "finish",
+    active set yields it, without infeasibility beyond rounding; it has step "finish",
     and the ending is Finished. Otherwise end as the stage does.
 
-    An attempt, as by `from_states`, begins when P is nearly unchanged for
+    An attempt, as by `from_states`, begins when P is almost unchanged for
     STABLE_ITERATES iterates and attempts have cost no more than the evaluations of the
     stage so far, as products with M; and in any case when the stage ends.
 
-    x0 : the start of the stage, whose active set counts too; None if it has none.
+    x0 : the start of the stage, whose active set is used too; None if it has none.
     """
     box = problem.box
     solutions = BasicSolutions(problem)
@@ -336,41 +340,44 @@ def finish(problem: Problem, x0: Vector | None, stage: Stage) -> Stage:
 
 
 def _products(problem: Problem, basis: States) -> float:
-    """Return about how many products with M a step of pivoting from this basis takes as
-    long as."""
+    """Return how many products with M take about as long as a step of pivoting from
+    this basis."""
     if is_sparse(problem.M):
         return SPARSE_PRODUCTS
     basic_fraction = float(np.count_nonzero(basis == BASIC)) / problem.n
     return 1.0 + DENSE_PRODUCTS * basic_fraction**3 * problem.n
 
 
-GRADIENT_BLOCK = 4  # steps between two looks at the active set
-# Most changes of state in two looks: so many, or one in so many unknowns.
+GRADIENT_BLOCK = 4  # steps between two checks of the active set
+# Largest number of status changes at two checks with which the active set has
+# converged: so many, or one in so many unknowns.
 SETTLED_INDICES, SETTLED_ONE_IN = 8, 500
-# Looks in which the changes have to decrease, for the iteration to go on.
-LOOKS_TO_ADVANCE = 3
-# Of |w|^2 over its start, in units with a unit diagonal: the iteration diverges.
+# Checks within which the changes have to decrease, for the iteration to continue.
+CHECKS_TO_ADVANCE = 3
+# Growth of |w|^2, scaled to a unit diagonal, at which the iteration diverges.
 GRADIENT_GROWTH = 1e6
-# At least; for large n no more products than a factorization costs:
+# Steps at most; for large n as many as take no longer than a factorization, if these
+# are more.
 MAX_GRADIENT_STEPS = 40
 MAX_PER_UNKNOWN = 1 / 12
-# Sizes up to which, and down to whose inverse, single precision has room for products.
+# Largest size, whose reciprocal is the smallest, at which products stay within single
+# precision.
 SINGLE_RANGE = 1e9
 
 
 # Without it: dense P-matrices of 300 to 1000 unknowns take 1.3 to 1.6 times as long.
 def projected_gradient(problem: Problem, x0: Vector) -> Stage:
     """Iterate z' = mid(l, u, z - t D^-1 (M z + q)), D = diag(M), with Barzilai and
-    Borwein's two step sizes t in turn.
+    Borwein's two step sizes t alternately.
 
-    For dense M in single precision, unless numbers are too large or small for it: that
-    is enough for likely states, and a product takes half the time, or less where M in
-    doubles does not fit in the cache.
+    A dense M is used in single precision, unless numbers are too large or small for it:
+    that is enough for a likely basis, and a product takes half the time, or less where
+    M in double precision does not fit in the cache.
 
-    Yields the last x = (z - D^-1 w) / 2, which stands for the likely states: what the
-    loop does with an iterate may take as long as a step. Finished : the states have
-    settled. Stalled : they have not settled within MAX_GRADIENT_STEPS, or do not
-    settle any further.
+    Yields only the last x = (z - D^-1 w) / 2, which represents the likely basis, as the
+    work of the loop on an iterate may take as long as a step. Finished : the active set
+    has converged. Stalled : it has not converged within MAX_GRADIENT_STEPS, or makes no
+    further progress.
     """
     box, diagonal = problem.box, problem.M.diagonal()
     if not diagonal.min() > 0:
@@ -382,7 +389,7 @@ def projected_gradient(problem: Problem, x0: Vector) -> Stage:
         else problem.q_ref
     )
     few_changes = max(SETTLED_INDICES, x0.size // SETTLED_ONE_IN)
-    history = [x0.size for _ in range(LOOKS_TO_ADVANCE)]
+    history = [x0.size for _ in range(CHECKS_TO_ADVANCE)]
     box = box.in_units(units)
     z = start / units
     w = units * w_start
@@ -398,8 +405,8 @@ def projected_gradient(problem: Problem, x0: Vector) -> Stage:
         and largest(w) >= 1 / SINGLE_RANGE
     ):
         M, scale, q, z, w = (
-            given.astype(np.float32)
-            for given in (problem.M, units, units * problem.q, z, w)
+            array.astype(np.float32)
+            for array in (problem.M, units, units * problem.q, z, w)
         )
         box = box.in_single_precision()
 
@@ -415,12 +422,12 @@ def projected_gradient(problem: Problem, x0: Vector) -> Stage:
         if (
             active_set_converged
             or not last.bounded
-            or history[-1] >= max(few_changes, *history[-1 - LOOKS_TO_ADVANCE : -1])
+            or history[-1] >= max(few_changes, *history[-1 - CHECKS_TO_ADVANCE : -1])
         ):
             break
     if not last.bounded:
         return Breakdown("the projected gradient iteration diverges")
-    products = 1 + GRADIENT_BLOCK * (len(history) - LOOKS_TO_ADVANCE)
+    products = 1 + GRADIENT_BLOCK * (len(history) - CHECKS_TO_ADVANCE)
     yield Iterate(0.5 * units * (last.z - last.w), None, "", products, "", False)
     return (
         Finished()
@@ -429,10 +436,10 @@ def projected_gradient(problem: Problem, x0: Vector) -> Stage:
     )
 
 
-class Glance(NamedTuple):
+class GradientCheck(NamedTuple):
     """The state of `gradient_steps` at a check: z and its w, of shape (n,) or (m, n),
-    the states that they stand for, how many of these have changed since the last check,
-    and whether the iteration is bounded."""
+    the basis that they represent, the number of changes in it since the last check, and
+    whether the iteration is bounded."""
 
     z: Vector
     w: Vector
@@ -443,8 +450,8 @@ class Glance(NamedTuple):
 
 def gradient_steps(
     box: Box, w_of: Callable[[Vector], Vector], z: Vector, w: Vector
-) -> Iterator[Glance]:
-    """Iterate in units with a unit diagonal, for one problem or many, and yield every
+) -> Iterator[GradientCheck]:
+    """Iterate on problems scaled to a unit diagonal, one or many, and yield every
     GRADIENT_BLOCK steps.
 
     w_of : M z + q, as a new array. z, w : the start, shape (n,), or (m, n) for m
@@ -471,7 +478,9 @@ def gradient_steps(
         if step % GRADIENT_BLOCK == 0:
             last, basis = basis, box.basis_of(0.5 * (z - w))
             bounded = (_dots(w, w) <= GRADIENT_GROWTH * start)[..., 0]
-            yield Glance(z, w, basis, int(np.count_nonzero(basis != last)), bounded)
+            yield GradientCheck(
+                z, w, basis, int(np.count_nonzero(basis != last)), bounded
+            )
 
 
 def _dots(A: Vector, B: Vector) -> Vector:

@@ -1,5 +1,5 @@
 """The numbers and vectors of a method's step, each declared once, from which a user may
-choose columns of the iterates, in the order of these.
+choose columns of the iterates; tables have them in this order.
 
 A method names its quantities in its declaration, and its iterates carry an object that
 has them as attributes, each computed when it is read. Nothing heavy is imported, as
@@ -14,7 +14,7 @@ from typing import NamedTuple
 class Quantity(NamedTuple):
     """A quantity of the step that has produced an iterate.
 
-    name : of the column, and of the attribute.
+    name : the name of the column, and of the attribute.
     meaning : a clause for help.
     is_vector : whether it is of shape (n,), else a number or a text.
     """

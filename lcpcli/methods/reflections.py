@@ -1,9 +1,9 @@
-"""Relaxed reflections: a search for solutions with any M, which proves nothing where it
-finds none.
+"""Relaxed reflections: a search for solutions with any M, which proves nothing if there
+is no result.
 
 Complementary pairs (z, w) that satisfy w = M z + q are the common points of the affine
 set A of all (z, w) with w = M z + q and of the set B of all (z, w) with l <= z <= u
-where w has the signs that the bounds ask for. Neither convexity nor monotonicity is
+where w has the signs required by complementarity. Neither convexity nor monotonicity is
 needed to project onto B, as its points are found component by component. The iteration
 
     x' = x + beta (P_A(2 P_B x - x) - P_B x)
@@ -11,10 +11,10 @@ needed to project onto B, as its points are found component by component. The it
 is the relaxed difference map: V. Elser, I. Rankenburg and P. Thibault, Searching with
 iterated maps, Proceedings of the National Academy of Sciences 104 (2007) 418-423; V.
 Elser, The complexity of bit retrieval, IEEE Transactions on Information Theory 64
-(2018) 412-428, section III. It settles only near a common point. Several walkers from
-random starts share each product with the matrix of P_A, of order 2n, and single
-precision will do, as all that counts of a walker is the states that it stands for:
-where its step is small, block pivoting from these gives the solution.
+(2018) 412-428, section III. It converges only close to a common point. Several walkers
+from random starts share each product with the matrix of P_A, of order 2n, and single
+precision is enough, as only the basis of a walker matters: where its step is small,
+block pivoting from this basis gives the solution.
 """
 
 from __future__ import annotations
@@ -49,28 +49,30 @@ from lcpcli.verify.point import Criterion, Point
 Single: TypeAlias = NDArray[np.float32]
 
 BALANCING_ROUNDS = 5  # by then norms are equal to a few percent
-CHECK = 20  # steps between two looks at the walkers
-# Of M, relative to singular values of 1 on average, in turn: the best one depends on M.
+CHECK = 20  # steps between two checks of the walkers
+# Sizes of M, relative to an average singular value of 1, one after another: the best
+# one depends on M.
 SCALES = 3.0, 2.0, 4.0
-# Before all walkers start anew: by then most that are left are trapped.
+# Steps before all walkers start again: almost all of the remaining ones are trapped by
+# then.
 ROUND_STEPS, ROUND_STEPS_PER_UNKNOWN = 2000, 4
 
 
 def reflections(
     problem: Problem, x0: Vector, *, beta: float = 0.7, walkers: int = 16, seed: int = 0
 ) -> Stage:
-    """Search for a common point of A and B until it is found; x0 has no influence.
+    """Search for a common point of A and B without end; x0 has no influence.
 
-    It works in units in which M is equilibrated and the violations at the reference
+    The problem is scaled so that M is equilibrated and the violations at the reference
     point are of size 1.
 
-    The walkers start anew after some thousand steps, with another size of M relative to
-    the identity.
+    The walkers start again after some thousand steps, with another size of M relative
+    to the identity.
 
     Yields, every CHECK steps, the point of B of the walker with the smallest step;
-    evaluations are steps. Finished : at a solution, which block pivoting finds from the
-    states of a walker, with step "finish". Breakdown : numbers overflow, or there are
-    too many unknowns.
+    evaluations are steps. Finished : at a solution by block pivoting from the basis of
+    a walker, with step "finish". Breakdown : numbers overflow, or there are too many
+    unknowns.
     """
     return (
         yield from stages.from_reference(
@@ -100,7 +102,7 @@ def _search(
 
 
 def _balance(M: Matrix) -> tuple[Vector, Vector]:
-    """Return diagonals that give the rows and columns of M norms that are nearly equal
+    """Return diagonals that give the rows and columns of M norms that are almost equal
     (Sinkhorn and Knopp 1967)."""
     squares = dense(M) ** 2
     R, C = np.ones((2, len(squares)))
@@ -189,8 +191,8 @@ class Iteration:
 
     def step(self, X: Single) -> Single:
         """Return P_A(2 P_B X - X) - P_B X, in an array that the next step overwrites,
-        as it does P_B X in `nearest`: z within the bounds and w with the signs that
-        they ask for."""
+        as it does P_B X in `nearest`: z within the bounds and w with the signs required
+        by complementarity."""
         nearest = self.nearest
         reflected = self._reflected
         change = self._change

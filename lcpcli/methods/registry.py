@@ -4,12 +4,12 @@ and diagnosis.
 To add one, write a file with its function, and a line in METHODS. A method is a
 function (problem, x0, *, options) that sets itself up and returns a generator. This
 yields `Iterate(x, F, step, evaluations)`s with x = (z - w) / 2 and returns one of the
-endings in `stages`; x0 is the starting x, of shape (n,). Its options mean what is said
-here, and have been checked. It is imported on request.
+endings in `stages`; x0 is the starting x, of shape (n,). Its options have the meaning
+that is declared here, and have been checked. It is imported on request.
 
-A variant is a method with values for options of its own, written shi:p=10,k-star=5; a
-sweep makes one for each value. Nothing heavy is imported, so that a mistake in a
-variant is reported at once.
+A variant is a method with values for its options, written shi:p=10,k-star=5; a sweep
+makes one for each value. Nothing heavy is imported, so that a mistake in a variant is
+reported at once.
 """
 
 from __future__ import annotations
@@ -50,8 +50,8 @@ SWITCHES = {  # options of auto that are on unless they are switched off
         "determines, and rewrite its equations in the best way."
     )
 }
-OF_AUTO = dict.fromkeys(SWITCHES, True)  # its options in force, if none is chosen
-START_OPTIONS = ("x0", "z0", "basis")  # of which one may be given
+OF_AUTO = dict.fromkeys(SWITCHES, True)  # options in force of auto, if none is chosen
+START_OPTIONS = ("x0", "z0", "basis")  # of which at most one may be set
 ANY = "any matrix"  # in place of a class
 
 P = Option(
@@ -155,22 +155,24 @@ class Method(NamedTuple):
     options : its numeric options, keyword-only parameters of its function; two methods
         may share an option.
     switches : its options that are on by default, with their help.
-    vectors : its parameters that are vectors given like a start, with their help.
+    vectors : its parameters that are vectors and are written like a start, with their
+        help.
     iterates : whether it is an iteration on x, to which ADDITIONS apply. uses_start :
         whether the start matters.
-    takes_bounds : whether it accepts mixed problems; else it is given their standard
-        form, an LCP.
+    takes_bounds : whether it accepts mixed problems; else it gets their standard form,
+        an LCP.
     excludes_exactly : whether it excludes complementary sets only by exact arithmetic,
         so that it is believed if it has excluded all of them.
     max_unknowns : the largest n for which it is begun; None for no limit.
     guaranteed : the classes of M, keys of `inspection.verdict.CLASSES` or ANY, for
         which, in exact arithmetic, it ends at a solution or with a proof that there is
-        none, each with what it does; the first class that has M counts.
-    quantities : what its iterates have for columns; two methods may share a quantity.
+        none, each with what it does; the first class that contains M applies.
+    quantities : the quantities that its iterates have for columns; two methods may
+        share one.
     location : the module, in lcpcli.methods or by its full name, and the function, if
         they are not named after the method.
     package : the name and version of the other package that provides it, set when the
-        method is found there.
+        method is loaded.
     """
 
     meaning: str
@@ -299,7 +301,8 @@ NONLINEAR = {
 }
 
 
-# Of methods, which `meant` does not find: the one of the same kind here.
+# Names of other methods, which `meant` does not recognize, with the method of the same
+# kind here.
 OTHER_NAMES = {
     **dict.fromkeys(
         ("schafer", "psor", "sor", "jacobi", "gauss-seidel", "projection"),
@@ -314,7 +317,7 @@ OTHER_NAMES = {
 
 
 def suggestion(name: str, valid_names: Iterable[str], otherwise: str = "") -> str:
-    """Return the hint for an unknown word: the method that it may stand for, one that
+    """Return the hint for an unknown word: the method that it may mean, one that
     resembles it, or `otherwise`."""
     other = OTHER_NAMES.get(name.casefold().replace("_", "-"))
     return (
@@ -345,8 +348,9 @@ def options_of(methods: Mapping[str, Method]) -> dict[str, Option]:
 
 OPTIONS = options_of({**METHODS, **NONLINEAR})
 ALL = "all"  # in place of the names of quantities
-# In the order in which tables have them.
-QUANTITIES = {own.name: own for own in vars(of).values() if isinstance(own, Quantity)}
+# By name, in the order in which tables have them.
+_DECLARED = [each for each in vars(of).values() if isinstance(each, Quantity)]
+QUANTITIES = {quantity.name: quantity for quantity in _DECLARED}
 
 
 def meanings() -> dict[str, str]:
@@ -451,12 +455,12 @@ def parameters_of(name: str) -> list[str]:
 
 
 def known_options(name: str) -> set[str]:
-    """Return all options of the command line that have an effect on a method: its own,
-    the additions and the starts."""
+    """Return all options of the command line that have an effect on a method: those
+    that it declares, the additions and the starts."""
     method = declared(name)
     return {
         *parameters_of(name),
-        *(START_OPTIONS * method.uses_start),
+        *(START_OPTIONS if method.uses_start else ()),
         *(ADDITIONS if method.iterates else ()),
     }
 
@@ -701,9 +705,9 @@ def _value(name: str, text: str) -> Any:
 
 
 def in_variant(name: str, value: str, chosen: str) -> str:
-    """Return how METHOD:OPTION=VALUE says what an option of the name and value says, as
-    "no-scale"; "" if no method has it. chosen : the variant to which it is added, if
-    its method has the option."""
+    """Return the variant METHOD:OPTION=VALUE that has the effect of an option of the
+    command line with this name, such as "no-scale", and value; "" if no method has it.
+    chosen : the variant to which it is added, if its method has the option."""
     option = name.removeprefix("no-").replace("-", "_")
     if not (owners := owning(option)):
         return ""

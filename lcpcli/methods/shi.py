@@ -48,7 +48,7 @@ SELECTED, STEEPEST_AT_MULTIPLE, PLANE, AVERAGE, STEEPEST = (
     "2.5",
     "2.6",
 )
-SMOOTHED = 1e-3  # times the smoothing error: |F~| at a zero of F~, up to rounding
+SMOOTHED = 1e-3  # |F~| at a zero of F~, up to rounding, relative to the smoothing error
 SMOOTHING = (
     "its smoothed equation is solved up to rounding; what is left is the smoothing "
     "error"
@@ -110,7 +110,7 @@ def shi(
                 "f = |F~|^2 / 2 is stationary at a point that is not a zero of "
                 "F~: J is singular there"
             )
-        # Where a parabola with that slope has its minimum 0.
+        # A parabola with this slope has its minimum 0 there.
         first_trial = -2 * point.f / slope
         outcome = search(smoothed, point, way.s, slope, first_trial, rho, sigma)
         if isinstance(outcome, int):
@@ -119,13 +119,14 @@ def shi(
                 return _smoothed_solution(problem, p, point.F) or Stalled(reason)
             evaluations += outcome
             failed_trials += outcome
-            # F rises along s, by a kink or rounding: only d is left.
+            # F rises along s, by a kink or rounding: only d remains.
             way = way._replace(step=STEEPEST, s=-g, alpha=None, multiple=None)
             continue
         accepted, gamma, gradient, trials = outcome
         evaluations += trials
-        own = slope, gamma, trials + failed_trials
-        step = partial(Step, way, (before, point, accepted), g, *own)
+        points = before, point, accepted
+        all_trials = trials + failed_trials
+        step = partial(Step, way, points, g, slope, gamma, all_trials)
         before, point, g, failed_trials = point, accepted, gradient, 0
         k += 1
         yield Iterate(point.x, point.F, way.step, evaluations, quantities=step)
@@ -155,7 +156,7 @@ def _smoothed_solution(problem: Problem, p: float, F: Vector) -> Stalled | None:
 
 
 class Direction(NamedTuple):
-    """The direction in which a step goes.
+    """The direction of a step.
 
     step : the number of the step of the paper's algorithm that sets it.
     s : shape (n,); a positive multiple of the paper's s.
@@ -256,8 +257,8 @@ def combine(mu: float, nu: float, cosine: float, F_d: float, v_d: float) -> Comb
 
 
 class Selected:
-    """The quantities of a point that no line search has found. before : the point
-    before it."""
+    """The quantities of a point that is not the end of a line search. before : the
+    point before it."""
 
     def __init__(
         self, point: SmoothedPoint, before: SmoothedPoint | None = None
@@ -283,8 +284,8 @@ class Step(Selected):
 
     points : x_(k-1), or None for the first step, x_k, where the step starts, and
         x_(k+1). g : grad f(x_k). slope, gamma : <g, s> and the accepted length, for the
-        normalized s. trials : the lengths that have been tried, also along a direction
-        that was given up.
+        normalized s. trials : the number of trial lengths, also along a direction that
+            was given up.
     """
 
     _from: SmoothedPoint
@@ -313,8 +314,8 @@ class Step(Selected):
 
     @cached_property
     def xi1(self) -> float | None:
-        """-|dx|^2 / <dx, y>, by the cosine that the step has taken: its sign may be
-        that of rounding."""
+        """-|dx|^2 / <dx, y>, by the cosine that the step has used: its sign may be that
+        of rounding."""
         if self._cosines is None or not self._cosines[0]:
             return None
         size_dx, size_y, _ = self._sizes
@@ -387,7 +388,8 @@ class Step(Selected):
 
 NO_INDICES = np.empty(0, dtype=np.intp)
 WINDOW = 746.0  # e^-746 is zero in double precision, denormals included
-# Of one line search, which halves the bracket: far more than a double has digits.
+# Trials of one line search, which halves the bracket: far more than numbers have binary
+# digits.
 MAX_TRIALS = 200
 # Relative to the first trial length: for shorter trials, whether x changes at all is
 # checked.
@@ -395,7 +397,7 @@ SHORT_STEP = 1e-6
 
 
 def error(problem: Problem, p: float) -> float:
-    """Return the bound (ln 3 / p) |M - I|_inf of |F~ - F|, in units of q."""
+    """Return the bound (ln 3 / p) |M - I|_inf on |F~ - F|."""
     with np.errstate(over="ignore"):
         return (
             math.log(3) / p * matrices.norm_inf(matrices.plus_diagonal(problem.M, -1.0))
@@ -432,10 +434,10 @@ class Smoothed:
 
     def __init__(self, problem: Problem, p: float) -> None:
         self._problem, self._p = problem, p
-        self._ends = [bound / 2 for bound in problem.box.vectors(problem.n)]
+        self._half_bounds = [bound / 2 for bound in problem.box.vectors(problem.n)]
         self._kinks = [
             (s, bound)
-            for s, bound in zip((1.0, -1.0), self._ends, strict=True)
+            for s, bound in zip((1.0, -1.0), self._half_bounds, strict=True)
             if np.isfinite(bound).any()
         ]
 
@@ -487,7 +489,8 @@ class Smoothed:
         y -= point.F
         window = point.window
         low, high = (
-            slope(self._p, point.x[window] - bound[window]) for bound in self._ends
+            slope(self._p, point.x[window] - bound[window])
+            for bound in self._half_bounds
         )
         inner = 0.5 * (low - high) * y[window]
         y *= self._problem.box.basis_of(point.x) == BASIC
@@ -508,7 +511,7 @@ def search(
 ) -> tuple[SmoothedPoint, float, Vector, int] | int:
     """Return the end of the step from start along s, where f has the slope <grad f, s>
     < 0, with first trial length gamma > 0; its length, the gradient of f there, and the
-    number of lengths tried; only that number if they become too short to change x: the
+    number of trial lengths; only that number if they become too short to change x: the
     decrease is below rounding.
 
     The end satisfies the two conditions of step 2.7, the weak Wolfe conditions
@@ -518,8 +521,8 @@ def search(
 
     Any other trial becomes an end of the bracket: the upper one if it violates the
     decrease, else the lower one. The bracket expands while it has no upper end; from
-    then on each pair of trials at least halves it. Between the halvings the minimizer
-    of a parabola that interpolates f is tried, which is exact if f is quadratic
+    then on each pair of trials at least halves it. Between the halvings the trial is
+    the minimizer of a parabola that interpolates f, which is exact if f is quadratic
     (Nocedal and Wright 2006, section 3.5). Gradients are computed only where the
     decrease holds.
     """

@@ -1,5 +1,5 @@
 """Runs of methods: what they pass to the loop, sequences of methods, and the inverse
-transformation from transformed problems."""
+transformation of iterates of transformed problems."""
 
 from __future__ import annotations
 
@@ -39,9 +39,9 @@ class Iterate(NamedTuple):
         there; "" if it has only one.
     evaluations : evaluations of F (or of its smoothed form) so far; principal systems
         solved for pivoting methods.
-    method : which method produced it, if several take turns; "" if there is only one.
-    signs_final : False if the method knows that a next step would correct signs that
-        are violated beyond rounding: an iterate within the tolerance may then not be
+    method : the method that produced it, if several alternate; "" if there is only one.
+    signs_final : False if the method knows that a next step would correct
+        infeasibilities beyond rounding: an iterate within the tolerance may then not be
         accurate to the last digits.
     basis : of a solution, the basis at which pivoting has ended, in which basic
         variables may be at bounds; or None.
@@ -49,7 +49,7 @@ class Iterate(NamedTuple):
         None.
     quantities : returns an object that has the quantities that the method declares as
         attributes, each None where it is not defined. It is called only if they are
-        asked for, which may be some iterates later. If the object of the first iterate
+        requested, which may be some iterates later. If the object of the first iterate
         has an attribute `of_start`, that has those of the start.
     """
 
@@ -66,9 +66,9 @@ class Iterate(NamedTuple):
 
 @dataclass(eq=False, repr=False)
 class _MethodEnding:
-    """How a method ended. reason : a clause for the user; "" if the kind of ending says
-    it all.
-    method : which method ended, where several take turns; "" if there is only one.
+    """How a method ended. reason : a clause for the user; "" if the kind of ending is
+    enough.
+    method : the method that ended, where several alternate; "" if there is only one.
     """
 
     reason: str = ""
@@ -163,7 +163,7 @@ def clause_on(error: Exception) -> str:
     if isinstance(error, MemoryError):
         return "there is not enough memory"
     if isinstance(error, SingularMatrix):
-        # numpy's begins with a capital.
+        # A message of numpy begins with a capital.
         ours = str(error) if not str(error)[:1].isupper() else ""
         return (
             ours or "a linear system that is singular or not finite in double precision"
@@ -203,7 +203,7 @@ def recorded(name: str, stage: Stage, recorded_stages: RecordedStages) -> Stage:
 
 
 def limited(stage: Stage, max_iterations: float) -> Stage:
-    """Pass on the stage; it counts as stalled after max_iterations iterates."""
+    """Pass on the stage; after max_iterations iterates it is treated as stalled."""
     return MethodSequence(faults=()).run_stage("", stage, max_iterations)
 
 
@@ -238,8 +238,8 @@ def _blaming(package: str) -> Iterator[None]:
 
 
 def _guarded(stage: Stage, n: int, package: str) -> Stage:
-    """Pass on the stage of a method of another package; raise PackageFault for what is
-    no stage."""
+    """Pass on the stage of a method of another package; raise PackageFault if it breaks
+    the contract of methods."""
     with _blaming(package):
         while isinstance(step := advance(stage), Iterate):
             x, evaluations = step.x, step.evaluations
@@ -307,7 +307,7 @@ def changed(
 def in_given_variables(
     change: Change, stage: Stage, polishing: BasicSolutions | None = None
 ) -> Stage:
-    """Pass on the stage with x, F and the final proof, if any, of the original
+    """Pass on the stage with x, F and, at its end, the proof, if any, of the original
     problem. polishing : as in `MethodSequence`."""
     ending_of = partial(_ending_in_given_variables, change)
     return MethodSequence(None, 0, change, polishing, ending_of, ()).run_stage(

@@ -4,13 +4,13 @@ optimal stopping.
 
 R. Chandrasekaran, A special case of the complementary pivot problem, Opsearch 7 (1970)
 263-268: from z = 0, each i with w_i < 0 becomes basic, and stays so, as every later
-step lowers the other w. This ends after at most n exchanges at the least solution, or
-at a pivot that is not positive: the multipliers of its row are nonnegative, and prove
-that the problem is infeasible. All i with w_i < 0 are exchanged at once here, which
-leads to the same basis.
+step lowers the other w. This ends after at most n pivots at the least solution, or at a
+pivot that is not positive: the multipliers of its row are nonnegative, and prove that
+the problem is infeasible. Here a block pivot makes all i with w_i < 0 basic at once,
+which leads to the same basis.
 
-If M is tridiagonal, Gaussian elimination along a run of basic variables goes on through
-the variables beyond its end, as if these were basic too: where the eliminated
+If M is tridiagonal, Gaussian elimination along a run of basic variables continues
+through the variables beyond its end, as if these were basic too: where the eliminated
 right-hand side is positive, they are. That is done for all runs at once, in both
 directions.
 
@@ -20,8 +20,9 @@ and E. S. Schwartz, The valuation of American put options, Journal of Finance 32
 inequalities and the pricing of American options, Acta Applicandae Mathematicae 21
 (1990) 263-289. Any number of runs in O(n) operations, one variable after another: R. W.
 Cottle and R. S. Sacher, On the solution of large, structured linear complementarity
-problems: the tridiagonal case, Applied Mathematics and Optimization 3 (1977) 321-340.
-A few positive entries off the diagonal are left out; exchanges go on from the states.
+problems: the tridiagonal case, Applied Mathematics and Optimization 3 (1977) 321-340. A
+few positive entries off the diagonal are left out; block pivots continue from the
+basis.
 """
 
 from __future__ import annotations
@@ -64,14 +65,14 @@ from lcpcli.verify.exact_solution import ExactBasis, exact_basis
 from lcpcli.verify.farkas import max_exact_unknowns
 from lcpcli.verify.point import Criterion, Point
 
-# Of exact arithmetic where doubles fail, by the seconds that it usually takes.
+# Work limit of exact arithmetic, in nominal seconds, where double precision fails.
 EXACT_EFFORT = 30.0
 
 
 def _exchanged(
     system: _InDoubles | _InFractions, basic: list[int]
 ) -> tuple[list[int], Any]:
-    """Return the last basis, in the order of exchanges from a first one, and
+    """Return the last basis, in the order in which variables became basic, and
     multipliers if a pivot is not positive."""
     n_checked = 0
     while negative := system.negative(basic):
@@ -91,10 +92,10 @@ def _exchanged(
 
 
 class _InDoubles:
-    """M and q in doubles, with the systems of some basic indices. found : the last
-    basic solution."""
+    """M and q in double precision, with the systems of some basic indices.
+    basic_solution : the last one."""
 
-    found: BasicSolution
+    basic_solution: BasicSolution
 
     def __init__(self, problem: Problem) -> None:
         self._M, self._solver = problem.M, PrincipalSolver(problem.M)
@@ -103,11 +104,11 @@ class _InDoubles:
     def negative(self, basic: Sequence[int]) -> list[int] | None:
         """Return the other i with w_i < 0 in the basic solution; None if that is not
         unique, or has a z_i < 0."""
-        self.found = self._solutions.at(
+        self.basic_solution = self._solutions.at(
             of_masks(np.isin(np.arange(self._M.shape[0]), basic))
         )
-        negative: list[int] = np.flatnonzero(self.found.w < 0.0).tolist()
-        return negative if self.found.z.min(initial=0.0) >= 0.0 else None
+        negative: list[int] = np.flatnonzero(self.basic_solution.w < 0.0).tolist()
+        return negative if self.basic_solution.z.min(initial=0.0) >= 0.0 else None
 
     def is_m_matrix(self, basic: Sequence[int]) -> bool:
         """Return whether M_BB is a nonsingular M-matrix: whether M_BB v = e has a
@@ -137,24 +138,25 @@ class _InDoubles:
 
 
 class _InFractions:
-    """M and q in fractions, with the systems of some basic indices, as `_InDoubles` has
-    them."""
+    """M and q in fractions, with the systems of some basic indices, as in
+    `_InDoubles`."""
 
-    found: ExactBasis | None
+    basic_solution: ExactBasis | None
 
     def __init__(self, data: ExactProblem, budget: Effort) -> None:
         self._data, self._effort = data, budget
 
     def negative(self, basic: Sequence[int]) -> list[int] | None:
         self._block(basic)
-        self.found = exact_basis(
+        self.basic_solution = exact_basis(
             self._data, of_masks(np.isin(np.arange(self._data.n), basic))
         )
-        if self.found is None or not (
-            self.found.unique and self.found.gaps.keys().isdisjoint(basic)
+        if self.basic_solution is None or not (
+            self.basic_solution.unique
+            and self.basic_solution.gaps.keys().isdisjoint(basic)
         ):
             return None
-        return sorted(self.found.gaps)
+        return sorted(self.basic_solution.gaps)
 
     def is_m_matrix(self, basic: Sequence[int]) -> bool:
         indices = sorted(basic)
@@ -199,7 +201,11 @@ def decided(
     for guess in (list(basic), []):
         try:
             _, y = _exchanged(system, guess)
-            z = system.found.z if y is None and system.found is not None else None
+            z = (
+                system.basic_solution.z
+                if y is None and system.basic_solution is not None
+                else None
+            )
         except TimeIsUp:
             raise_if_timed_out()  # whether all of the time is up
             break
@@ -212,8 +218,8 @@ def decided(
 
 @each_step(all="ignore")
 def z_matrix(problem: Problem) -> Stage:
-    """Solve an LCP with a Z-matrix, or prove that it is infeasible: in doubles and, if
-    what they find does not hold, in exact arithmetic.
+    """Solve an LCP with a Z-matrix, or prove that it is infeasible: in double precision
+    and, if its answer does not hold, in exact arithmetic.
 
     Yields the least solution. NoSolution : with a Farkas proof. Breakdown : it is too
     large for exact arithmetic.
@@ -224,7 +230,11 @@ def z_matrix(problem: Problem) -> Stage:
     try:
         basic, y = _exchanged(system, basic)
         if y is None:
-            x = problem.box.x_within(system.found.z, system.found.w, system.found.basis)
+            x = problem.box.x_within(
+                system.basic_solution.z,
+                system.basic_solution.w,
+                system.basic_solution.basis,
+            )
             if Point(Criterion(problem), problem.box.z_of(x)).solves():
                 yield Iterate(x, None, "block", 1)
                 return Finished()
@@ -244,7 +254,7 @@ def z_matrix(problem: Problem) -> Stage:
     return Finished()
 
 
-MAX_PASSES = 50  # after which exchanges take over
+MAX_PASSES = 50  # after which block pivots take over
 
 
 class Elimination:
@@ -252,8 +262,8 @@ class Elimination:
     LCPs with one right-hand side after another.
 
     is_of_m_matrix : whether it is an M-matrix, as all pivots are positive. is_changed :
-        whether it had such entries, so that of its solutions only the states are near
-        right ones.
+        whether it had such entries, so that its solutions have only an almost right
+        basis.
     """
 
     def __init__(self, M: Matrix) -> None:
@@ -264,24 +274,24 @@ class Elimination:
         self._below, self._above = (
             np.minimum(M.diagonal(side), 0.0) for side in (-1, 1)
         )
-        # Of a symmetric matrix with the same pivots.
+        # Off the diagonal of a symmetric matrix with the same pivots.
         self._link = np.sqrt(-self._below) * np.sqrt(-self._above)
-        self._known = dict[int, tuple[Vector, Vector]]()
+        self._cached_factors = dict[int, tuple[Vector, Vector]]()
         self.is_of_m_matrix = not dpttrf(self._diagonal, self._link)[2]
 
     def _full_elimination(self, direction: int) -> tuple[Vector, Vector]:
         """Return the factors L and U without cuts, in the order of rows (1) or in the
         opposite order (-1)."""
-        if direction not in self._known:
+        if direction not in self._cached_factors:
             below, above = (self._below, self._above)[::direction]
             L, pivots = self._factors(
                 below[::direction], self._diagonal[::direction], self._link[::direction]
             )
-            self._known[direction] = (
+            self._cached_factors[direction] = (
                 L,
                 np.asfortranarray([np.append(0.0, above[::direction]), pivots]),
             )
-        return self._known[direction]
+        return self._cached_factors[direction]
 
     @np.errstate(all="ignore")
     def solution(self, q: Vector) -> tuple[Vector, Mask]:
@@ -339,8 +349,8 @@ class Elimination:
     def _factors(
         self, below: Vector, diagonal: Vector, link: Vector
     ) -> tuple[Vector, Vector]:
-        """Return the factor L, which begins anew at a link of 0, and the pivots. With y
-        = -L^-1 q, y_i / pivots_i is the last component of the solution of the rows up
+        """Return the factor L, which starts again at a link of 0, and the pivots. With
+        y = -L^-1 q, y_i / pivots_i is the last component of the solution of the rows up
         to i."""
         pivots = self._factorize(diagonal, link)[0]
         L = np.ones((2, pivots.size), order="F")
@@ -349,8 +359,8 @@ class Elimination:
 
 
 def of_tridiagonal(M: Matrix) -> Elimination | None:
-    """Return the elimination of a sparse tridiagonal M-matrix, or nearly one; None for
-    any other M."""
+    """Return the elimination of a sparse tridiagonal M-matrix, or of one with a few
+    positive entries off the diagonal; None for any other M."""
     if not may_be_eliminated(M):
         return None
     elimination = Elimination(M)
@@ -358,8 +368,8 @@ def of_tridiagonal(M: Matrix) -> Elimination | None:
 
 
 def eliminated(problem: Problem) -> Stage:
-    """Yield the solution by elimination, or near its states. Stalled : M is no
-    M-matrix, or nearly one, or these states are wrong."""
+    """Yield the solution by elimination, or by block pivots from its basis. Stalled : M
+    is not such a matrix, or the basis is far from right."""
     elimination = of_tridiagonal(problem.M)
     if elimination is None:
         return Stalled("M is no tridiagonal M-matrix")
