@@ -1,5 +1,5 @@
-"""The shape of the code: functions are short, rooms use only rooms below them, nothing
-runs in circles."""
+"""The shape of the code: functions are short, subpackages use only those below them,
+nothing runs in circles."""
 
 from __future__ import annotations
 
@@ -29,11 +29,10 @@ LONG = {
     "lcpcli.model.problem.Problem.__init__",
     "lcpcli.solving.many.solve_many",
 }
-LOOSE = 10  # modules at the root of the package, which every room may use
+LOOSE = 10  # modules at the root of the package, which every subpackage may use
 
-# Each room of the package with the rooms that it uses, all of them above it in this
-# table.
-ROOMS: dict[str, set[str]] = {
+# Each subpackage with the subpackages that it uses, all of them above it in this table.
+SUBPACKAGES: dict[str, set[str]] = {
     "linalg": set(),
     "model": {"linalg"},
     "basis": {"linalg", "model"},
@@ -135,7 +134,7 @@ ROOMS: dict[str, set[str]] = {
         "report",
     },
 }
-# Libraries that one room alone imports.
+# Libraries that one subpackage alone imports.
 LIBRARIES = {
     "click": "cli",
     "rich": "report",
@@ -169,7 +168,7 @@ def of_modules(*, of_the_command: bool = True) -> list[ast.AST]:
     return [
         node
         for name, own in modules().items()
-        if of_the_command or room_of(name) != "cli"
+        if of_the_command or subpackage_of(name) != "cli"
         for node in own
     ]
 
@@ -180,10 +179,10 @@ def body_of(name: str) -> list[ast.stmt]:
     return tree.body
 
 
-def room_of(name: str) -> str:
-    """The room of a module; "" at the root of the package."""
+def subpackage_of(name: str) -> str:
+    """The subpackage of a module; "" at the root of the package."""
     parts = name.split(".")
-    return parts[1] if len(parts) > 1 and parts[1] in ROOMS else ""
+    return parts[1] if len(parts) > 1 and parts[1] in SUBPACKAGES else ""
 
 
 @cache
@@ -296,36 +295,38 @@ def test_no_modules_import_each_other_in_a_circle_not_even_for_annotations() -> 
         pytest.fail(" imports ".join(reversed(error.args[1])))
 
 
-def test_every_module_is_in_a_room_but_for_a_few_that_all_rooms_use() -> None:
-    root = {name for name in modules() if not room_of(name)}
+def test_every_module_is_in_a_subpackage_but_for_a_few_that_all_use() -> None:
+    root = {name for name in modules() if not subpackage_of(name)}
     assert {name.count(".") for name in root} == {0, 1}, (
-        "a folder is no room of the table"
+        "a folder is no subpackage of the table"
     )
     assert len(root) <= LOOSE
     below = {
         other
         for name in root - {"lcpcli", "lcpcli.__main__"}
         for other in imports()[name]
-        if room_of(other)
+        if subpackage_of(other)
     }
-    assert below == set(), "what every room uses uses none of them"
+    assert below == set(), "what every subpackage uses uses none of them"
 
 
-def test_rooms_use_the_rooms_of_the_table_which_are_above_them_in_it() -> None:
+def test_subpackages_use_those_of_the_table_which_are_above_them_in_it() -> None:
     used = {
-        room: {
-            room_of(other)
+        subpackage: {
+            subpackage_of(other)
             for name in modules()
-            if room_of(name) == room
+            if subpackage_of(name) == subpackage
             for other in imports()[name]
         }
-        - {room, ""}
-        for room in ROOMS
+        - {subpackage, ""}
+        for subpackage in SUBPACKAGES
     }
-    assert used == ROOMS
-    order = list(ROOMS)
+    assert used == SUBPACKAGES
+    order = list(SUBPACKAGES)
     assert all(
-        order.index(other) < order.index(room) for room in ROOMS for other in used[room]
+        order.index(other) < order.index(subpackage)
+        for subpackage in SUBPACKAGES
+        for other in used[subpackage]
     )
 
 
@@ -354,12 +355,14 @@ def test_only_a_table_names_the_folder_of_a_formulation(folder: str) -> None:
     assert NAMING & naming, "the table has no row for it"
 
 
-def test_the_table_of_the_page_on_development_has_all_rooms_in_their_order() -> None:
+def test_the_table_of_the_page_on_development_has_all_subpackages_in_their_order() -> (
+    None
+):
     page = (ROOT / "lcpcli/development.md").read_text(encoding="utf-8")
     table = (
         page.partition("| subpackage | job |")[2].partition("\n\n")[0].splitlines()[2:]
     )
-    assert [line.split("|")[1].strip() for line in table] == list(ROOMS)
+    assert [line.split("|")[1].strip() for line in table] == list(SUBPACKAGES)
 
 
 def test_the_page_on_development_names_each_function_that_keeps_numbers() -> None:
@@ -375,21 +378,26 @@ def test_the_page_on_development_names_each_function_that_keeps_numbers() -> Non
     assert not [name for name in keeping if name not in page]
 
 
-def test_libraries_are_imported_by_their_rooms_alone() -> None:
+def test_libraries_are_imported_by_their_subpackages_alone() -> None:
     importers = {
         library: {
-            room_of(name)
+            subpackage_of(name)
             for name, own in imports().items()
             if library in {each.split(".")[0] for each in own}
         }
         for library in LIBRARIES
     }
-    assert importers == {library: {room} for library, room in LIBRARIES.items()}
+    assert importers == {
+        library: {subpackage} for library, subpackage in LIBRARIES.items()
+    }
 
 
 def test_views_are_functions_of_named_modules_and_records_call_them_all() -> None:
     """Type checkers do not see them, as they are named by texts."""
-    homes = {name: f"lcpcli.{room}.{name}" for name, room in views.ROOMS.items()}
+    homes = {
+        name: f"lcpcli.{subpackage}.{name}"
+        for name, subpackage in views.SUBPACKAGES.items()
+    }
     called = {
         (node.value.attr, node.attr)
         for node in of_modules()
@@ -474,14 +482,14 @@ def test_no_generator_is_decorated_by_errstate_which_ends_before_its_first_step(
 
 
 def test_only_the_command_changes_its_process_and_has_exit_codes() -> None:
-    """What a result means to a shell is decided in one place; to other rooms it says in
-    words how it has ended.
+    """What a result means to a shell is decided in one place; to other subpackages it
+    says in words how it has ended.
 
     Only `interrupts.silent` moves standard output too, for the time of a call in a
     process with one thread.
     """
     owners = {
-        room_of(name)
+        subpackage_of(name)
         for name, own in modules().items()
         for node in own
         if isinstance(node, ast.Attribute)
@@ -556,7 +564,7 @@ def test_no_time_of_a_run_is_that_of_loading_a_module() -> None:
     names = [
         name
         for name in modules()
-        if room_of(name) in IN_RUNS and name not in AFTER_RUNS
+        if subpackage_of(name) in IN_RUNS and name not in AFTER_RUNS
     ]
     assert {
         name: found

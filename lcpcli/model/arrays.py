@@ -35,8 +35,8 @@ from lcpcli.linalg.doubles import (
 from lcpcli.linalg.matrices import is_sparse, row_maxima
 from lcpcli.typing import Matrix, Vector
 
-FROM_0 = "(indices count from 0)"  # what the index of a field in a message is
-FROM_1 = "(counted from 1)"  # what the number of a component or row in a sentence is
+FROM_0 = "(indices count from 0)"  # for the index of a field in a message
+FROM_1 = "(counted from 1)"  # for the number of a component or row in a sentence
 NUMBERS = "a list of numbers"
 ROWS = "a list of rows of numbers"
 ROW = "a row, a list of numbers"
@@ -49,7 +49,8 @@ UNDERFLOWS = ("is 0 in double precision, but not 0", f"scale the data {FROM_0}")
 DENSE_HINT = "give a dense array, as by toarray()"
 UNLABELLED = "give them the same labels, or arrays, as by to_numpy()"
 TEXTS = (str, bytes, bytearray)
-# From here on a number is nearer to the next power of two than to a double.
+# From here on a number is closer to the next power of two than to the largest
+# floating-point number.
 BEYOND_DOUBLES = 2**1024 - 2**970
 
 
@@ -87,9 +88,9 @@ def plain(field: str, values: Any, expected: str) -> Any:
 def as_vector(
     field: str, values: Any, n: int | None = None, of: str = "unknown"
 ) -> Vector:
-    """Return values as a float64 vector in memory of its own, one entry for each of n
+    """Return values as a float64 vector in separate memory, one entry for each of n
     things of a kind (of any length if n is None), or raise ProblemError. An array of a
-    single row or column counts as a vector."""
+    single row or column is treated as a vector."""
     return as_sized_vector(field, values, n, of)[0]
 
 
@@ -121,8 +122,8 @@ def as_flat(
     expected: str = NUMBERS,
     either: str = "",
 ) -> Vector:
-    """Return `plain` values as a vector as `as_vector` does, though not in memory of
-    its own, and of any numbers."""
+    """Return `plain` values as a vector as `as_vector` does, though not in separate
+    memory, and with any numbers."""
     v = _of_plain_numbers(values)
     if v is None:
         if isinstance(values, (list, tuple)):
@@ -141,8 +142,8 @@ def as_flat(
 
 
 def readonly_copy(array: Vector, raw_value: Any = None) -> Vector:
-    """Return the array, made of `raw_value`, in read-only memory of its own; lists and
-    read-only arrays need no copy."""
+    """Return the array, made of `raw_value`, in separate read-only memory; arrays made
+    of lists, and read-only arrays, need no copy."""
     seen = None if isinstance(raw_value, (list, tuple)) else array
     # The numbers may be changed through the array behind this view, or another view.
     while isinstance(seen, np.ndarray):
@@ -174,12 +175,10 @@ def as_columns(field: str, values: Any, finite: bool = True) -> Vector:
         as_nested(field, values, 2, ROWS),
     )
     if columns.ndim != 2:
-        single = f"; for a single one, np.reshape({field}, (-1, 1))" * (
-            columns.ndim == 1
-        )
-        raise ProblemError(
-            field, f"has {count(columns.ndim, 'dimension')}", f"{per_column}{single}"
-        )
+        hint = per_column
+        if columns.ndim == 1:
+            hint += f"; for a single one, np.reshape({field}, (-1, 1))"
+        raise ProblemError(field, f"has {count(columns.ndim, 'dimension')}", hint)
     if finite:
         refuse_infinite(field, columns)
     return columns
@@ -239,8 +238,8 @@ def _as_two_dimensional(field: str, values: Any) -> Matrix:
 
 def _as_finite(field: str, M: Matrix) -> tuple[Matrix, tuple[float, float]]:
     """Return M, in compressed sparse rows if it is sparse, and bounds on the largest
-    |entry| of its rows: one that is at most the least nonzero row maximum, infinite if
-    there is none, and exactly the largest entry.
+    |entry| of its rows: one that is at most the smallest nonzero row maximum, infinite
+    if there is none, and exactly the largest entry.
 
     They are the `sizes` of the row maxima or, where that is faster, of all entries, or
     of the diagonal and the largest.
@@ -310,13 +309,13 @@ def _may_be_masked(values: Any) -> bool:
 
 
 def _of_plain_numbers(values: Any) -> Vector | None:
-    """Return the numbers of a list without other types than int and float, as most
-    lists are, which numpy takes at once; None for anything else."""
+    """Return the numbers of a list without other types than int and float, which numpy
+    converts at once; None for anything else."""
     if type(values) is not list or not {*map(type, values)} <= {int, float}:
         return None
     try:
         return np.asarray(values, dtype=np.float64)
-    except OverflowError:  # whose place is looked for by the caller
+    except OverflowError:  # the caller reports the position
         return None
 
 
@@ -362,7 +361,7 @@ def _refuse_other_types(field: str, values: Any) -> None:
 
 def has_rows(values: Sequence[Any]) -> bool:
     """Return whether some of the values are lists or arrays."""
-    # Before numpy, which raises an error for rows of different lengths.
+    # numpy comes last, as it raises an error for rows of different lengths.
     return any(isinstance(part, (list, tuple)) or np.ndim(part) for part in values)
 
 
@@ -446,8 +445,8 @@ def refuse_other_than_numbers(field: str, values: Sequence[Any]) -> None:
 def refuse_infinite(
     field: str, values: Vector, positions: Callable[[], Any] | None = None
 ) -> None:
-    """Raise ProblemError for an entry that is not finite. positions : returns
-    those of the values in a matrix."""
+    """Raise ProblemError for an entry that is not finite. positions : returns the
+    positions of the values in a matrix."""
     if is_finite(values.ravel(order="K")):
         return
     first_infinite = np.argwhere(~np.isfinite(values))[0]
@@ -505,22 +504,22 @@ def _in_order(
     field: str, values: Any, labels: list[Any], of: str, axis: str = "index"
 ) -> Any:
     """Return values with rows, or columns, in the order of these labels, if they have
-    the same in another order; the values, so that positions count, if one of the two
-    has no labels, or only counts from 0; or raise ProblemError."""
-    own_labels = (
+    the same in another order; the values, in the order of their positions, if one of
+    the two has no labels, or only counts from 0; or raise ProblemError."""
+    value_labels = (
         list(getattr(values, axis))
         if labels and _has_index(values) and hasattr(values, axis)
         else labels
     )
-    if own_labels == labels:
+    if value_labels == labels:
         return values
-    if len(own_labels) == len(labels) == len(set(own_labels)) and set(
-        own_labels
+    if len(value_labels) == len(labels) == len(set(value_labels)) and set(
+        value_labels
     ) == set(labels):
-        positions = {label: i for i, label in enumerate(own_labels)}
+        positions = {label: i for i, label in enumerate(value_labels)}
         return values.take([positions[label] for label in labels], axis=axis)
-    if len(own_labels) != len(labels) or list(range(len(own_labels))) in (
-        own_labels,
+    if len(value_labels) != len(labels) or list(range(len(value_labels))) in (
+        value_labels,
         labels,
     ):
         return values

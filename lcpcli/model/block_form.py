@@ -51,7 +51,7 @@ if TYPE_CHECKING:
 
 
 SENSES = {"min": 1.0, "max": -1.0}  # of objectives
-CANCELLED = 1e-12  # of an objective: rounding of its terms that counts
+CANCELLED = 1e-12  # relative to an objective: rounding of its terms that matters
 
 
 def symmetrized(Q: Matrix, eps: float = EPS) -> Matrix | None:
@@ -139,8 +139,9 @@ class Blocks(NamedTuple):
 
     @np.errstate(over="ignore", invalid="ignore")
     def objective(self, x: Vector) -> float:
-        """Return x'Qx / 2 + c'x for a symmetric Q, with more digits than doubles have
-        where terms cancel, as those of a large x with Qx near 0 do."""
+        """Return x'Qx / 2 + c'x for a symmetric Q, with more digits than double
+        precision has where terms cancel, as those of a large x with Qx close to 0
+        do."""
         value = float(x @ matrices.product(self.Q, x) / 2 + self.c @ x)
         sizes = np.abs(x)
         of_Q = sizes @ matrices.absolute_product(self.Q, sizes) / 2
@@ -151,8 +152,8 @@ class Blocks(NamedTuple):
         return float(matrices.accurate_residual(x[None], slopes, np.zeros(1))[0]) / -2
 
     def with_infinity(self, infinity: float) -> Blocks:
-        """Return the same without bounds and sides of rows of at least that size, or
-        raise ProblemError."""
+        """Return the blocks without bounds and sides of rows of at least the size
+        `infinity`, or raise ProblemError."""
         rows, variables = (self.row_lower, self.row_upper), (self.lower, self.upper)
         rows = as_intervals(
             ("row_lower", "row_upper"), *rows, self.row_lower.size, "row", infinity
@@ -170,7 +171,7 @@ class BlockForm(Formulation):
         different finite bounds.
     rows, columns : the names of the rows of A and of its columns, the variables; empty
         if they have none.
-    constant : is added to the objective.
+    constant : a number that is added to the objective.
     """
 
     variables: int
@@ -202,7 +203,7 @@ class BlockForm(Formulation):
 
     def of_conditions(self, conditions: Conditions) -> BlockForm | None:
         """Return this object, which reads q and the bounds from the problem, if they
-        are those of its blocks; M is as it was."""
+        are those of its blocks; M is unchanged."""
         blocks = self.blocks(conditions)
         if blocks is None or int(blocks.ranges.sum()) != self.ranges:
             return None
@@ -301,7 +302,7 @@ class BlockForm(Formulation):
         return other.tocsr() if is_sparse(M) else other
 
     def with_ranges(self, ranges: int) -> Self:
-        """Return the same with another number of rows between two bounds."""
+        """Return this formulation with another number of rows between two bounds."""
         raise NotImplementedError
 
     def signs(self, n: int) -> Vector:
@@ -325,7 +326,8 @@ class BlockForm(Formulation):
         return list(x), multipliers, list(z[len(x) + len(y) :])
 
     def objective(self, blocks: Blocks, x: Vector) -> float:
-        """Return the objective in its own sense, with its constant."""
+        """Return the objective in the sense in which it is stated, with its
+        constant."""
         return self.sign * blocks.objective(x) + self.constant
 
     def z_of(self, x: Vector, y: Vector, blocks: Blocks) -> Vector:
@@ -445,8 +447,8 @@ def rows_between(
 def matrix_of_rows(
     field: str, raw_value: Any, k: int, bounds: Mapping[str, Any]
 ) -> Matrix:
-    """Return the matrix of the rows, of shape (m, k), with m = 0 if neither it nor its
-    bounds are given."""
+    """Return the matrix of the rows, of shape (m, k), with m = 0 if there are neither a
+    matrix nor bounds."""
     present = [name for name, bound in bounds.items() if bound is not None]
     if raw_value is None and not present:
         return np.zeros((0, k))

@@ -1,9 +1,9 @@
-"""The bounds l <= z <= u of a problem, the states of variables, at a bound or basic,
-and the change of variables to x with z = mid(l, u, 2x) and w = z - 2x.
+"""The bounds l <= z <= u of a problem, the basis status of variables, at a bound or
+basic, and the change of variables to x with z = mid(l, u, 2x) and w = z - 2x.
 
-For every x, z lies within its bounds and w has the signs that these ask for: w_i >= 0
-where z_i < u_i and w_i <= 0 where z_i > l_i. For l = 0 and u infinite, z = |x| + x and
-w = |x| - x.
+For every x, z lies within its bounds and w has the signs required by complementarity:
+w_i >= 0 where z_i < u_i and w_i <= 0 where z_i > l_i. For l = 0 and u infinite, z = |x|
++ x and w = |x| - x.
 
 A residual that is measured from the reference point is hidden neither by bounds far
 from 0 nor by very large ones that stand for infinite ones.
@@ -42,19 +42,19 @@ from lcpcli.model.arrays import FROM_0, as_floats, plain, readonly_copy
 from lcpcli.options import INFINITY
 from lcpcli.typing import Indices, Mask, Matrix, States, Vector
 
-# From this ratio of the terms of a row of M z + q to their sum on, it is summed
-# exactly.
+# A row of M z + q is summed exactly if its terms exceed this multiple of their sum.
 CANCELLATION = 1000
 # A bound of this size or more means none, by the convention of MPS files and of OSQP.
 NO_BOUND = 1e20
 # A bound of this size or more may mean none (see `far_sides`).
 MIN_FAR = 1e13
 LARGEST_X = LARGEST_DOUBLE / 2  # up to this |x|, z and w are finite
-# states: z_i = l_i and w_i >= 0, w_i = 0, z_i = u_i and w_i <= 0.
+# Basis status: z_i = l_i and w_i >= 0, w_i = 0, z_i = u_i and w_i <= 0.
 LOWER = -1
 BASIC = 0
 UPPER = 1
-# What states are compared with in half the time; those of BASIC count as false.
+# Comparing a basis with this array takes half the time; BASIC is false, others are
+# true.
 _UPPER = np.array(UPPER, dtype=np.int8)
 WORDS = {LOWER: "lower", BASIC: "basic", UPPER: "upper"}
 
@@ -62,8 +62,8 @@ WORDS = {LOWER: "lower", BASIC: "basic", UPPER: "upper"}
 class Wording(NamedTuple):
     """The wording of the conditions of a problem in messages: what holds in rational
     arithmetic for an exact solution, and for a proof that there is none, what a
-    certificate shows, what an accepted proof does, and what a certificate does that is
-    a proof but for the rounding of M."""
+    certificate shows, what an accepted proof does, and what a certificate shows that is
+    a proof except for the rounding of M."""
 
     solved: str
     infeasible: str
@@ -102,7 +102,7 @@ def in_range(x: Vector) -> bool:
 
 
 def transformed_bound(bound: Vector, original_bound: Vector | float) -> Vector:
-    """Return a bound in other variables, kept finite where the given bound is
+    """Return a bound in other variables, kept finite where the original bound is
     finite."""
     return np.where(
         np.isfinite(original_bound),
@@ -112,7 +112,7 @@ def transformed_bound(bound: Vector, original_bound: Vector | float) -> Vector:
 
 
 def of_masks(basic: Mask, upper: Mask | None = None) -> States:
-    """Return states of any shape: BASIC where basic, UPPER where upper, which excludes
+    """Return a basis of any shape: BASIC where basic, UPPER where upper, which excludes
     basic, and LOWER elsewhere."""
     if upper is None:
         return -(~basic).view(np.int8)
@@ -152,8 +152,8 @@ class Box:
 
     @cached_property
     def is_far(self) -> bool:
-        """Return whether a finite bound is so large that it may stand for an infinite
-        one (see `far_sides`)."""
+        """Return whether a finite bound is so large that it may mean an infinite one
+        (see `far_sides`)."""
         sides = (self.upper,) if self.has_zero_lower else (self.lower, self.upper)
         return any(
             number_of(np.abs(side) >= MIN_FAR) > number_of(np.isinf(side))
@@ -197,8 +197,8 @@ class Box:
             )
 
     def x_within(self, z: Vector, w: Vector, basis: States) -> Vector:
-        """Return the x of a basic solution, with basic z_i moved within bounds and w_i
-        of the wrong sign set to 0."""
+        """Return the x of a basic solution, with basic z_i moved within bounds and
+        infeasible w_i set to 0."""
         signed = np.maximum(w, 0.0)
         if self._has_upper:
             signed = np.where(
@@ -216,13 +216,13 @@ class Box:
         return np.maximum(factor * (z - self.upper), gaps) if self._has_upper else gaps
 
     def basis_of(self, x: Vector) -> States:
-        """Return the states that x stands for: at the lower bound where 2x <= l, at the
+        """Return the basis that x represents: at the lower bound where 2x <= l, at the
         upper bound where 2x >= u."""
         return self.basis_at(x + x)
 
     def basis_at(self, z: Vector, w: Vector | None = None) -> States:
-        """Return the states of z and w, by default 0: the basis of their x, whose
-        halves may underflow."""
+        """Return the basis of z and w, by default 0: that of their x, whose halves may
+        underflow."""
         t = z if w is None else self._t_of(z, w)
         above = t > self.lower
         if not self._has_upper:
@@ -252,8 +252,8 @@ class Box:
         return np.where(basis, bound, 0.0)
 
     def violations(self, z: Vector, w: Vector, basis: States) -> Vector:
-        """Return how far each component is from satisfying the condition of its state;
-        at most 0 where it does."""
+        """Return how far each component is from satisfying the condition of its basis
+        status; at most 0 where it does."""
         if not self._has_upper:
             return np.where(basis, -w, self.lower - z)
         beyond: Vector = np.maximum(self.lower - z, z - self.upper)
@@ -264,8 +264,8 @@ class Box:
         return self.violations(z, w, basis) > 0.0
 
     def excess(self, z: Vector, w: Vector) -> Vector:
-        """Return by how much w has the wrong sign for an admissible z; minus infinity
-        where w may have any sign."""
+        """Return by how much w has the wrong sign for a z within the bounds; minus
+        infinity where w may have any sign."""
         if not self._has_upper:
             return np.where(z > self.lower, np.abs(w), -w)
         return np.maximum(
@@ -273,8 +273,8 @@ class Box:
         )
 
     def exchanged(self, basis: States, violated: Mask, z: Vector) -> States:
-        """Return the states with violated components exchanged: a basic one goes to its
-        bound, others become basic."""
+        """Return the basis after a block pivot on the violated components: a basic one
+        goes to its bound, others become basic."""
         basic = np.logical_not(basis)
         if not self._has_upper:
             return of_masks(basic ^ violated)
@@ -284,16 +284,16 @@ class Box:
         )
 
     def project(self, z: Vector) -> Vector:
-        """Return the nearest admissible z."""
+        """Return the closest z within the bounds."""
         nearest: Vector = np.maximum(z, self.lower)
         return (
             np.minimum(nearest, self.upper, out=nearest) if self._has_upper else nearest
         )
 
     def on_bounds(self, z: Vector, w: Vector, factor: Vector) -> tuple[Vector, Vector]:
-        """Return the nearest admissible z, on a bound where factor times its distance
-        is less than a w of its sign; and the sigma for which w - sigma has the signs
-        that it asks for."""
+        """Return the closest z within the bounds, on a bound where factor times its
+        distance is less than a w of its sign; and the sigma for which w - sigma has the
+        signs required by complementarity."""
         at_lower, at_upper = (
             factor * (z - self.lower) < w,
             factor * (z - self.upper) > w,
@@ -347,7 +347,7 @@ class Box:
         return {} if self.is_orthant else counts
 
     def in_single_precision(self) -> Box:
-        """Return the bounds in single precision, where those beyond its range count as
+        """Return the bounds in single precision, where those beyond its range are
         infinite."""
         with np.errstate(over="ignore"):
             return Box(self.lower.astype(np.float32), self.upper.astype(np.float32))
@@ -360,8 +360,8 @@ class Box:
         return self.mapped(lambda bound: transformed_bound(bound - z, bound))
 
     def add_within(self, distance: Vector, shifted_box: Box, z: Vector) -> Vector:
-        """Return z plus a distance from it; where that is at one of its own bounds, the
-        bound of this box."""
+        """Return z plus a distance from it; where the distance is at a bound of its
+        box, the bound of this box."""
         inside = np.where(distance == shifted_box.upper, self.upper, distance + z)
         return np.where(distance == shifted_box.lower, self.lower, inside)
 
@@ -386,7 +386,7 @@ class Reference(NamedTuple):
 
 @np.errstate(over="ignore", invalid="ignore")
 def reference(M: Matrix, q: Vector, box: Box) -> Reference:
-    """Return the z within the bounds nearest to 0, or with every z_i at a finite bound,
+    """Return the z within the bounds closest to 0, or with every z_i at a finite bound,
     whichever leaves the smaller residual; 0 if w overflows at both. Rows of w that
     cancel there are summed exactly. q : shape (n,), or (m, n)."""
     if box.has_zero_lower:
@@ -433,15 +433,15 @@ def box_of(lower: Any, upper: Any, n: int, infinity: float) -> Box:
     box = Box(low, high)
     if box.has_zero_lower and number_of(high == math.inf) == n:
         return ORTHANT
-    # Vectors that were made of numbers belong to nobody else.
+    # Nothing else has vectors that were made here of numbers.
     box.lower = readonly_copy(low, [] if type(lower) is float else lower)
     box.upper = readonly_copy(high, [] if type(upper) is float else upper)
     return box
 
 
 def has_columns(field: str, bound: Any) -> bool:
-    """Return whether a bound has rows and is not an array of a single column, which
-    would count as a vector."""
+    """Return whether a bound has rows and is not an array of a single column, which is
+    treated as a vector."""
     raw_value = plain(field, bound, arrays.NUMBERS)
     if isinstance(raw_value, (list, tuple)):
         return arrays.has_rows(raw_value)
@@ -512,14 +512,14 @@ def _refuse_infinite_sides(
 
 
 def _are_valid(lower: Vector, upper: Vector) -> bool:
-    """Return whether all bounds leave a number."""
+    """Return whether a number is within each pair of bounds."""
     low = np.maximum(lower, -LARGEST_DOUBLE)
     high = np.minimum(upper, LARGEST_DOUBLE)
     return number_of(low <= high) == low.size
 
 
 def _plain_vector(bound: Any, n: int) -> Vector | None:
-    """Return a bound that is a number or a vector of doubles, which need not be
+    """Return a bound that is a number or a vector of float64, which need not be
     converted, as a vector of shape (n,); None for any other."""
     if type(bound) is float:
         vector = np.empty(n)
@@ -539,8 +539,8 @@ def with_infinity(bound: Vector, infinity: float) -> Vector:
 
 
 def as_bound(field: str, values: Any, n: int, of: str, absent: float) -> Vector:
-    """Return a bound of shape (n,) from one number or n, possibly infinite; None stands
-    for `absent`, no bound."""
+    """Return a bound of shape (n,) from one number or n, possibly infinite; None means
+    `absent`, no bound."""
     if values is None:
         return np.full(n, absent)
     expected = "a number, or a list of numbers"
@@ -574,8 +574,8 @@ def bounds_of_each(
     of: str,
 ) -> tuple[Vector, Vector] | None:
     """Return both bounds of m problems, of shape (m, n); None if they are 0 and
-    infinity, as of an LCP. rows_of : returns those of each problem, or None for a bound
-    that is the same for all. of : what a problem is in messages."""
+    infinity, as of an LCP. rows_of : returns the bounds of each problem, or None for a
+        bound that is the same for all. of : the noun for a problem in messages."""
     bounds = []
     for field, bound, absent in (
         ("lower", lower, -math.inf),
@@ -591,7 +591,7 @@ def bounds_of_each(
 
 def refuse_crossed(low: Vector, high: Vector, name: str, first: int = 0) -> None:
     """Raise ProblemError if bounds of shape (m, n), for columns or others, numbered
-    from `first`, leave no number."""
+    from `first`, have no number between them."""
     for j in np.flatnonzero(
         ~((low <= high) & (low < np.inf) & (high > -np.inf)).all(axis=1)
     )[:1]:

@@ -1,14 +1,14 @@
-"""Changes of variables, each with the way back: a problem in other units, or with its
-reference point moved to 0, and several changes in turn; others are in `presolve`. And a
-mixed problem as an LCP, for methods that accept only z >= 0: finite lower bounds are
-shifted to 0, variables with only an upper bound are mirrored, free ones are split by
-one common extra column, z_F = p - t e (which keeps M positive semidefinite if it is),
-and a box gets its upper bound as a row, with a multiplier v: [M I; -I 0]. Fixed
-variables are left out.
+"""Changes of variables, each with its inverse transformation: a problem with other
+scaling, or with its reference point moved to 0, and several changes one after another;
+others are in `presolve`. And a mixed problem as an LCP, for methods that accept only z
+>= 0: finite lower bounds are shifted to 0, variables with only an upper bound are
+reflected, free ones are split by one common extra column, z_F = p - t e (which keeps M
+positive semidefinite if it is), and a box gets its upper bound as a row, with a
+multiplier v: [M I; -I 0]. Fixed variables are left out.
 
-Sides so far from 0 that they most likely stand for infinite ones, as 1e20 and 1e30 do,
-become infinite if the user says so. Otherwise they count, but a method does better if
-it first solves the problem `relaxed` (see `far_sides`).
+Sides so far from 0 that they are likely to mean infinite ones, as 1e20 and 1e30 do,
+become infinite if the user says so. Otherwise they are sides, but a method does better
+if it first solves the problem `relaxed` (see `far_sides`).
 """
 
 from __future__ import annotations
@@ -39,23 +39,25 @@ from lcpcli.model.far_sides import FarSides
 from lcpcli.model.problem import Problem, conditions_of
 from lcpcli.typing import Indices, Mask, Vector
 
-# Times the reach of others: a far side that counts, in a problem with the same states.
+# Far sides that are not left out are moved to this multiple of the largest other side;
+# the basis of a solution is almost always the same.
 NEARER = 1e5
-CLEAR = 1e-9  # of the terms of w: what is no rounding
-MAX_RATIO = 1e3  # of two of them, as a power of the given ratio if that is more
+CLEAR = 1e-9  # relative to the terms of w: above this it is no rounding
+MAX_RATIO = 1e3  # of two moved sides: a larger ratio is reduced to this by a power
 MODERATE_POWER = 300  # the power of two up to which R q is usually left unchanged
 
 
 @dataclass(eq=False, repr=False)
 class Change:
-    """A problem in variables other than the original ones, with the way there and back:
-    `start` and `back` of x, `residual` back of F, and `multipliers` back of Farkas' y,
-    if it proves the original problem infeasible too; unless a subclass says otherwise,
-    they remain the same. Where both are the same problem, it is the identity."""
+    """A problem in variables other than the original ones, with the transformation and
+    its inverse: `start` and `back` of x, `residual` back of F, and `multipliers` back
+    of Farkas' y, if it proves the original problem infeasible too; unless a subclass
+    says otherwise, they remain the same. Where both are the same problem, it is the
+    identity."""
 
     problem: Problem
     original: Problem
-    # Whether a basis of one problem stands for the same states in the other.
+    # Whether a basis of one problem is also that of the other.
     keeps_states: ClassVar[bool] = False
 
     @property
@@ -64,8 +66,8 @@ class Change:
 
     @property
     def is_exact(self) -> bool:
-        """Return whether surely nothing was rounded or lost, so that both problems have
-        the same solutions."""
+        """Return whether it is certain that nothing was rounded or lost, so that both
+        problems have the same solutions."""
         return self.is_identity
 
     def start(self, x: Vector) -> Vector:
@@ -106,8 +108,8 @@ class Composed(Change):
 
 
 def composed(problem: Problem, *steps: Callable[[Problem], Change]) -> Change:
-    """Return the change that makes these, each of the problem that the one before
-    leaves."""
+    """Return the change that consists of these, each of which applies to the problem
+    after the one before."""
     change = Change(problem, problem)
     for step in steps:
         later = step(change.problem)
@@ -117,9 +119,9 @@ def composed(problem: Problem, *steps: Callable[[Problem], Change]) -> Change:
 
 @dataclass(eq=False, repr=False)
 class Scaled(Change):
-    """The problem of R M C, R q, l / C and u / C, with the way back: z = C z', w = w' /
-    R, F = F' / R; without R and C the problem itself, with no copies of vectors. If R
-    and C are powers of two, neither direction rounds."""
+    """The problem of R M C, R q, l / C and u / C, with its inverse transformation: z =
+    C z', w = w' / R, F = F' / R; without R and C it is the problem itself, and no
+    vector is copied. If R and C are powers of two, neither direction rounds."""
 
     R: Any = None
     C: Any = None
@@ -168,8 +170,8 @@ class Scaled(Change):
 
     @np.errstate(over="ignore")
     def back(self, x: Vector) -> Vector:
-        """Return x in the original units: infinite where z overflows, and where w does
-        the most negative number."""
+        """Return x in the original variables: infinite where z overflows, and the most
+        negative number where w does."""
         z = self.problem.box.z_of(x)
         return np.maximum(
             0.5 * (self.z_outside(z) - self.w_outside(z - 2 * x)), -LARGEST_X
@@ -201,8 +203,8 @@ def scale(problem: Problem, moderate: int = MODERATE_POWER) -> Scaled:
 
 
 def in_units(problem: Problem, R: Vector, C: Vector) -> Scaled:
-    """Return the problem in the units of these positive diagonals, each of shape (n,);
-    itself if all are 1."""
+    """Return the problem scaled by these positive diagonals, each of shape (n,); itself
+    if all are 1."""
     if not (np.count_nonzero(R != 1.0) or np.count_nonzero(C != 1.0)):
         return Scaled(problem, problem, R, C)
     M, q = matrices.scaled(problem.M, R, C), R * problem.q
@@ -229,7 +231,7 @@ def is_far_from_one(problem: Problem) -> bool:
 
 class Shifted(Change):
     """The problem of M, M z + q and l - z <= z' <= u - z for the reference point z,
-    with the way back."""
+    with its inverse transformation."""
 
     keeps_states = True
 
@@ -270,7 +272,8 @@ def shifted(problem_before: Problem) -> Change:
 
 @dataclass(eq=False, repr=False)
 class StandardForm(Change):
-    """An LCP whose solutions are those of a mixed problem, with the way back.
+    """An LCP whose solutions are those of a mixed problem, with its inverse
+    transformation.
 
     original : the mixed problem, n unknowns z.
     problem : the LCP, with unknowns p >= 0 for the variables `kept_columns`, then t if
@@ -282,7 +285,7 @@ class StandardForm(Change):
     boxed: Indices
     sign: Vector
 
-    # Methods that need this form use none.
+    # Methods that need this form use no start.
     def start(self, x: Vector) -> Vector:  # noqa: ARG002
         return np.zeros(self.problem.n)
 
@@ -327,9 +330,9 @@ class StandardForm(Change):
         return of_v
 
     def restricted(self, active: Mask, inactive: Mask) -> tuple[Box, Box] | None:
-        """Return the bounds of z, and bounds that ask for the signs of w, if of the
-        unknowns of the LCP those that are active have w' = 0, and those that are
-        inactive are 0; None if no z is within such bounds."""
+        """Return the bounds of z, and bounds that represent the signs of w, if those
+        unknowns of the LCP that are active have w' = 0, and those that are inactive are
+        0; None if no z is within such bounds."""
         box, n = self.original.box, self.original.n
         lower, upper = box.vectors(n)
         basic, at_corner, at_upper, below, has_v = np.zeros((5, n), dtype=bool)
@@ -349,7 +352,7 @@ class StandardForm(Change):
         low = np.where(at_upper, upper, low)
         if (low > high).any():
             return None
-        # Where w >= 0 is asked for, and where w <= 0 is.
+        # Where w >= 0 is required, and where w <= 0 is.
         rises = np.where(has_v, below, basic | np.isinf(upper))
         falls = basic | np.isinf(lower)
         return Box(low, high), Box(
@@ -358,8 +361,8 @@ class StandardForm(Change):
 
 
 def standard_form(original: Problem) -> StandardForm:
-    """Return the LCP of a problem, itself if it is one, else with M copied. If all are
-    fixed, they count as boxed."""
+    """Return the LCP of a problem, itself if it is one, else with M copied. If all
+    variables are fixed, they are treated as boxed."""
     if not original.is_mixed:
         return StandardForm(
             original, original, np.arange(original.n), np.arange(0), np.ones(original.n)
@@ -407,11 +410,11 @@ def standard_form(original: Problem) -> StandardForm:
 
 
 def with_infinity(problem: Problem, infinity: float) -> Problem:
-    """Return the problem without bounds of at least that size and, for a block form,
-    without such sides of rows.
+    """Return the problem without bounds of at least the size `infinity` and, for a
+    block form, without such sides of rows.
 
     Raises ProblemError for a lower bound of at least `infinity`, or an upper bound of
-    at most minus that.
+    at most minus `infinity`.
     """
     origin = problem.origin
     before = conditions_of(problem)
@@ -449,8 +452,8 @@ def with_infinity(problem: Problem, infinity: float) -> Problem:
 
 
 def remark(problem: Problem) -> str:
-    """Return how many far sides there are and what to do if they stand for infinite
-    ones; "" if none."""
+    """Return how many far sides there are and what to do if they mean infinite ones; ""
+    if there are none."""
     if not problem.has_far_sides:
         return ""
     assert problem.far_sides is not None
@@ -468,9 +471,9 @@ class Relaxed(Change):
     multipliers of rows without any other side are fixed at 0. The two problems share
     only the solutions within the sides.
 
-    sides : those that are left out. moved_sides : far sides that count. is_moved :
-        whether they are nearer; then the two problems share only the states of their
-        solutions, if these do not depend on how far such a side is.
+    sides : the far sides that are left out. moved_sides : the other far sides. is_moved
+        : whether these have been moved closer; then the two problems share only the
+        bases of their solutions, if these do not depend on how far away such a side is.
     """
 
     sides: FarSides
@@ -494,7 +497,7 @@ class Relaxed(Change):
 
     @np.errstate(all="ignore")
     def met(self, x: Vector) -> FarSides:
-        """Return the sides that the z and w of an x are beyond."""
+        """Return the sides that the z and w of an x violate."""
         z, (lower, upper) = self.problem.box.z_of(x), self.original.box.vectors(x.size)
         w, sides = self.original.w(z), self.sides
         has_wrong_sign = np.where(upper == np.inf, w < 0, w > 0)
@@ -506,8 +509,8 @@ class Relaxed(Change):
 
     @np.errstate(all="ignore")
     def idle(self, x: Vector) -> FarSides:
-        """Return those that count, and without which an x of this problem would solve
-        it as well: the w of their unknowns are rounding of 0."""
+        """Return those far sides of this problem without which an x would solve it as
+        well: the w of their unknowns are rounding of 0."""
         relaxed, z = self.problem, self.problem.box.z_of(x)
         terms = matrices.absolute_product(relaxed.M, np.abs(z)) + np.abs(relaxed.q)
         is_rounding = np.abs(relaxed.w(z)) <= CLEAR * terms
@@ -523,10 +526,9 @@ class Relaxed(Change):
         """Return those sides without which a y proves that there is no z, and with
         which it may not.
 
-        In a program that is unbounded without them, y is a direction in which it is.
-        By default only those sides are returned that are met first, of unknowns whose
-        own costs fall in that direction, if there are any: others come along at no
-        cost."""
+        In a program that is unbounded without them, y is a direction in which it is. By
+        default only those sides are returned that are reached first, of unknowns whose
+        costs fall in that direction, if there are any: others move along at no cost."""
         columns, sides = product(self.original.M.T, y), self.sides
         terms = matrices.absolute_product(self.original.M.T, np.abs(y))
         lower, upper = self.original.box.vectors(y.size)
@@ -558,8 +560,8 @@ class Relaxed(Change):
 def relaxed(
     problem: Problem, sides: FarSides | None = None, is_moved: bool = True
 ) -> Change:
-    """Return the problem without far sides, or without these, and the other ones of
-    them nearer, if they are moved. Where there are none, nothing changes."""
+    """Return the problem without far sides, or without these ones, and with the other
+    far sides closer, if they are to be moved. Where there are none, nothing changes."""
     if not problem.has_far_sides:
         return Change(problem, problem)
     assert problem.far_sides is not None
@@ -584,7 +586,7 @@ def relaxed(
 
 
 def _nearer(sides: Vector, smallest: float, power: float, reach: float) -> Vector:
-    """Return far sides that are nearer, in the same order."""
+    """Return far sides that have been moved closer, in the same order."""
     with np.errstate(invalid="ignore"):
         sizes = NEARER * (reach or 1.0) * (np.abs(sides) / smallest) ** power
         return np.where(np.isfinite(sides), np.copysign(sizes, sides), sides)

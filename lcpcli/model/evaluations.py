@@ -1,5 +1,5 @@
-"""Evaluations of F and J of a nonlinear problem, counted; J by finite differences where
-it is not given.
+"""Evaluations of F and J of a nonlinear problem, counted; J by finite differences if
+the problem has none.
 
 Columns of J without a common row are differenced together: A. R. Curtis, M. J. D.
 Powell, J. K. Reid, On the estimation of sparse Jacobian matrices, IMA Journal of
@@ -31,61 +31,63 @@ from lcpcli.model.nonlinear import NonlinearProblem
 from lcpcli.typing import Indices, Mask, Matrix, Vector
 
 MAX_DENSE = 100  # unknowns up to which J is differenced column by column, and is dense
-# Points whose F is kept, as the loop and the method, and J by differences, ask for it
+# Points whose F is cached, as the loop and the method, and J by differences, need it
 # again.
 MAX_CACHED = 4
 STEP = EPS**0.5  # of a forward difference, relative to z_j, or to 1 if z_j is smaller
-LONG_STEP = 2.0**-7  # that tells whether differences by STEP are doubtful
-# Relative to the change of F, or to the terms of J: a difference between the two.
+LONG_STEP = 2.0**-7  # that shows whether differences by STEP are doubtful
+# Relative to the change of F, or to the terms of J: a difference of the two that is
+# doubtful.
 DOUBTFUL = 0.2
-# Of the slope by the longer step: one by the shorter step that is next to nothing.
+# Relative to the slope by the longer step: a slope by the shorter step that is almost
+# 0.
 FLAT = 1 / 64
-MAX_ADAPTED = 6  # times that steps are changed in a run
-# Times the root of the relative noise: the best step, and the longest one.
+MAX_ADAPTED = 6  # how often steps are changed in a run
+# The best step, relative to the root of the relative noise, and the longest step.
 BEST, LONGEST = 8**0.25, 2.0**-3
-# Of steps; of quotients by two steps, and by how many roundings F changes.
+# How often steps are shortened; the relative difference of quotients by two steps that
+# are the same; and by how many rounding errors F has to change.
 MAX_SHORTER = 12
 SAME = 0.1
 ROUNDINGS = 64
-WRONG = 0.1  # the relative difference from which an entry of J is said to be wrong
+WRONG = 0.1  # the relative difference from which an entry of J is reported as wrong
 # Relative to the largest entry of the row, for such changes: the size from which an
-# entry is.
+# entry is reported.
 NOTABLE = 1e-4
-# Relative to z.
+# Steps along a direction, relative to z.
 STEPS = tuple(2.0**-power for power in (26, 30, 34, 38, 42, 46, 22, 18, 14, 10, 6))
 RATIO = 16.0  # of two successive steps
-# Times the distance of two quotients: at least this they must be for one of them to
-# count.
+# Two quotients are used if they are at least this multiple of their distance.
 APART = 8.0
-# In which J must agree with differences where these alone do not show that terms are
-# large enough.
+# Number of directions in which J has to agree with differences where these alone do not
+# show that terms are large enough.
 DIRECTIONS = 3
 # Relative to the terms of J along a direction: a difference from quotients up to which
 # J agrees.
 MATCH = 1e-2
-# Relative to the larger of the slopes on two sides: a difference that a kink makes.
+# Relative to the larger of the slopes on two sides: a difference that shows a kink.
 KINKED = 0.4
 # Pairs of quotients that agree with each other but not with J, from which on J is
 # wrong.
 REFUTED = 2
-UNEVEN = 2e-5  # relative to these terms: a difference that noise of F may have made
-# Of the terms |J| |z|: the part of them that a direction must have for J to be
-# confirmed.
+UNEVEN = 2e-5  # relative to these terms: a difference that may be noise of F
+# Fraction of the terms |J| |z| that a direction has to have for J to be confirmed.
 COVERED = 0.1
-# Relative to z, or to 1 where it is smaller.
+# Distances of points, relative to z, or to 1 where it is smaller.
 SPACINGS = tuple(2.0**-power for power in range(9, 37, 3))
-RESOLVED = 2.0**-30  # the finest of them that tell oscillations from noise
-# Of differences of third order with the spacing, where this resolves F.
+RESOLVED = 2.0**-30  # the finest of them that distinguish oscillations from noise
+# How fast differences of third order fall with the spacing, where this resolves F.
 MIN_FALL, CUBIC = 4.0, (128.0, 4096.0)
 # Relative to the largest |F_i|: differences of third order that are no more than
 # rounding.
 QUIET = 16 * EPS
 ORDERS = 6  # of differences, from ORDERS + 1 points
-# Of first differences that may be 0: of more, the points are too close.
+# Largest fraction of first differences that are 0: of more, the points are too close.
 MAX_EQUAL = 0.5
-# Of the largest first difference, less the median: the next one, unless that is a jump.
+# The second largest first difference, less the median, relative to the largest one: if
+# it is smaller, there is a jump.
 JUMP = 1e-2
-# The ratio of the noise by differences of successive orders, if it is that of noise.
+# Largest ratio of the levels by differences of successive orders that show noise.
 ALIKE = 4.0
 BY_DIFFERENCES = "by differences of F"
 
@@ -93,18 +95,19 @@ Values = Callable[[Vector], Vector]
 
 
 class Evaluations:
-    """The evaluations of one run. The last J is kept, as the loop and the method ask
-    for it at the same z.
+    """The evaluations of one run. The last J is cached, as the loop and the method need
+    it at the same z.
 
-    pattern : the places of J that may differ from 0, a csr array, for finite
-        differences; None to find them.
+    pattern : the positions of J that may differ from 0, a csr array, for finite
+        differences; None if F has to show them.
     difference_step : their step, relative to z_j, or to 1 where z_j is smaller; by
-        default STEP, or what F asks for.
-    noise, sizes : of each row of F, its noise and the largest |F_i| beside it, where
+        default STEP, or what suits F.
+    noise, sizes : the noise of each row of F, and the largest |F_i| at the points where
         the noise was estimated last.
-    functions, jacobians : the numbers of evaluations so far; those for finite
-        differences count as functions.
-    pivots : of the linear problems that a run has solved, counted by what solves them.
+    functions, jacobians : the numbers of evaluations so far; evaluations for finite
+        differences are functions.
+    pivots : the number of pivots on the linear problems of a run, counted by their
+        solver.
     """
 
     def __init__(
@@ -132,21 +135,20 @@ class Evaluations:
         self._values = deque[tuple[Vector, Vector]](maxlen=MAX_CACHED)
 
     def values(self, z: Vector) -> Vector:
-        """Return F(z), with nan where it is undefined; what is known from before counts
-        as an evaluation, too."""
+        """Return F(z), with nan where it is undefined; a cached value is counted as an
+        evaluation, too."""
         self.functions += 1
         return self.known_values(z)
 
     def known_values(self, z: Vector) -> Vector:
-        """Return F(z), which does not count, and is evaluated only if it is not
-        known."""
+        """Return F(z) without counting it; it is evaluated only if it is not cached."""
         if (F := self.cached(z)) is None:
             F = self.problem.values(z)
             self._values.appendleft((z, F))
         return F
 
     def cached(self, z: Vector) -> Vector | None:
-        """Return F(z) if it has been evaluated of late."""
+        """Return F(z) if it is cached; else None."""
         return next((F for point, F in self._values if np.array_equal(point, z)), None)
 
     def jacobian(self, z: Vector) -> Matrix:
@@ -178,7 +180,7 @@ class Evaluations:
         F = self.known_values(z)
         slopes = list[Vector]()
         differs = list[Mask]()
-        # The second one where curvature may be the reason.
+        # The second step follows where curvature may be the reason.
         for step in (LONG_STEP, RATIO * STEP):
             move = self._inward(z, step * np.maximum(np.abs(z), 1.0))
             change = self.values(z + move) - F
@@ -192,11 +194,11 @@ class Evaluations:
 
     @np.errstate(all="ignore")
     def adapt(self, z: Vector) -> bool:
-        """Change the steps of differences to what F asks for at z; return whether they
-        have changed, by much. They become longer where F is noisy, as J. J. Moré and S.
-        M. Wild, Estimating derivatives of noisy simulations, ACM Transactions on
-        Mathematical Software 38 (2012) 19, choose them, and shorter where that changes
-        quotients."""
+        """Change the steps of differences to what suits F at z; return whether they
+        have changed by a factor of more than 2. They become longer where F is noisy, as
+        J. J. Moré and S. M. Wild, Estimating derivatives of noisy simulations, ACM
+        Transactions on Mathematical Software 38 (2012) 19, choose them, and shorter
+        where that changes quotients."""
         if self.problem.J is not None or self._is_given or self._left == 0:
             return False
         before = self._shares.copy()
@@ -223,7 +225,7 @@ class Evaluations:
         return is_changed
 
     def noise_at(self, z: Vector) -> Vector:
-        """Return the noise of each row of F near z."""
+        """Return the noise of each row of F close to z."""
         if self._noise_of is None or not np.array_equal(self._noise_of, z):
             self._noise_of = z
             self.noise, self.sizes = noise(
@@ -232,8 +234,8 @@ class Evaluations:
         return self.noise
 
     def _shorten(self, z: Vector, F: Vector, group: Indices) -> None:
-        """Divide the steps of a group until that changes its quotients little, or
-        rounding begins."""
+        """Divide the steps of a group until that hardly changes its quotients, or
+        rounding dominates."""
         longer = self._quotient(z, F, self._steps(z), group)
         for _ in range(MAX_SHORTER):
             self._shares[group] /= RATIO
@@ -257,9 +259,9 @@ class Evaluations:
 
     @np.errstate(all="ignore")
     def fault_of_jacobian(self, z: Vector) -> str:
-        """Return at which entry a given J(z) differs most from differences of F on both
-        sides, as a clause; "" if none does by much, and where there would be too many
-        differences."""
+        """Return the entry in which the J(z) of the problem differs most from
+        differences of F on both sides, as a clause; "" if no entry differs by much, or
+        there would be too many differences."""
         J = self.jacobian(z)
         if self.problem.J is None or (self.problem.n > MAX_DENSE and not is_sparse(J)):
             return ""
@@ -324,7 +326,8 @@ class Evaluations:
 
     @cached_property
     def _groups(self) -> list[Indices]:
-        """Return groups of columns, none with a common row, each found greedily."""
+        """Return groups of columns, made greedily, of which no two in a group have a
+        common row."""
         n = self.problem.n
         if self._rows is None:
             return [np.array([j]) for j in range(n)]
@@ -344,8 +347,8 @@ class Evaluations:
         return self._inward(z, self._shares * np.maximum(np.abs(z), 1.0))
 
     def _inward(self, z: Vector, steps: Vector) -> Vector:
-        """Return steps that stay below the upper bounds, and go down where there is no
-        room above."""
+        """Return steps within the bounds, downwards where the upper bound is too close
+        and the lower one is farther away."""
         above, below = self.problem.upper - z, z - self.problem.lower
         is_down = (above < steps) & (below > above)
         return np.where(is_down, -np.minimum(steps, below), np.minimum(steps, above))
@@ -410,18 +413,18 @@ class _Quotient(NamedTuple):
 
 
 class Slopes:
-    """What quotients of differences along directions d with |d_j| <= |z_j| tell of the
-    rows of F at z.
+    """What quotients of differences along directions d with |d_j| <= |z_j| show about
+    the rows of F at z.
 
     A quotient is right where a shorter step changes it little: for longer ones the
-    curvature of F counts, for shorter ones its noise. The derivative of a row along d
-    is at most its terms |J| |z|, whatever J is given. Two steps suffice for a smooth F
-    in moderate units. Where their quotients disagree, shorter steps follow, then longer
-    ones, as a noisy F needs; what these tell counts up to the quotients by shorter
-    ones, unless these are 0, as of a rounded F.
+    curvature of F matters, for shorter ones its noise. The derivative of a row along d
+    is at most its terms |J| |z|, whatever the J of the problem is. Two steps suffice
+    for a smooth F with moderate scaling. Where their quotients disagree, shorter steps
+    follow, then longer ones, as a noisy F needs; the latter are used up to the
+    quotients by shorter ones, unless these are 0, as of a rounded F.
 
-    min_terms : lower bounds on these terms. refuting : how many pairs of quotients of
-        each row agree, but not with J.
+    min_terms : lower bounds on these terms. refuting : the number of pairs of quotients
+        of each row that agree, but not with J.
     """
 
     def __init__(
@@ -456,8 +459,8 @@ class Slopes:
 
     @np.errstate(all="ignore")
     def lacking(self, needed: Vector) -> Mask:
-        """Return the rows whose terms are not shown to be as large as needed, be it
-        because J is confirmed there."""
+        """Return the rows whose terms are not shown to be as large as needed, and in
+        which J is not confirmed."""
         for _ in range(DIRECTIONS):
             self._confirmed += self._along(self._direction(), needed)
             is_open = self.min_terms < needed
@@ -471,8 +474,8 @@ class Slopes:
         )
 
     def _direction(self) -> Vector:
-        """Return a direction at random, but towards the farther bound where there is
-        little room to the other one."""
+        """Return a direction at random, but towards the farther bound where the other
+        one is close."""
         z, sizes = (
             self._z,
             np.abs(self._z) * self._random.uniform(0.5, 1.0, self._z.size),
@@ -483,7 +486,7 @@ class Slopes:
         return np.where(up, sizes, -sizes)
 
     def _along(self, d: Vector, needed: Vector) -> Mask:
-        """Add what a direction tells; return in which rows J agrees with two successive
+        """Add what a direction shows; return in which rows J agrees with two successive
         quotients."""
         quotients, is_confirmed = dict[float, _Quotient](), np.zeros(d.size, dtype=bool)
         max_changes = np.full(d.size, np.inf)  # by the quotients of shorter steps
@@ -531,7 +534,7 @@ class Slopes:
             self._direction(),
             np.minimum(self._problem.upper - self._z, self._z - self._problem.lower),
         )
-        # With the changes by a long and a short step each.
+        # On each side, the changes by a long and a short step.
         ways = d, np.where(distance < STEPS[0] * np.abs(d), 0.0, d)
         sides, inner = [
             [
@@ -569,18 +572,17 @@ class Slopes:
 def noise(values: Values, box: Box, z: Vector, is_noisy: Mask) -> tuple[Vector, Vector]:
     """Return the noise of each row of F at z, be it of rounding or of inner iterations:
     the first level on which points of two spacings agree, from the coarsest one on; 0
-    where there is none above rounding, and where finer spacings resolve what looks like
-    noise as oscillations of F, unless the row is known to be noisy. And the largest
-    |F_i|."""
+    where there is none above rounding, and where finer spacings resolve apparent noise
+    as oscillations of F, unless the row is known to be noisy. And the largest |F_i|."""
     (noise_levels, last), is_known = np.zeros((2, z.size)), np.zeros(z.size, dtype=bool)
     sizes, thirds = np.abs(values(z)), list[Vector]()
     for spacing in SPACINGS:
         F, level, is_noise, third = _level(values, box, z, spacing)
         sizes = np.fmax(sizes, np.where(np.isfinite(F), np.abs(F), 0.0).max(axis=0))
         apart = np.maximum(level, last) > ALIKE * np.minimum(level, last)
-        is_found = is_noise & ~apart & ~is_known
-        noise_levels = np.where(is_found, level, noise_levels)
-        is_known |= is_found | (third <= QUIET * sizes)
+        is_new_level = is_noise & ~apart & ~is_known
+        noise_levels = np.where(is_new_level, level, noise_levels)
+        is_known |= is_new_level | (third <= QUIET * sizes)
         last = np.where(is_noise, level, last)
         thirds.append(third)
         if is_known.all():
@@ -594,10 +596,10 @@ def noise(values: Values, box: Box, z: Vector, is_noisy: Mask) -> tuple[Vector, 
 def _oscillates(
     values: Values, box: Box, z: Vector, noise_levels: Vector, thirds: list[Vector]
 ) -> Mask:
-    """Return the rows of which finer spacings resolve what looks like noise: in the
+    """Return the rows of which finer spacings resolve apparent noise: in the
     differences of third order F then falls little by little, and as the cube of the
     spacing; noise falls at once, if at all. noise_levels : 0 in rows that are not
-    looked at. thirds : those differences by the first spacings."""
+    tested. thirds : these differences by the first spacings."""
     finest = SPACINGS.index(RESOLVED)
     resolved = np.zeros(z.size, dtype=bool)
     is_open = noise_levels > 0
@@ -609,7 +611,7 @@ def _oscillates(
             break
         if k == len(thirds):
             thirds.append(_level(values, box, z, SPACINGS[k])[-1])
-        # Of the noise, not of curvature.
+        # The fall of noise, not that of curvature.
         fall = np.where(
             thirds[k - 1] > ALIKE * noise_levels, 0.0, thirds[k - 1] / thirds[k]
         )
@@ -624,8 +626,8 @@ def _oscillates(
 @np.errstate(all="ignore")
 def rounding(values: Values, box: Box, z: Vector, max_share: float) -> Vector:
     """Return the noise of each row of F at z that is of rounding, by the finest spacing
-    that shows it; max_share : relative to the largest |F_i| at the points, what is
-    larger does not count as rounding. Where |F| is larger at the points than at z, so
+    that shows it; max_share : the largest noise, relative to the largest |F_i| at the
+    points, that is treated as rounding. Where |F| is larger at the points than at z, so
     may its rounding be; so the noise is at most that by closer points."""
     rounding_levels = np.zeros(z.size)
     is_known = np.zeros(z.size, dtype=bool)
@@ -651,9 +653,9 @@ def _level(
 ) -> tuple[Vector, Vector, Mask, Vector]:
     """Return F at ORDERS + 1 points from z on, in their rows, with a spacing relative
     to z, or to 1 if z is smaller; the noise of each row that its differences show, and
-    whether that is what they show: they change sign, few are 0, more than one is large,
-    and those of successive orders agree; and the noise by differences of third order,
-    in which a smooth F is next to nothing."""
+    whether they show noise: they change sign, few are 0, more than one is large, and
+    those of successive orders agree; and the noise by differences of third order, to
+    which a smooth F contributes almost nothing."""
     above, below = box.upper - z, z - box.lower
     up = np.where(above == below, generator(0).random(z.size) < 0.5, above > below)
     steps = np.where(up, spacing, -spacing) * np.maximum(np.abs(z), 1.0)

@@ -1,5 +1,5 @@
-"""What a problem may be made from: a formulation has the way to M and q, and the way
-back (the "source problems" of R. W. Cottle, J.-S. Pang, R. E. Stone, The Linear
+"""What a problem may be made from: a formulation has the transformation to M and q, and
+its inverse (the "source problems" of R. W. Cottle, J.-S. Pang, R. E. Stone, The Linear
 Complementarity Problem (1992), section 1.2).
 
 The rest of the package knows a formulation by the class `Formulation` alone, and by a
@@ -23,8 +23,8 @@ from lcpcli.typing import Matrix, States, Vector
 if TYPE_CHECKING:
     from fractions import Fraction
 
-# What names are for: to be complete, to choose components by, to head narrow columns,
-# to stand beside the components in CSV.
+# Purposes of names: to be complete, to choose components by, to head narrow columns, to
+# be listed with the components in CSV.
 FULL = "full"
 LABELS = "labels"
 HEADINGS = "headings"
@@ -56,8 +56,8 @@ class Proposal(NamedTuple):
     """A z that may be a solution, the number of steps that led there, and the name of
     the method.
 
-    reason : if it surely is one, why, as a clause for the user, where the relative
-        residual does not say so; else "".
+    reason : why it is a solution, as a clause for the user, if that is certain and the
+        relative residual does not show it; else "".
     """
 
     z: Vector
@@ -67,8 +67,8 @@ class Proposal(NamedTuple):
 
 
 class Objective(NamedTuple):
-    """costs'z + constant, of which the least or the largest value over all solutions is
-    sought: sense is "min" or "max"."""
+    """costs'z + constant, of which the smallest or the largest value over all solutions
+    is sought: sense is "min" or "max"."""
 
     costs: list[Fraction]
     sense: str
@@ -87,7 +87,8 @@ class Answer:
     exact: Any = None  # the same in fractions, if the solution is proved
     # What is proved, in a word that may say more than the status of the problem.
     word: str | None = None
-    # How long it took to find, beside the time of the run, if that is worth saying.
+    # The seconds that it took, in addition to the time of the run, if they are worth
+    # reporting.
     seconds: float | None = None
 
     @property
@@ -132,9 +133,9 @@ class Formulation:
     To add one, derive a class from this one and add its row to the table. The package
     calls nothing but these. A class has to define `of_fields`, `data` and `parse`,
     which make problems from files and keep them in files; the others have defaults,
-    which treat the problem as one that was given by M and q.
+    which treat the problem as one that consists of M and q.
 
-    The way to M and q:
+    The transformation to M and q:
         of_fields    the problem for the keys of a file
         remark       a note on keys that other programs read otherwise
         data, parse  this object as JSON, for files with M and q, and back
@@ -146,14 +147,14 @@ class Formulation:
         names        of the components of z
 
     On the way:
-        bounds       of z, for those that are given with an option
-        proposed     a point that a method of its own reaches
-        followed     the same, in a sequence, from the states of the last solution
-        block_form   the fact where rows, multipliers and an objective are
+        bounds       of z, for those that are set by an option
+        proposed     a point by a special method for such problems
+        followed     the same, in a sequence, from the basis of the last solution
+        block_form   where rows, multipliers and an objective are
 
-    The way back:
+    Its inverse:
         answer       what a result means: an `Answer`, for text, CSV and JSON
-        accepted     the result, if the answer stands a check of its own
+        accepted     the result, if the answer passes a check of the formulation
         retried      a better result than one that is not solved
         update       the next problem of a sequence
         lengths      what `lcp check` takes, besides z, by its length
@@ -161,10 +162,9 @@ class Formulation:
         verified     the verification of one of these
         meaning      what exact solutions mean, for lists of all solutions
 
-    Files in a format of their own are read by modules as `files/formats.py` describes
-    them; a function `from_...` for Python is best a thin one, called by `of_fields`. A
-    family of problems is a function as in `gallery`, and named in FAMILIES of the
-    folder.
+    Files in a special format are read by modules as `files/formats.py` describes them;
+    a function `from_...` for Python is best a thin one, called by `of_fields`. A family
+    of problems is a function as in `gallery`, and named in FAMILIES of the folder.
 
     kind : the word for it in files and answers, as in the table.
     """
@@ -175,7 +175,7 @@ class Formulation:
     # object leave out.
     form: ClassVar[str] = "the format keeps only"
     left_out: ClassVar[Sequence[str]] = ()
-    # What to do instead of giving bounds of z beside a file; "" if these are taken.
+    # What to do instead of setting bounds of z for a file; "" if these may be set.
     hint_for_bounds: ClassVar[str] = ""
     # Whether it is nothing but names, and whether it is worth saying of an answer that
     # the problem has others.
@@ -185,7 +185,7 @@ class Formulation:
     @classmethod
     def sibling(cls, name: str) -> Any:
         """Return a module in the folder of this class, which is loaded on first use: as
-        for the way back, of which reading a file has no need."""
+        for the inverse transformation, which reading a file does not need."""
         return _module(f"{cls.__module__.rpartition('.')[0]}.{name}")
 
     def remark(self, fields: Mapping[str, Any]) -> str:  # noqa: ARG002
@@ -227,8 +227,8 @@ class Formulation:
     def exact_conditions(self) -> tuple[Any, ...] | None:
         """Return the rows of M, each with its entries by their columns, and q, as
         fractions, with the lower bounds behind them if these are not all 0, and then
-        the upper ones if some are finite; None if they are the doubles of the problem,
-        or the decimals in its file."""
+        the upper ones if some are finite; None if they are the floating-point numbers
+        of the problem, or the decimals in its file."""
         return None
 
     def fields(
@@ -252,22 +252,22 @@ class Formulation:
         problem: Any,  # noqa: ARG002
         user_bounds: Mapping[str, Any],
     ) -> Mapping[str, Any]:
-        """Return bounds of z for those that a user gives: lower and upper, or one of
-        them, each a number or a list, in which None stands for no bound."""
+        """Return bounds of z for those that a user sets: lower and upper, or one of
+        them, each a number or a list, in which None means no bound."""
         return user_bounds
 
     def proposed(self, problem: Any) -> Proposal | None:  # noqa: ARG002
-        """Return a point that may be a solution, which `auto` tries before anything
-        else; None if there is no method for that, or it does not end."""
+        """Return a point that may be a solution, which `auto` tests first; None if
+        there is no method for that, or it does not end."""
         return None
 
     def followed(self, problem: Any, states: States) -> Proposal | None:  # noqa: ARG002
-        """Return a point that may be a solution, to which the states of the last one
-        lead in a sequence; None if there is no method for that, or it does not end."""
+        """Return a point that may be a solution, to which the basis of the last one
+        leads in a sequence; None if there is no method for that, or it does not end."""
         return None
 
     def answer(self, result: Any) -> Answer | None:  # noqa: ARG002
-        """Return what a result means. This is computed when it is first asked for."""
+        """Return what a result means. This is computed when it is first read."""
         return None
 
     def update(
@@ -276,10 +276,10 @@ class Formulation:
         states: States | None,  # noqa: ARG002
         data: Mapping[str, Any],
     ) -> tuple[Any, States | None]:
-        """Return the next problem of a sequence, with other data, and the states from
+        """Return the next problem of a sequence, with other data, and the basis from
         which it starts. like : the last problem, whose M the next one may share.
-        states : of the last solution, None if there is none. data : by name, as the
-        calls that make such problems have them."""
+        states : the basis of the last solution, None if there is none. data : by name,
+            as the calls that make such problems have them."""
         reason = "is no data of the problem of this Solver"
         raise ProblemError(", ".join(data) or "M", reason, "give M, or another problem")
 
@@ -298,7 +298,7 @@ class Formulation:
         return {problem.n: "z"}
 
     def joined(self, parts: Mapping[str, Sequence[Any]]) -> list[Any]:
-        """Return what may be verified, given in parts by their names, such as the
+        """Return what may be verified, from parts by their names, such as the
         strategies of players, as one list; or raise ProblemError."""
         reason = "is a strategy, but the problem is not a game"
         raise ProblemError(next(iter(parts)), reason, "give z")
@@ -334,7 +334,7 @@ class Named(Formulation):
         return self.texts
 
 
-PLAIN = Formulation()  # of a problem that is given by M and q
+PLAIN = Formulation()  # of a problem that consists of M and q
 
 
 def named(raw_names: Sequence[str], n: int) -> Named:

@@ -1,9 +1,10 @@
 """The table of formulations, each imported when a file or a call needs it.
 
-A row says what has to be known before: by which keys an object in a file is known to
-be one, and the suffixes of its own formats. The folder may be missing; what needs it is
-then refused in one line. Other packages add rows by entry points of the group
-lcpcli.formulations. numpy is not loaded, so that shell completion responds at once.
+A row says what has to be known before: the keys by which an object in a file is
+recognized as one, and the suffixes of its special formats. The folder may be missing;
+what needs it is then refused in one line. Other packages add rows by entry points of
+the group lcpcli.formulations. numpy is not loaded, so that shell completion responds at
+once.
 """
 
 from __future__ import annotations
@@ -27,10 +28,11 @@ class FileForm(NamedTuple):
     """A format of files that only this formulation has.
 
     module : in its folder, a `files.formats.Format`. beginning : what such a file
-    begins with, by which it is recognized whatever its suffix; b"" if nothing. pattern
+    begins with, by which it is recognized whatever its suffix; b"" if there is no such
+    text. pattern
     : the same as a regular expression, for a suffix that is unknown. beside : as in
     `files.formats.Kind`.
-    is_written : whether problems are written too, in decimals of any number of digits.
+    is_written : whether problems are also written, in decimals of any number of digits.
     """
 
     module: str
@@ -43,9 +45,9 @@ class FileForm(NamedTuple):
 class OfTables(NamedTuple):
     """An option of the command line by which files are tables of this formulation.
 
-    meaning : in help. module : in its folder: `input_of` returns the input in files
-    with these names, and `hint`, if it has one, a line on two files that may be such
-    tables.
+    meaning : the text of help. module : a module in its folder, in which `input_of`
+    returns the input in files with these names, and `hint`, if it has one, a line on
+    two files that may be such tables.
     """
 
     option: str
@@ -61,21 +63,22 @@ class Row(NamedTuple):
         it.
     location : the module in this folder and the name of its `Formulation` in it, as
         "module:name"; the name alone if it is in home. "" if its problems are plain
-        ones, whose files alone are its own.
+        ones, and only their files are special.
     noun : what a file of it is, in messages.
     tells : texts with keys that show that an object in a file is one: where all keys of
         one of these texts are there, and none of those with ! before them.
-    texts : keys whose values have no numbers. others : keys that it has besides.
-    files : its own formats, by suffix.
+    texts : keys whose values have no numbers. others : further keys.
+    files : its special formats, by suffix.
     words : words of the command line, each with the module whose function `run` is then
         called with the first word and the words behind it, and returns the exit code.
-    matrices : those of all its keys whose values may be sparse matrices.
-    page : of help.
-    unrounded : what their numbers are called, if JSON keeps those that are no shortest
-        decimals of doubles as fractions.
-    meant : keys that are taken for its own, and what is to be given in their place.
+    matrices : the keys whose values may be sparse matrices.
+    page : its page of help.
+    unrounded : the noun for its numbers, if JSON keeps those that are no shortest
+        decimals of floating-point numbers as fractions.
+    meant : keys that are understood as attempts at its keys, and what to write in their
+        place.
     parts : keys of a proposed solution in parts.
-    bounds : the hint for bounds of z, which it does not have; "" if it may.
+    bounds : the hint for bounds of z, if it cannot have them; "" if it can.
     tables : the option for files that are tables.
     """
 
@@ -114,7 +117,7 @@ class Row(NamedTuple):
 def _conditions(
     tells: tuple[str, ...],
 ) -> list[tuple[frozenset[str], frozenset[str]]]:
-    """Return the keys that must be there, and those that must not, for each text of
+    """Return the keys that are required, and those that are excluded, for each text of
     `Row.tells`."""
     conditions = []
     for keys in map(str.split, tells):
@@ -134,7 +137,7 @@ MPS = FileForm(
 OF_NO_PROGRAM = (
     "!b !q !Q !c !P !G !h !row_lower !row_upper !H !Aeq !beq !A_eq !b_eq !A_ub !b_ub"
 )
-# By the words for them in files, under the key kind of origin.
+# The formulations, by their words in files under the key kind of origin.
 TABLE = {
     "qp": Row(
         "lcpcli.formulations.quadratic_program",
@@ -263,16 +266,16 @@ def row_of(kind: str) -> Row:
 
 
 def told_by(keys: Collection[str]) -> str:
-    """Return the kind of the formulation that has these keys in a file, that with the
-    most of them to tell by; "" if there is none, as for a problem that is given by
-    M."""
+    """Return the kind of the formulation that has these keys in a file, the one that is
+    recognized by the largest number of them; "" if there is none, as for a problem that
+    consists of M and q."""
     if "M" in keys:
         return ""
     names = frozenset(keys)
     return _told_among(tuple(TABLE), names) or _told_among(_others(), names)
 
 
-# Many lines of a file have the same keys.
+# The cache is for the many lines of a file, which have the same keys.
 @lru_cache(maxsize=64)
 def _told_among(kinds: tuple[str, ...], keys: frozenset[str]) -> str:
     told = {kind: row_of(kind).told_by(keys) for kind in kinds}
@@ -282,10 +285,10 @@ def _told_among(kinds: tuple[str, ...], keys: frozenset[str]) -> str:
 
 FILES = {suffix: row for row in TABLE.values() for suffix in row.files}
 WORDS = {word: row for row in TABLE.values() for word in row.words}
-# Of objects under the key origin.
+# The kinds of objects under the key origin.
 ORIGINS = [kind for kind, row in TABLE.items() if row.location]
 WORDED = {key for row in TABLE.values() for key in row.texts}
-# All keys that tell of one, and the others that they have.
+# All keys by which a formulation is recognized, and the other ones.
 _LISTS_OF_KEYS = [keys for row in TABLE.values() for keys in (*row.tells, *row.others)]
 KEYS = WORDED | {key for key in " ".join(_LISTS_OF_KEYS).split() if key[0] != "!"}
 MATRICES = tuple(dict.fromkeys(key for row in TABLE.values() for key in row.matrices))

@@ -26,8 +26,7 @@ class Enclosure(NamedTuple):
     """Bounds, rounded outward, on F and J for all z in a box.
 
     F_lower, F_upper : shape (n,). J_lower, J_upper : shape (n, n), both dense or both
-    csr arrays of one pattern. Infinite bounds, or bounds that are nan, stand for no
-    bound.
+    csr arrays of one pattern. Infinite bounds, or bounds that are nan, mean no bound.
     """
 
     F_lower: Vector
@@ -37,8 +36,8 @@ class Enclosure(NamedTuple):
 
 
 Interval: TypeAlias = Callable[[Vector, Vector], Enclosure]
-"""What is called with the ends of a box, each of shape (n,), and returns an Enclosure
-of F and J over the box."""
+"""A function that is called with the lower and the upper bounds of a box, each of shape
+(n,), and returns an Enclosure of F and J over the box."""
 
 
 class Composition(NamedTuple):
@@ -62,13 +61,13 @@ class NonlinearProblem:
     F : a function from z of shape (n,) to shape (n,). Outside its domain it may return
         nan or infinity.
     J : a function from z to the Jacobian of F, shape (n, n), dense or a scipy sparse
-        matrix or array; None stands for finite differences.
+        matrix or array; None means finite differences.
     lower, upper : l and u, each a number or of shape (n,), by default 0 and infinity,
         stored as arrays of shape (n,).
-    infinity : bounds of at least this size, often 1e20, count as infinite; by default
-        only infinite bounds do.
-    x0 : the z to start from, of shape (n,), moved within the bounds; by default the
-        admissible z nearest to 0.
+    infinity : bounds of at least this size, often 1e20, are treated as infinite; by
+        default only infinite bounds are.
+    x0 : the z to start from, of shape (n,), moved within the bounds; by default the z
+        within the bounds that is closest to 0.
     name : the name of the problem. names : n texts, the names of the unknowns; "" where
         there is none.
     note : a remark on how the problem has been read.
@@ -76,7 +75,7 @@ class NonlinearProblem:
     composition : a function that returns what the text of F consists of; None if F has
         no text.
     solutions : the known solutions, each of shape (n,); empty if none is known.
-    box : the set of admissible z.
+    box : the bounds of z.
 
     >>> import numpy as np
     >>> from lcpcli.model.nonlinear import NonlinearProblem
@@ -85,7 +84,7 @@ class NonlinearProblem:
     [-1.0, 0.5]
     """
 
-    origin: ClassVar[None] = None  # as of a Problem that is given by its numbers
+    origin: ClassVar[None] = None  # as of a Problem that consists of M and q
 
     @property
     def formulation(self) -> Named:
@@ -180,8 +179,8 @@ class NonlinearProblem:
         return None
 
     def jacobian(self, z: Vector) -> Matrix:
-        """Return the given J(z), dense or a csr array, possibly with nan; raise
-        ProblemError for anything else."""
+        """Return J(z) by the J of the problem, dense or a csr array, possibly with nan;
+        raise ProblemError for anything else."""
         assert self.J is not None
         raw_jacobian = _called("J", self.J, z, (self.n, self.n))
         if hasattr(raw_jacobian, "matvec"):
@@ -227,7 +226,7 @@ def _called(
 
 
 def _reals(field: str, raw_value: Any) -> Vector:
-    """Return a copy of numbers as doubles, with nan for those that are not real, such
+    """Return a copy of numbers as float64, with nan for those that are not real, such
     as roots of negative numbers."""
     if raw_value is None:
         raise ProblemError(field, "returns nothing", "end it with a return statement")

@@ -13,7 +13,7 @@ from lcpcli.model.formulation import Conditions, Formulation, named
 def origin_of(
     raw_origin: Any, names: Sequence[str], problem: Conditions
 ) -> Formulation:
-    """Return the origin that is given as such, as the object in a file, or as names; or
+    """Return the origin for a formulation, for the object in a file, or for names; or
     raise ProblemError."""
     if raw_origin is None:
         return named(names, problem.q.size)

@@ -38,8 +38,8 @@ if TYPE_CHECKING:
 
 # Fields that are no data.
 REMARKS = ("name", "solutions", "verdict", "source", "note", "reference", "origin")
-# What depends on M alone, and what names and starts a problem whatever its q and bounds
-# are: a problem with the same M takes over these, and nothing else.
+# Fields that depend on M alone, and those that name and start a problem whatever its q
+# and bounds are: a problem with the same M gets these, and no others.
 M_FIELDS = ("M", "n", "largest", "facts", "latest")
 LABELS = ("name", "source", "note", "origin", "names", "x0", "x1")
 VERDICTS, WITHOUT_SOLUTION = (
@@ -53,11 +53,11 @@ LCP_BOUNDS = 0.0, math.inf
 
 class Facts:
     """Facts about the M of a problem, or of its block form, each computed when it is
-    first asked for. All problems with this M and origin share them, whatever
-    their q and bounds are, and each fact is the same whichever asks first.
+    first read. All problems with this M and origin share them, whatever their q and
+    bounds are, and each fact is the same whichever problem reads it first.
 
-    kind : what a formulation has found of every solution of its conditions; None before
-        that is asked.
+    kind : what a formulation knows about every solution of its conditions; None before
+        it has computed that.
     """
 
     kind: Any = None
@@ -111,22 +111,21 @@ class Problem:
     n, M : the number of unknowns, and the matrix, of shape (n, n): nested sequences, a
         list of arrays, anything that numpy calls array-like, or a scipy sparse matrix
         or array. M is stored dense or in compressed sparse rows. All arrays of the
-        problem are read-only; the given ones are copied unless they are read-only
-        already.
+        problem are read-only; arguments are copied unless they are read-only already.
     q : shape (n,); like any vector, it may be an array of shape (n, 1) or (1, n). Here
-        and below, numbers in lists may be Fractions, which are rounded to the nearest
-        doubles.
+        and below, numbers in lists may be Fractions, which are rounded to double
+        precision.
     lower, upper : l and u, each a number or of shape (n,), by default 0 and infinity,
         as in an LCP; minus infinity in l and infinity in u mean no bound. For an LCP
         they are stored as the numbers 0 and infinity, else as arrays.
-    infinity : bounds of at least this size, often 1e20, count as infinite; by default
-        only infinite bounds do.
+    infinity : bounds of at least this size, often 1e20, are treated as infinite; by
+        default only infinite bounds are.
     name, source, note : the name and the source of the problem, and a remark.
     x0, x1 : starting points for methods that iterate on x = (z - w) / 2, shape (n,), or
         None.
     solutions : the known solutions z*, each of shape (n,); empty if none is known.
-    reference : "known" for given solutions, else how they were found: "exact" or
-        "computed", see `solving.proof`.
+    reference : "known" for solutions from the caller, else how they were computed:
+        "exact" or "computed", see `solving.proof`.
     verdict : "infeasible" or "unsolvable" if known to have no solution, "ray" if
         Lemke's method ends on a ray; else "".
     origin : the program or the game behind the problem, or the object for it in a file;
@@ -138,8 +137,8 @@ class Problem:
         largest |q_i|.
     is_moderate : whether no row of M, and no q_i, is so large or small that a product
         of a few over- or underflows.
-    is_mixed, box : whether there are bounds other than z >= 0; the set of admissible z,
-        with what depends on it.
+    is_mixed, box : whether there are bounds other than z >= 0; the bounds, with what
+        depends on them.
 
     >>> from lcpcli import Problem
     >>> Problem([[2, 1], [1, 2]], [-5, -6], name="small")
@@ -161,7 +160,7 @@ class Problem:
     origin: Formulation | None = None
     lower: Vector | float = 0.0
     upper: Vector | float = math.inf
-    # Of which q is the sum, or None.
+    # The sums of the |terms| of which each q_i is the sum, or None.
     terms_of_q: Vector | None = declared(default=None, init=False, repr=False)
     box: Box = declared(init=False, repr=False)
     largest: float = declared(init=False, repr=False)
@@ -219,7 +218,7 @@ class Problem:
             min(smallest_row, smallest_q) >= 1 / FAR_FROM_ONE
             and max(largest_entry, largest_q) <= FAR_FROM_ONE
         )
-        fields = self.__dict__  # set one by one, as that takes least time
+        fields = self.__dict__  # set one by one, which is fastest
         fields["M"] = (
             readonly_copy(matrix, M)
             if type(matrix) is np.ndarray
@@ -260,14 +259,14 @@ class Problem:
         return problem
 
     def fields_of_M(self) -> dict[str, Any]:
-        """Return what is known of this problem that holds for any q and bounds:
-        M_FIELDS and LABELS."""
+        """Return the fields of this problem that hold for any q and bounds: M_FIELDS
+        and LABELS."""
         fields = vars(self) | {"facts": self.facts}
         return {name: fields[name] for name in (*M_FIELDS, *LABELS) if name in fields}
 
     def having(self, **values: Any) -> Problem:
         """Return the same problem with other values of these fields, which nothing
-        validates; with another origin, facts are found out again."""
+        validates; with another origin, facts are computed again."""
         fields = vars(self)
         if "origin" in values:
             old = ("facts", "block_form")
@@ -289,8 +288,8 @@ class Problem:
         )
 
     def named(self, name: str, origin: Formulation | None = None) -> Problem:
-        """Return the same problem with another name and, if given, another origin,
-        whose names then apply."""
+        """Return the same problem with another name and, unless it is None, another
+        origin, whose names then apply."""
         fields = (
             {} if origin is None else {"origin": origin, "names": origin.names(self.n)}
         )
@@ -341,7 +340,7 @@ class Problem:
 
     @property
     def has_far_sides(self) -> bool:
-        """Return whether some sides most likely stand for infinite ones."""
+        """Return whether some sides are likely to mean infinite ones."""
         is_far = self.box.is_far
         if not is_far and self.origin is not None:  # a far side of a row
             is_far = self.sizes_of_q[1] >= MIN_FAR
@@ -358,15 +357,15 @@ class Problem:
         if block_form is not None:
             y = slice(block_form.variables, self.n - block_form.ranges)
             return far_sides(q, low, high, y)
-        # How large z is without bounds.
+        # The size of z without bounds.
         is_used = self.row_maxima > 0
         size_of_z = np.abs(q[is_used]) / self.row_maxima[is_used]
         return far_sides(q, low, high, None, float(size_of_z.max(initial=0.0)))
 
     @cached_property
     def rounded_rows(self) -> RoundedRows | None:
-        """Return the rows without entries whose sides are rounding of 0, so that there
-        is no solution as the numbers stand; None if there are none."""
+        """Return the rows without entries whose sides are rounding of 0, so that the
+        literal numbers have no solution; None if there are none."""
         block_form = self.block_form
         has_ranges = block_form is not None and block_form.ranges > 0
         if not has_ranges and np.count_nonzero(self.row_maxima) == self.n:
@@ -428,8 +427,8 @@ class Problem:
 
     @cached_property
     def q_ref(self) -> Vector:
-        """Return w = M z + q at the reference point: the scale of the rows, however
-        bounds are shifted."""
+        """Return w = M z + q at the reference point: the scale of the rows, which no
+        shift of bounds changes."""
         return self._reference.q
 
     @cached_property

@@ -94,7 +94,7 @@ class Columns:
     @cached_property
     def inverse(self) -> Matrix | None:
         """Return the inverse of a small well-conditioned M if there are more columns
-        than unknowns, so that it pays."""
+        than unknowns, so that it saves time."""
         return (
             well_conditioned_inverse(self.M)
             if self.n < min(self.k, MAX_NUMPY_ROWS + 1)
@@ -124,7 +124,7 @@ class Columns:
 
 
 def like_with(like: Problem, q: Vector, box: Box) -> Problem:
-    """Return the problem with the M of another one, and all that is known of M, a
+    """Return the problem with the M of another one, all computed facts about M, a
     validated q and bounds, quickly."""
     smallest, largest = sizes(q)
     is_moderate = (
@@ -147,8 +147,8 @@ def like_with(like: Problem, q: Vector, box: Box) -> Problem:
 
 
 def like_of_conditions(like: Problem, q: Vector, box: Box) -> Problem:
-    """Return the problem of `like_with`, made from what makes this q and these bounds;
-    from nothing but names if that is of another kind."""
+    """Return the problem of `like_with` with the origin for this q and these bounds;
+    with names alone if they have another kind of origin."""
     problem, origin = like_with(like, q, box), like.origin
     if origin is None or (box is like.box and np.array_equal(q, like.q)):
         return problem
@@ -239,7 +239,7 @@ class Block:
         computed or validated."""
         q, (sizes_of_q, is_moderate) = self.q[i], self._fields_of_q[i]
         of_q = {"q": q, "sizes_of_q": sizes_of_q, "is_moderate": is_moderate}
-        # They differ in q alone, as LCPs do.
+        # The problems differ in q alone, as LCPs do.
         if self.reference_z is None and self.box is self.like.box:
             return Problem.of_fields(self._fields, **of_q, q_ref=q)
         box, reference_point = self.box.part(i), self.references.part(i)
@@ -253,8 +253,8 @@ class Block:
 
 
 class Stack:
-    """m validated problems with n unknowns each, which keeps copies of their data as
-    `Problem` does.
+    """m validated problems with n unknowns each, with copies of their data as in
+    `Problem`.
 
     M, q : shapes (m, n, n) and (m, n). lower, upper : numbers, or of shape (n,) or (m,
         n). infinity : as in `Problem`.
@@ -350,9 +350,8 @@ def dimensions(values: Any) -> int:
 def as_stack(
     field: str, values: Any, shape: tuple[int | None, ...], finite: bool = True
 ) -> Vector:
-    """Return values as a float64 array of this shape, in which None stands for any
-    length, or raise ProblemError. Without the first dimension they are the same for
-    all."""
+    """Return values as a float64 array of this shape, in which None means any length,
+    or raise ProblemError. Without the first dimension they are the same for all."""
     array = arrays.as_nested(field, values, len(shape))
     expected = shape[len(shape) - max(array.ndim, 1) :]
     expected_shape = tuple(

@@ -1,15 +1,15 @@
 """Rows without entries, whose sides are rounding of 0.
 
 A row that is computed may lose all its entries, and what should be 0 on its other side
-is the rounding of sums that cancel: 0 x <= -7e-18 beside rows with sides of 1. As the
-numbers stand, no x satisfies it, which is seldom what is meant.
+is the rounding of sums that cancel: 0 x <= -7e-18 among rows with sides of 1. No x
+satisfies these literal numbers, which is seldom what is meant.
 
-A side counts as rounding of 0 only if its row has no entry, so that it alone decides;
-and if it is at most ROUNDING_OF_SIDES of the median of the sides, those of 0 left out,
-of the rows of the same kind with entries. These have to be FEW at least, or all rows of
-this kind with entries. Equations are of one kind, and inequalities of the other. In a
-program, only rows of A are meant: a cost of 1e-17 is no side. A side far below that,
-as 1e-80 beside 1, is not what sums of such sides leave.
+A side is treated as rounding of 0 only if its row has no entry, so that the side alone
+decides; and if it is at most ROUNDING_OF_SIDES of the median of the sides, those of 0
+left out, of the rows of the same kind with entries. These have to be FEW at least, or
+all rows of this kind with entries. Equations are of one kind, and inequalities of the
+other. In a program, only rows of A are meant: a cost of 1e-17 is no side. A side far
+below that, as 1e-80 among sides of 1, is not what sums of such sides leave.
 """
 
 from __future__ import annotations
@@ -38,8 +38,8 @@ MAX_NAMED = 3
 class RoundedRows(NamedTuple):
     """Rows without entries, whose sides are rounding of 0.
 
-    rows : their indices in q. sides : what each asks for instead of 0. names : what the
-        user calls them. conditions : the problem with sides of 0 there.
+    rows : their indices in q. sides : the literal side of each. names : the users'
+        names for them. conditions : the problem with sides of 0 there.
     """
 
     rows: Indices
@@ -59,10 +59,11 @@ class RoundedRows(NamedTuple):
 
 
 class _Rows(NamedTuple):
-    """The rows of a problem that have sides. indices : in q. lower, upper : the sides.
-    is_empty, is_equation : whether each has no entry, and is an equation. ranges : the
-    index of the variable that stands for the value of a row between two sides, of that
-    row; else -1."""
+    """The rows of a problem that have sides. indices : their indices in q. lower, upper
+    : the sides.
+    is_empty, is_equation : whether each has no entry, and is an equation. ranges : for
+        a row between two sides, the index of the variable that represents its value;
+        else -1."""
 
     indices: Indices
     lower: Vector
@@ -76,7 +77,7 @@ def rounded_rows(
     data: Conditions, maxima: Vector, block_form: BlockForm | None, names: Sequence[str]
 ) -> RoundedRows | None:
     """Return the rows without entries whose sides are rounding of 0; None if there are
-    none. maxima : the largest |M_ij| of each row. names : of the unknowns."""
+    none. maxima : the largest |M_ij| of each row. names : those of the unknowns."""
     table_rows = _rows(data, maxima, block_form)
     sides = np.where(
         table_rows.lower > 0,
@@ -127,7 +128,7 @@ def _rows(data: Conditions, maxima: Vector, block_form: BlockForm | None) -> _Ro
         first, last = block_form.variables, q.size - block_form.ranges
     indices = np.arange(first, last)
     is_equation = (low == -np.inf) & (high == np.inf)
-    # Of w = M z + q: where z_i may be as large as it likes, and as small.
+    # Rows of w = M z + q have sides where z_i is unbounded above, and below.
     lower = np.where(high == np.inf, -q, -np.inf)[indices]
     upper = np.where(low == -np.inf, -q, np.inf)[indices]
     is_empty, is_equation = (

@@ -1,5 +1,5 @@
-"""Where a run on a problem starts, the states of variables in words, and components of
-solutions by the names of the unknowns, also in linear expressions."""
+"""Where a run on a problem starts, a basis in words, and components of solutions by the
+names of the unknowns, also in linear expressions."""
 
 from __future__ import annotations
 
@@ -31,18 +31,18 @@ from lcpcli.typing import States, Vector, VectorLike
 if TYPE_CHECKING:
     from fractions import Fraction
 
-# Of the largest |q_ref|_i: the natural residual from which on a z is no better than
-# none.
+# Relative to the largest |q_ref|_i: the natural residual from which on a z is no better
+# than none.
 FAR_START = 0.5
 NO_NAMES = "the problem has no names; take z, with its indices"
 _STATES = {word: state for state, word in WORDS.items()}
 
 
 class Start:
-    """The start of a run: the states that are tried first, x = (z - w) / 2, and z if it
-    is given.
+    """The start of a run: the basis that comes first, x = (z - w) / 2, and z; None if
+    the start is not a z.
 
-    gap : the natural residual at z; infinite if no z is given.
+    gap : the natural residual at z; infinite if z is None.
     """
 
     def __init__(
@@ -64,8 +64,8 @@ class Start:
 
     @property
     def is_near(self) -> bool:
-        """Return whether a z is given whose natural residual is so small that its
-        states may be those of a solution."""
+        """Return whether the start is a z whose natural residual is so small that its
+        basis may be that of a solution."""
         return self.gap < FAR_START * size(self.problem.q_ref)
 
     @property
@@ -97,8 +97,8 @@ class Start:
 def start_at(
     problem: Problem, x0: VectorLike | None, z0: VectorLike | None, basis: Any = None
 ) -> Start:
-    """Return the start that is given: x0, or the x of z0 and w = M z0 + q, or an x with
-    the states of a basis."""
+    """Return the start of a user: x0, or the x of z0 and w = M z0 + q, or an x that
+    represents a basis."""
     start_options = [
         name
         for name, value in (("basis", basis), ("z0", z0), ("x0", x0))
@@ -119,7 +119,7 @@ def start_at(
 
 
 def basis_of_words(problem: Problem, basis: Sequence[str]) -> States:
-    """Return the states that are given in words, one for each variable."""
+    """Return the basis for a list of words, one for each variable."""
     n = problem.n
     if not isinstance(basis, (list, tuple, np.ndarray)):
         raise ProblemError(
@@ -166,8 +166,8 @@ def basis_of_words(problem: Problem, basis: Sequence[str]) -> States:
 
 @np.errstate(all="ignore")
 def x_in(problem: Problem, basis: States) -> Vector:
-    """Return an x with the states of a basis: at a bound with w of size one, or inside
-    the bounds."""
+    """Return an x that represents a basis: at a bound with w of size one, or inside the
+    bounds."""
     low, high = problem.box.vectors(problem.n)
     above, below = (
         bound + sign * np.maximum(1.0, np.spacing(np.abs(bound)))
@@ -213,9 +213,11 @@ def reversed_names(problem: Problem) -> set[int]:
 
 
 def in_stated_sense(problem: Problem, values: Sequence[Any]) -> list[Any]:
-    """Return z, or w, with the signs for which the names of its components stand."""
-    turned = reversed_names(problem)
-    return [0 - value if i in turned else value for i, value in enumerate(values)]
+    """Return z, or w, with the signs that the names of its components have."""
+    reversed_indices = reversed_names(problem)
+    return [
+        0 - value if i in reversed_indices else value for i, value in enumerate(values)
+    ]
 
 
 TERM = (
