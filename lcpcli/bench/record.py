@@ -26,7 +26,7 @@ from lcpcli.report.plotting import Growth, Power
 
 EXCLUDED = "excluded"
 EXPECTED = "name a .json file written by lcp bench -o"
-# Fields of records of earlier versions.
+# Fields that only records of earlier versions have.
 GONE = {"rate", "milestones", "condition", "forward_error", "optimality"}
 
 
@@ -152,7 +152,7 @@ def parse(text: str) -> BenchRecord:
     data, end_of_object = json.JSONDecoder().raw_decode(text.lstrip())
     *lines, last = text.lstrip()[end_of_object:].split(
         "\n"
-    )  # the last one may be cut off
+    )  # the last line may be cut off
     rows = [json.loads(line) for line in lines if line.strip()]
     with suppress(ValueError):
         rows += [json.loads(last)] * bool(last.strip())
@@ -266,7 +266,7 @@ def mean_cells(
     times: Mapping[Any, Sequence[float]], limit: float
 ) -> tuple[dict[Any, str], str]:
     """Return the shifted geometric means of times as cells, "" for no times, and their
-    unit; a failure counts limit."""
+    unit; a failure is counted as `limit`."""
     charged = {
         key: [min(seconds, limit) for seconds in seconds_of_key]
         for key, seconds_of_key in times.items()

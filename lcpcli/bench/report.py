@@ -346,9 +346,9 @@ def _growth(record: BenchRecord) -> Section:
     return sheet("Growth of the time with n: n^exponent", header, groups)
 
 
-PANELS_OF_A_KIND = 4  # in the figure at most, so that all axes fit on a page
-# For a performance profile, whose steps are shares of the problems: fewer steps say
-# little.
+PANELS_OF_A_KIND = 4  # in the figure, so that all axes fit on a page
+# Problems that a performance profile needs: its steps are fractions of their number,
+# and a few large steps show little.
 MIN_PROBLEMS = 5
 
 

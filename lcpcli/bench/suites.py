@@ -40,7 +40,7 @@ class Case:
     `gallery.make`; "", 0, 0 and none for a file. Nonlinear problems have no seed and no
     parameters. file, q_file : the paths of its file, and of the file of q if separate.
     infinity : bounds in its file of at least this size are infinite; None if only
-    infinite ones do.
+        infinite ones are.
     """
 
     name: str
@@ -129,7 +129,7 @@ def series(family: str, parameters: dict[str, Any]) -> str:
 
 
 def method_of(solver: str) -> str:
-    # Shi of shi:p=10, which decides how the solver is drawn.
+    # The method, as shi in shi:p=10, decides how the solver is drawn.
     return solver.partition(":")[0]
 
 
@@ -454,7 +454,7 @@ def _files(asked: Sequence[str], tell: Tell, infinity: float | None) -> Sequence
         raise OptionError(
             "standard input", "cannot be read again for a resumed bench", NAME_FILE
         )
-    # Reading reports what is wrong with it.
+    # Reading the file reports what is wrong with it.
     is_file = os.path.lexists(path) or os.sep in path or Path(path).suffix
     if not is_file and path not in contents.shipped_problems():
         hint = likely(

@@ -52,7 +52,7 @@ from lcpcli.version import VERSION
 
 # Points of a curve in the record: enough for a figure, and few enough for a small file.
 MAX_POINTS = 200
-# A median of fewer may be an outlier; after more it hardly changes.
+# Repeats: a median of fewer may be an outlier; after more it hardly changes.
 MIN_REPEATS, MAX_REPEATS = 3, 25
 # The half-width of the confidence interval of the median, relative to the median, at
 # which no further run is made.
@@ -186,7 +186,8 @@ def measure(
 
 
 def _lasting(seconds: float, run: Claim) -> Claim:
-    """Return a run with its times in proportion, so that it takes so many seconds."""
+    """Return a run whose times are multiplied by one factor, so that it takes
+    `seconds`."""
     factor = seconds / run.seconds
     curve = [(k, factor * at, error) for k, at, error in run.curve or ()]
     return replace(
@@ -222,7 +223,7 @@ def checked(
         F = problem.values(z)
         if not is_finite(F):
             return {"success": False, "false_success": claimed}
-        # z solves it if it solves this.
+        # z solves the nonlinear problem if it solves this linearization.
         problem = NonlinearCriterion(Evaluations(problem), accept).linearization(z, F)
     hopeless = problem.verdict in WITHOUT_SOLUTION
     point = Point(Criterion(problem), z, is_admissible=False)

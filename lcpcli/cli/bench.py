@@ -237,7 +237,7 @@ def _measured(record: BenchRecord, saved: Sequence[str], line: Line) -> bool:
         for path in files:
             output.show(report.render(record, "json", None, False), path)
 
-    # Between measurements, whose times it would disturb.
+    # Only between measurements, whose times it would disturb.
     def starting(case: Case, solver: str) -> None:
         line.show(f"{case.name}: {solver}", len(record.measurements) - before)
 

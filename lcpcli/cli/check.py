@@ -54,7 +54,7 @@ OF_INSPECTION = TIME_LIMIT._replace(
 
 @dataclass(eq=False, repr=False)
 class Check(Bounds, Reporting):
-    """The request of lcp check; paths : of the problem, and the solution."""
+    """The request of lcp check; paths : the files of the problem, and the solution."""
 
     paths: Sequence[str] = ()
     tol: float | None = None
@@ -211,7 +211,8 @@ def _verified(
     tol: float | None,
 ) -> Verification:
     """Return what is true of a proposed solution, or of a proof that there is none.
-    data : the numbers as written, for a verification in fractions; None for doubles."""
+    data : the numbers as written, for a verification in fractions; None for one in
+        double precision."""
     from lcpcli.model.problem import Problem
     from lcpcli.solving import checking
     from lcpcli.verify import verification
@@ -246,7 +247,8 @@ def _verified(
 
 
 def _in_doubles(values: Sequence[Fraction], hint: str) -> Vector:
-    """Return the nearest doubles; raise ProblemError with a hint if one is infinite."""
+    """Return the values rounded to double precision; raise ProblemError with a hint if
+    one is infinite."""
     from lcpcli.rational.numbers import rounded
 
     doubles = rounded(values)

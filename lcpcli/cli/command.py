@@ -67,8 +67,8 @@ class Command(click.Command):
         by default all, and the lists.
     lists : under each heading the names that are accepted, with their meanings.
     exits : the meanings of the exit codes, by default those of solving.
-    request : makes what the command is called with of the values of its options, by
-        name; None for a command that is called with these.
+    request : makes the argument of the command from the values of its options, by name;
+        None for a command that is called with these values.
     """
 
     def __init__(
@@ -153,7 +153,7 @@ class Command(click.Command):
                 name = param.opts[-1]
                 reason = f"is given {times} times"
                 raise OptionError(name, reason, _hint_at_sweep(self.name, name))
-        # Of several options for one value only the last would count.
+        # Of several options for one value only the last would have an effect.
         named: dict[str | None, str] = {}
         for param in order:
             name = param.opts[-1]
@@ -300,8 +300,8 @@ class Command(click.Command):
 
 
 def _hint_at_sweep(command_name: str | None, flag: str) -> str:
-    """Return the hint for an option that is given twice: for one of a method, how to
-    give several values."""
+    """Return the hint for an option that occurs twice: for one of a method, how to
+    write several values."""
     if command_name not in ("solve", "compare"):
         return "give it once"
     from lcpcli.methods.registry import METHODS, START_OPTIONS, known_options
@@ -478,7 +478,7 @@ def _other_packages() -> list[str]:
         if folder != package and os.path.isfile(os.path.join(folder, "__init__.py"))
     ]
     remarks = [f"another package {name} is in {folder}" for folder in others]
-    # Which is installed into the same folder: each overwrites files of the other.
+    # Both are installed into the same folder: each overwrites files of the other.
     remarks += [
         f"{name} {other.version} is another program, whose files have the same names: "
         f"pip uninstall {name}, and install this one again"

@@ -46,7 +46,7 @@ STARTS = {
     ),
 }
 
-# Of the paper's methods; the options of others are in METHOD:option=value.
+# The options of the paper's methods; those of others are in METHOD:option=value.
 PAPER = ("p", "k_star", "rho", "sigma")
 # The options of methods that have flags, by name.
 OF_METHODS = (*PAPER, *STARTS)
@@ -93,8 +93,8 @@ class Writing:
 
 @dataclass(eq=False, repr=False)
 class Reporting(Writing):
-    """The request of a command that reports; form : by --format, None for that of the
-    suffix of -o."""
+    """The request of a command that reports; form : the format by --format, None for
+    that of the suffix of -o."""
 
     form: str | None = None
 
@@ -134,10 +134,10 @@ class ManyProblems(Bounds):
 
 
 def option(heading: str, *rows: str | Option, **attributes: Any) -> Declaration:
-    """Declare options under a heading of the help. A row has an option's names, that of
-    its value in capitals unless it is a flag or has a type, and, after two blanks, what
-    it means; or it is numeric, in its range, and None by default. The attributes are
-    those of `click.option`."""
+    """Declare options under a heading of the help. A row has the names of an option,
+    that of its value in capitals unless it is a flag or has a type, and, after two
+    blanks, its meaning; or it is a numeric option, with its range, and None by default.
+    The attributes are those of `click.option`."""
     made = list[Any]()
     for row in rows:
         text, how = (
@@ -195,7 +195,7 @@ def argument(
         function = click.argument(name, **attributes)(function)
         made = function.__click_params__[-1]
         made.heading, made.words = heading, word_meanings
-        FLAGS.setdefault(made.name, name.upper())  # an option of the name goes first
+        FLAGS.setdefault(made.name, name.upper())  # an option of this name comes first
         return function
 
     return declare
@@ -253,7 +253,7 @@ def figure_options(command: str) -> Declaration:
     return option("Output", *rows)
 
 
-# A method, with or without options of its own, as in shi:p=10.
+# A method, with or without options, as in shi:p=10.
 METHOD = Choice(meanings(), parse=registry.parse)
 METHOD_NAMES = listed(METHOD.meanings, "or")
 show_option = option(
@@ -358,7 +358,7 @@ M_AND_Q = (
     "as .mtx or .npy"
 )
 BESIDES_FILES = "- is standard input, and the name of a shipped problem stands for it."
-# That a file may hold.
+# The problems that a file may hold.
 OTHERS = "Programs: .mps, .qps, .lp; models: .nl; games: .nfg, .efg."
 bounds_options = option(
     "Problem",
@@ -431,7 +431,8 @@ def _methods(option: Option) -> str:
 
 
 def of_variants(name: str, option: Option | str) -> tuple[str, str]:
-    """Return an option of a method as METHOD:option=value has it, and what it means."""
+    """Return an option of a method as it is written in METHOD:option=value, and its
+    meaning."""
     if isinstance(option, str):
         return f"{name}, {name}=false", option
     term, _, meaning = _numeric(option)[0].partition("  ")
@@ -477,7 +478,7 @@ solving = declared(
 
 
 class Needs(Flag):
-    """What an option needs of what a command does, or of what it writes."""
+    """What an option needs a command to do, or to write."""
 
     METHOD = auto()  # one that the user chooses
     RUN = auto()  # of a method, to one solution
@@ -496,7 +497,7 @@ class Needs(Flag):
     LOCAL = auto()  # processes on this machine
     ONE_OBJECTIVE = auto()
     ONE_AXIS = auto()  # of options that vary
-    PIECES = auto()  # of the set of all solutions, of which one is asked for
+    PIECES = auto()  # of the set of all solutions, of which one is requested
     LIST = auto()  # of all solutions
     NEW_BENCH = auto()
     FAMILY = auto()
@@ -541,8 +542,8 @@ COMPARE = "leave it out, or use lcp compare"
 
 
 class Refusal(NamedTuple):
-    """Capabilities that a mode lacks, with what is said of the options that need one of
-    them."""
+    """Capabilities that a mode lacks, with the reason for refusing the options that
+    need one of them."""
 
     lacks: Needs
     reason: str = "has no effect with {mode}"

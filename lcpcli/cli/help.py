@@ -87,7 +87,7 @@ PAGES = Pages(
         for page in sorted(FOLDER.glob("*.md"))
     }
 )
-FIRST = "tasks"  # the page that says which page has what, in the order of tasks
+FIRST = "tasks"  # the page that lists the others, in the order of tasks
 TOPICS = {
     name: PAGES.data[name].partition("\n")[0].removeprefix("# ").strip()
     for name in dict.fromkeys(
@@ -118,8 +118,8 @@ OTHER_WORDS = {  # for topics
     "frontier": "paths",
 }
 SECTIONS = re.compile(r"^(?=#+ )", re.MULTILINE)
-LAST = ("changes", "sources")  # of the pages that have a word: those that explain none
-MAX_HEADINGS = 4  # of a page that has a word in many sections
+LAST = ("changes", "sources")  # pages that explain no words, listed after the others
+MAX_HEADINGS = 4  # shown of a page that has a word in many sections
 
 
 GLOSSARY = "words"  # the page with a table of words, what they are here, and pages
@@ -133,8 +133,8 @@ NAMES = re.compile(
 
 
 class Entry(NamedTuple):
-    """A row of the glossary: words that mean the same or nearly so, what they are here,
-    and what to give to lcp help to read on."""
+    """A row of the glossary: words that mean the same or almost the same, what they are
+    here, and the word for lcp help that leads on."""
 
     words: str
     meaning: str
@@ -335,7 +335,7 @@ def _is_about(entry: Entry, phrase: str) -> bool:
 
 
 def _plain(phrase: str) -> str:
-    """Return words in small letters, without hyphens and the s of a plural."""
+    """Return words in lower case, without hyphens and the s of a plural."""
     return re.sub(r"(?<=\w{3})s\b", "", folded(phrase).replace("-", " "))
 
 
@@ -346,7 +346,8 @@ def _title(name: str, phrase: str = "") -> str:
 
 
 def _pattern(phrase: str, plural: str = "") -> re.Pattern[str]:
-    """Return what finds words in a text. plural : what may end each of them."""
+    """Return a pattern that matches words in a text. plural : a pattern for the end of
+    each of them."""
     parts = (re.escape(part) + plural for part in re.split(r"[-\s]+", folded(phrase)))
     return re.compile(r"(?<!\w)" + r"[-\s]+".join(parts) + r"(?!\w)")
 

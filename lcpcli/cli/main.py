@@ -125,7 +125,7 @@ def _occupy() -> None:
         try:
             os.fstat(number)
         except OSError:
-            os.open(os.devnull, mode)  # which gets the least number that is free
+            os.open(os.devnull, mode)  # it gets the smallest number that is free
 
 
 class _Output(io.FileIO):
@@ -142,7 +142,7 @@ class _Output(io.FileIO):
 @contextlib.contextmanager
 def _output_alone() -> Iterator[None]:
     """Open a context in which compiled code cannot print to standard output, as HiGHS
-    does now and then whatever its options: sys.stdout writes to a copy of file
+    sometimes does whatever its options are: sys.stdout writes to a copy of file
     descriptor 1, which itself is the null device."""
     from lcpcli import interrupts
 
@@ -244,8 +244,8 @@ def _run() -> int:
 
 
 def _complain_of_system(error: OSError) -> int:
-    """Report what the system has refused. Only an error with its name is one of
-    standard output."""
+    """Report what the system has refused. Only an error with the name of standard
+    output is one of it."""
     from lcpcli.errors import File, OptionError, ResourceError
     from lcpcli.files.contents import GONE, is_folder_gone
 
@@ -285,7 +285,7 @@ def say(message: str, code: int = Exit.BAD_INPUT) -> int:
 
 
 def refused(error: LCPError) -> int:
-    """Say why a run is refused, or cannot go on, and return the exit code."""
+    """Say why a run is refused, or cannot continue, and return the exit code."""
     shown = as_written(error)
     # The output is closed, or there is no memory left.
     with contextlib.suppress(OSError, ValueError, MemoryError, ImportError):

@@ -188,7 +188,7 @@ def _parameters(family: str, settings: Sequence[str]) -> dict[str, Any]:
                 BOOLEANS[text.casefold()]
                 if kind is bool
                 else kind(text.replace("_", "?"))
-            )  # 1_0 is none
+            )  # 1_0 is no number
         except (KeyError, ValueError):
             raise OptionError(
                 "--set",
@@ -234,7 +234,7 @@ def convert(request: Convert) -> int:
     from lcpcli.model.formulation import Formulation
 
     written = read_written(inputs)
-    # The problem has no name of its own.
+    # The problem has no name but that of its file.
     if written.rounded.name == InputFile(request.file).name:
         written = replace(
             written,
@@ -266,7 +266,7 @@ def convert(request: Convert) -> int:
 
 def read_written(inputs: Inputs) -> Written[Problem]:
     """Read the problem in the files, rounded and, where texts have more digits than
-    doubles, as written."""
+    double precision, as written."""
     from lcpcli.files import beside, reading
     from lcpcli.files.input_file import InputFile
     from lcpcli.rational.numbers import Written, written

@@ -52,7 +52,7 @@ class Destination:
         hint = f"give --format {path}, or a name with a suffix"
         # -o json would write a table to a file json.
         refuse(path in FORMATS, "--output", f"{path} is a format", hint)
-        if form is None:  # it is that of the file's suffix; without a suffix, the table
+        if form is None:  # the suffix of the file decides; without one, it is the table
             ending = os.path.splitext(path or "")[1].lower()
             suffixes = f"use {', '.join(filter(None, SUFFIXES))} or give --format"
             refuse(
@@ -216,7 +216,7 @@ class Output(Destination):
         if self.kind.has_figures:
             return 1, MAX_POINTS, components
         max_rows = MAX_ROWS
-        # A screen has room for them.
+        # They fit on a screen.
         if width is not None and not self.request.levels:
             max_rows = min(MAX_ROWS, max(MIN_ROWS, size().lines - SUMMARY_LINES))
         return int(EVERY.value), max_rows, components

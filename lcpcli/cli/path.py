@@ -181,7 +181,7 @@ def path(request: PathRequest) -> int:
         )
     from lcpcli.report import path_formats
 
-    # There is no second problem.
+    # With a direction there is no second problem.
     if request.direction is not None and solution_path.end == REACHED:
         solution_path = replace(
             solution_path, message=f"the path reaches t = {request.stop}"
@@ -280,7 +280,7 @@ def _along(endpoint: InputProblem, d: Sequence[Fraction], t: Number) -> InputPro
     changed: dict[str, Any] = {"q": q, "solutions": (), "verdict": ""}
     try:
         problem = replace(endpoint.problem, **changed)
-    except ProblemError:  # it is not one of a program or a game any more
+    except ProblemError:  # it is no longer that of a program or a game
         names = endpoint.problem.names if any(endpoint.problem.names) else ()
         problem = replace(endpoint.problem, **changed, names=names, origin=None)
 
@@ -300,7 +300,8 @@ def _along(endpoint: InputProblem, d: Sequence[Fraction], t: Number) -> InputPro
 def _followed(
     endpoints: Sequence[InputProblem], file: str, span: tuple[Any, Any], **options: Any
 ) -> tuple[Path, int]:
-    """Follow the path; return it with the exit code. file : of the last problem."""
+    """Follow the path; return it with the exit code. file : that of the last
+    problem."""
     from lcpcli.parametric.following import follow
     from lcpcli.parametric.path import INFEASIBLE, INTERRUPTED, OTHER_M, Family
 

@@ -63,11 +63,12 @@ class Local:
     algebra, and unless they are very many.
 
     size : their number. max_items : inputs that are handed over to a process at once.
-    kill_error : of a future whose process was killed. end_errors, end : errors of
-    futures that mean that no process is left, and the error to report then.
+    kill_error : the error of a future whose process was killed. end_errors, end :
+        errors of futures that mean that there is no process any more, and the error to
+        report then.
 
-    `submit` raises ResourceError if a process cannot be started, or not again after
-    one has ended: those that are left then end too, and nothing waits for them.
+    `submit` raises ResourceError if a process cannot be started, or not again after one
+    has ended: the other ones then end too, and nothing waits for them.
     """
 
     max_items: int = sys.maxsize
@@ -79,7 +80,7 @@ class Local:
         are_safe = (
             os.path.isdir(TASKS) and len(os.listdir(TASKS)) == 1 and size <= MAX_COPIES
         )
-        # As Windows waits for no more.
+        # Windows waits for no more than these.
         self.size = min(size, 61) if sys.platform == "win32" else size
         self._handlers = ExitStack()
         if STOP is not None:  # until a process handles it
@@ -117,7 +118,7 @@ class Local:
             return self._executor.submit(_stoppable, *arguments)
         except BrokenExecutor:
             self._executor = self._started("spawn")
-            # One that ends at once would end again with each problem.
+            # A process that ends at once would end again with each problem.
             self._executor.submit(int).result(SECONDS_TO_START)
             return self._executor.submit(_stoppable, *arguments)
 
@@ -154,8 +155,7 @@ class Local:
         for each in active_children():
             each.kill()
         results: Any = self._executor._result_queue
-        # Where a process has written the beginning of a result, the rest is missing for
-        # ever.
+        # Where a process has written the beginning of a result, the rest never comes.
         results._writer.close()
 
 
@@ -177,8 +177,8 @@ def _stoppable(function: Callable[..., Any], *arguments: Any) -> Any:
 
 
 def _stop(number: int, frame: FrameType | None) -> None:
-    """End in a few seconds, in which what is known is reported; asked again, go on with
-    that."""
+    """End within a few seconds, in which the results so far are reported; ignore
+    further requests."""
     if _stops:
         return
     _stops.append(True)
@@ -190,8 +190,8 @@ def _stop(number: int, frame: FrameType | None) -> None:
 
 
 def _begin(speaks: Any) -> None:
-    """Leave Ctrl-C to the parent, and end with it, however it ends. Of messages that
-    each process would repeat, one of them says all: the one with the semaphore."""
+    """Leave Ctrl-C to the parent, and end with it, however it ends. Messages that each
+    process would repeat come from one of them, the one with the semaphore."""
 
     def is_first(_: logging.LogRecord) -> bool:
         if not speaking:
@@ -228,7 +228,7 @@ class Cluster:
     def __init__(self, address: str) -> None:
         # Distributed reports every worker that comes or goes.
         logging.disable(logging.ERROR)
-        # And warns of versions, ports and blocked loops.
+        # It also warns of versions, ports and blocked loops.
         warnings.simplefilter("ignore")
         try:
             from distributed import Client

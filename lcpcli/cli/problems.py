@@ -1,9 +1,9 @@
 """The request of a command that solves: its problems, with remarks on what was read,
 and the runs of methods on them, each with its options, its time and its proofs.
 
-No displayed time includes the extra cost of a first run: imports never count, and short
-runs are repeated, as the first one waits for memory and caches. Runs that are compared
-are repeated more often, and the smallest time of each is shown.
+No displayed time includes the extra cost of a first run: imports are not timed, and
+short runs are repeated, as the first one waits for memory and caches. Runs that are
+compared are repeated more often, and the smallest time of each is shown.
 """
 
 from __future__ import annotations
@@ -81,9 +81,9 @@ class InputProblem(NamedTuple):
 
     exactly : reads the numbers of a linear problem as written; None for a nonlinear
     one. remarks : lines on wrong known solutions, which are dropped, on far bounds and
-    the like. length : returns the number of bytes of its text. file : the one that it
-    is in, unless many problems are. paths : its files as another command may name them;
-    none if that cannot be.
+    the like. length : returns the number of bytes of its text. file : its file, unless
+        that has many problems. paths : its files as another command may name them; none
+        if that is impossible.
     """
 
     problem: Any
@@ -97,12 +97,13 @@ class InputProblem(NamedTuple):
 class Inputs(NamedTuple):
     """The files of a command, and how they are to be read.
 
-    of_folders : those files that come from folders. bounds : of z, numbers or a file,
-    that replace those of the problem, and the size from which on they are infinite, by
-    name. tables : the formulation of which the files are tables, "" if they are none.
-    quiet : whether remarks on the input are left out.
+    of_folders : those files that come from folders. bounds : bounds of z, numbers or a
+        file, that replace those of the problem, and the size from which on they are
+        infinite, by name.
+    tables : the formulation of which the files are tables, "" if they are none. quiet :
+        whether remarks on the input are left out.
     others : the values of other options that may name files to read, such as starting
-        points. ahead : those of the files that have been read, by their names.
+        points. ahead : the files that have been read already, by their names.
     as_written : whether numbers are also read as written, as by --exact.
     """
 
@@ -174,7 +175,7 @@ class Inputs(NamedTuple):
                 f"goes to the same file as {earlier}",
                 "choose another file for one",
             )
-            # A log that is there is written at its end.
+            # An existing log is continued at its end.
             if output != STANDARD and option != "--resume":
                 from lcpcli.files.atomic_write import refuse_unwritable
 
@@ -277,7 +278,7 @@ class Inputs(NamedTuple):
                 f"its {columns} columns are {columns} q; if they are M and q, name it "
                 "alone"
             )
-            # It may have been meant as [M | q]
+            # The first file may have been meant as [M | q].
             if columns == len(first[0].Q) + 1:
                 self.tell([f"{q_file}: {means}"])
         return chain(first, each), len(first) > 1 or isinstance(first[0], QColumns)
@@ -329,7 +330,7 @@ class Inputs(NamedTuple):
 
             changed = beside.with_bounds(original, self.bounds, bounds)
         problem, remarks = without_wrong_solutions(changed, file.path)
-        # On what has been read.
+        # Remarks on what has been read.
         notes = [problem.note] if file.kind.is_model else []
         if problem.has_far_sides and self.bounds.get("infinity") is None:
             from lcpcli.model import changes
@@ -373,7 +374,7 @@ def without_wrong_solutions(problem: Problem, file: str) -> tuple[Problem, list[
         from lcpcli.verify.point import without_wrong_solutions
 
         vetted, reasons = without_wrong_solutions(problem)
-    # Perhaps the user meant a file.
+    # The user may have meant a file.
     if os.path.splitext(file)[1] and contents.shipped_file(file):
         reasons.insert(
             0, "no such file; the problem that ships under this name is read"
@@ -429,11 +430,11 @@ Traces = Callable[[AnyProblem], "tuple[Trace | None, Trace | None]"]
 class Request(ManyProblems, Reporting):
     """The request of a command that solves.
 
-    method_options : the options of methods, the additions and the starts that are
-    given, by name. numbers : likewise the limits of a run. max_solutions to sweep : of
-    one of the commands alone. inputs : the problems. levels : for a comparison, the
-    errors whose first attainment is recorded. adds_auto : whether `auto` runs too where
-    none of the methods solves a problem.
+    method_options : the options of methods, the additions and the starts on the command
+        line, by name. numbers : likewise the limits of a run. max_solutions to sweep :
+        options of one of the commands alone. inputs : the problems. levels : for a
+        comparison, the errors whose first attainment is recorded. adds_auto : whether
+        `auto` runs too where none of the methods solves a problem.
     """
 
     exact: bool = False
@@ -468,8 +469,8 @@ class Request(ManyProblems, Reporting):
 
     def prepared(self: R, default: Sequence[str] = (), **more: Any) -> R:
         """Return the request with its inputs and more attributes; set the threads, and
-        refuse what cannot be written or compiled. default : the files if none are
-        given."""
+        refuse what cannot be written or compiled. default : the files if the command
+        line has none."""
         wants_kernels()  # or its error, before anything is read
         files = files_in(self.files, partial(tell, quiet=self.quiet)) or default
         starts = [
@@ -494,8 +495,8 @@ class Request(ManyProblems, Reporting):
 
     @property
     def option_values(self) -> dict[str, Any]:
-        """Return the values of the options by flag; those of methods are all given, and
-        no method stands for auto."""
+        """Return the values of the options by flag; all options of methods are among
+        them, and no method means auto."""
         flags = {flag(name): True for name in (*self.method_options, *self.numbers)}
         method = None if [*self.variants] == [Variant(AUTO)] else self.variants
         return flags | super().option_values | {"--method": method}
@@ -518,14 +519,14 @@ class Request(ManyProblems, Reporting):
         options_of_methods : as from `options_for`. traces : makes the empty trace and
         curve of a run. compared : whether the times are compared. of_many : whether
         there are many problems; their results have no labels, and no progress is shown.
-        compiled : whether there are so many that the extra `fast` is worth loading; by
-            default as the process is set.
+        compiled : whether there are so many that loading the extra `fast` is
+            worthwhile; by default as the process is set.
         """
         from lcpcli.model.problem import Problem
         from lcpcli.solving import driver
 
         watched = shows_progress(self.quiet) and not of_many
-        # Somebody sees the times.
+        # The times are shown to somebody.
         is_shown = not (self.quiet or self.output)
 
         once = SingleRun(self, problem, traces, compiled, watched).run
@@ -549,7 +550,7 @@ class Request(ManyProblems, Reporting):
         self, result: Result, exactly: Callable[[], ExactProblem] | None
     ) -> Result:
         """Return the result with the requested proofs, for numbers as written, as far
-        as its run has left time."""
+        as the remaining time allows."""
         if self.exact and exactly is not None:
             from lcpcli.solving.proof import prove
 
@@ -561,8 +562,8 @@ class Request(ManyProblems, Reporting):
         return with_bound(result)
 
     def options_for(self, problem: AnyProblem) -> list[Values]:
-        """Return for each method its options, with the given ones; raise OptionError if
-        no method has a given one."""
+        """Return for each method its options, with those of the command line; raise
+        OptionError for one that no method has."""
         from lcpcli.model.problem import Problem
 
         if is_nonlinear := not isinstance(problem, Problem):
@@ -688,8 +689,8 @@ def pop_options(option_values: dict[str, Any], names: Iterable[str]) -> dict[str
 
 
 def _value(name: str, text: Any, problem: AnyProblem) -> Any:
-    """Return the value of an option for a problem: a vector or states if the option
-    gives a start."""
+    """Return the value of an option for a problem: a vector or a basis if the option
+    sets a start."""
     if name not in STARTS:
         return text
     from lcpcli.files import beside

@@ -68,10 +68,10 @@ class Past:
         self._numbers = {each.number for each in log_records}
         self._places = Counter(
             each.source for each in log_records
-        )  # of those that are left
+        )  # of the remaining records
         self._last = max(self._numbers, default=0)
         self._added = 0  # the last number of a problem that has been added
-        # By the problem whose record an earlier problem of the same content has taken:
+        # For a problem whose record an earlier problem of the same content has taken:
         # the source and the position of that earlier one.
         self._lent: dict[tuple[tuple[Any, str], Source], tuple[Source, int]] = {}
         self.outcomes = Counter[Kind]()
@@ -137,9 +137,9 @@ class Past:
     def _stands_for(
         self, source: Source, position: int, digest: str
     ) -> tuple[Source, int]:
-        """Return the source and the position to record for a problem: its own ones,
-        unless an earlier problem of the same content, which the log lacks, has taken
-        its record. So it is for equal lines in a log that several processes have
+        """Return the source and the position to record for a problem: those of the
+        problem, unless an earlier problem of the same content, which the log lacks, has
+        taken its record. So it is for equal lines in a log that several processes have
         written."""
         key = self._key(source, position, digest), source
         return self._lent.pop(key, (source, position))
@@ -167,7 +167,8 @@ class Past:
 
     def _number(self, position: int) -> int:
         """Return the number of a problem that the log lacks: its position in the run,
-        unless this is that of another one, as where problems have been added before."""
+        unless this number is that of another one, as where problems have been added
+        before."""
         if position in self._numbers or position <= self._added:
             self._added = self._last = self._last + 1
             return self._added

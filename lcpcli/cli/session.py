@@ -47,7 +47,7 @@ def run(
         require()
     output = Output(request)
     prints = request.output is None and request.resume is None and not output.silent
-    # The run would read its own output for ever.
+    # The run would read its output without end.
     if prints and any(same_file(STANDARD, path) for path in inputs.paths):
         raise OptionError(
             "standard output",
@@ -196,7 +196,7 @@ def _read(
             if len(input_items) == 1:
                 raise
             shown_error = as_written(error)
-            # As that of an option may be for all.
+            # The error of an option may be the same for all.
             if str(shown_error) not in {str(other) for _, other in faults}:
                 tell(str(shown_error))
             faults.append((input_item.sources[0], shown_error))
@@ -215,8 +215,8 @@ def _results(
     """Return the results, by problem, with their proofs, and whether Ctrl-C has cut
     them short.
 
-    The list of inputs is emptied, to free the contents of the files. sources : of the
-    problems, for errors.
+    The list of inputs is emptied, to free the contents of the files. sources : the
+    sources of the problems, for errors.
     """
     problems = [each.problem for each in inputs]
     data = [each.exactly if request.exact else None for each in inputs]

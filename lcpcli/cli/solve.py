@@ -128,8 +128,8 @@ def solve(request: Solve) -> int:
 
 
 def _is_nonlinear(file: InputFile) -> bool:
-    """Return whether a file has a nonlinear problem, or a fault, which its run
-    tells."""
+    """Return whether a file has a nonlinear problem, or an error, which its run
+    reports."""
     with suppress(ProblemError):
         return file.nonlinear is not None
     return True

@@ -64,7 +64,7 @@ def run(input_items: Iterator[InputItem], output: Output, request: Request) -> i
     task, past = _task(request, output), None
     missing_items = input_items
     with ExitStack() as stack:
-        # Before files are opened: forked processes would keep these open.
+        # The pool comes before open files, which forked processes would keep open.
         pool = _pool(request)
         if pool is not None:
             stack.enter_context(closing(pool))
@@ -268,8 +268,8 @@ class Task(NamedTuple):
     and typeset the record.
 
     format_name : the format, "" for none. layout : the columns of a table. every : the
-    step from one written iterate to the next; None to write none. steps : what solves
-    each problem from the states of the last one, in a sequence.
+    step from one written iterate to the next; None to write none. steps : the solver of
+    each problem from the basis of the last one, in a sequence.
     """
 
     request: Request
@@ -316,8 +316,8 @@ class Task(NamedTuple):
                 )
                 number += 1
         except LCPError as error:
-            # Only its text goes into records: an error has a traceback, which keeps the
-            # data of all its frames in memory.
+            # Records have only the text of an error: its traceback would keep the data
+            # of all frames in memory.
             yield from self._records_of_fault(sources[number:], as_written(error))
         except MemoryError:
             yield from self.records_of_loss(
@@ -410,14 +410,14 @@ class Task(NamedTuple):
         return TaskRecord(text, status, exit_code, (message,))
 
 
-# Of all inputs and records that wait, 32 MiB: memory must not grow with the number of
-# problems.
+# Size of all inputs and records that wait, 32 MiB: memory must not grow with the
+# number of problems.
 MAX_BYTES = 2**25
 READ_AHEAD = 512  # inputs that wait for a process: two of the largest pieces
 # The size from which on a piece takes no further input, 512 KiB: a large input takes
 # long enough by itself.
 PIECE_BYTES = 2**19
-COLUMNS_TOGETHER = 64  # q of one M that are solved together
+COLUMNS_TOGETHER = 64  # the number of q with one M that are solved together
 # Problems in a piece, after which even the results of the smallest ones are shown.
 MAX_IN_A_PIECE = 256
 # Pieces for each process, one at work and others queued, so that it never waits for the
@@ -566,13 +566,13 @@ class _Distribution:
         piece.future.add_done_callback(lambda _: self._news.set())
 
     def _take_outcomes(self) -> None:
-        """Take the records of the pieces that are done, and hand over again what they
-        have left."""
+        """Take the records of the pieces that are done, and hand over their remaining
+        inputs again."""
         running = [piece for piece in self._pieces if piece.records is None]
         done = [piece for piece in running if piece.future.done()]
         errors = (piece.future.exception() for piece in done)
         if any(isinstance(error, self._pool.kill_error) for error in errors):
-            # The others may have been killed with it.
+            # Other pieces may have been killed with it.
             _await([piece.future for piece in running], self._pool)
             done = running
         outcomes = list(self._outcomes(done))

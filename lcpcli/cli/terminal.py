@@ -20,7 +20,7 @@ if TYPE_CHECKING:
     from lcpcli.report.progress import Display
 
 STANDARD = "-"  # as a file: standard output, or standard input where it is read
-# As only `sys.stdout` writes there.
+# Only `sys.stdout` writes to these.
 NAMES_OF_OUTPUT = (STANDARD, "/dev/stdout", "/dev/fd/1", "/proc/self/fd/1")
 DIGITS = 4  # of the width of a terminal that are read: more than any table needs
 # Seconds before a run shows progress, as nobody wonders about a shorter wait.
@@ -77,8 +77,8 @@ class Line:
     first second and erased at the end.
 
     doing : what is being done, which a thread shows with the time so far; "" for no
-        such thread, which takes a little of the time that a run measures.
-    total : of what `show` and `tell_number` count, if it is known.
+        such thread, as it takes a little of the time that a run measures.
+    total : the total of what `show` and `tell_number` count, if it is known.
     is_shown : whether anything is shown at all, as `shows_progress` returns.
     """
 

@@ -75,8 +75,8 @@ class Why(OneProblem, Reporting):
 @reporting(RECORD_MEANINGS)
 def why(request: Why) -> int:
     """Explain a problem in exact arithmetic: if it has no solution, which of its
-    conditions cannot hold together and the least change that makes it solvable; if it
-    has one, how far each number may move alone until something else changes."""
+    conditions cannot hold together and the smallest change that makes it solvable; if
+    it has one, how far each number may move alone until something else changes."""
     destination = Destination.of(request)
     inputs = Inputs.of(request, request.files, request.quiet)._replace(as_written=True)
     inputs.prepare({"--output": destination.path})

@@ -175,7 +175,7 @@ def open_alone(path: str | Path, name: str) -> IO[bytes]:
     the file is closed; a device or a pipe is only written. Raise OptionError, with the
     name of the file, if another run holds it."""
     while not _is_special(path):
-        # Which closes the file but for the one that is returned.
+        # The stack closes every file but the one that is returned.
         with ExitStack() as stack:
             descriptor = os.open(
                 path, os.O_RDWR | os.O_CREAT | getattr(os, "O_BINARY", 0), 0o666
@@ -206,7 +206,7 @@ def reserve(paths: Iterable[str]) -> Iterator[None]:
             # The folder cannot be written: then the file cannot be replaced either.
             with suppress(OSError):
                 locks.enter_context(open_alone(lock_file, path))
-                # As some systems keep a file that is open.
+                # Some systems do not remove a file that is open.
                 locks.enter_context(suppress(OSError))
                 locks.callback(lock_file.unlink)  # before it is closed
         yield
@@ -222,7 +222,7 @@ def _lock(file: IO[bytes], name: str) -> None:
 
 
 OPENING = b'{"version":'
-UNFINISHED = "interrupted"  # the status of a record that is made again
+UNFINISHED = "interrupted"  # a record with this status is made again
 FIELDS = {"file", "item", "status", "number", "digest", "given"}  # of a record
 EXPECTED = "name a file that lcp solve -o FILE.jsonl has begun"
 

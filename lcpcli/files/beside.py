@@ -1,12 +1,12 @@
-"""Bounds, starting points, states and solutions given in addition to a problem, as
-numbers or words, or in files. Numbers may be typed in place of a file name: 1,0,15/29
-or "1 0 2.5" or "[1, 0]".
+"""Bounds, starting points, bases and solutions in addition to a problem, as numbers or
+words, or in files. Numbers may be typed in place of a file name: 1,0,15/29 or "1 0 2.5"
+or "[1, 0]".
 
 A proposed solution, a z to be verified or a Farkas vector, with all digits, is a result
 in JSON or CSV as `lcp solve` writes it, a list in JSON, or a row, a column or a table
-of numbers; the output of `lcp solve --all` has several. For a game, strategies may be
-given, in JSON under row and column. Besides decimals, fractions like 15/29 are read, in
-JSON as strings. If a result has exact vectors, these are read.
+of numbers; the output of `lcp solve --all` has several. For a game, the solution may
+consist of strategies, in JSON under row and column. Besides decimals, fractions like
+15/29 are read, in JSON as strings. If a result has exact vectors, these are read.
 """
 
 from __future__ import annotations
@@ -59,7 +59,7 @@ STATES_HINT = (
     "give a JSON list of lower, basic and upper, or a result of lcp solve in JSON "
     "or CSV"
 )
-# Of bounds for a problem that cannot have others: what it is, and the hint.
+# Reason and hint for bounds of a problem that cannot have other ones.
 REFUSALS = {
     kind: (row.noun, row.bounds)
     for kind, row in formulations.TABLE.items()
@@ -78,7 +78,7 @@ def with_bounds(
     -inf or none, a list of these, or the name of a file with such a list; a bound of
     size infinity or more is infinite. files : the files of bounds that have been read,
     by name, to which this call adds those that it reads. doubles : the conversion of
-    numbers as written, if it is not rounding to the nearest double."""
+    numbers as written, if it is not rounding to double precision."""
     read = {} if files is None else files
     number = float if doubles is None else doubles.of
     texts = {
@@ -127,7 +127,7 @@ def with_exact_bounds(
 ) -> ExactProblem:
     """Return the exact data of the problem that `with_bounds` returned, with the bounds
     as written."""
-    # Whose rows' sides may be in M and q.
+    # The sides of its rows may be in M and q.
     if problem.origin is not None and problem is not data.problem:
         return (data.of_floats if data.are_floats() else data.of_decimals)(problem)
     for name in BOUNDS:
@@ -267,8 +267,8 @@ def read_candidates(
 
 
 def read_states(text: str, problem: Problem) -> list[str]:
-    """Return the states, one for each variable, from typed words or from a file; they
-    have to be a basis of the problem."""
+    """Return the basis, a word for each variable, from typed words or from a file; it
+    has to be one of the problem."""
     is_file, typed_words = os.path.exists(text), text.replace(",", " ").split()
     if not is_file and not set(typed_words) & set(WORDS.values()):
         reason = f"{text!r} is neither a file nor states"
@@ -288,8 +288,8 @@ def read_states(text: str, problem: Problem) -> list[str]:
 
 @np.errstate(all="ignore")
 def _states_in(file: InputFile, problem: Problem) -> list[str]:
-    """Return the states in a file: its list, the list in a result, or else the states
-    of z and w in a result."""
+    """Return the basis in a file: its list, the list in a result, or else the basis of
+    z and w in a result."""
     refuse(not file.kind.has_results, "", "has no states", STATES_HINT)
     if not file.kind.is_table:
         data = _first_in(file.content)
@@ -361,7 +361,7 @@ VERTEX = {"piece", "kind", "number", "component", "z"}
 STRATEGY = {"equilibrium", "player", "strategy", "probability"}
 HINT = "give one row or one column, a table with a column headed z, or a result in JSON"
 
-Lengths = Mapping[int, str]  # what may be given, by its length
+Lengths = Mapping[int, str]  # what a vector may be, by its length
 Rows = list[tuple[int, dict[str, str]]]  # the number of a line, and its cells by column
 
 
@@ -369,8 +369,8 @@ class Candidate(NamedTuple):
     """A proposed solution or proof of infeasibility, to be verified.
 
     kind : "solution" for a z, strategies of a game one after the other, or another
-        vector, identified by its length; "answer" for x, or x and y, in the program's
-        own sense; "farkas" for a y that should prove that there is none.
+        vector, identified by its length; "answer" for x, or x and y, in the sense of
+        the program; "farkas" for a y that should prove that there is none.
     """
 
     kind: Literal["solution", "answer", "farkas"]
@@ -378,7 +378,7 @@ class Candidate(NamedTuple):
     exact: bool = False  # whether the values come from exact arithmetic, unrounded
     # w, where the file has it next to z; with values that are not exact, only in CSV.
     w: list[Fraction] | None = None
-    # Of the result, which the vector cannot verify; "" if there is none.
+    # What the result claims, which the vector cannot verify; "" if it claims nothing.
     claim: str = ""
     # The values by the names of their parts, where the file has these separately.
     parts: Mapping[str, list[Fraction]] = {}

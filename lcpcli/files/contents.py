@@ -39,8 +39,8 @@ if TYPE_CHECKING:
 STANDARD_INPUT = "-"
 GONE = "the working folder has been removed: change to another one"
 PAPER_EXAMPLES = ("paper-example-1.json", "paper-example-2.json")
-# How many entries of a declared shape a file may leave out: in any case, and for each
-# entry that it has.
+# Numbers of entries of a declared shape that a file may leave out: in any case, and for
+# each entry that it has.
 FEW_ABSENT, MAX_ABSENT = 2**22, 1000
 
 T = TypeVar("T")
@@ -323,9 +323,9 @@ def refuse_beyond_memory(field: str, shape: tuple[int, ...], itemsize: int = 8) 
 def refuse_mostly_absent(
     field: str, shape: tuple[int, ...], size: int, n_entries: int
 ) -> None:
-    """Raise ProblemError if a file declares a shape for which `size` numbers are
-    needed, and has entries for a small part of it alone: a few bytes could otherwise
-    take all memory. n_entries : the number of entries in the file."""
+    """Raise ProblemError if a file declares a shape that needs `size` numbers, and has
+    entries for only a small part of it: a few bytes could otherwise take all memory.
+    n_entries : the number of entries in the file."""
     reason = (
         f"is declared as {' x '.join(map(str, shape))} with {count(n_entries, 'entry')}"
     )

@@ -1,6 +1,6 @@
 """Problems in CSV: n rows of n + 1 columns [M | q], or one file with the rows of M and
 another with q; see `lcp help formats`. Bounds of z are two more columns, headed lower
-and upper, beside one headed q; an empty cell means no bound.
+and upper, next to one headed q; an empty cell means no bound.
 
 Columns are separated by semicolons, tabs, commas or blanks: the first of these that the
 first row contains. Blank lines, lines that begin with # and a byte order mark are
@@ -52,7 +52,7 @@ HEADING = re.compile(r"[^\W\d][\w .()-]*|\d+")
 RESERVED = {"q", *BOUNDS, *OTHER_NAMES, "none", "null", "nan", "inf", "infinity"}
 NAME = r"[^\W\d]"  # begins like a name
 NUMBERED = re.compile(r"[MmZzXx]?_?\d+")  # a heading that only numbers a column
-# Not an error such as #N/A or #REF!
+# A comment, but not an error such as #N/A or #REF!
 COMMENT = re.compile(r"\s*#(?![A-Z][A-Z0-9/]*[!?]?\s*([;,\t]|$))")
 SHAPE = "give n rows of n + 1 columns (M and q) or of n columns (M alone)"
 
@@ -94,7 +94,8 @@ class Tables:
 
     @property
     def names(self) -> list[str]:
-        """Return the names of the columns of a square matrix; none of another table."""
+        """Return the names of the columns of a square matrix; an empty list for another
+        table."""
         grid = self.grid(False)
         names = grid.header[grid.indexed :]
         return names if len(names) == len(grid.lines) else []
@@ -380,7 +381,7 @@ def table_of(
         )
     columns = len(below[0][1]) - indexed
     reason = f"has {count(len(header), 'name')} above {count(columns, 'column')}"
-    # Of one more name than columns one is a title.
+    # If there is one more name than columns, one is a title.
     one_more = len(header) == columns + 1
     refuse(
         (column_of and len(header) != columns) or one_more,
@@ -400,7 +401,7 @@ def table_of(
         plain, numbered_cells = list[float](), enumerate(cells, 1 + indexed)
         with suppress(ValueError):
             plain = list(map(float, cells)) if may_be_plain else []
-        # Float reads 1_000.
+        # `float` reads 1_000.
         is_plain = math.isfinite(sum(map(abs, plain))) and "_" not in "".join(cells)
         rows.append(
             plain
@@ -481,7 +482,7 @@ def _heads_an_index(header: list[str], below: list[str]) -> bool:
     is_named = bool(first)
     if not others or (is_named and not (below and all(map(is_name, (first, *below))))):
         return False
-    # As A,0 may be a label and a number.
+    # A row such as A,0 may be a label and a number.
     may_be_numbered = not is_named or len(others) > 1
     return all(
         (may_be_numbered and name == str(i)) or re.match(NAME, name)
@@ -491,7 +492,7 @@ def _heads_an_index(header: list[str], below: list[str]) -> bool:
 
 def remark(problem: Problem) -> str:
     n = problem.n
-    # Fewer are 1, 2, ... by chance.
+    # Fewer numbers may be 1, 2, ... by chance.
     first = [] if any(problem.names) or n < 3 else problem.M[:, 0].tolist()
     numbers = ", ".join(f"{x:g}" for x in first[:3])
     line = (

@@ -78,7 +78,7 @@ OTHER_NAMES |= (
     | dict.fromkeys(OF_LOWER, "lower")
     | dict.fromkeys(OF_UPPER, "upper")
 )
-# Of formulations: all keys, and those of matrices.
+# Keys of formulations: all of them, and those of matrices.
 KNOWN = formulations.KEYS
 MATRICES = formulations.MATRICES
 

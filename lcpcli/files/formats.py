@@ -22,8 +22,8 @@ if TYPE_CHECKING:
     from lcpcli.model.formulation import Objective
     from lcpcli.model.nonlinear import NonlinearProblem
 
-Number: TypeAlias = "Callable[[str], float]"  # converts a number in a text to a double
-# The exact number that each double represents, where its shortest decimal does not.
+Number: TypeAlias = "Callable[[str], float]"  # converts a number in a text to a float
+# The exact number that a float represents, where its shortest decimal is not this.
 Exact: TypeAlias = "Mapping[float, Fraction]"
 
 ALL, BOUNDS, M_AND_Q = "everything", "M, q and bounds", "M and q"
@@ -114,7 +114,7 @@ def _suffixes(*contents: str) -> tuple[str, ...]:
 GENERAL_SUFFIXES = _suffixes(ALL, BOUNDS, M_AND_Q)
 COMPLETE = _suffixes(ALL)
 WITH_BOUNDS = _suffixes(ALL, BOUNDS)
-# Read as if it were not.
+# Compressed files are read as if they were not compressed.
 COMPRESSED = tuple(f"{suffix}.gz" for suffix, kind in FORMATS.items() if kind.is_packed)
 PROBLEMS = (*FORMATS, *COMPRESSED)  # all suffixes of files with one problem
 
@@ -143,8 +143,8 @@ class Format(Protocol):
     """Interface of a format's module. Errors do not name the file; the caller adds its
     name. content : what `parse(content: bytes)` of the module returns, which is called
     once for each file; the bytes of the file if there is no such function. number : the
-    conversion of the numbers in a text, if it is not rounding to the nearest double.
-    exact : what doubles represent, as in `Exact`."""
+    conversion of the numbers in a text, if it is not rounding to double precision.
+    exact : what the numbers represent, as in `Exact`."""
 
     def fields(self, content: Any, number: Number = float, /) -> dict[str, Any]:
         """Return the fields in the file, as `lcpcli.files.fields` takes them; M alone
@@ -159,8 +159,8 @@ class Format(Protocol):
         inserted before its suffix."""
 
     def remarks(self, problem: Any, /) -> list[str]:
-        """Return what had to be changed of a problem to be written; a format has this
-        if only problems of one formulation are written in it."""
+        """Return what had to be changed in a problem in order to write it; a format has
+        this if only problems of one formulation are written in it."""
 
 
 class ModelFormat(Format, Protocol):

@@ -55,8 +55,8 @@ NOT_SECOND = (
 )
 # Hints for an empty file.
 WHOLE, LINE = "give M and q, as JSON or CSV", ROW_OF_NUMBERS
-FIRST_LINE = "line 1, "  # of a place, left out where a file has many problems
-# What a text has if a number in it may be 0 in double precision without being 0: an
+FIRST_LINE = "line 1, "  # of a location; left out where a file has many problems
+# A pattern of texts in which a number may be 0 in double precision without being 0: an
 # exponent below -299, or any negative one after many zeros, 200 zeros, or a long
 # denominator.
 MAY_UNDERFLOW = re.compile(
@@ -80,7 +80,7 @@ class InputFile:
     line: int | None = None
     error: ProblemError | None = None
 
-    # Another process works out for itself what it needs.
+    # Another process computes the cached values again.
     def __reduce__(self) -> tuple[type[InputFile], tuple[Any, ...]]:
         return type(self), (self.path, self.content, self.line, self.error)
 
@@ -132,7 +132,7 @@ class InputFile:
 
     @cached_property
     def data(self) -> Any:
-        """Return what the module of the format makes of the content."""
+        """Return the content as the module of the format parses it."""
         kind = self.kind
         if kind.is_model:
             return self._called("parse", self.content, self.path)
@@ -142,11 +142,11 @@ class InputFile:
     @cached_property
     def fields(self) -> Mapping[str, Any]:
         """Return the fields of the problem in the file, or of M alone, with numbers
-        rounded to the nearest doubles."""
+        rounded to double precision."""
         return self.fields_as(float)
 
     def fields_as(self, number: Number) -> Mapping[str, Any]:
-        """Return the fields. number : converts the numbers in texts to doubles."""
+        """Return the fields. number : converts the numbers in texts to floats."""
         if self.line is None:
             refuse(is_result(self.content), self.source_name, *A_RESULT)
         fields: dict[str, Any] = self._called("fields", self.data, number)
@@ -180,8 +180,8 @@ class InputFile:
         return other.within(model_format.solution, self.data, other.content)
 
     def _called(self, function: str, *arguments: Any) -> Any:
-        """Return what a function of the format returns. A fault of another package's
-        module is one of the file."""
+        """Call a function of the format. An error in the module of another package is
+        reported as one of the file."""
         module_name = self.kind.form
         try:
             return getattr(load(module_name), function)(*arguments)
@@ -204,7 +204,7 @@ class InputFile:
 
     def problem(self, q: InputFile | None = None, *, number: Number = float) -> Problem:
         """Return the problem in this file, or with M in this one and q in another one.
-        number : converts the numbers in texts to doubles."""
+        number : converts the numbers in texts to floats."""
         is_kept = number is float and self.line is None  # a line is read once
         fields = self.fields if is_kept else self.fields_as(number)
         if q is not None:
@@ -225,7 +225,8 @@ class InputFile:
         )
 
     def refuse_underflow(self, field: str = "", in_columns: bool = False) -> None:
-        """Raise ProblemError if a number in the text is 0 as a double without being 0.
+        """Raise ProblemError if a number in the text is 0 in double precision without
+        being 0.
         field : that of a file with a single vector; "" for a problem. in_columns :
         whether the file has several vectors."""
         if self.kind.has_arrays or not MAY_UNDERFLOW.search(self.content):
@@ -277,11 +278,12 @@ class InputFile:
         return [as_written.number(value) for value in as_written.distinct.tolist()]
 
     def exactly(self, problem: Problem, q: InputFile | None = None) -> ExactProblem:
-        """Return what `problem` has made of this file, and of one with q, with numbers
-        as written: arrays in the type that they have, texts with all decimals."""
+        """Return the `problem` that was read from this file, and perhaps from one with
+        q, with numbers as written: arrays in the type that they have, texts with all
+        decimals."""
         from lcpcli.rational.exact_problem import ExactProblem
 
-        # Of numbers that it keeps as written.
+        # The formulation may keep its numbers as written.
         parts = problem.formulation.exact_conditions()
         if parts is not None:
             return ExactProblem(problem, *parts)

@@ -37,7 +37,7 @@ FIRST_NAME = "q1"  # of several q without names
 
 
 class Input(NamedTuple):
-    files: tuple[InputFile, ...]  # that of its problem, or those of M and of q
+    files: tuple[InputFile, ...]  # the file of its problem, or those of M and of q
     # The further fields of the record of the problem in a log, or none.
     log_entries: Sequence[Mapping[str, Any]] = ()
 
@@ -46,7 +46,7 @@ class Input(NamedTuple):
         return self.files[0].line
 
     @property
-    def sources(self) -> list[Source]:  # the place of its problem
+    def sources(self) -> list[Source]:  # the source of its problem
         file = self.files[0]
         return [Source(file.source_name, file.line, *self.log_entries)]
 
@@ -68,7 +68,8 @@ class Input(NamedTuple):
 
     def read(self, as_written: bool = False) -> Problem:
         """Return the problem; a ProblemError names the file. as_written : whether the
-        numbers are also read by `exactly`, so that they may be 0 as doubles."""
+        numbers are also read by `exactly`, so that they may be 0 in double
+        precision."""
         return problem_of(self.files, as_written)
 
     def length(self) -> int:
@@ -83,11 +84,11 @@ class Input(NamedTuple):
         return first.exactly(problem, *others)
 
     def compact(self) -> Input:
-        """Return the same input without its cached values, to free memory."""
+        """Return the input without its cached values, to free memory."""
         return self._replace(files=tuple(map(replace, self.files)))
 
     def in_line(self, line: int | None) -> Input:
-        """Return the same input as if it were in another line of its file."""
+        """Return the input as if it were in another line of its file."""
         return self._replace(files=(replace(self.files[0], line=line),))
 
 
@@ -104,7 +105,7 @@ class QColumns(NamedTuple):
     ] = ()  # as in Input, for all problems or none
 
     @property
-    def sources(self) -> list[Source]:  # the places of its problems
+    def sources(self) -> list[Source]:  # the sources of its problems
         file, log_entries = source_name(self.paths[1]), self.log_entries
         return [
             Source(file, self.first + j, log_entries[j] if log_entries else None)
@@ -188,8 +189,8 @@ def inputs(
 
     streams : whether a first line of standard input that is an object is a problem,
     whatever follows. of_folders : the files that come from folders, where the next one
-    is q only if it can be nothing else. ahead : files that have been read, by their
-    names.
+        is q only if it can be nothing else. ahead : the files that have been read
+        already, by their names.
     """
     return _Files(paths, of_folders, ahead or {}).inputs(streams)
 
@@ -243,7 +244,7 @@ class _Files:
     def _with_next(self, file: InputFile) -> InputItem:
         """Return the problem in a file. The next file is taken as q if this one has M
         alone, or if the next one has a vector and no problem, so that the error can
-        name both; of a folder only if M is alone and it can only be q."""
+        name both; in a folder, only if M is alone and the next file can only be q."""
         if not self._remaining:
             return Input((file,))
         M, shared = _without_q(file)
@@ -378,7 +379,7 @@ def _without_q(
 ) -> tuple[Matrix | None, Mapping[str, Any] | None]:
     """Return M and what several q share with it in a file; None if it has q, and None
     twice if it is no problem."""
-    # A guess, so that a large file is parsed by the process that solves the problem.
+    # This is a guess, so that the process that solves the problem parses a large file.
     has_q = file.content.lstrip().startswith(b"{") and b'"q"' in file.content
     with suppress(ProblemError):
         fields: Mapping[str, Any] = {} if has_q else file.fields

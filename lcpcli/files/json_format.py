@@ -54,7 +54,7 @@ if TYPE_CHECKING:
 # The keys whose values have no numbers, or are read by themselves.
 WITHOUT_NUMBERS = {*TEXTS, "rows", "columns", "names", "sense", "verdict"}
 WITHOUT_NUMBERS |= {"origin", *formulations.WORDED}
-# What numbers are called in messages that are not rounded.
+# The names in messages of numbers that are not rounded.
 LOSSLESS = " or ".join(
     row.unrounded for row in formulations.TABLE.values() if row.unrounded
 )
@@ -63,10 +63,10 @@ KEPT_AS_WRITTEN = {
     kind: row.matrices for kind, row in formulations.TABLE.items() if row.unrounded
 }
 OF_COORDINATES = ("format", "shape", "rows", "cols", "values")
-# A decimal of at most so many digits is the shortest decimal of its double: double
-# precision has at least 15 decimal digits.
+# A decimal of at most so many digits is the shortest decimal of the number that it is
+# rounded to: double precision has at least 15 decimal digits.
 DIGITS = 15
-SHOWN = 12  # characters of what is not JSON
+SHOWN = 12  # characters that a message shows of what is not JSON
 SEVERAL = (
     "lcp solve takes a problem in each line; give other commands one line, as by "
     "sed -n 1p FILE | lcp inspect -"
@@ -78,7 +78,7 @@ class NumberText(str):
 
 
 class JsonText:
-    """The value in a JSON text, parsed at most once into doubles and once as
+    """The value in a JSON text, parsed at most once in double precision and once as
     written."""
 
     def __init__(self, content: bytes) -> None:
@@ -189,7 +189,7 @@ def numbers_in(value: Any, number: Callable[[str], Any] = float) -> Any:
     if isinstance(value, dict):
         return {key: numbers_in(part, number) for key, part in value.items()}
     if isinstance(value, list):
-        # Lists and rows of numbers, as most are, stay as they are.
+        # Lists and rows of numbers alone, which are usual, stay as they are.
         types = {*map(type, value)}
         if types == {list}:
             types = {*map(type, chain.from_iterable(value))}
@@ -213,8 +213,8 @@ def _with_numbers(
 
 
 def lossless(text: str) -> float | Fraction:
-    """Return a number as written: the nearest double, or a fraction if the shortest
-    decimal of the double differs."""
+    """Return a number as written: a float, or a fraction if the shortest decimal of the
+    float differs from it."""
     if "/" in text:
         from lcpcli.rational.numbers import ratio
 
@@ -246,7 +246,7 @@ def _of_moderate_size(value: Fraction, text: str) -> float | Fraction:
 
 
 def lossless_of(value: Fraction) -> Fraction | float:
-    """Return a number as a double if it is the double's shortest decimal, else as a
+    """Return a number as a float if it is the shortest decimal of this float, else as a
     fraction."""
     from fractions import Fraction
 
@@ -299,8 +299,8 @@ def load(text: str, number: Callable[[str], Any] = float) -> Any:
 
 
 def _syntax_error(text: str, error: json.JSONDecodeError) -> ProblemError:
-    """Return what is wrong where json has stopped. Its messages, and where it reports
-    an extra comma, differ between versions of Python."""
+    """Return the error for the position at which json has stopped. Its messages, and
+    where it reports an extra comma, differ between versions of Python."""
     position = f"line {error.lineno}, column {error.colno}"
     rest = text[error.pos :].lstrip()
     if rest in ("", "-") or error.msg.startswith("Unterminated string"):
@@ -403,7 +403,7 @@ def sparse_matrix(
 def of_coordinates(
     field: str, values: Vector, rows: Any, cols: Any, shape: tuple[int, int], first: int
 ) -> Matrix:
-    """Return the sparse matrix in scipy's coordinate form; raise ProblemError for a
+    """Return the sparse matrix in scipy's coordinate form; raise ProblemError for an
     index out of range, or for an entry that occurs twice.
     rows, cols : the indices of the values, counted from `first`."""
     from scipy.sparse import coo_array
@@ -411,7 +411,7 @@ def of_coordinates(
     from lcpcli.linalg.patterns import invalid_indices
 
     def refuse_entry(key: str, at: int, reason: str, hint: str) -> None:
-        # Which Matrix Market has not.
+        # Matrix Market has no such keys.
         where = field if first else f"{field}.{key}[{at}]"
         raise ProblemError(
             where, f"has the entry ({rows[at]:.15g}, {cols[at]:.15g}) {reason}", hint
@@ -486,7 +486,7 @@ def _exact_text(value: Fraction) -> str:
 def number_text(
     exact: Exact, x: float, exactly: Callable[[Fraction], str] = _exact_text
 ) -> str:
-    """Return a number as a text. exactly : writes one for which the double stands."""
+    """Return a number as a text. exactly : writes a number that x represents."""
     if x in exact:
         return exactly(exact[x])
     if math.isinf(x):

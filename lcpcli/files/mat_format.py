@@ -44,7 +44,7 @@ from lcpcli.linalg.matrices import is_sparse
 from lcpcli.linalg.patterns import are_compressed
 
 
-# As in every format.
+# The interface is that of every format.
 def fields(
     content: Mapping[str, Any],
     number: Number = float,  # noqa: ARG001
@@ -65,7 +65,7 @@ def fields(
         f"call the matrix M and the vector q; the file holds {shown}",
     )
     n = math.prod(variables["q"].shape) if "q" in variables else variables["M"].shape[0]
-    # Variables of the size of bounds with a name that others give bounds.
+    # Variables of the size of bounds with a name that bounds have elsewhere.
     for name, values in variables.items():
         is_end = name in ("a", "b") and {"a", "b", "q"} <= variables.keys()
         if (
@@ -76,7 +76,7 @@ def fields(
             reason = "may hold bounds of z, which are called lower and upper"
             raise ProblemError(name, reason, "rename it, or leave it out")
     if "names" in variables and len(texts(variables["names"]) or ()) != n:
-        del variables["names"]  # of something else in the workspace
+        del variables["names"]  # they belong to something else in the workspace
     if (
         "solution" in variables
         and variables["solution"].ndim == 2
@@ -111,7 +111,7 @@ def parse(content: bytes) -> dict[str, Any]:
         unless_damaged("", "is not a MAT file, or is damaged", hint),
         warnings.catch_warnings(),
     ):
-        # About variables that cannot be represented, which are ignored.
+        # The warnings are about variables that cannot be represented and are ignored.
         warnings.simplefilter("ignore")
         variables = loadmat(io.BytesIO(checked(content)))
     return {
@@ -135,7 +135,7 @@ def _array(name: str, value: Any) -> Any:
 
 
 HEADER = 128  # bytes
-# Of the types of numbers, in bytes.
+# Sizes of the types of numbers, in bytes.
 SIZES = {1: 1, 2: 1, 3: 2, 4: 2, 5: 4, 6: 4, 7: 4, 9: 8, 12: 8, 13: 8}
 # The types of texts but for those in one or two bytes.
 ENCODINGS = {16: "utf-8", 17: "utf-16", 18: "utf-32"}
@@ -218,7 +218,7 @@ def _is_readable(data: bytes, order: str) -> bool:
     size = math.prod(shape.tolist())
     if kind == CELL:
         _require(len(values) == size and all(value.kind == MATRIX for value in values))
-        # Each is checked.
+        # The set has them all checked.
         return {_is_readable(value.data, order) for value in values} <= {True}
     if kind == SPARSE:
         _require(

@@ -37,7 +37,7 @@ BANNER = (
 )
 SIGNS = {"general": 0, "symmetric": 1, "skew-symmetric": -1}  # of the mirrored entries
 CHOICES = (("array", "coordinate"), ("real", "double", "integer"), tuple(SIGNS))
-# Unambiguous, so that matching does not backtrack.
+# The pattern is unambiguous, so that matching does not backtrack.
 DECIMAL = rb"[-+]?(?:\d+(?:\.\d*)?|\.\d+)(?:[eE][-+]?\d+)?"
 
 
@@ -85,7 +85,7 @@ def values(field: str, content: Entries, number: Number = float) -> Any:
 def render(fields: Mapping[str, Any], exact: Exact) -> dict[str, bytes]:
     """Return M as an array or, if it is sparse, by coordinates, and q as an array of
     one column, with all digits."""
-    # Not of shape (0, 1), as scipy 1.15 never ends writing that.
+    # An array of shape (0, 1) is avoided, as scipy 1.15 never ends writing that.
     q = fields["q"][:, np.newaxis][:, : fields["q"].size]
     return {"": _text(fields["M"], exact), ".q": _text(q, exact)}
 
@@ -184,7 +184,7 @@ def _header(content: bytes) -> tuple[list[str], tuple[int, int], int, int]:
         )
     rows, columns, *entries = map(int, sizes)
     sign = SIGNS[fields[4]]
-    # Of an array, which does not say it.
+    # The number of entries of an array, which it does not state.
     entries += [rows * columns - abs(sign) * rows * (rows - sign) // 2]
     return fields[2:], (rows, columns), entries[0], file.tell()
 

@@ -38,7 +38,7 @@ LONGEST_END = 20  # bytes of it
 NAME_FIELDS = ("rows", "columns", "players", "names")
 
 
-# As in every format.
+# The interface is that of every format.
 def fields(content: Any, number: Number = float) -> dict[str, Any]:  # noqa: ARG001
     """Return M and q from an array of n rows and n + 1 columns, or M from an array of
     any other shape."""
@@ -76,13 +76,13 @@ def array_in(file: IO[bytes]) -> Any:
     writes what a program does not have. Other arrays of objects are refused. An array
     that declares more than the file holds takes no memory before it is refused."""
     with warnings.catch_warnings():
-        # About files written by Python 2, which are fine.
+        # The warnings are about files written by Python 2, which are fine.
         warnings.simplefilter("ignore", UserWarning)
         if (content := _single_object(file)) is not None:
             _refuse_objects(content)
             return None
         array = npy.read_array(file, allow_pickle=False)
-    # As no memory is needed for any number of empty texts.
+    # Any number of empty texts would need no memory.
     if file.read(1) or (array.size > 1 and not array.itemsize):
         raise ValueError
     if array.dtype.kind == "U":

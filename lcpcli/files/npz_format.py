@@ -5,7 +5,7 @@ A sparse M is stored in parts, as scipy.sparse.save_npz writes them: data, indic
 indptr and shape (compressed sparse rows), or the parts of another form, with its name
 as format; or called M.data etc., as for programs A.data etc. solution is one z or has
 one z per row. origin is a JSON string. `numpy.array(None)`, as qpsolvers writes it,
-stands for what is not given. Nothing is ever unpickled.
+means that a part is absent. Nothing is ever unpickled.
 """
 
 from __future__ import annotations
@@ -58,7 +58,7 @@ SPARSE_FIELDS = (
 )
 
 
-# As in every format.
+# The interface is that of every format.
 def fields(
     content: Mapping[str, Any],
     number: Number = float,  # noqa: ARG001

@@ -1,4 +1,4 @@
-"""Writing problems, programs and games to files, in the format given by the suffix."""
+"""Writing problems, programs and games to files, in the format of the suffix."""
 
 from __future__ import annotations
 
@@ -26,8 +26,8 @@ from lcpcli.rational.numbers import Doubles, Written, places, written
 def write(
     problem: Problem, path: str | os.PathLike[str], *, as_program: bool = False
 ) -> None:
-    """Write a problem in the format given by the suffix of the file, completely or not
-    at all.
+    """Write a problem in the format of the suffix of the file, completely or not at
+    all.
 
     .json, .npz and .mat keep everything, .csv keeps M, q and the bounds, the other
     formats only M and q: p.mtx or p.npy has M, and p.q.mtx or p.q.npy next to it has q.
@@ -81,7 +81,7 @@ def contents_of(
         or problem.x0 is not None
         or problem.x1 is not None
     )
-    # Its origin has a key for all that it holds.
+    # The origin has a key for each of its parts.
     is_whole = as_program and kind.keeps == formats.ALL and not others
     origin_fields = None
     if kind.of or is_whole:
@@ -143,7 +143,7 @@ def with_exact_conditions(as_written: Written[Problem], path: str) -> Written[Pr
     known exactly. The problem stays as it is if some numbers are not decimals, if it
     has bounds, and for any other file."""
     problem = as_written.rounded
-    # Which is written in decimals, and does not keep all?
+    # Only a format in decimals that does not keep everything is concerned.
     kind = kind_to_write(path) if path else formats.JSON_FILE
     is_brief = kind.in_decimals and kind.keeps != formats.ALL
     parts = problem.formulation.exact_conditions() if is_brief else None
@@ -181,7 +181,7 @@ def is_rounded(as_written: Written[Problem], path: str) -> bool:
 
 
 def _are_doubles(rows: Sequence[Mapping[int, Fraction]]) -> bool:
-    """Return whether all numbers are doubles, or shortest decimals of doubles."""
+    """Return whether all numbers are floats, or shortest decimals of floats."""
     values = chain.from_iterable(row.values() for row in rows)
     return all(
         value in (Fraction(double), Fraction(repr(double)))

@@ -27,12 +27,12 @@ if TYPE_CHECKING:
 class Frame(NamedTuple):
     """What the cells of a table of iterates depend on besides their rows.
 
-    names : of all unknowns, for headings. shown_components : the indices of the
+    names : those of all unknowns, for headings. shown_components : the indices of the
         components that are shown, None for those that are omitted.
-    signs : of the components in the rows, by which z is multiplied. largest : the size
-        of the largest component of z at the end of a run.
-    unit : of times, its length in seconds and its name. marks_selected : whether the
-        second point of shi has the step "selected".
+    signs : the signs by which the components of z in the rows are multiplied. largest :
+        the size of the largest component of z at the end of a run.
+    unit : the unit of times, its length in seconds and its name. marks_selected :
+        whether the second point of shi has the step "selected".
     """
 
     problem: Problem
@@ -50,9 +50,9 @@ Cells: TypeAlias = "Callable[[Any, TraceRow, Frame], list[str]]"
 class Column(NamedTuple):
     """A column, or for a vector one for each component.
 
-    name, meaning : as users see them. value : of a row; None where there is none.
-    cells : the texts of a value in a table. key : the name in CSV and JSON, if it is
-        another one.
+    name, meaning : as users see them. value : returns the value for a row; None where
+        there is none. cells : the texts of a value in a table. key : the name in CSV
+        and JSON, if that is another one.
     """
 
     name: str
@@ -101,7 +101,7 @@ class Column(NamedTuple):
 
 
 TIME = "time"
-# Of the method shi, as the paper numbers it.
+# The method shi and the number of the step in the paper.
 STEP_OF_SELECTED_POINTS = "shi", "1"
 
 
@@ -183,7 +183,7 @@ def table() -> dict[str, Column]:
     return {column.name: column for column in made}
 
 
-# Those that CSV and JSON have of every method, in this order.
+# The columns that CSV and JSON have for every method, in this order.
 OF_EVERY_METHOD = ("k", "z", "residual", "error", TIME, "step")
 
 

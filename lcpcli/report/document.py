@@ -66,7 +66,8 @@ class Section(NamedTuple):
 
 
 class Document(NamedTuple):
-    """A report. title : of all of it; a section of the same title opens the report."""
+    """A report. title : the title of all of it; a section of the same title opens the
+    report."""
 
     title: str
     sections: Sequence[Section]
@@ -133,12 +134,13 @@ RECORD_MEANINGS = dict(
 class Figure(NamedTuple):
     """A figure.
 
-    title : of its file. commands : the commands that draw it, by `--option FILE`.
+    title : the title of its file. commands : the commands that draw it, by `--option
+        FILE`.
     meaning : what help says of this option; "" for a figure that takes the place of
         another one, as cones do with --all.
-    made_by : what makes the `Picture` of it, in lcpcli.report or in lcpcli.bench.
-    drawn_by : what draws this, in lcpcli.report.figures.
-    in_plane : whether it is of LCPs with two unknowns.
+    made_by : the function that makes its `Picture`, in lcpcli.report or in
+        lcpcli.bench. drawn_by : the function that draws this, in lcpcli.report.figures.
+        in_plane : whether it is for LCPs with two unknowns.
     """
 
     title: str

@@ -23,7 +23,7 @@ UNKNOWN = "not computed: too expensive"
 CLOSE_TO_ONE = 0.999
 # An estimate of iterations above it is shown as "more than": the method is too slow.
 MAX_ITERATIONS = 999_999
-# For the choice of a method.
+# The classes that decide about the methods.
 DECISIVE = ("symmetric", "positive definite", "positive semidefinite", "P-matrix")
 EIGENVALUES = ("smallest_eigenvalue", "largest_eigenvalue", "eigenvalues_estimated")
 NO_RATE = {"omega": None, "factor": None, "iterations": None}

@@ -22,7 +22,7 @@ NEEDED = (
     r"% needs \usepackage{booktabs} and \usepackage{graphicx}, and "
     r"\usepackage{longtable} for a table over pages"
 )
-PAGE_ROWS = 45  # of a table at most, so that it fits on a page with its caption
+PAGE_ROWS = 45  # rows of a table that fit on a page with its caption
 # A number with an exponent. Before another number it belongs to a name.
 EXPONENT = re.compile(r"(?<![\w.])(\d(?:\.\d+)?)e([+-]?\d+)(?![\w.]| -?\d)")
 # Shrinks a wide table, enlarges none.

@@ -99,7 +99,7 @@ def _as_proof(problem: Problem, y: Sequence[float | Fraction]) -> str:
     return f": {of_y}, so y'(Mz + q) < 0 for every z >= 0"
 
 
-DIGITS = 7  # of z at most, as in the paper's tables
+DIGITS = 7  # digits of z, as in the paper's tables
 # Digits of z: a line warns if the data determine fewer, as the other printed digits
 # would then change with the rounding of the data.
 ENOUGH_DIGITS = 6
@@ -121,8 +121,8 @@ WIDE_SPREAD = 2.0
 
 
 def proved_lines(result: Result) -> list[str]:
-    """Return the lines of the answer if they say of what the problem was made from why
-    it has no solution, as that a program is infeasible; else none."""
+    """Return the lines of the answer if they say why the program or game has no
+    solution, as that a program is infeasible; else none."""
     answer = result.answer
     is_proved = result.status.word in SETTLED and answer is not None and answer.word
     return answer.lines() if is_proved else []
@@ -149,7 +149,7 @@ def verdict(result: Result) -> str:
 
 
 def _about_objective(result: Result) -> list[str]:
-    """Return how many digits of a program's objective are known, if that is few."""
+    """Return how many digits of a program's objective are known, if these are few."""
     if not (error := result.objective_error):
         return []
     from lcpcli.verify.objective import statement
@@ -159,7 +159,7 @@ def _about_objective(result: Result) -> list[str]:
 
 def _why(result: Result) -> str:
     """Return, as a clause, why z is accepted as a solution although its residual alone
-    does not show that, and with which reservation; "" if the residual shows it, or if a
+    does not show that, and with what reservation; "" if the residual shows it, or if a
     proof says it."""
     before, _, reason = result.message.partition(": ")
     is_said = before != SAID_OF_SOLVED or result.exact is not None
@@ -217,7 +217,8 @@ def facts(
             f"the data determine {digits} of z{i + 1}: rounding the data once "
             "changes the others"
         )
-    if result.not_unique and result.others is not False:  # which exact arithmetic saw
+    # exact arithmetic may have shown that there are no others
+    if result.not_unique and result.others is not False:
         lines.append(_not_unique(result.not_unique))
     lines += _vector(result, width or PIPE_WIDTH, shows_all, names)
     if names or not result.problem.bounds:
@@ -360,7 +361,7 @@ def why_unsolved(results: Sequence[Result]) -> str:
 
 
 def spread(results: Sequence[Result]) -> str:
-    """Return a warning if times of runs, even the least of their repetitions, may be
+    """Return a warning if times of runs, even the shortest of their repetitions, may be
     unreliable; else ""."""
     wide = [
         (result.spread, name(result))

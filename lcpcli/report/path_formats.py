@@ -183,8 +183,8 @@ class Terms(EndpointProblems):
         return Points(*map(list, path.exact or (path.t.tolist(), path.z, path.w)))
 
     def at_all(self, values: Sequence[Any]) -> Points:
-        """Return the points of the path at several values of t; there are none where it
-        does not come."""
+        """Return the points of the path at several values of t; there are none for
+        values that it does not reach."""
         if not values:
             return Points([], [], [])
         (ts, *vectors), n = self.points, self.path.problem.n
@@ -212,8 +212,8 @@ class Terms(EndpointProblems):
         ]
 
     def objective(self, t: Any, z: Sequence[Any]) -> Any:
-        """Return the objective of the program at t, in its own sense and with its
-        constant."""
+        """Return the objective of the program at t, in the sense in which it is stated
+        and with its constant."""
         assert self.block_form is not None
         share = self._share(t)
         if isinstance(t, Fraction) and self._exact:
@@ -233,8 +233,8 @@ class Terms(EndpointProblems):
 
     @cached_property
     def _exact(self) -> tuple[ExactProblem, ExactProblem] | None:
-        """Return the problems whose solutions the fractions are: their doubles as they
-        are, or as decimals."""
+        """Return the problems whose solutions the fractions are: their floating-point
+        numbers as exact, or as decimals."""
         points = self.points
         for read in (
             (ExactProblem.of_decimals, ExactProblem.of_floats)
@@ -252,8 +252,8 @@ class Terms(EndpointProblems):
 
     @cached_property
     def moving(self) -> Moving | None:
-        """Return the number that differs, in the program's own sense, if it is one
-        only; else None."""
+        """Return the number that differs, in the sense of the program, if only one
+        differs; else None."""
         differences = list(islice(self._differences(), 2))
         return differences[0] if len(differences) == 1 else None
 
@@ -320,7 +320,7 @@ MAX_ROWS = 500
 # Changes that are named at a breakpoint. There are more of them where pieces of no
 # length have been left out, and naming all would make the column wide.
 MAX_CHANGES = 3
-NOISE = 1e-12  # relative to the largest entry: what is shown as 0
+NOISE = 1e-12  # relative to the largest entry: smaller ones are shown as 0
 
 # Further values of t, whose points a text shows too.
 At: TypeAlias = Sequence["float | Fraction"]
@@ -328,7 +328,7 @@ At: TypeAlias = Sequence["float | Fraction"]
 
 def data(path: Path, at: At = (), files: Sequence[str] = ()) -> dict[str, Any]:
     """Return a path as the object of its line in JSON, with the points at further t.
-    files : that were read."""
+    files : the files that were read."""
     terms, doubles = Terms(path), Points(path.t.tolist(), list(path.z), list(path.w))
     points = terms.at_all(at)
     moving = terms.moving and {
@@ -416,8 +416,8 @@ def rows(
 def path_report(
     path: Path, at: At, files: Sequence[str] = (), names: Sequence[str] = ()
 ) -> result_formats.Report:
-    """Return the report on a path, with the points at further t. files : of the
-    problems that were read. names : as for `build`; JSON has all."""
+    """Return the report on a path, with the points at further t. files : the files of
+    the problems. names : as for `build`; JSON has all."""
     return result_formats.Report(
         lambda format_name, width: build(path, format_name, at, width, names),
         lambda: [data(path, at, files)],
@@ -480,8 +480,8 @@ def _columns(
 ) -> tuple[list[list[str]], bool]:
     """Return the columns of a table with their headings, and whether unknowns are left
     out: t, the number that moves, what changes, as many components of z (x and y of a
-    program) as the width has room for, w if there is room for all, and the objective of
-    a program. selection : as names for `build`."""
+    program) as fit in the width, w if all fit, and the objective of a program.
+    selection : as names for `build`."""
     path, blocks, max_length = terms.path, terms.block_form, tables.longest(format_name)
     n, names = path.problem.n, wording.all_visible(terms.names(max_length))
     of_z, *of_w = (
@@ -514,7 +514,7 @@ def _columns(
     shown = of_places(
         tables.with_gap(number, tables.shown_components(number, available_width))
     )
-    # w is rounded as its terms are.
+    # The rounding of w is that of its terms.
     if blocks is None and tables.shown_components(2 * n, available_width) is None:
         largest_w = max(of_w)
         shown += [

@@ -39,8 +39,8 @@ PLOT = "plot"
 class Curve(NamedTuple):
     """One run on one problem.
 
-    name : the method or peer, which decides colour, marker and line style. label : the
-        name of the run in the legend.
+    name : the method or peer, by which colour, marker and line style are chosen. label
+        : the name of the run in the legend.
     k : the numbers of the iterates; an iterate whose number is None is left out where k
         is the abscissa.
     seconds, errors : of each iterate the run time, and the error or residual; None
@@ -61,8 +61,8 @@ class Curve(NamedTuple):
 class Panel(NamedTuple):
     """The runs on one problem. measure : "error" or "residual", whichever the curves
     have. provenance : a line on the program and its options, for the file's metadata.
-    problem, solutions : of runs whose x were kept, the LCP and the x = (z - w) / 2 of
-    its known solutions."""
+    problem, solutions : for runs with recorded x, the LCP and the x = (z - w) / 2 of
+        its known solutions."""
 
     title: str
     measure: str
@@ -106,7 +106,7 @@ class Profile(NamedTuple):
     in_seconds: bool = False
 
 
-THEORY = "ln 3 / p"  # of p: by how much |x| is smoothed where x_i = 0
+THEORY = "ln 3 / p"  # by how much |x| is smoothed where x_i = 0, for the option p
 
 
 class Line(NamedTuple):
@@ -145,8 +145,8 @@ class Fitted(NamedTuple):
 class Picture:
     """A figure, drawn when it is written; a notebook shows it.
 
-    kind : of FIGURES. data : what its function draws. provenance : lines for the file's
-    metadata. text : what the figure shows, for the interpreter.
+    kind : a key of FIGURES. data : what its function draws. provenance : lines for the
+        metadata of the file. text : what the figure shows, for the interpreter.
     """
 
     kind: str
@@ -185,7 +185,7 @@ def _function(dotted_name: str) -> Callable[..., Any]:
 
 
 def made(kind: str, *data: Any) -> Picture:
-    """Return the picture of a kind, of FIGURES, of its data."""
+    """Return the picture of a kind, a key of FIGURES, for its data."""
     picture: Picture = _function(FIGURES[kind].made_by)(*data)
     return picture
 
@@ -251,7 +251,7 @@ def variations(drawn: Sequence[Variation], runs: Sequence[Sequence[Result]]) -> 
 
 
 def form_of(path: str, option: str = PLOT) -> str:
-    """Return the form of the picture that an option asks for, by the suffix of the
+    """Return the form of the picture that an option requests, by the suffix of the
     path."""
     ending = PurePath(path).suffix.lower().lstrip(".")
     if ending not in FORMS:
@@ -296,8 +296,8 @@ def is_plane(problem: Problem) -> bool:
 
 
 def require_plane(problems: Sequence[Problem], option: str = PLOT) -> None:
-    """Refuse problems that are no LCPs with two unknowns, and more than a page has room
-    for."""
+    """Refuse problems that are no LCPs with two unknowns, and more than fit on a
+    page."""
     require_room(len(problems), option, MAX_PLANES)
     for problem in problems:
         if not is_plane(problem):
@@ -310,8 +310,8 @@ def require_plane(problems: Sequence[Problem], option: str = PLOT) -> None:
 def require_drawable(
     kind: str, problems: Sequence[Problem], axes: Sequence[str] = ()
 ) -> None:
-    """Refuse what a figure, of FIGURES, cannot show. axes : the values of options that
-    vary."""
+    """Refuse what a figure, by its key in FIGURES, cannot show. axes : the values of
+    options that vary."""
     if FIGURES[kind].in_plane:
         require_plane(problems, FIGURES[kind].option)
     elif axes:
@@ -431,7 +431,7 @@ def _is_same(one: Problem, other: Problem) -> bool:
 
 def panels(runs: Sequence[Sequence[Result]]) -> list[Panel]:
     """Return the curves of the runs, grouped by problem, of errors if a solution is
-    known or computed, else of residuals, and the x that were kept; each run must have
+    known or computed, else of residuals, and the recorded x; each run must have
     recorded a `curve` or a trace."""
     drawn = []
     for results in runs:

@@ -23,10 +23,10 @@ BAR = 20  # columns
 
 
 class Display:
-    """A line of progress on a stream, drawn anew by each call of `show`.
+    """A line of progress on a stream, drawn again by each call of `show`.
 
     began : by the clock `time.monotonic`, the beginning of the time that it shows.
-    total : of which a bar shows how much is done; None for no bar.
+    total : the total, of which a bar shows how much is done; None for no bar.
     """
 
     def __init__(self, stream: IO[str], began: float, total: float | None) -> None:
@@ -51,7 +51,7 @@ class Display:
         self._progress.tasks[0].start_time = began
 
     def show(self, text: str, done: float) -> None:
-        # A terminal that has gone is noticed by what is printed there.
+        # Other output notices a terminal that has gone.
         with suppress(OSError, ValueError):
             self._progress.update(self._task, description=visible(text), completed=done)
             self._progress.start()

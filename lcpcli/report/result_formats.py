@@ -30,16 +30,15 @@ if TYPE_CHECKING:
     from lcpcli.solving.result import Result
 
 BAD_INPUT = "bad_input"  # the status of an input that cannot be used
-LOST = "breakdown"  # that of one whose result was lost
-# Of the name of one of many problems: at most half a line, and at least where it is
-# cut; the item in a file within it; and in its row, all but the name and what the
-# problem is solved by.
+LOST = "breakdown"  # the status of an input whose result was lost
+# Widths, for one of many problems: of its name at most, half a line; of a name that is
+# cut; of the item of a file in it; and of the rest of its row but for the method.
 WIDEST_NAME, MIN_OF_NAME, ITEM, OTHERS = 40, 16, len(":1000"), 51
 
 
 class Layout(NamedTuple):
     """The columns of a table of many problems. name : the width of the names. width :
-    of the rows, None for no limit; then no name is cut off."""
+    that of the rows, None for no limit; then no name is cut off."""
 
     name: int = 0
     width: int | None = None
@@ -143,9 +142,10 @@ def results_report(
     compared : whether the iterates come first and then one line per result; else the
     result comes first. swept : whether CSV has a row for each run. shows_all : whether
     a result that comes first shows all components of z. iterates : whether CSV is made
-    of the iterates. columns : of the iterates in a table, as for `tables.build`. names
-    : of the unknowns that are shown, as for `wording.selected_components`. paths : the
-    files of each problem, as advice names them.
+    of the iterates. columns : the columns of the iterates in a table, as for
+    `tables.build`. names : those of the unknowns that are shown, as for
+    `wording.selected_components`. paths : the files of each problem, as advice names
+    them.
     """
 
     def document(format_name: str, width: int | None) -> Document:
@@ -321,10 +321,10 @@ def data(result: Result, source: Source = NO_SOURCE) -> dict[str, Any]:
         result.trace,
     )
     vectors = {name: getattr(exact, name, None) for name in ("z", "w", "y")}
-    # others' notes are of authors.
+    # The notes of other files are those of their authors.
     how_read = problem.note if is_model(source.file or "") else ""
     certificate = plain(result.certificate)
-    if certificate:  # its vector in fractions, if doubles are only near the proof
+    if certificate:  # its vector in fractions, if floats are only close to the proof
         vector = certificate.pop("exact") or certificate["vector"]
         head = {"kind": certificate.pop("kind"), "statement": certificate["statement"]}
         certificate = head | certificate | {"vector": vector}
@@ -386,7 +386,7 @@ def source_record(
 
 def plain(value: Any, exact: bool = True) -> Any:
     """Return a value for JSON: an object for a dataclass, None for a number that is not
-    finite, and for a fraction a text, or unless `exact` a double, None if it is beyond
+    finite, and for a fraction a text, or unless `exact` a float, None if it is beyond
     double precision."""
     if isinstance(value, float):
         return value if math.isfinite(value) else None

@@ -35,8 +35,8 @@ HEADER: tuple[str, ...] = ("piece", "kind", "number", "component", "z", "w")
 # rows; typesetting more takes longer than the search for the solutions.
 MAX_LINES = 1000
 MIN_LINES = 20  # however wide a table is
-# Of a table; a terminal's takes a tenth of a millisecond for each, and more is hardly
-# read.
+# Cells of a table; on a terminal each takes a tenth of a millisecond, and nobody reads
+# more.
 MAX_CELLS = 6000
 VERTICES = "vertices"  # the attribute of a piece
 
@@ -51,7 +51,7 @@ def solutions_report(
     exact: bool,
     names: Sequence[str] = (),
 ) -> Report:
-    """Return the report on what was found."""
+    """Return the report on a solution set, or on the best solution."""
     made: Callable[..., dict[str, Any]] = (
         _best_record if isinstance(search_result, Optimum) else _record
     )
@@ -69,8 +69,8 @@ def build(
     names: Sequence[str] = (),
 ) -> Document:
     """Return the report on a solution set, or on the best solution, for a format.
-    exact : whether numbers are fractions instead of seven digits. names : of the
-    unknowns shown, as for `wording.selected_components`."""
+    exact : whether numbers are fractions instead of seven digits. names : those of the
+        unknowns that are shown, as for `wording.selected_components`."""
     cell: Callable[..., str] = brief if exact else approximate
     problem, figure = search_result.data.problem, None
     facts, remarks = list[str](), list[str]()
@@ -313,8 +313,8 @@ def _best_record(best_solution: Optimum, source: Source, exact: bool) -> dict[st
 
 
 def _outward(value: Fraction, toward: int) -> float:
-    """Return the nearest double that is not below a number if `toward` is 1, and not
-    above it if it is -1; an infinity where there is none."""
+    """Return the closest float that is not below a number if `toward` is 1, and not
+    above it if `toward` is -1; an infinity if there is none."""
     nearest = float(rounded([value])[0])
     if math.isinf(nearest):
         return (

@@ -29,8 +29,8 @@ if TYPE_CHECKING:
 
 CELL = 11  # the usual width of a component with the gap after it
 OTHER_COLUMNS = 34  # the usual width of all other columns
-# Of z in a pipe, where lines may be long: all components of the paper's examples and
-# more.
+# Components of z in a pipe, where lines may be long: all those of the paper's examples
+# and more.
 PIPE_COMPONENTS = 12
 # Runs whose failures are explained, a line or two each; more, as in a sweep, would be
 # too many.
@@ -66,7 +66,7 @@ def kept_components(
 
 
 def longest(format_name: str) -> float:
-    """Return the least length at which a name is too long for a column of a format;
+    """Return the smallest length at which a name is too long for a column of a format;
     only a screen limits it."""
     return CELL if FORMATS[format_name].fits_screen else math.inf
 
@@ -85,11 +85,11 @@ def build(
     the same components of z.
 
     width : of the terminal; None if there is none. compared, shows_all : as for
-    `result_formats.results_report`. column_names : the columns of the iterates, as
-    for `columns.selected_columns`; then there is no summary. shown_names : of the
-    unknowns that are shown, as for `wording.selected_components`, and which traces
-    have, but of a game all; empty for as many as fit. files : of the problem, as for
-    `wording.advice`.
+    `result_formats.results_report`. column_names : the columns of the iterates, as for
+    `columns.selected_columns`; then there is no summary. shown_names : the names of the
+    unknowns that are shown, as for `wording.selected_components`, which the traces have
+    (those of a game have all); empty for as many as fit. files : the files of the
+    problem, as for `wording.advice`.
     """
     first, problem = results[0], results[0].problem
     components = first.trace.components if first.trace else None
@@ -155,7 +155,7 @@ def document(runs: Sequence[Sequence[Result]], sections: Sequence[Section]) -> D
 
 def with_gap(n: int, components: Indices | None) -> list[int | None]:
     """Return these components, with None before the last one for omitted components;
-    None stands for all n."""
+    all n of them if they are None."""
     return (
         list(range(n))
         if components is None
@@ -169,9 +169,9 @@ def _iterates(
     shown_names: Sequence[str],
     max_length: float,
 ) -> Table:
-    """Return the table of the iterates; without x, which tells it from the next ones,
-    the start is left out unless there is nothing else. max_length : the length from
-    which a name is too long for a column."""
+    """Return the table of the iterates; without x, which distinguishes it from the next
+    ones, the start is left out unless there is nothing else. max_length : the length
+    from which a name is too long for a column."""
     problem = results[0].problem
     components = results[0].trace.components if results[0].trace else None
     traces = [result.trace.rows if result.trace else [] for result in results]
@@ -262,7 +262,7 @@ def _remarks(
         not FORMATS[format_name].is_printed,
     )
     are_many = len(results) > MAX_EXPLAINED
-    # It stands there.
+    # The comparison has the run of auto.
     hints_at_auto = not (compared and any(result.label == AUTO for result in results))
     of_problem = outcome.PROBLEM_STATUSES
     remarks = []
@@ -321,8 +321,8 @@ FALSE = "FALSE"  # in place of the status of a run whose claim does not hold
 def summary_of_costs(results: Sequence[Result], width: int | None) -> Table:
     """Return a row for each run: the iterations and the time to each level of error, if
     these are recorded, else the evaluations and the residual; those to the verified
-    end, all times in one unit; and a column for each option that a run has by itself. A
-    table wider than the terminal, if there is one, leaves out levels, the coarsest
+    end, all times in one unit; and a column for each option that a run does not share.
+    A table wider than the terminal, if there is one, leaves out levels, the coarsest
     first."""
     are_noted = any(
         result.curve is not None and result.curve.levels for result in results
@@ -377,8 +377,8 @@ def _summary(
 
 
 def _cost(cost: tuple[int, float] | None, length: float) -> tuple[str, str]:
-    """Return iterations and time, in units of so many seconds; dashes for an error that
-    was not attained."""
+    """Return iterations and time, in a unit of this length in seconds; dashes for an
+    error that was not attained."""
     if cost is None:
         return NONE, NONE
     number, seconds = cost

@@ -25,7 +25,7 @@ MIN_OF_TEXT = 8  # characters of a column of sentences, however wide the others 
 # The largest share of the width for the columns that each part of a folded table
 # repeats; the others need the remaining width.
 REPEATED = 0.7
-# Legible on light and dark backgrounds.
+# These styles are legible on light and dark backgrounds.
 STYLES = {"solved": "green", "FALSE": "bold red"}
 REMARK = "magenta"
 # The styles of a page, in place of colours that need a dark background.

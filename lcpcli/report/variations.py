@@ -96,7 +96,7 @@ def _section(variation: Variation) -> Section:
     errors, times = list[list[str]](), list[list[str]]()
     for i, value in enumerate(variation.values):
         expected = [wording.short(variation.theory[i])] if variation.theory else []
-        # Without those that Ctrl-C has prevented.
+        # Runs that Ctrl-C has prevented are missing.
         index_of_value = [
             {v: k for k, v in enumerate(line.values)} for line in variation.lines
         ]

@@ -16,7 +16,7 @@ from lcpcli.verify.verification import Verification
 def verification_report(
     verifications: Sequence[Verification], source: Source = NO_SOURCE
 ) -> Report:
-    """Return the report on verifications of one problem, which is in a source."""
+    """Return the report on the verifications of one problem from a source."""
     name = title(verifications[0].problem) or "verification"
     return Report(
         lambda *_: Document(name, list(map(_section, verifications))),

@@ -24,10 +24,11 @@ if TYPE_CHECKING:
 PIPE_WIDTH = 80
 # From here on numbers have an exponent: 7 decimals would make their column too wide.
 LARGEST_FIXED = 1e6
-# Below, all numbers of a table have an exponent: 7 decimals would show too few digits.
+# Below this, all numbers of a table have an exponent: 7 decimals would show too few
+# digits.
 SMALLEST_FIXED = 1e-3
 ELLIPSIS = "..."
-LINE_ENTRIES = 12  # entries of a vector at most, about a line of 7 digits each
+LINE_ENTRIES = 12  # entries of a vector in a line, of 7 digits each
 # Errors, relative to the solution, for which a comparison reports the time.
 LEVELS = (1e-3, 1e-6, 1e-9)
 PROGRAM = f"lcp {VERSION}"
@@ -54,7 +55,7 @@ def halves(values: Iterable[float], largest: float) -> list[str]:
     to the last printed digit. largest : as there."""
     cells = []
     for v in values:
-        # Of |2 x|, which is z or w.
+        # The text of |2 x|, which is z or w.
         (twice,) = components([2 * abs(v)], largest)
         _, has_exponent, exponent = twice.partition("e")
         if not has_exponent:
@@ -72,7 +73,7 @@ def plain_number(value: float) -> str:
 
 
 def number(value: Any) -> str:
-    """Return a double by `plain_number`, or a fraction as far as it is short."""
+    """Return a float by `plain_number`, or a fraction if it is short."""
     if isinstance(value, float):
         return plain_number(value)
     from fractions import Fraction
@@ -83,7 +84,7 @@ def number(value: Any) -> str:
 
 
 def headline(result: Result) -> list[str]:
-    """Return what the answer of a solved result says in short."""
+    """Return the short statement of the answer of a solved result, if it has one."""
     text = getattr(result.answer, "headline", "") if result.solved else ""
     return [text] if text else []
 
@@ -116,7 +117,7 @@ def named(
 
 def folded(line: str, width: int | None) -> list[str]:
     """Return a line of words wrapped to this width, all lines but the first indented;
-    None stands for no limit."""
+    None means no limit."""
     return (
         [line]
         if width is None or len(line) <= width
@@ -137,7 +138,7 @@ def short_names(
 
 def headings(problem: Problem, max_length: float) -> list[str]:
     """Return the names of the components for a table, by `short_names`; those that the
-    formulation has for tables may be wider, as they are all that is said."""
+    formulation has for tables may be wider, as they are the only description."""
     from lcpcli.model.formulation import HEADINGS
 
     names = problem.names
@@ -268,7 +269,7 @@ def flag(name: str) -> str:
 
 def advice(result: Result, files: Sequence[str] = ()) -> str:
     """Return the advice of a result, in options of the command line; "" if there is
-    none. files : of the problem, if another command can read them."""
+    none. files : the files of the problem, if another command can read them."""
 
     def written(options: Options) -> str:
         from lcpcli.solving.advice import EXACT, WHY, value_text
@@ -350,8 +351,9 @@ def _limits(result: Result) -> str:
 
 def options_of(result: Result, shows_all_digits: bool) -> dict[str, str]:
     """Return the options in force as texts, by their names on the command line, without
-    those that are off, or for switches on, as they are by default. shows_all_digits :
-    whether long numbers, as a computed p, have more than three digits."""
+    additions that are off and switches that are on, as they are by default.
+    shows_all_digits : whether long numbers, as a computed p, have more than three
+    digits."""
     shown = (
         (name, value) for name, value in result.options.items() if name not in VECTORS
     )
@@ -395,19 +397,17 @@ def selected_components(names: Sequence[str], patterns: Sequence[str]) -> list[i
     """Return the indices of the unknowns that `--show` chooses, in the order of the
     patterns; all without patterns.
 
-    names : of the unknowns, "" for none. patterns : each is a name, in which * stands
-    for any text and ? for a character, or z1, z2, ... for a place. Raises
+    names : those of the unknowns, "" for none. patterns : each is a name, in which *
+    matches any text and ? a character, or z1, z2, ... for an index. Raises
     ParameterError for a pattern that no unknown matches.
     """
     if not patterns:
         return list(range(len(names)))
     selected: dict[int, None] = {}
-    # In narrow tables, and of a row.
+    # Names as narrow tables have them, and those of rows.
     short = [name.replace("column ", "col ", 1).removeprefix("y ") for name in names]
     for pattern in patterns:
-        escaped = pattern.replace(
-            "[", "[[]"
-        )  # brackets stand for themselves, as in x[1]
+        escaped = pattern.replace("[", "[[]")  # brackets are literal, as in x[1]
         matches = [
             i
             for i, each in enumerate(names)

@@ -1,5 +1,5 @@
-"""Measurements with the curve that fits them and the parts of it above, and what is
-left of them below."""
+"""Measurements with the curve that fits them and its parts above, and the residuals
+below."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ from lcpcli.report.figures.style import (
 )
 from lcpcli.report.plotting import Fitted
 
-MAX_PARTS = len(SPARE)  # that have a colour of their own
+MAX_PARTS = len(SPARE)  # that have different colours
 MAX_POINTS_AS_DOTS = 400  # measurements; more of them would cover the curve
 DATA, CURVE = "#000000", "#d55e00"
 

@@ -43,8 +43,8 @@ from lcpcli.report.figures.style import (
 from lcpcli.report.plotting import Panel
 
 FULL_CIRCLE = 2 * math.pi
-# radians: closer directions count as equal; far below what a picture shows, far above
-# rounding.
+# radians: closer directions are treated as equal; far below what a picture shows, far
+# above rounding.
 SAME = 1e-9
 # The j for which z_j > 0 is allowed, not w_j > 0.
 SETS: tuple[tuple[int, ...], ...] = ((), (1,), (2,), (1, 2))
@@ -139,7 +139,7 @@ COLUMN = WIDTH / 2  # inches
 REACH = 124.0
 # From the origin to the end of an axis or arrow, to q, to a label.
 AXIS, VECTOR, Q, LABEL = 91.0, 84.0, 91.0, 97.0
-# Vectors of nearer directions have one label, as two would touch.
+# Vectors of closer directions have one label, as two would touch.
 ALIKE = math.radians(15)
 FILLS = (0.15, 0.35)  # the opacity of a sector without q, and of a sector that holds q
 CHECK = "\u2713"
@@ -168,7 +168,7 @@ def draw(solution_set: SolutionSet) -> Figure:
     """Draw the figure, as wide as one column of a journal."""
     problem, holds_q = solution_set.data.problem, holding(solution_set)
     M, q = matrices.dense(problem.M).tolist(), problem.q.tolist()
-    figure = Figure(figsize=(COLUMN, COLUMN + 0.2))  # with room for the titles
+    figure = Figure(figsize=(COLUMN, COLUMN + 0.2))  # with space for the titles
     axes = _coordinates(figure)
     shapes, directions = cones(M), generators(M)
     for cone, color, holds in zip(shapes, COLORS, holds_q, strict=True):
@@ -313,8 +313,8 @@ def _cone(axes: Axes, cone: Cone, color: str, fill: float) -> None:
 
 
 def _labels(axes: Axes, directions: dict[str, float | None]) -> None:
-    """Write the names of vectors beyond their ends, those of near directions together,
-    and of zero ones at the origin."""
+    """Write the names of vectors beyond their ends, those of close directions together,
+    and those of zero vectors at the origin."""
     names: dict[float, list[str]] = {}
     for name, direction in directions.items():
         if direction is not None:
@@ -352,15 +352,16 @@ def _labels(axes: Axes, directions: dict[str, float | None]) -> None:
 
 
 def _side(coordinate: float, if_positive: str, if_negative: str) -> str:
-    """Return the alignment of a text beside a vector, by a coordinate of it."""
+    """Return the alignment of a text next to a vector, by a coordinate of the
+    vector."""
     if abs(coordinate) <= 0.2:
         return "center"
     return if_positive if coordinate > 0 else if_negative
 
 
 def variables(positive_z: tuple[int, ...]) -> str:
-    """Return the names of the variables that may be positive in a cone: of z for the
-    chosen, of w for the others."""
+    """Return the names of the variables that may be positive in a cone: those of z in
+    the set, and those of w outside."""
     return ", ".join(f"${'z' if j in positive_z else 'w'}_{j}$" for j in (1, 2))
 
 
@@ -369,15 +370,16 @@ def _number(value: float) -> str:
 
 
 POINTS = 240  # of the grid on which |F| is computed, in each direction
-# Of the contours, and the smallest |F| that they tell, relative to the largest.
+# Number of contours, and the smallest |F| that they show, relative to the largest.
 BANDS, DEPTH = 10, 0.02
-# So that colours and labels are legible on it.
+# Colours and labels are legible on these greys.
 GREYS = LinearSegmentedColormap.from_list("", ["white", "0.74"])
-# Of the length of an axis, beyond the data and of each quadrant: room for labels.
+# Relative to the length of an axis: the margin beyond the data, and the smallest
+# length of a quadrant, for labels.
 MARGIN, LEAST = 0.14, 0.22
-# Times the size of the start and the solutions: farther iterates lie outside.
+# Relative to the size of the start and the solutions: farther iterates lie outside.
 FARTHEST = 3.0
-# Of iterates with a label.
+# Numbers of iterates that may have a label.
 NUMBERS = [step * 10**decade for decade in range(7) for step in (1, 2, 5)]
 TICKS = 5  # intervals between labels on an axis at most
 LABELS_APART = 0.12  # of the length of an axis, between two iterates with labels

@@ -50,7 +50,8 @@ MEASURES = {
     "error": r"error $\|z - z^*\|_\infty$",
     "residual": r"residual $\|\min(z, Mz + q)\|_\infty$",
 }
-# On a curve: enough to follow it where curves cross, few enough to see the line.
+# Markers on a curve: enough to follow it where curves cross, few enough to see the
+# line.
 MAX_MARKERS = 12
 TICKS = 6  # labelled on an axis at most, whose labels would touch if there were more
 AXIS_MARGIN = 0.04  # of the length of an axis
@@ -65,16 +66,16 @@ SMALLEST_ERROR = 1e-17
 # Relative to the start: a larger error, of a divergent run, is drawn at the upper end,
 # like inf.
 LARGEST_ERROR = 1e4
-# Of the length of the data, on both sides of them, where values off the scale are
-# drawn.
+# Relative to the length of the data: margins on both sides, where values off the scale
+# are drawn.
 MARGIN = 0.06
 MIN_MARGIN = 0.12  # decades: the margin of data that hardly vary
-# No axis goes beyond, so that matplotlib has room in double precision.
+# No axis goes beyond these ends, so that matplotlib stays within double precision.
 SMALLEST_END, LARGEST_END = 1e-250, 1e250
 
 
 class Range(NamedTuple):
-    """The places of values off the scale, below and above all others."""
+    """The positions of values off the scale, below and above all others."""
 
     low: float
     high: float
@@ -83,7 +84,7 @@ class Range(NamedTuple):
         return max(self.low, value) if value <= self.high else self.high
 
 
-# The place of an iterate, and whether its own value lies off the scale.
+# The position of an iterate, and whether its value lies off the scale.
 DrawnPoint = tuple[float, float, bool]
 ALL_ZERO = Range(1e-17, 1e-15)  # at whose lower edge a point without any error stands
 
@@ -209,8 +210,8 @@ def _draw(
 
 
 def _log_axis(axes: Axes, which: str, span: Range, margin: float = AXIS_MARGIN) -> None:
-    """Make the x or y axis logarithmic over a range, with a share of its length as room
-    for markers at the ends."""
+    """Make the x or y axis logarithmic over a range, with a fraction of its length as a
+    margin for markers at the ends."""
     beyond = (span.high / span.low) ** margin
     axes.set(
         **{
@@ -239,7 +240,7 @@ def _draw_run(
     # The first point, the last, and some between, spread evenly along the drawn curve.
     if len(points) > MAX_MARKERS:
         across, up = axes.transData.transform(np.column_stack((xs, ys))).T
-        # Else oscillations would take all markers.
+        # Without this minimum, oscillations would take all markers.
         falling = np.diff(np.minimum.accumulate(up))
         length = np.concatenate(([0.0], np.cumsum(np.hypot(np.diff(across), falling))))
         shares = (np.arange(1, MAX_MARKERS - 1) + 0.25 * (number % 4 - 1.5)) / (
@@ -299,8 +300,8 @@ def _drawn(
     return {key: line_style for key, line_style in styles.items() if key in names}
 
 
-# On a profile's abscissa at most, for ticks at powers of 2, not of 10: the labels of
-# more would touch.
+# Doublings on the abscissa of a profile up to which ticks are at powers of 2, not of
+# 10: the labels of more would touch.
 DOUBLINGS = 12
 
 

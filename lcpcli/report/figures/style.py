@@ -31,10 +31,10 @@ FONT = 8  # points, as in the captions of a journal
 SMALL_FONT = 7  # points, of ticks, legends and notes: a point less than the titles
 PNG_DPI = 300  # the resolution that journals ask for
 FAMILY = "DejaVu Sans"  # comes with matplotlib: the same picture on every machine
-GREY = "0.35"  # of notes, and of signs that stand for any method
+GREY = "0.35"  # of notes, and of signs that represent any method
 WIDTH = 7.0  # inches, as all lengths of figures here: two columns of a journal
 PAGE_HEIGHT = 10.6  # the height of a page of A4, 11.69, less what a legend takes
-ROW = 2.45  # the height of a row of axes, if there is room for all of them
+ROW = 2.45  # the height of a row of axes, if all of them fit
 # For each form: the metadata field of the provenance, and the field that would differ
 # each time.
 METADATA = {
@@ -190,7 +190,7 @@ def styles_of(entries: Iterable[tuple[str, str]]) -> LineStyles:
 def grid_positions_of(labels: Sequence[str]) -> list[tuple[int, int]]:
     """Return a row and a column for each run of one method: by the values of the two
     options that all labels set, if both vary, as in shi:p=100,k-star=5; else each run
-    has a row and a column of its own."""
+    has another row and another column."""
     parts = (
         (
             part.partition("=")[::2]
@@ -275,8 +275,8 @@ Entry: TypeAlias = tuple[Line2D, str]
 def add_legend(
     figure: Figure, styles: LineStyles, others: Sequence[Entry] = ()
 ) -> Figure:
-    """Add a legend in as many columns as there is room for, by whose height the figure
-    grows. others : further samples."""
+    """Add a legend in as many columns as fit, by whose height the figure grows. others
+    : further samples."""
     figure.align_labels()
     signs = {
         label for axes in figure.axes for label in axes.get_legend_handles_labels()[1]
@@ -301,7 +301,7 @@ def add_legend(
             handles, ["-" for _ in entries], loc="outside lower center", ncols=columns
         )
         for drawn, (_, text) in zip(legend.get_texts(), entries, strict=True):
-            # matplotlib 3.7 leaves out a label given above that begins with _
+            # matplotlib 3.7 leaves out a label of the legend that begins with _
             drawn.set_text(
                 fitted_text(text, SMALL_FONT, figure.get_figwidth() - SAMPLE)
             )
