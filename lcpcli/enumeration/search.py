@@ -132,10 +132,10 @@ def refuse_large(problem: Problem) -> None:
         return
     _, part = connected_components(matrices.compressed(problem.M != 0), directed=False)
     if (unknowns := int(np.bincount(part).max())) > MAX_BLOCK_UNKNOWNS:
-        fault = f"has {unknowns} unknowns that depend on each other"
+        reason = f"has {unknowns} unknowns that depend on each other"
         raise ProblemError(
             "M",
-            fault,
+            reason,
             f"all solutions are listed up to {MAX_BLOCK_UNKNOWNS}; lcp solve finds one",
         )
 

@@ -96,9 +96,9 @@ def refuse_unknown(
 ) -> None:
     """Raise ProblemError for the first unknown key, suggesting the one that is likely
     meant."""
-    fault = _unknown_key(field, tuple(keys_in_file), valid_names, subject)
-    if fault is not None:
-        raise ProblemError(*fault)
+    unknown_key = _unknown_key(field, tuple(keys_in_file), valid_names, subject)
+    if unknown_key is not None:
+        raise ProblemError(*unknown_key)
 
 
 # Many lines of a file may have the same keys.

@@ -78,8 +78,8 @@ class Cache:
     def __init__(self) -> None:
         try:
             self.folders = {
-                room: Path(njit(cache=True)(function).stats.cache_path)
-                for room, function in {
+                subpackage: Path(njit(cache=True)(function).stats.cache_path)
+                for subpackage, function in {
                     "kernels": _here,
                     "basis": follow,
                     "methods": safeguarded,
@@ -218,10 +218,10 @@ class Cache:
 
     def _files(self, tag: str = TAG) -> Iterator[tuple[str, Path]]:
         """Yield the files of numba with their names in the record."""
-        for room, folder in self.folders.items():
+        for subpackage, folder in self.folders.items():
             for path in folder.glob("*.nb[ci]"):
                 if tag in path.name:
-                    yield f"{room}/{path.name}", path
+                    yield f"{subpackage}/{path.name}", path
 
     def _checksums(self) -> dict[str, int]:
         checksums = {}

@@ -110,9 +110,9 @@ def _load(cache: Cache, modules: Sequence[str]) -> None:
     except TimeoutError:
         raise OptionError(folder, "is locked by a process that does not end") from None
     except OSError as error:
-        fault = f"cannot keep compiled kernels ({error.strerror})"
+        reason = f"cannot keep compiled kernels ({error.strerror})"
         hint = "set NUMBA_CACHE_DIR to a folder with room"
-        raise OptionError(folder, fault, hint) from None
+        raise OptionError(folder, reason, hint) from None
 
 
 def _compiled(cache: Cache, module: str, wait: Callable[[], None] | None) -> bool:
@@ -145,8 +145,8 @@ def _import(cache: Cache, module: str) -> None:
         # A file without a checksum was damaged, for example by a power failure: the
         # next run compiles all kernels again.
         cache.forget()
-        fault = f"has kernels that cannot be loaded ({type(error).__name__})"
-        raise OptionError(str(cache.folder), fault) from None
+        reason = f"has kernels that cannot be loaded ({type(error).__name__})"
+        raise OptionError(str(cache.folder), reason) from None
 
 
 def compile_all(tell: Callable[[str], None]) -> tuple[int, int, str]:

@@ -76,25 +76,25 @@ def _reference(
     are finite and free of underflow.
     """
     n = q.size
-    near, corner = np.empty(n), np.empty(n)
+    nearest, corner = np.empty(n), np.empty(n)
     for i in range(n):
-        near[i] = min(max(0.0, lower[i]), upper[i])
+        nearest[i] = min(max(0.0, lower[i]), upper[i])
         corner[i] = 0.0
         if lower[i] > -np.inf:
             corner[i] = lower[i]
         elif upper[i] < np.inf:
             corner[i] = upper[i]
     w, terms, is_sure = q.copy(), np.abs(q), True
-    if near.any():
-        w, terms, is_sure = _rows(begin, columns, values, q, near)
-    if (near != corner).any():
+    if nearest.any():
+        w, terms, is_sure = _rows(begin, columns, values, q, nearest)
+    if (nearest != corner).any():
         other, other_terms, other_is_sure = _rows(begin, columns, values, q, corner)
         is_sure &= other_is_sure
         if _largest_gap(corner, other, lower, upper) < _largest_gap(
-            near, w, lower, upper
+            nearest, w, lower, upper
         ):
             return corner, other, other_terms, is_sure
-    return near, w, terms, is_sure
+    return nearest, w, terms, is_sure
 
 
 @compiled

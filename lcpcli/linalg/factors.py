@@ -271,7 +271,7 @@ class Latest:
     """
 
     def __init__(self) -> None:
-        self.kept: tuple[Indices, TwoWay] | None = None
+        self.stored_factors: tuple[Indices, TwoWay] | None = None
 
     def __reduce__(self) -> tuple[type[Latest], tuple[()]]:
         return Latest, ()
@@ -331,7 +331,7 @@ class PrincipalSolver:
             and bool((M.diagonal() > 0).all())
             and (not is_sparse(M) or is_symmetric(M))
         )
-        self._kept: tuple[Indices, Solve] | None = None
+        self._stored_factors: tuple[Indices, Solve] | None = None
         is_tridiagonal = (
             is_sparse(M)
             and M.shape[0] >= 2
@@ -362,16 +362,18 @@ class PrincipalSolver:
             return self._factorized(indices)
         if self._tridiagonal is not None:
             return self._tridiagonal.at(indices)
-        if self._kept is not None and np.array_equal(indices, self._kept[0]):
-            return self._kept[1]
-        if self._kept is not None and self._dense is not None:
+        if self._stored_factors is not None and np.array_equal(
+            indices, self._stored_factors[0]
+        ):
+            return self._stored_factors[1]
+        if self._stored_factors is not None and self._dense is not None:
             with suppress(SingularMatrix):
-                if (solve := self._updated(indices, *self._kept)) is not None:
+                if (solve := self._updated(indices, *self._stored_factors)) is not None:
                     return solve
         solve = self._factorized(indices)
-        self._kept = indices, solve
+        self._stored_factors = indices, solve
         if self._dense is not None and self._latest is not None:
-            self._latest.kept = self._kept
+            self._latest.stored_factors = self._stored_factors
         return solve
 
     def block(self, indices: Indices) -> Matrix:

@@ -304,8 +304,8 @@ class Exchanges:
             original_problem.box.vectors(original_problem.n)[0].copy(),
             np.full(original_problem.n, LOWER),
         )
-        original_z[within.kept] = self.problem.box.project(z) * within.units
-        basis[within.kept] = states
+        original_z[within.kept_columns] = self.problem.box.project(z) * within.units
+        basis[within.kept_columns] = states
         x = original_problem.box.x_within(
             original_z, original_problem.w(original_z), basis
         )

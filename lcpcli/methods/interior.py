@@ -310,7 +310,7 @@ class Run:
     def residual(self, z: Vector) -> float:
         """Return the natural residual of a z of the original problem, in scaled
         variables."""
-        inner, z = self.within.problem, z[self.within.kept] / self.within.units
+        inner, z = self.within.problem, z[self.within.kept_columns] / self.within.units
         return largest(inner.box.gaps(z, multiplier(inner.M)(z) + inner.q))
 
     def at_point(
@@ -338,7 +338,7 @@ class Run:
         times = multiplier(self.within.problem.M)
         z = self._original_problem.box.z_of(x)
         start, z = (
-            v[within.kept] / within.units
+            v[within.kept_columns] / within.units
             for v in (z if initial_guess is None else initial_guess, z)
         )
         states = inner.box.basis_of((z - times(z) - inner.q) / 2)
@@ -458,7 +458,8 @@ def _active(within: SlackForm, at: PrimalDualPoint) -> States:
     """Return the active set: a variable is at a bound, the closer one of two, where its
     slack is below its multiplier."""
     count = within.low.size
-    s, w = np.full((2, within.kept.size), np.inf), np.zeros((2, within.kept.size))
+    shape = 2, within.kept_columns.size
+    s, w = np.full(shape, np.inf), np.zeros(shape)
     s[0, within.low], w[0, within.low] = at.s[:count], at.w[:count]
     s[1, within.high], w[1, within.high] = at.s[count:], at.w[count:]
     active = s < w

@@ -57,13 +57,13 @@ ROUGHLY_ZERO, NEARLY_ZERO = 1e-2, 1e-5
 
 @dataclass(eq=False, repr=False)
 class SlackForm(Change):
-    """The variables `kept` of a problem, for z = units z'; the others are fixed.
+    """The variables `kept_columns` of a problem, z = units z'; the others are fixed.
 
     S : signs with S M symmetric; None if there are none, or M is dense.
     low, high : the indices with finite lower and finite upper bounds.
     """
 
-    kept: Indices
+    kept_columns: Indices
     units: Vector
     S: Vector | None
     low: Indices
@@ -73,13 +73,13 @@ class SlackForm(Change):
         """Return the x of z and w of the original problem, where z is within its
         bounds."""
         z = np.full(self.original.n, self.original.lower, dtype=float)
-        z[self.kept] = self.problem.box.z_of(x) * self.units
+        z[self.kept_columns] = self.problem.box.z_of(x) * self.units
         z = self.original.box.project(z)
         return self.original.box.x_of(z, self.original.w(z))
 
     def multipliers(self, y: Vector) -> Vector:
         original_y = np.zeros(self.original.n)
-        original_y[self.kept] = y * self.units
+        original_y[self.kept_columns] = y * self.units
         return original_y
 
 
@@ -193,7 +193,7 @@ def proof_of(
 def _is_clear(within: SlackForm, y: Vector, max_zero: float) -> bool:
     """Return whether y is almost a proof in scaled variables and double precision,
     whatever the last digits of the data are."""
-    y, inner = y[within.kept] / within.units, within.problem
+    y, inner = y[within.kept_columns] / within.units, within.problem
     of, size = Multiplied(inner.M, inner.q, y, inner.box), float(np.abs(y).sum())
     return bool(
         of.excess.max(initial=0.0) <= max_zero * size

@@ -383,7 +383,7 @@ def _tried(
         M, q, partial(system.refutes, np.full(q.size, OPEN)), max_seconds
     )
     approximate_proofs = (
-        farkas_alternative.near
+        farkas_alternative.approximate_proofs
         if farkas_alternative.proof is None
         else [farkas_alternative.proof]
     )

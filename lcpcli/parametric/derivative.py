@@ -397,10 +397,10 @@ def linearization(result: Result, or_singular: bool) -> Linearization:
 
 def contradiction() -> DerivativeError:
     """Return the error for changes that make the equations w_B = 0 inconsistent."""
-    fault = "M, q and the bounds change so that equations w = 0 contradict each other"
+    reason = "M, q and the bounds change so that equations w = 0 contradict each other"
     return DerivativeError(
         "",
-        f"no derivative in this direction: {fault}, and one of them has to give way",
+        f"no derivative in this direction: {reason}, and one of them has to give way",
     )
 
 
@@ -454,7 +454,7 @@ class Linearization:
         self.z, self.block = start.copy(), None
         B = self.basic = basic.nonzero()[0]
         try:
-            stored_factors = self.problem.latest.kept
+            stored_factors = self.problem.latest.stored_factors
             if not B.size:
                 self._factors = lambda b, _=False: b
             elif stored_factors is not None and np.array_equal(stored_factors[0], B):

@@ -336,9 +336,9 @@ def _refuse_different(problem: Problem, to: Problem) -> None:
             getattr(last, field)
         )
         for i in np.flatnonzero(differs)[:1].tolist():
-            fault = "is finite in one problem and infinite in the other"
+            reason = "is finite in one problem and infinite in the other"
             raise ProblemError(
                 f"{field}[{i}]",
-                fault,
+                reason,
                 f"give bounds that are finite in both or in neither {FROM_0}",
             )

@@ -333,25 +333,25 @@ def _record(
         if isinstance(diagnosis, Inspection)
         else diagnosis.condition
     )
-    own = {
+    overrides = {
         **result_formats.source_record(source, problem),
         "bounds": dict(problem.box.kinds) or None,
         "density": diagnosis.nonzeros / problem.n**2 if problem.n else None,
         "classes": {
             name: {
-                "verdict": own.word,
-                "evidence": own.evidence,
-                "indices": own.indices,
-                "vector": own.vector,
+                "verdict": overrides.word,
+                "evidence": overrides.evidence,
+                "indices": overrides.indices,
+                "vector": overrides.vector,
             }
-            for name, own in diagnosis.classes.items()
+            for name, overrides in diagnosis.classes.items()
         },
         "spread": _decades(diagnosis.spread),
         "singular": None if condition is None else math.isinf(condition),
         "linear": is_linear,
     }
     if isinstance(diagnosis, Inspection):
-        own |= {
+        overrides |= {
             "sparse": is_sparse(diagnosis.problem.M),
             "equilibrated_spread": _decades(diagnosis.equilibrated_spread),
             **dict(
@@ -361,8 +361,8 @@ def _record(
             "fixed_point": diagnosis.published or NO_RATE,
             "fixed_point_best": diagnosis.best or NO_RATE,
             "methods": {
-                name: {"guaranteed": own.word, "reason": own.reason}
-                for name, own in diagnosis.guarantees.items()
+                name: {"guaranteed": overrides.word, "reason": overrides.reason}
+                for name, overrides in diagnosis.guarantees.items()
             },
             "presolve": _removed(diagnosis.presolve),
             "plan": None
@@ -372,7 +372,7 @@ def _record(
             "stiffness": diagnosis.stiffness,
         }
     keys = result_formats.keys_of("inspect" if is_linear else "inspect-nonlinear")
-    return result_formats.record(keys, diagnosis, own)
+    return result_formats.record(keys, diagnosis, overrides)
 
 
 def _decades(spread: Spread | None) -> dict[str, float] | None:

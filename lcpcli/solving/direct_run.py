@@ -59,7 +59,7 @@ if TYPE_CHECKING:
     from lcpcli.auto.attempts import AttemptRule, Structure
     from lcpcli.methods.stages import Iterate, RecordedStages, Stage
     from lcpcli.model.words import Start
-    from lcpcli.solving.kept import Kept
+    from lcpcli.solving.prepared_matrix import PreparedMatrix
 
 # Unknowns of a program up to which kernels for mixed problems take less time than PIQP.
 MAX_BY_KERNELS = 100
@@ -148,7 +148,7 @@ class Session:
     options : the options in force.
     start : the start, whose basis comes first; None if there is none.
     recorded_stages : receives the first stages as they ran, unless it is None.
-    kept : what a sequence keeps of M; None for a single problem.
+    prepared : what a sequence keeps of M; None for a single problem.
     is_compiled : whether kernels are used, if there are any.
     is_shown : whether somebody sees the steps.
     interrupted : whether Ctrl-C has ended an attempt.
@@ -167,7 +167,7 @@ class Session:
     is_compiled: bool = False
     start: Start | None = None
     recorded_stages: RecordedStages | None = None
-    kept: Kept | None = None
+    prepared: PreparedMatrix | None = None
     is_shown: bool = False
     interrupted: bool = False
     lost: Sequence[Made] = ()
@@ -540,8 +540,8 @@ def first_steps(
     structure = Structure(dense, np.zeros(dense.n), made_before)
     if fast is not None:
         structure.follow = fast.follow
-    if session.kept is not None:
-        structure.reduced = session.kept.reduced
+    if session.prepared is not None:
+        structure.reduced = session.prepared.reduced
     phase: Sequence[AttemptRule] = FIRST
     extent = FIRST_STAGES
     if session.extent.share:
@@ -600,13 +600,13 @@ def elimination_steps(session: Session) -> Steps:
     or almost one, if elimination, or a few block pivots from its basis, lead to a
     solution; else None."""
     yield from ()  # no step of a sequence is seen
-    problem, kept = session.problem, session.kept
-    assert kept is not None
-    assert kept.elimination is not None
+    problem, prepared = session.problem, session.prepared
+    assert prepared is not None
+    assert prepared.elimination is not None
     session.stopwatch.count("setup")
-    z, basic = kept.elimination.solution(problem.q_ref)
-    if kept.elimination.is_changed:
-        return _from_last_basis(session, of_masks(basic), kept)
+    z, basic = prepared.elimination.solution(problem.q_ref)
+    if prepared.elimination.is_changed:
+        return _from_last_basis(session, of_masks(basic), prepared)
     if problem.reference_z is not None:
         z += problem.reference_z
     return session.result_if_accepted(
@@ -618,25 +618,27 @@ def last_basis_steps(session: Session) -> Steps:
     """Return the result of a problem of a sequence that is solved by the basis of the
     last solution, or by a few block pivots from it; else None."""
     yield from ()  # no step of a sequence is seen
-    kept = session.kept
+    prepared = session.prepared
     start = session.start
     result = None
-    assert kept is not None
-    if start is not None and not kept.is_paused:
-        result = _from_last_basis(session, start.basis, kept)
-        kept.pause(result is not None)
-    kept.next()
+    assert prepared is not None
+    if start is not None and not prepared.is_paused:
+        result = _from_last_basis(session, start.basis, prepared)
+        prepared.pause(result is not None)
+    prepared.next()
     return result
 
 
 @np.errstate(all="ignore")
-def _from_last_basis(session: Session, basis: States, kept: Kept) -> Result | None:
+def _from_last_basis(
+    session: Session, basis: States, prepared: PreparedMatrix
+) -> Result | None:
     with imports:
         from lcpcli.basis.exchanges import BasicSolutions
         from lcpcli.methods.stages import FAULTS
     box, limits = session.problem.box, session.limits
     exchanges = BasicSolutions(
-        session.problem, kept.principal
+        session.problem, prepared.principal
     ).block_principal_pivoting(basis)
     pivoting = islice(exchanges, min(MAX_TRIED_BASES, limits.max_iterations))
     try:
@@ -659,7 +661,7 @@ def pivots_first(session: Session) -> bool:
     problem = session.problem
     if not problem.is_moderate or problem.x0 is not None:
         return False
-    is_compiled = session.is_compiled and session.kept is None
+    is_compiled = session.is_compiled and session.prepared is None
     if is_compiled and problem.is_mixed:  # the kernels look for far bounds
         return problem.n <= MAX_COMPILED and (
             problem.origin is None or not problem.has_far_sides
@@ -676,8 +678,8 @@ def _has_quick_kernels(session: Session) -> bool:
 
 
 def _is_eliminated(session: Session) -> bool:
-    problem, kept = session.problem, session.kept
-    has_elimination = kept is not None and kept.elimination is not None
+    problem, prepared = session.problem, session.prepared
+    has_elimination = prepared is not None and prepared.elimination is not None
     return has_elimination and problem.is_moderate and problem.is_shifted_lcp
 
 
@@ -716,7 +718,7 @@ IN_SEQUENCE = (
 def attempts(session: Session) -> Iterator[Quick]:
     """Yield the attempts that are made on the problem of a session, in their order."""
     problem = session.problem
-    for row in QUICK if session.kept is None else IN_SEQUENCE:
+    for row in QUICK if session.prepared is None else IN_SEQUENCE:
         if problem.n < row.min_unknowns or (
             row.needs_origin and problem.origin is None
         ):

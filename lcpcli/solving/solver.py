@@ -25,7 +25,7 @@ from lcpcli.options import Limits
 from lcpcli.solving import direct_run
 from lcpcli.solving.call import SolverOptions, chosen, run
 from lcpcli.solving.direct_run import Session
-from lcpcli.solving.kept import Kept
+from lcpcli.solving.prepared_matrix import PreparedMatrix
 from lcpcli.solving.result import Result
 from lcpcli.typing import BoundLike, States, VectorLike
 
@@ -116,8 +116,8 @@ class Solver:
         return solver
 
     def _prepare(self, like: Problem) -> None:
-        self._kept = Kept(like)
-        self._like = self._kept.like
+        self._prepared = PreparedMatrix(like)
+        self._like = self._prepared.like
         self._last = self._last if like.n == self.n else None
         self.M, self.n = self._like.M, self._like.n
 
@@ -196,7 +196,7 @@ class Solver:
             methods.OF_AUTO.copy(),
             Stopwatch(seconds, seconds() if began is None else began),
             self.compiled,
-            kept=self._kept,
+            prepared=self._prepared,
         )
         if warm and (basis := self._states(problem)) is not None:
             session.start = Start(problem, basis)

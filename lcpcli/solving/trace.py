@@ -207,7 +207,7 @@ class Trace:
     rows: list[TraceRow] = field(default_factory=list)
     milestones: list[Milestone] = field(default_factory=list)
     _last: list[TraceRow] = field(default_factory=list)
-    _waiting: list[TraceRow] = field(default_factory=list)
+    _unmeasured: list[TraceRow] = field(default_factory=list)
 
     def __post_init__(self) -> None:
         if isinstance(self.columns, str):
@@ -250,26 +250,30 @@ class Trace:
         if len(self._last) > 3:
             leaving = self._last.pop(0)
             if self._is_kept(leaving.k):
-                self._waiting.append(leaving)
+                self._unmeasured.append(leaving)
         if (
             self.most is not None
-            and len(self.rows) + len(self._waiting) + 3 > self.most
+            and len(self.rows) + len(self._unmeasured) + 3 > self.most
         ):
             self.every *= 2
-            self.rows = [kept for kept in self.rows if self._is_kept(kept.k)]
-            self._waiting = [
-                waiting for waiting in self._waiting if self._is_kept(waiting.k)
+            self.rows = [
+                measured for measured in self.rows if self._is_kept(measured.k)
             ]
-        if len(self._waiting) >= max(
+            self._unmeasured = [
+                pending_row
+                for pending_row in self._unmeasured
+                if self._is_kept(pending_row.k)
+            ]
+        if len(self._unmeasured) >= max(
             1, min(MAX_TOGETHER, MEASURED_NUMBERS // max(1, row.z.size))
         ):
             self._measure(criterion)
 
     def close(self, criterion: Criterion) -> None:
         """Keep the last three iterates, as the run has ended."""
-        self._waiting += self._last
+        self._unmeasured += self._last
         self._last.clear()
-        if self._waiting:
+        if self._unmeasured:
             self._measure(criterion)
 
     def selected(
@@ -293,9 +297,10 @@ class Trace:
             and sum(map(chosen._is_kept, (row.k for row in rows))) + len(last) > most
         ):
             chosen.every *= 2
-        kept = [*(row for row in rows if chosen._is_kept(row.k)), *last]
+        kept_rows = [*(row for row in rows if chosen._is_kept(row.k)), *last]
         chosen.rows = [
-            replace(row, z=chosen._part(row.z), **chosen._asked_of(row)) for row in kept
+            replace(row, z=chosen._part(row.z), **chosen._asked_of(row))
+            for row in kept_rows
         ]
         return chosen
 
@@ -325,15 +330,15 @@ class Trace:
     @np.errstate(all="ignore")
     def _measure(self, criterion: Criterion) -> None:
         """Measure the waiting rows as requested, and keep them."""
-        waiting, self._waiting = self._waiting, []
-        residuals: Sequence[float | None] = [None] * len(waiting)
-        rounding = [False] * len(waiting)
+        unmeasured, self._unmeasured = self._unmeasured, []
+        residuals: Sequence[float | None] = [None] * len(unmeasured)
+        rounding = [False] * len(unmeasured)
         if self.residuals:
             residuals, rounding = criterion.residuals(
-                np.array([row.z for row in waiting])
+                np.array([row.z for row in unmeasured])
             )
         for row, residual, is_rounding in zip(
-            waiting, residuals, rounding, strict=True
+            unmeasured, residuals, rounding, strict=True
         ):
             self.rows.append(
                 replace(

@@ -244,7 +244,7 @@ def _by_nearby_solution(
         if other is not point and (other.solves() or not other.is_near(point)):
             continue
         nearby = nearby_solutions.nearby(problem, z, tol)
-        if nearby is None or (nearby.fault and doubt is not None):
+        if nearby is None or (nearby.why_unproved and doubt is not None):
             continue
         refutation = None
         if not nearby.is_stable and extent.last >= UNREFUTED:
@@ -256,9 +256,9 @@ def _by_nearby_solution(
             return Acceptance(
                 solution_point, refutation.statement, "infeasible", refutation
             )
-        if nearby.fault:
+        if nearby.why_unproved:
             doubt = Acceptance(
-                solution_point, nearby.reason.format(nearby.fault), "doubt"
+                solution_point, nearby.reason.format(nearby.why_unproved), "doubt"
             )
         elif nearby.z is z or not extent.as_given:
             return Acceptance(

@@ -52,7 +52,7 @@ class Alternative(NamedTuple):
 
     point: Vector | None
     proof: Vector | None
-    near: Sequence[Vector] = ()
+    approximate_proofs: Sequence[Vector] = ()
     system: DualSimplex | None = None
 
 

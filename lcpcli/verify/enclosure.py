@@ -151,7 +151,7 @@ SIGNS = "rounding decides the sign of component {}"
 
 
 @np.errstate(all="ignore")
-def fault(problem: Problem, z: Vector, tol: float, rounding: float = 0.0) -> str:
+def why_unproved(problem: Problem, z: Vector, tol: float, rounding: float = 0.0) -> str:
     """Return why no solution is proved to exist that has the basis of z, shape (n,) and
     within its bounds, and differs from it by at most tol in each component, relative to
     both |z_i| and its distance from the reference point; "" if one is.
@@ -238,7 +238,7 @@ def is_stable(problem: Problem, z: Vector) -> bool:
     """
     if is_surely_definite(problem):
         return True
-    return not fault(problem, z, np.inf, problem.n * EPS)
+    return not why_unproved(problem, z, np.inf, problem.n * EPS)
 
 
 def is_surely_definite(problem: Problem) -> bool:

@@ -114,7 +114,7 @@ def verified_or_exact(
     if not may_hide_term(problem, z):
         return unchanged
     with imports:
-        from lcpcli.verify.enclosure import fault, open_signs
+        from lcpcli.verify.enclosure import open_signs, why_unproved
     is_long = max(problem.largest, problem.sizes_of_q[1]) > LONG_NUMBER
     # Bounds in floating-point arithmetic take less time than the search for the term.
     if not (is_long or is_sparse(problem.M)) and problem.box.is_orthant:
@@ -123,7 +123,7 @@ def verified_or_exact(
             return unchanged
     if not hides_term_of_row(problem, z):
         return unchanged
-    if not (is_long or fault(problem, z, SURE_DIGITS)):
+    if not (is_long or why_unproved(problem, z, SURE_DIGITS)):
         return unchanged
     shown = problem.box.basis_at(z)
     cleaned = problem.box.project(without_rounding(z))

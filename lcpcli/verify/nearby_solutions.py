@@ -73,15 +73,15 @@ class Nearby(NamedTuple):
     """An exact solution close to a point.
 
     z : that solution, rounded, shape (n,), or a point that tends to infinity.
-    fault : why no solution is proved to exist; "" if one is.
+    why_unproved : why no solution is proved to exist; "" if one is.
     reason : how it is proved, as a clause for the user with a placeholder for the
-        relative residual of z, or for the fault.
+        relative residual of z, or for `why_unproved`.
     is_stable : whether a solution exists for all entries that differ by their rounding
         errors.
     """
 
     z: Vector
-    fault: str = ""
+    why_unproved: str = ""
     reason: str = ROUNDED
     is_stable: bool = False
 
@@ -89,24 +89,24 @@ class Nearby(NamedTuple):
 @np.errstate(all="ignore")
 def nearby(problem: Problem, z: Vector, tol: float) -> Nearby | None:
     """Return the exact solution close to z. If z violates no row relative to the terms
-    of that row, but its basis has no proved solution, return z with the fault.
+    of that row, but its basis has no proved solution, return z and why.
     Otherwise None. One system with the basis of z is solved, with bounds on its
     rounding errors or else exactly.
     """
     if is_rounded_difference(problem, z, tol):
         return Nearby(z, is_stable=True)
-    fault = ""
+    why_unproved = ""
     if is_run_off(problem, z, tol):
         nearby_z = accurate_basic_solution(problem, z, problem.box.basis_at(z))
-        fault = enclosure.fault(problem, nearby_z, tol)
-        if not fault:
+        why_unproved = enclosure.why_unproved(problem, nearby_z, tol)
+        if not why_unproved:
             is_stable = enclosure.is_stable(problem, nearby_z)
             return Nearby(nearby_z, reason=ENCLOSED, is_stable=is_stable)
     is_rounded = is_rounded_solution(problem, z, Effort(EFFORT))
     if is_rounded:
         return Nearby(z)
-    if fault:
-        return Nearby(z, fault, reason=DOUBT)
+    if why_unproved:
+        return Nearby(z, why_unproved, reason=DOUBT)
     return Nearby(z, NOT_TRIED, reason=UNDECIDED) if is_rounded is None else None
 
 

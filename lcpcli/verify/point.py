@@ -792,27 +792,27 @@ def without_wrong_solutions(problem: Problem) -> tuple[Problem, list[str]]:
     if not problem.solutions:
         return problem, []
     criterion = Criterion(problem)
-    faults = [
-        _fault(Point(criterion, z, is_admissible=False)) for z in problem.solutions
+    reasons = [
+        _why_wrong(Point(criterion, z, is_admissible=False)) for z in problem.solutions
     ]
     valid_solutions = tuple(
-        z for z, fault in zip(problem.solutions, faults, strict=True) if not fault
+        z for z, why in zip(problem.solutions, reasons, strict=True) if not why
     )
-    if len(valid_solutions) == len(faults):
+    if len(valid_solutions) == len(reasons):
         return problem, []
     names = (
         ["solution"]
-        if len(faults) == 1
-        else [f"solution[{k}]" for k in range(len(faults))]
+        if len(reasons) == 1
+        else [f"solution[{k}]" for k in range(len(reasons))]
     )
     complaints = [
-        f"{name}: {fault}" for name, fault in zip(names, faults, strict=True) if fault
+        f"{name}: {why}" for name, why in zip(names, reasons, strict=True) if why
     ]
     return replace(problem, solutions=valid_solutions), complaints
 
 
 @np.errstate(over="ignore", invalid="ignore")
-def _fault(point: Point) -> str:
+def _why_wrong(point: Point) -> str:
     """Return why a known solution is wrong, as a clause; "" if it is not."""
     problem = point.criterion.problem
     z = point.z

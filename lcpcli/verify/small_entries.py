@@ -254,8 +254,8 @@ def _proved(
         w = error_theorems.residual(problem, y)
         if w is not None:
             return candidate, theorem(y, w) * (1 + 8 * EPS) + np.abs(candidate - y)
-    change, fault = enclosure.distances(problem, candidate)
-    if not fault:
+    change, why_unproved = enclosure.distances(problem, candidate)
+    if not why_unproved:
         return candidate, change
     basis = problem.box.basis_at(candidate)
     if np.count_nonzero(basis == BASIC) > farkas.max_exact_unknowns():

@@ -124,7 +124,7 @@ def test_zeros_and_tiny_entries_of_q_ask_for_no_units_of_M_and_no_exact_sums(
         q = rng.standard_normal(20)
         problem = Problem(M, np.where(np.abs(q) > 0.5, q, value))
         with monkeypatch.context() as patch:
-            patch.setattr(enclosure, "fault", lambda *_: "not asked for")
+            patch.setattr(enclosure, "why_unproved", lambda *_: "not asked for")
             answer = WAYS[way](problem, TOL)
         certain += answer is not None and answer.is_certain
     assert asked == []

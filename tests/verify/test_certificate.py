@@ -30,7 +30,7 @@ from lcpcli.report import result_formats, wording
 from lcpcli.solving import proof as solving
 from lcpcli.verify.alternative import FarkasSystem, farkas_multipliers
 from lcpcli.verify.certificate import Proof, first_proof
-from lcpcli.verify.enclosure import SIGNS, enclosure, fault
+from lcpcli.verify.enclosure import SIGNS, enclosure, why_unproved
 from lcpcli.verify.farkas import exact_proof, refutes
 
 from .. import exact
@@ -278,7 +278,7 @@ def test_no_solution_is_shown_where_the_distance_to_it_may_change_a_sign(
     problem = Problem([[1, 0], [1, 1]], q, upper=[upper, INF])
     for z in (np.array([1 - 1e-6, 0.0]), np.array([1 + 1e-6, 0.0])):
         if z[0] < upper:
-            assert fault(problem, z, 1e-4) == reason
+            assert why_unproved(problem, z, 1e-4) == reason
 
 
 @pytest.mark.parametrize(("upper", "is_ray"), [(INF, True), (5, False)])

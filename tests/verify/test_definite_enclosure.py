@@ -50,14 +50,14 @@ def test_enclosures_hold_the_exact_basic_solution(kind: str) -> None:
         assert abs(Fraction(float(found.w[i])) - exact_w[i]) <= found.w_error[i]
     # And they are narrow.
     assert found.z_error.max() <= 1e-25 * np.abs(z).max()
-    assert not enclosure.fault(problem, z, 1e-10)
+    assert not enclosure.why_unproved(problem, z, 1e-10)
     # With another basis a sign is wrong.
     active = np.flatnonzero(basis == LOWER)
     assert active.size
     other = z.copy()
     other[active[0]] = np.abs(z).max()
     assert problem.box.basis_at(other)[active[0]] == BASIC
-    assert enclosure.fault(problem, other, 1e-10)
+    assert enclosure.why_unproved(problem, other, 1e-10)
 
 
 @pytest.mark.parametrize(

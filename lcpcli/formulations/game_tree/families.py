@@ -31,10 +31,10 @@ def poker(n: int, seed: int, *, perturbation: float = 0.25) -> Problem:
     """
     ranks = max(2, round((n - 4) / 12))
     pairs = [(i, j) for i, j in product(range(1, ranks + 1), repeat=2) if i != j]
-    most = int(perturbation * GRID)
+    max_change = int(perturbation * GRID)
     noise = (
         np.random.default_rng([seed, ranks])
-        .integers(-most, most + 1, (5 * len(pairs), 2))
+        .integers(-max_change, max_change + 1, (5 * len(pairs), 2))
         .tolist()
     )
     deals = " ".join(f'"{i} against {j}" 1/{len(pairs)}' for i, j in pairs)

@@ -115,17 +115,19 @@ class Minimum(Answer):
         began = seconds()
         return self._vary(), seconds() - began
 
-    statement = _concluded(lambda own: own._conclusion[0].statement)
-    proved = _concluded(lambda own: own._conclusion[0].proved)
-    word = _concluded(lambda own: own.proved)
-    ray = _concluded(lambda own: own._conclusion[0].ray)
-    certificate = _concluded(lambda own: own._conclusion[0].certificate)
-    unique_multipliers = _concluded(lambda own: own._sensitivity("are_unique"))
-    y_down = _concluded(lambda own: own._sensitivity("down"))
-    y_up = _concluded(lambda own: own._sensitivity("up"))
-    bound_multipliers_down = _concluded(lambda own: own._sensitivity("bounds_down"))
-    bound_multipliers_up = _concluded(lambda own: own._sensitivity("bounds_up"))
-    seconds = _concluded(lambda own: own._conclusion[1] + own._variation[1])
+    statement = _concluded(lambda minimum: minimum._conclusion[0].statement)
+    proved = _concluded(lambda minimum: minimum._conclusion[0].proved)
+    word = _concluded(lambda minimum: minimum.proved)
+    ray = _concluded(lambda minimum: minimum._conclusion[0].ray)
+    certificate = _concluded(lambda minimum: minimum._conclusion[0].certificate)
+    unique_multipliers = _concluded(lambda minimum: minimum._sensitivity("are_unique"))
+    y_down = _concluded(lambda minimum: minimum._sensitivity("down"))
+    y_up = _concluded(lambda minimum: minimum._sensitivity("up"))
+    bound_multipliers_down = _concluded(
+        lambda minimum: minimum._sensitivity("bounds_down")
+    )
+    bound_multipliers_up = _concluded(lambda minimum: minimum._sensitivity("bounds_up"))
+    seconds = _concluded(lambda minimum: minimum._conclusion[1] + minimum._variation[1])
 
     def _sensitivity(self, name: str) -> Any:
         sensitivities = self._variation[0]

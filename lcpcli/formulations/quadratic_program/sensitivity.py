@@ -232,12 +232,14 @@ def _active(
     """Return at which sides values are: those of a known multiplier, and those that are
     near. distances : up to which they are, and up to which they may be."""
     low, high = sides
-    near, far = distances
+    max_zero, far = distances
     positive, negative = multipliers > 0, multipliers < 0
     # A value with a multiplier is at its side, however far it seems to be.
     below = np.where(positive, 0.0, np.abs(values - low))
     above = np.where(negative, 0.0, np.abs(high - values))
-    return _Signs(~_is_nonzero(below, near, far), ~_is_nonzero(above, near, far))
+    return _Signs(
+        ~_is_nonzero(below, max_zero, far), ~_is_nonzero(above, max_zero, far)
+    )
 
 
 def _exact(problem: Problem, program: Program, data: Blocks, z: Vector) -> _Optimum:

@@ -13,7 +13,7 @@ from lcpcli.methods.z_matrix import of_tridiagonal
 from lcpcli.model.problem import Problem
 
 
-class Kept:
+class PreparedMatrix:
     """One M, prepared for problems with it.
 
     like : a problem with M in the form whose route takes less time. elimination : of a
