@@ -192,7 +192,7 @@ def _relaxed_first(problem: Problem, x0: Vector, search: Search, states: bool) -
         stage = inner.run_stage("", first(change.problem, inner.last.x, states=states))
         ending = yield from sequence.run_stage("", stages.moved_back(change, stage))
         if isinstance(ending, Finished) and change.moved_sides.number:
-            yield _with_states_of(
+            yield _at_basic_solution(
                 sequence, relaxed(problem, change.sides, is_moved=False)
             )
         if not change.sides.number:
@@ -221,9 +221,11 @@ def _relaxed_first(problem: Problem, x0: Vector, search: Search, states: bool) -
     return (yield from sequence.run_stage("", small(problem, x0, search, states)))
 
 
-def _with_states_of(sequence: MethodSequence, change: Change) -> Iterate:
-    """Return the last iterate with the basic solution of its basis in the problem of a
-    change of variables."""
+def _at_basic_solution(sequence: MethodSequence, change: Change) -> Iterate:
+    """Replace the last iterate by the basic solution of its basis in the problem of a
+    change of variables, and return it. If that does not solve a small problem, it is
+    the exact solution close to it, if there is one.
+    """
     problem, box = change.problem, change.problem.box
     basis = sequence.last.basis
     if basis is None:
@@ -232,8 +234,9 @@ def _with_states_of(sequence: MethodSequence, change: Change) -> Iterate:
         z_of_change = box.z_of(change.start(sequence.last.x))
         z = accurate_basic_solution(problem, z_of_change, basis)
         if z is z_of_change:
-            # The system is singular, as at a face of minimizers. Where sides have
-            # moved, most often only values of rows change with them.
+            # The system of the basis is singular, as at a face of minimizers. If sides
+            # of rows were moved, only the variables that are the values of rows differ
+            # in most problems.
             z = _with_values_of_rows(problem, z_of_change, basis)
         if (
             problem.n <= MAX_PIVOTED_EXACTLY

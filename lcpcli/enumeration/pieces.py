@@ -313,8 +313,9 @@ def _choose_common(unknowns: Unknowns, node: Node, bits: int) -> None:
 
 
 def _solution(data: ExactProblem, check: Callable[[], None]) -> list[Fraction] | None:
-    """Return an exact solution from a solution by a method in floating-point
-    arithmetic; None if there is none.
+    """Return an exact solution: the one close to a solution in floating-point
+    arithmetic, or else the one at the end of Lemke's path in rational arithmetic; None
+    if neither is reached.
     """
     with imports:
         from lcpcli.rational import pivoting
@@ -423,8 +424,8 @@ def _is_dominant(M: Rows, doubles: Vector) -> bool:
 
 
 def _whole(d: Vector) -> list[int]:
-    """Return numbers multiplied by a common factor and rounded to integers; an empty
-    list if they are not all positive and finite.
+    """Return numbers multiplied by a common factor and rounded down to integers; an
+    empty list if they are not all positive and finite.
     """
     if not (np.isfinite(d).all() and d.min() > 0):
         return []

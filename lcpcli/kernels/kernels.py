@@ -214,8 +214,9 @@ def _block_pivoting(
 
 @compiled
 def _is_capped(M: Any, q: Any, i: int, violation: float, tol: float) -> bool:
-    """Return whether a violation of row i is at most tol times the cap of
-    `measure.least_caps`.
+    """Return whether a violation of row i is at most tol times the lower bound on its
+    cap by `measure.least_caps`: the largest violation at z = 0, scaled by the ratio of
+    the geometric means of the two rows. False if M has a zero.
     """
     largest = q.argmin()
     logarithm = 0.0

@@ -108,8 +108,11 @@ def _sizes(
     min_q_ref: Any,
     is_rough: Any,
 ) -> Any:
-    """Return `Measure.component_sizes`, but NaN if q_ref is too inaccurate. min_q_ref :
-    lower bounds on |q_ref|.
+    """Return log2 of k for each connected component of M, as
+    `Measure.component_sizes` does: k is the largest scaled violation at the reference
+    point or distance of a z_i at a bound from it; NaN if q_ref is too inaccurate.
+
+    min_q_ref : lower bounds on |q_ref|.
     """
     n, (rho, gamma, parts, count) = z.size, units
     sizes = np.full(count, -np.inf)

@@ -151,7 +151,8 @@ def lengths(problem: Problem | NonlinearProblem) -> dict[int, str]:
 def verified(
     problem: Problem, values: Vector, tol: float, has_formulation_signs: bool = False
 ) -> Verification:
-    """Verify values of one of the `lengths`.
+    """Verify proposed values. Their number tells whether they are z or the variables of
+    the formulation (`lengths`).
 
     has_formulation_signs : whether multipliers are known to have the signs of the
         formulation; else they may also have those of z.
@@ -209,8 +210,8 @@ def verified_exactly(
     w: list[Fraction] | None = None,
     has_formulation_signs: bool = False,
 ) -> Verification:
-    """Verify values of one of the `lengths` in rational arithmetic. w : a claimed M z +
-    q for a z, to be verified too."""
+    """Verify proposed values, as `verified` does, in rational arithmetic. w : a claimed
+    M z + q for a z, to be verified too."""
     claimed_w = w if len(values) == data.n else None
     of_z = partial(verify_exactly, data, claimed_w=claimed_w)
     return _of_origin(

@@ -153,19 +153,20 @@ def prove(exactly: Callable[[], ExactProblem], result: Result) -> Result:
 
 
 def exact_answer(data: ExactProblem, result: Result) -> Exact | None:
-    """Return what is proved, from the run, from one for integer data, or by a
-    search."""
+    """Return what is proved: from the run; or from a run on the problem multiplied by
+    numbers that make its data integers, which floats represent; or by a search."""
     is_exact = data.are_floats()
     exact = _exact(data, result, is_exact)
-    whole = None if exact is not None or is_exact else data.in_integers()
-    if whole is not None:
+    in_integers = None if exact is not None or is_exact else data.in_integers()
+    if in_integers is not None:
+        # `auto` would try all other methods again before milp excludes a solution.
         is_excluded = result.status is Status.UNSOLVABLE and result.route[-1:] == (
             "milp",
-        )  # which would find it again
+        )
         other = (
-            driver.run(whole, "milp")
+            driver.run(in_integers, "milp")
             if is_excluded
-            else driver.run(whole, "auto", z0=_finite(result.z))
+            else driver.run(in_integers, "auto", z0=_finite(result.z))
         )
         if other.interrupted:
             raise KeyboardInterrupt
