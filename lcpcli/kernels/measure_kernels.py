@@ -245,6 +245,55 @@ def reference_of(
 
 
 @compiled
+def _with_reference(
+    w: Any, full_terms: Any, far_w: Any, far_terms: Any, q_ref: Any, at_reference: Any
+) -> Any:
+    """Return the terms of the rows and bounds on the rounding errors of w; and lower
+    bounds on |q_ref|, bounds on its rounding errors, and the rows in which it is too
+    inaccurate. Entries of w are replaced by those of far_w that are more accurate.
+
+    far_w, far_terms : M (z - z_ref) + q_ref and |M| |z - z_ref| + |q_ref|.
+    at_reference : |M| |z_ref| + |q|.
+    """
+    n = w.size
+    terms = np.empty(n)
+    error = ROW_ROUNDING * full_terms
+    min_q_ref = np.abs(q_ref)
+    q_error = ROW_ROUNDING * at_reference
+    is_rough = np.zeros(n, np.bool_)
+    for i in range(n):
+        far_error = ROW_ROUNDING * far_terms[i] + q_error[i]
+        if far_error < error[i]:
+            w[i], error[i] = far_w[i], far_error
+        terms[i] = min(full_terms[i], max(far_terms[i], FINEST * full_terms[i]))
+        # The numpy version sums such rows exactly; here they are not decided.
+        is_rough[i] = at_reference[i] > CANCELLATION * min_q_ref[i]
+        if is_rough[i]:
+            min_q_ref[i] = max(min_q_ref[i] - q_error[i], 0.0)
+    return terms, error, min_q_ref, q_error, is_rough
+
+
+@compiled
+def _are_within_caps(
+    violations: Any, rows: Any, sizes: Any, units: Any, tol: float
+) -> Any:
+    """Return whether no violation exceeds the tolerance for its terms or its cap.
+
+    rows : the terms, those without the reference point, and lower bounds on |q_ref|.
+    sizes : log2 of k for each connected component of M, as `_sizes` returns it.
+    """
+    terms, full_terms, min_q_ref = rows
+    rho, parts = units[0], units[2]
+    are_within = True
+    for i in range(violations.size):
+        cap = max(2.0 ** (sizes[parts[i]] - rho[i]), min_q_ref[i])
+        are_within &= violations[i] <= max(
+            tol * min(terms[i], cap), ROUNDING * min(full_terms[i], DROWNED * cap)
+        )
+    return are_within
+
+
+@compiled
 def _acceptance_test(
     begin: Any,
     columns: Any,
@@ -255,6 +304,10 @@ def _acceptance_test(
     tol: float,
     z: Any,
 ) -> Any:
+    """Return whether z solves the problem, as a code; whether it is decided without
+    doubt which rows fail; what is known of the rows; and the scaling factors of M,
+    empty where they were not needed.
+    """
     n, units = q.size, (np.empty(0), np.empty(0), np.empty(0, np.int64), 0)
     reference, q_ref, at_reference, is_sure = _reference(
         begin, columns, values, q, lower, upper
@@ -264,24 +317,16 @@ def _acceptance_test(
     error = ROW_ROUNDING * full_terms
     min_q_ref = np.abs(q_ref)
     q_error = np.zeros(n)
-    is_moved = reference.any()
     is_rough = np.zeros(n, np.bool_)
-    is_sure = is_sure and is_sure_too
-    if is_moved:
-        q_error = ROW_ROUNDING * at_reference
+    is_sure &= is_sure_too
+    if reference.any():
         far_w, far_terms, is_sure_too = _rows(
             begin, columns, values, q_ref, z - reference
         )
         is_sure &= is_sure_too
-        for i in range(n):
-            far_error = ROW_ROUNDING * far_terms[i] + q_error[i]
-            if far_error < error[i]:
-                w[i], error[i] = far_w[i], far_error
-            terms[i] = min(full_terms[i], max(far_terms[i], FINEST * full_terms[i]))
-            # The numpy version sums such rows exactly; here they are not decided.
-            is_rough[i] = at_reference[i] > CANCELLATION * min_q_ref[i]
-            if is_rough[i]:
-                min_q_ref[i] = max(min_q_ref[i] - q_error[i], 0.0)
+        terms, error, min_q_ref, q_error, is_rough = _with_reference(
+            w, full_terms, far_w, far_terms, q_ref, at_reference
+        )
     is_closed = is_solution = is_small = True
     fails, worst, is_reference = False, np.empty(n), not (z != reference).any()
     for i in range(n):
@@ -301,15 +346,10 @@ def _acceptance_test(
         answer = SOLVES
     elif is_sure:
         units = units_of(begin, columns, values)
-        rho, parts, count = units[0], units[2], units[3]
-        answer = SOLVES if count else UNDECIDED
         sizes = _sizes(units, lower, upper, z, reference, q_ref, min_q_ref, is_rough)
-        for i in range(n if count else 0):
-            cap = max(2.0 ** (sizes[parts[i]] - rho[i]), min_q_ref[i])
-            if not worst[i] <= max(
-                tol * min(terms[i], cap), ROUNDING * min(full_terms[i], DROWNED * cap)
-            ):
-                answer = UNDECIDED
+        rows = terms, full_terms, min_q_ref
+        if units[3] and _are_within_caps(worst, rows, sizes, units, tol):
+            answer = SOLVES
     return answer, is_known, (w, terms, full_terms, error), units
 
 

@@ -286,14 +286,11 @@ class Run:
                 proof := proof_of(self._original_problem, self.within, (at.z, along.z))
             ):
                 return NoSolution(proof)
-            too_short = (
-                attempt.gives_up
-                and k >= WARM_UP_STEPS
-                and np.mean(lengths[-RECENT_STEPS:]) < SLOW_LENGTH
-            )
             is_close = not smallest_merit > NEAR_MERIT
             patience = IMPATIENT_STEPS if is_close else PATIENT_STEPS
-            if mu < VANISHED_MU or too_short or idle_steps > patience:
+            if mu < VANISHED_MU or idle_steps > patience:
+                break
+            if attempt.gives_up and _are_short(lengths):
                 break
             try:
                 at, length, along = steps.next(at)
@@ -452,6 +449,14 @@ class _ProximalSolutions:
         wrong = self.box.violations(z, w, basis) > WRONG_SIGN
         self.z = self.box.project(z)
         return BasicSolution(basis, z, w, wrong, not wrong.any())
+
+
+def _are_short(lengths: list[float]) -> bool:
+    """Return whether the last of these lengths of steps are short, after a start that
+    often has short steps."""
+    return len(lengths) >= WARM_UP_STEPS and bool(
+        np.mean(lengths[-RECENT_STEPS:]) < SLOW_LENGTH
+    )
 
 
 def _active(within: SlackForm, at: PrimalDualPoint) -> States:
