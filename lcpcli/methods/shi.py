@@ -53,6 +53,7 @@ SMOOTHING = (
     "its smoothed equation is solved up to rounding; what is left is the smoothing "
     "error"
 )
+LOWEST = "no step decreases |F~| any further in double precision"
 DESCENT = (SELECTED, STEEPEST_AT_MULTIPLE, STEEPEST)
 
 
@@ -115,8 +116,7 @@ def shi(
         outcome = search(smoothed, point, way.s, slope, first_trial, rho, sigma)
         if isinstance(outcome, int):
             if way.step in DESCENT:
-                reason = "no step decreases |F~| any further in double precision"
-                return _smoothed_solution(problem, p, point.F) or Stalled(reason)
+                return _smoothed_solution(problem, p, point.F) or Stalled(LOWEST)
             evaluations += outcome
             failed_trials += outcome
             # F rises along s, by a kink or rounding: only d remains.

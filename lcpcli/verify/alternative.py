@@ -45,8 +45,8 @@ class Alternative(NamedTuple):
     tolerance of the LP solver, which proves nothing, or a proof y; both are None if
     neither was established.
 
-    near : then the multipliers that are no proofs as computed, but may be up to
-        rounding.
+    approximate_proofs : then the multipliers that are no proofs as computed, but may be
+        up to rounding.
     system : the dual simplex method that computed the point, or None.
     """
 
