@@ -344,8 +344,11 @@ SQUARE_SYSTEMS = (
 A_VARIABLE_EACH = "give each row a variable of its own"
 WITH_OPERATORS = "write it with the operators of AMPL"
 IN_ORDER_OF_UNKNOWNS = "put the labels in the order of the unknowns, or leave them out"
-ONE_M = "give two problems with one M"
-SAME_UNKNOWNS = "give two problems with the same unknowns"
+OF_ROWS = (
+    "; each row of a program has one side in both, or two, or is an equation in both"
+)
+ONE_M = f"give two problems with one M{OF_ROWS}"
+SAME_UNKNOWNS = f"give two problems with the same unknowns{OF_ROWS}"
 UP_TO_500 = "all solutions are listed up to 500; lcp solve finds one"
 
 # Hints: calls.

@@ -35,7 +35,8 @@ TIME_LIMIT = "time_limit"
 INTERRUPTED = "interrupted"
 BREAKDOWN = "breakdown"
 UNSOLVED, INFEASIBLE = "unsolved", "infeasible"
-OTHER_M = ("differs between the two problems", "give two problems with one M")
+ROWS = "; each row of a program has one side in both, or two, or is an equation in both"
+OTHER_M = ("differs between the two problems", f"give two problems with one M{ROWS}")
 ENDS = {
     REACHED: "the path reaches the second problem",
     RETURNED: "the path returns to the first problem, at another solution of it",
@@ -326,7 +327,7 @@ def _refuse_different(problem: Problem, to: Problem) -> None:
         raise ProblemError(
             "n",
             f"is {problem.n} and {to.n}",
-            "give two problems with the same unknowns",
+            f"give two problems with the same unknowns{ROWS}",
         )
     if not are_equal(problem.M, to.M):
         raise ProblemError("M", *OTHER_M)
