@@ -203,11 +203,9 @@ def refuse_unknown(
     keys: Iterable[str],
     valid_names: Sequence[str],
     subject: str = "a problem",
-    meant: Mapping[str, str] | None = None,
 ) -> None:
-    """Raise ProblemError for the first unknown key, with a likely one; `meant` has
-    other words for known ones."""
-    fault = unknown_key(field, keys, valid_names, subject, meant or {})
+    """Raise ProblemError for the first unknown key, with a likely one."""
+    fault = unknown_key(field, keys, valid_names, subject, {})
     if fault is not None:
         raise ProblemError(*fault)
 
@@ -220,7 +218,7 @@ def unknown_key(
     meant: Mapping[str, str],
 ) -> tuple[str, str, str] | None:
     """Return the arguments of the error for the first unknown key, as `refuse_unknown`
-    raises it; None if all keys are known."""
+    raises it; None if all keys are known. meant : other words for known ones."""
     key = next((key for key in keys if key not in valid_names), None)
     if key is None:
         return None

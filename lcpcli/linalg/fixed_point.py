@@ -30,13 +30,13 @@ MANTISSA = 53  # binary digits of a double precision number
 CHECKED_EVERY = 512  # rows between two checks of the time limit
 
 
-def fixed(values: Vector, bits: int = BITS) -> list[int]:
-    """Return double precision numbers as integer multiples of 2^-bits, rounded towards
+def fixed(values: Vector) -> list[int]:
+    """Return double precision numbers as integer multiples of 2^-BITS, rounded towards
     minus infinity.
     """
     mantissas, exponents = np.frexp(values)
     numbers = np.ldexp(mantissas, MANTISSA).astype(np.int64).tolist()
-    shifts = (exponents.astype(np.int64) + (bits - MANTISSA)).tolist()
+    shifts = (exponents.astype(np.int64) + (BITS - MANTISSA)).tolist()
     return [
         number << shift if shift >= 0 else number >> -shift
         for number, shift in zip(numbers, shifts, strict=True)

@@ -409,9 +409,7 @@ def owners_of(quantity: str) -> list[str]:
     ]
 
 
-def require_quantities(
-    names: Iterable[str], methods: Sequence[str], where: str = "columns"
-) -> None:
+def require_quantities(names: Iterable[str], methods: Sequence[str]) -> None:
     """Raise ParameterError for the name of a quantity that none of the methods has."""
     valid_names, asked = quantities_of(methods), list(dict.fromkeys(methods))
     for name in names:
@@ -419,7 +417,9 @@ def require_quantities(
             verb = "have" if len(asked) > 1 else "has"
             owners = listed(owners_of(name))
             raise ParameterError(
-                where, f"{listed(asked)} {verb} no {name}", f"it belongs to {owners}"
+                "columns",
+                f"{listed(asked)} {verb} no {name}",
+                f"it belongs to {owners}",
             )
 
 
