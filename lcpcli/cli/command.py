@@ -36,7 +36,10 @@ VARIABLE = "_LCP_COMPLETE"
 TRACE = "--trace"  # which took the name of a file in earlier versions
 # Options of other tools whose names resemble other ones here.
 ELSEWHERE = {"maxiter": "max-iterations"}
-FROM = "it has gone: use lcp convert for .csv and .mtx, and lcpcli.write for others"
+FROM = (
+    "it has gone: use lcp convert with -o FILE.csv, or in Python "
+    'lcpcli.write(lcpcli.read(FILE), "M.json")'
+)
 GONE = {  # options of earlier versions
     "q": "it has gone: name the file of q after that of M",
     "warm": "it has gone: give a start near the solution by --z0",

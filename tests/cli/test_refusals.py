@@ -507,8 +507,8 @@ make harker-pang --set symmetric=maybe
     => --set: {NO_VALUE_OF:'maybe'|symmetric}; give true or false
 make --list murty => FAMILY: {NO_EFFECT:--list}; {LEAVE_ONE_OUT}
 make --from-qp program.json
-    => --from-qp: {NO_OPTION:lcp make}; it has gone: use lcp convert for .csv and .mtx,
-    and lcpcli.write for others
+    => --from-qp: {NO_OPTION:lcp make}; it has gone: use lcp convert with -o
+    FILE.csv, or in Python lcpcli.write(lcpcli.read(FILE), "M.json")
 """,
     {
         "program.json": '{"Q": [[2, 0], [0, 2]], "c": [-3, 1]}',

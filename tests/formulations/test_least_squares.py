@@ -419,3 +419,12 @@ def test_the_figure_of_a_fit_has_the_data_the_curve_and_its_parts() -> None:
     assert np.allclose(drawn[0], [0.5, 1.5, 0.4, 1.1])
     assert np.allclose(sum(drawn[1:-1]), drawn[-1])
     assert np.allclose(below.get_lines()[0].get_ydata(), answer.residual)
+
+
+@pytest.mark.parametrize("size", [1.0, 1e14, 1e20])
+def test_a_residual_that_is_not_that_of_x_is_no_solution(size: float) -> None:
+    """However large the terms of A x are, which cancel."""
+    fit = lcpcli.from_lsq([[1, -1], [1, -1]], [1, 1], 0)
+    assert not lcpcli.check(fit, [5, -5, size, size]).accepted
+    one_row = lcpcli.from_lsq([[1, -1]], [1], 0)
+    assert not lcpcli.check(one_row, [0, size, size]).accepted

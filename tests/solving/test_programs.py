@@ -477,3 +477,18 @@ def test_several_minimizers_are_seen_where_a_row_has_two_sides(
     a = [0.4, 0.2, 0.1, 0.2]
     problem = from_qp(None, a, [a], row_lower=1.7, row_upper=row_upper, upper=100)
     assert run(problem).answer.proved == "several_optima"
+
+
+@pytest.mark.parametrize("large", [1.0, 1e3, 1e4])
+def test_several_minimizers_are_seen_beside_a_far_larger_variable(large: float) -> None:
+    """x_2 is any number between 0 and 1."""
+    problem = from_qp(
+        np.diag([1.0, 0.0]),
+        [0, 0],
+        [[1, 0]],
+        row_lower=large,
+        row_upper=large,
+        lower=0,
+        upper=[np.inf, 1],
+    )
+    assert run(problem).answer.proved == "several_optima"

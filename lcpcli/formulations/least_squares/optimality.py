@@ -19,9 +19,9 @@ REASON = "each row holds to 2e-13 of its own terms"
 
 @np.errstate(all="ignore")
 def holds(data: Data, r: Vector, x: Vector, y: Vector) -> Mask:
-    """Return whether all optimality conditions hold so closely that verification with
-    any tolerance would accept the point; for several fits, which are columns of r, x
-    and y, one truth value for each.
+    """Return whether all optimality conditions hold to rounding of the terms of each
+    row; for several fits, which are columns of r, x and y, one truth value for each.
+    r must be b - A x as computed, since large terms of A x would hide any other r.
 
     The criterion of the package (`verify.measure`) allows a row a violation of 1e-10 of
     its terms, and does not count terms that are much larger than b and d explain. Here

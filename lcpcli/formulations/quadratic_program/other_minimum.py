@@ -69,8 +69,9 @@ def has_other_minimum(
     if problem.n > MAX_UNKNOWNS or not x.size:
         return False
     C = problem.units.diagonals()[1][: x.size]
-    # The units of M do not tell the size of x, to which distances are relative.
-    C = C * (np.abs(x / C).max() or 1.0)
+    # The units of M do not tell the size of x, to which distances are relative; where
+    # one x_j is far larger than its unit, others may not be.
+    C = C * min(np.abs(x / C).max() or 1.0, 1.0)
     rows, free = _may_leave(x, y, data)
     if _is_regular(_scaled(stacked(data, rows, free), C[free])):
         return False
