@@ -81,7 +81,7 @@ SETTLED_CHANGES = 3  # changes of basis status in a step that do not end it
 # many as there are unknowns.
 MAX_BAND_STEPS = 5
 CHANDRASEKARAN = "Chandrasekaran's method"
-# The same for a small M, or from zeros of q, where the other attempts take longer.
+# Such steps for a small M, or from zeros of q, where the other attempts take longer.
 MAX_SMALL_BAND_STEPS = 25
 MIN_FRICTIONAL = 35  # unknowns from which interior is run on contact with friction
 # Unknowns from which on interior takes less time, if M + M' is semidefinite.

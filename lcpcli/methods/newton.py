@@ -71,8 +71,8 @@ STABLE_ITERATES = 2
 # Products with M that take as long as a sparse factorization, unless that fills in
 # much.
 SPARSE_PRODUCTS = 30.0
-# The same for a dense factorization, relative to its order: it would be n / 3, but for
-# blocks that stay in the cache.
+# Products with M that take as long as a dense factorization, relative to n: they would
+# be n / 3, but for blocks that stay in the cache.
 DENSE_PRODUCTS = 0.03
 # Relative to n: the change of P per iterate up to which P is almost unchanged.
 MAX_CHANGE = 0.004

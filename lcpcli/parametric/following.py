@@ -8,7 +8,7 @@ interruption.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Collection, Iterable
+from collections.abc import Callable, Iterable
 from contextlib import suppress
 from dataclasses import replace
 from fractions import Fraction
@@ -251,20 +251,12 @@ def follow(
     run = partial(
         _Following,
         family,
-        limits,
-        min(max_breakpoints, max_points_in_memory),
-        turns,
+        max_breakpoints=min(max_breakpoints, max_points_in_memory),
+        follows_turns=turns,
     )
-    path = run(read).path(began)
-    is_doubtful = read is None and path.t.size and not path.verified
-    if is_doubtful and path.end in _followable(path):
-        exact = run(partial(_of_floats, family)).path(began)
-        # Its numbers are then rounded, and have to be verified as others are.
-        t, z, w, is_verified = verify(
-            family, exact.t, exact.z, exact.states, tol=limits.tol
-        )
-        if exact.verified and is_verified:
-            path = replace(exact, t=t, z=z, w=w, exact=None, seconds=seconds() - began)
+    path = run(limits, read=read).path(began)
+    if read is None and _may_be_followed_again(path):
+        path = _by_fractions(path, run, limits, began)
     if (
         path.end == terminations.BREAKPOINT_LIMIT
         and max_points_in_memory < max_breakpoints
@@ -274,13 +266,39 @@ def follow(
     return path
 
 
-def _followable(path: Path) -> Collection[str]:
-    """Return how a path that is not verified may end so that it is followed again in
-    fractions, in about a second: rounding beside far larger numbers is its fault."""
-    if path.problem.n > MAX_EXACT or path.t.size > MAX_EXACT_BREAKPOINTS:
-        return ()
+def _may_be_followed_again(path: Path) -> bool:
+    """Return whether a path that is not verified, but was followed to its end, can be
+    followed in fractions in about a second: numbers beside far larger ones may have
+    been lost by rounding."""
     ends = terminations
-    return ends.REACHED, ends.RETURNED, ends.RAY, ends.TURN, ends.BREAKDOWN
+    return (
+        not path.verified
+        and path.end
+        in (ends.REACHED, ends.RETURNED, ends.RAY, ends.TURN, ends.BREAKDOWN)
+        and path.problem.n <= MAX_EXACT
+        and 0 < path.t.size <= MAX_EXACT_BREAKPOINTS
+    )
+
+
+def _by_fractions(
+    path: Path, run: Callable[..., _Following], limits: Limits, began: float
+) -> Path:
+    """Return a path as it is in fractions, with rounded numbers that are verified as
+    those of other paths are; or the path itself, if they are not verified, or there is
+    no time left."""
+    remaining = limits.time_limit - (seconds() - began)
+    if not remaining > 0:
+        return path
+    limits = replace(limits, time_limit=remaining)
+    exact = run(limits, read=partial(_of_floats, path.family)).path(began)
+    if not exact.verified:
+        return path
+    t, z, w, is_verified = verify(
+        path.family, exact.t, exact.z, exact.states, limits.tol
+    )
+    if not is_verified:
+        return path
+    return replace(exact, t=t, z=z, w=w, exact=None, seconds=seconds() - began)
 
 
 def _of_floats(family: Family) -> Data:

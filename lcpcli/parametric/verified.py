@@ -120,19 +120,21 @@ class _Breakpoints:
         """Return the z of some breakpoints for these s: each component is exactly at
         the bound where it is on an adjacent piece, and otherwise within its bounds.
         """
-        is_mixed = self.family.is_mixed
         before, after = (states[some] for states in self.adjacent_states)
-        low, high = (
-            self.family.bounds(s[:, np.newaxis])
-            if is_mixed
-            else (np.zeros(()), np.full((), np.inf))
-        )
+        low, high = self._bounds(s)
         z = np.where(
             (before == LOWER) | (after == LOWER), low, np.clip(self.z[some], low, high)
         )
-        return (
-            np.where((before == UPPER) | (after == UPPER), high, z) if is_mixed else z
-        )
+        if not self.family.is_mixed:
+            return z
+        return np.where((before == UPPER) | (after == UPPER), high, z)
+
+    def _bounds(self, s: Vector) -> tuple[Vector, Vector]:
+        """Return the bounds at these s, shapes (m, n); scalars for problems that are
+        not mixed."""
+        if self.family.is_mixed:
+            return self.family.bounds(s[:, np.newaxis])
+        return np.zeros(()), np.full((), np.inf)
 
     def _measure(self) -> None:
         """Compute q, w = M z + q and |M| |z|; columns of M for which all z are 0 are
@@ -164,12 +166,9 @@ class _Breakpoints:
         """Return which breakpoints solve their problems for all possible rounding
         errors in w.
         """
-        low = 0.0
-        high = np.inf
+        low, high = (bound.T for bound in self._bounds(self.s))
         M = self.family.problem.M
         z = self.z
-        if self.family.is_mixed:
-            low, high = (bound.T for bound in self.family.bounds(self.s[:, np.newaxis]))
         block = Columns(M, self.Q.T, low, high).block(0, self.s.size)
         measure, terms = Measure(block), self.sizes + np.abs(self.Q)
         rows = Rows(self.w, terms, terms, row_errors(M, z, terms))
@@ -354,22 +353,20 @@ class _Breakpoints:
         are at their bounds, but for rounding of t. Elsewhere edges of the path have
         been taken for points, as they are short beside the largest z.
         """
-        low, high = self.family.bounds(self.s[:, np.newaxis])
-        distances = [
-            np.where(
-                states == LOWER,
-                np.abs(self.z[some] - low[some]),
-                np.where(states == UPPER, np.abs(high[some] - self.z[some]), 0.0),
-            )
-            for some in (slice(len(states)), slice(1, len(states) + 1))
-        ]
+        low, high = self._bounds(self.s)
+        from_low, from_high = np.abs(self.z - low), np.abs(high - self.z)
         larger = np.abs(self.z)
         larger[1:] = np.maximum(larger[1:], np.abs(self.z[:-1]))
         larger[:-1] = np.maximum(larger[:-1], np.abs(self.z[1:]))
-        return all(
-            (distance <= CHANGE_RTOL * larger[offset : offset + len(states)]).all()
-            for offset, distance in enumerate(distances)
-        )
+        for ends in (slice(len(states)), slice(1, len(states) + 1)):
+            distances = np.where(
+                states == LOWER,
+                from_low[ends],
+                np.where(states == UPPER, from_high[ends], 0.0),
+            )
+            if not (distances <= CHANGE_RTOL * larger[ends]).all():
+                return False
+        return True
 
     def _rounding(self, piece: int, k: int, rows: Indices) -> Vector:
         """Return the violations that rounding of t may cause in some rows at breakpoint
