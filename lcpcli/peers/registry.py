@@ -92,6 +92,6 @@ def select(names: Iterable[str]) -> list[str]:
 
 def _unknown(name: str) -> OptionError:
     if name in INSTEAD:
-        hint = f"name {INSTEAD[name]} instead; a bench with {name} cannot go on"
+        hint = f"name {INSTEAD[name]} instead; a bench begun with it cannot be resumed"
         return ParameterError("peer", f"{name} is no longer called", hint)
     return ParameterError("peer", unknown(name), likely(name, REGISTRY))
