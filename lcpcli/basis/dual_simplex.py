@@ -23,8 +23,7 @@ NEGLIGIBLE = 1e-6  # relative to the largest |b_i|: what the margin may add to A
 # Coefficients and violations up to this size are treated as 0, for A and b with entries
 # of size 1.
 ZERO = 1e-11
-# Pivots for each row of A, after which a system is given up: almost all take a few
-# pivots in total.
+# Limit of pivots for each row of A: almost all take a few pivots in total.
 MAX_PIVOTS = 5
 
 

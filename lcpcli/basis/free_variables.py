@@ -105,7 +105,7 @@ def largest(A: Vector) -> float:
 
 
 def cleaned(A: Vector, max_size: float) -> Vector:
-    """Return A with 0 in place of entries up to this size."""
+    """Return A with entries up to this size replaced by 0."""
     cleaned_entries: Vector = A * (np.abs(A) > max_size)
     return cleaned_entries
 
@@ -144,8 +144,9 @@ def eliminated(
     nonfixed: NonfixedVariables, rows: Vector, columns: Vector
 ) -> Eliminated:
     """Eliminate the free variables from the A of those that are not fixed, which has
-    these row and column factors and may be changed, with a - b in place of u, and
-    inequalities in both directions for the equations G z_B + g = 0."""
+    these row and column factors and may be changed, with the bounded variables a - b
+    instead of u, and inequalities in both directions for the equations G z_B + g =
+    0."""
     A, bounded, free = nonfixed.A, nonfixed.bounded, nonfixed.free
     m = bounded.size
     if not free.size:
@@ -195,7 +196,7 @@ def same_units(
     A: Vector, rows: Vector, columns: Vector, bounded: Indices
 ) -> tuple[Vector, Vector]:
     """Return row and column factors that are the same for bounded variables, if these
-    factors are not far apart and M may be monotone; A is rescaled in place."""
+    factors are not far apart and M may be monotone; A itself is rescaled."""
     ratios = rows[bounded] / columns[bounded]
     is_near = bounded.size > 0 and ratios.max() <= NEAR_UNITS * ratios.min()
     if is_near and may_be_monotone(A / rows.reshape(-1, 1) / columns):
@@ -336,9 +337,9 @@ class Reduction:
     """A mixed problem in bounded variables: 0 <= y <= d is complementary to K y + k,
     with k from any q.
 
-    K, d : shapes (m, m) and (m,). units : the factors of the rows of K, shape (m,).
+    K, d : shapes (m, m) and (m,). units : scaling factors of the rows of K, shape (m,).
 
-    Variables with an upper bound only are reflected, fixed ones are left out, and rows
+    Variables with an upper bound only are reflected, fixed ones are dropped, and rows
     and columns are equilibrated. The unknowns y are the bounded variables in order, and
     then a and b.
     """

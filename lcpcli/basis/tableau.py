@@ -8,8 +8,8 @@ basic y_i leaves at either bound, an entering one may pass to its other bound, a
 z_0.
 
 All but `refactorize` is written for numpy in a form that numba compiles as well, so
-that both make the same decisions; `exchange`, `choose` and `shift` are compiled from
-other bodies, which make no temporary arrays (see `compiled`).
+that both make the same decisions; the pivot, the ratio test and `shift` are compiled
+from other bodies, which make no temporary arrays (see `compiled`).
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ from lcpcli.model.box import BASIC, LOWER, UPPER
 from lcpcli.typing import Indices, Mask, States, Vector
 
 SOLVED, RAY, PAUSED = 1, 2, 3
-# In place of a row: the variable passes to its other bound, or is unbounded.
+# Returned instead of a row: the variable passes to its other bound, or is unbounded.
 NO_ROW, UNBOUNDED = -1, -2
 # Relative to its largest term so far: the error of the value of a basic variable.
 NOISE = 1e-12
@@ -74,7 +74,8 @@ def tableau_of(M: Vector, q: Vector, cover: Vector) -> Tableau:
 
 
 def exchange(T: Vector, row: int, column: int) -> None:
-    """Pivot: exchange the basic variable of a row with the nonbasic one of a column."""
+    """Pivot: the nonbasic variable of a column enters the basis, that of a row
+    leaves."""
     pivot, others = T[row, column], T[:, column].copy()
     pivot_row = T[row] / -pivot
     others[row], pivot_row[column] = 0.0, 0.0

@@ -35,7 +35,7 @@ from lcpcli.typing import Indices, Mask, Matrix, Vector
 # Residual relative to the right-hand side at which refinement stops: more accurate
 # search directions do not make the methods converge in fewer steps.
 MIN_ACCURACY = 1e-12
-# Refinement ends when a step reduces the residual by less than this factor.
+# Refinement stops when a step reduces the residual by less than this factor.
 SLOW_REFINEMENT = 0.5
 MAX_REFINEMENTS = 12
 # The limit on the steps of the Krylov method that replaces a solve, and the reduction
@@ -155,8 +155,8 @@ class DefiniteSystems:
         self, x: DoubleDouble, b: Vector, goal: float, improve: Solve
     ) -> tuple[DoubleDouble, Vector, float]:
         """Return x, its residual and the norm of the residual after iterative
-        refinement with the approximate solver `improve`, which ends when a step reduces
-        the residual by less than SLOW_REFINEMENT.
+        refinement with the approximate solver `improve`, which stops when a step
+        reduces the residual by less than SLOW_REFINEMENT.
         """
         r = self._residual(x, b)
         residual_size, last = self._norm(r), np.inf

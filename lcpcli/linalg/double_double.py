@@ -38,8 +38,8 @@ def two_sum(a: Any, b: Any) -> tuple[Any, Any]:
 
 
 class DoubleDouble:
-    """A vector high + low of shape (n,), where |low_i| is at most half a unit in the
-    last place of high_i.
+    """A vector high + low of shape (n,), where |low_i| is at most half an ulp of
+    high_i.
 
     Sums, and products with double precision numbers, have relative errors of about
     eps^2.

@@ -27,7 +27,7 @@ EPS = float(np.finfo(np.float64).eps)  # the distance from 1 to the next number
 # An underflow causes an error below this.
 SMALLEST_NORMAL = float(np.finfo(np.float64).smallest_normal)
 LARGEST_DOUBLE = float(np.finfo(np.float64).max)
-# All tolerances that stand for rounding errors are defined here:
+# All tolerances that represent rounding errors are defined here:
 # The rounding error in a row of w = M z + q is taken to be at most this times |q_i| +
 # |M_i| |z|, however long the row is, as the errors of its terms largely cancel.
 ROW_ROUNDING = 8 * EPS
@@ -140,8 +140,9 @@ def row_sizes(values: Vector) -> tuple[Vector, Vector]:
 
 def each_step(**faults: Any) -> Callable[[Steps[Item, End]], Steps[Item, End]]:
     """Return a decorator of generator functions that runs each step with numpy's
-    `errstate(**faults)`, whatever the error state of the caller is. `errstate` itself
-    as a decorator of a generator function is left before the first step.
+    `errstate(**faults)`, whatever the error state of the caller is. With `errstate`
+    itself as the decorator of a generator function, the previous state would be
+    restored before the first step.
     """
 
     def decorated(function: Steps[Item, End]) -> Steps[Item, End]:

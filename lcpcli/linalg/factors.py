@@ -356,7 +356,7 @@ class PrincipalSolver:
 
     def at(self, indices: Indices) -> Solve:
         """Return a solver of systems with M_PP, without refinement; this method or the
-        solver raises SingularMatrix if M_PP is found singular.
+        solver raises SingularMatrix if M_PP is numerically singular.
         """
         if self._small:
             return self._factorized(indices)

@@ -65,8 +65,8 @@ class FixedPointFactors:
     A, those of L D L' with U = D L'.
 
     lower, upper : shape (width + 1, n), with lower[k, j] = A[j + k, j] and upper[k, j]
-        = A[j, j + k], and zeros beyond the end; upper is None if A is symmetric. Raises
-        SingularMatrix if a pivot is 0.
+        = A[j, j + k], and zeros where that is outside A; upper is None if A is
+        symmetric. Raises SingularMatrix if a pivot is 0.
     is_definite : whether all pivots are positive, as they are if A + A' is positive
         definite.
     """

@@ -69,7 +69,7 @@ def gmres(
 ) -> Vector:
     """Return an approximate solution of A x = b, shape (n,), by at most `steps` steps
     of GMRES from 0. Each takes one product with A, and minimizes |b - A x|_2 over its
-    Krylov space; the steps end once that norm is at most `enough`.
+    Krylov space; the iteration stops once that norm is at most `enough`.
 
     H. F. Walker and L. Zhou, A simpler GMRES, Numerical Linear Algebra with
     Applications 1 (1994) 571-581.

@@ -123,8 +123,8 @@ def positive_links(M: Matrix) -> int:
 
 def may_be_eliminated(M: Matrix) -> bool:
     """Return whether a sparse M is tridiagonal with a positive diagonal and at most few
-    positive entries off the diagonal, as where drift exceeds diffusion at the end of a
-    grid.
+    positive entries off the diagonal, as where drift exceeds diffusion at the boundary
+    of a grid.
     """
     n = M.shape[0]
     if not (is_sparse(M) and n > 1 and M.nnz <= 3 * n and width(M) <= 1):
@@ -536,9 +536,9 @@ def compressed_multiplier(
 def row_multiplier(
     shape: Shape, indptr: Indices, indices: Indices, data: Vector
 ) -> Callable[[slice, Vector], Vector]:
-    """Return a function of a slice with both ends and a contiguous v that returns these
-    rows of M v. M is described by the arrays of compressed sparse rows, and v has the
-    type of its data.
+    """Return a function of a slice with explicit start and stop and a contiguous v that
+    returns these rows of M v. M is described by the arrays of compressed sparse rows,
+    and v has the type of its data.
 
     scipy's operator takes ten times as long as this routine for a small matrix, and a
     call on a grid with 40,000 unknowns 1.3 times as long. As the routine, which makes

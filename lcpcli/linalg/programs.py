@@ -26,8 +26,8 @@ LIMIT_REACHED = 1  # scipy's status when a limit on iterations or time is reache
 # Rows (at least MIN_COUNTED_ROWS) times entries of A up to which a solver takes
 # milliseconds: a thread that Ctrl-C can interrupt would delay it as much.
 MAX_UNINTERRUPTED_WORK, MIN_COUNTED_ROWS = 3e6, 100
-# Fraction of the remaining time that is passed to the solver as its limit: it then ends
-# before the run does, and no thread continues afterwards.
+# Fraction of the remaining time that is passed to the solver as its limit: it then
+# stops before the run does, and no thread continues afterwards.
 EARLIER = 0.9
 # The usual time of an iteration of the simplex method in seconds: a constant, and
 # additional times for each entry and for each row or column of A.

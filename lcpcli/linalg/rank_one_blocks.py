@@ -43,8 +43,8 @@ def rank_one_blocks(M: Matrix, S: Vector) -> RankOneBlocks | None:
     compressed sparse rows with sorted indices, which is symmetric there; None if less
     than MIN_SAVED of the entries would be saved.
 
-    A block has no other entries of M beside and above it but those with S < 0. The
-    first of its rows names it.
+    All other entries of M in the rows and columns of a block belong to unknowns with S
+    < 0. A block is identified by the first of its rows.
     """
     n = M.shape[0]
     if M.nnz <= MIN_ENTRIES_OF_ROW * n or not _may_have_blocks(M):

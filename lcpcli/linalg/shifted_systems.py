@@ -165,8 +165,8 @@ class SuperLU:
 class LDL:
     """Systems by QDLDL's factors of S (M + diag(d)). SuperLU takes over if the first
     factors need so many operations per entry that its dense blocks save more than it
-    costs to compute both triangular factors. Blocks of rank one have unknowns y = D U'x
-    of their own.
+    costs to compute both triangular factors. Blocks of rank one have additional
+    unknowns y = D U'x.
     """
 
     def __init__(self, M: Matrix, S: Vector) -> None:

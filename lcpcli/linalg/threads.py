@@ -139,9 +139,9 @@ def limited(number: int) -> Iterator[None]:
 def _set_thread_number(
     libraries: Sequence[Any], call: object, number: int | None = None
 ) -> None:
-    """Set the number of threads that a context requests, or drop its request at its end
-    (`number` is None). The first context changes the number of the process, and the
-    last one restores it.
+    """Set the number of threads that a context requests, or drop its request when it
+    exits (`number` is None). The first context changes the number of the process, and
+    the last one restores it.
     """
     with _lock:
         if not _asked:

@@ -6,8 +6,7 @@ Gaussian elimination, IMA Journal of Applied Mathematics 10 (1972) 118-124, has
 diagonals R and C that minimize the sum of the squares of log2 |R_i M_ij C_j| over the
 nonzero entries. They are unique up to a constant for each connected component of the
 bipartite graph of rows and columns, in which each nonzero M_ij is an edge. Therefore
-quantities of the scaled problem do not depend on the units in which the data are
-expressed.
+quantities of the scaled problem do not depend on how the data were scaled.
 
 With rho = log2 R and gamma = -log2 C, the normal equations have the Laplacian of this
 graph as their matrix. For a matrix without zeros, means of its rows and columns solve
@@ -18,7 +17,7 @@ graphs.
 
 Equilibration: for positive diagonals R and C the solutions of LCP(R M C, R q) are z /
 C, and their w is scaled by R. With R and C computed from the matrix itself, criteria in
-the scaled problem hardly depend on the units of the data.
+the scaled problem hardly depend on the scaling of the data.
 
 For a singular matrix, `PseudoInverse` computes a solution, the components that all
 solutions share, and whether there is a solution.
@@ -533,8 +532,8 @@ def equilibrate(
     matrices, RAL-TR-2001-034), repeatedly until every largest entry lies between 1/2
     and 2, at most MAX_SWEEPS times. The divisors are powers of two, so that scaling is
     exact, and stay finite. A symmetric M stays symmetric: R = C. A zero row is scaled
-    until its entry of q is as large as the largest other one; a zero column is left
-    unscaled. Uncoupled blocks of M keep common factors. If the exponents of the first
+    until its entry of q is as large as the largest other one; a zero column is not
+    scaled. Uncoupled blocks of M keep common factors. If the exponents of the first
     sweep differ by at most NEAR_UNITS, no exponent leaves their range by more than
     EXPONENT_MARGIN.
 

@@ -92,8 +92,10 @@ class Extent(NamedTuple):
 AT_ONCE = Extent(AS_IT_IS)
 BY_CRITERION = Extent(WITHOUT_ROUNDING)
 IN_FULL = Extent()
-HIDDEN = "rounding hides a term of a row, and no exact solution was found near it"
-DIFFERS = "it differs by {:.1e} from an exact solution with its states"
+HIDDEN = (
+    "rounding hides a term of a row, and no exact solution close to it was computed"
+)
+DIFFERS = "it differs by {:.1e} from the exact solution with the same basis"
 UNEXPLAINED = ", which is more than rounding errors in the system of that basis explain"
 
 
@@ -113,7 +115,7 @@ def accepted(
        they are close to, or after rounding errors are removed from zeros
        (`Point.alternatives`).
     3. The same holds with entries of q replaced by 0 if they are rounding errors of 0,
-       or sides of rows without entries, although no z satisfies these rows as stored.
+       or bounds of rows without entries, although no z satisfies these rows as stored.
     4. An exact solution is proved to exist close to the point: the point is the rounded
        sum of a reference point and a distance, with more digits than double precision
        has; or it violates no row relative to the terms of that row, and the basic
@@ -125,7 +127,8 @@ def accepted(
        that the problem is infeasible up to rounding. If there is one, the problem is
        ill-posed.
 
-    Decisions 1 to 3 are made for all points in turn, then 4 and 5. Four choices matter:
+    Decisions 1 to 3 are made for one point after the other, then 4 and 5. Four choices
+    matter:
 
     - Decision 4 holds for `check` as for a run: a rounded sum is a solution to the
       tolerance, whoever asks. It is made for the points of decision 2 as well, as
@@ -177,7 +180,7 @@ def _by_criterion(
 
 
 def alternatives(point: Point, extent: Extent) -> Iterator[Point]:
-    """Yield the points that may be accepted in place of one that does not meet the
+    """Yield the points that may be accepted instead of one that does not meet the
     tolerance, or that show that it is close to a solution.
     """
     if extent.last < CLEANED or not (extent.as_given or point.nearly_solves()):

@@ -93,7 +93,7 @@ def farkas_multipliers(problem: Problem, effort: float = math.inf) -> Iterator[V
 def _searched(
     A: Matrix, b: Vector, box: Box, effort: float, max_dense_size: int
 ) -> Iterator[Alternative]:
-    """Yield multipliers y that may be proofs, the most likely first, and end with a
+    """Yield multipliers y that may be proofs, the most likely first, and finally a
     point if one is computed.
 
     max_dense_size : rows or columns up to which a dense system is first solved by a
@@ -207,7 +207,7 @@ class FarkasSystem:
         of systems that almost have a solution are large; and the y with total at most
         -1 and the largest sum of margins. A margin, of at most 1, is the distance by
         which a component of A'y lies beyond 0 where that has no cost: at a vertex many
-        of them are 0 up to rounding, and rounding may give them the wrong sign.
+        of them are 0 up to rounding, and rounding may reverse their signs.
         """
         if first is not None:
             self._effort *= PATIENCE

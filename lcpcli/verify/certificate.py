@@ -2,7 +2,7 @@
 it is accepted.
 
 A proof is a Farkas vector (see `farkas`) or the exclusion of all complementary bases.
-The direction of a ray at which Lemke's method ends is reported in the same form, but
+The direction of a ray at which Lemke's method stops is reported in the same form, but
 proves nothing in general. Candidates for Farkas vectors are the claims of methods,
 multipliers of linear programs, and left null vectors of bases of points that tend to
 infinity.
@@ -145,7 +145,7 @@ def _is_exhausted(problem: Problem, excludes_exactly: bool) -> bool:
 
 @np.errstate(all="ignore")
 def _is_ray(problem: Problem, z: Vector) -> bool:
-    """Return whether Lemke's method may end on a ray in the direction z, up to
+    """Return whether Lemke's method may terminate on a ray in the direction z, up to
     rounding: z >= 0, z is not 0 and reaches no bound, and z'w = 0 for w = M z + t e >=
     0 with some t >= 0.
     """
@@ -278,7 +278,7 @@ EFFORT = 2.0  # limit on linear programs for a proof, in seconds that they usual
 
 def proof_near(problem: Problem, z: Vector) -> Proof | None:
     """Return a proof that the problem is infeasible, up to the rounding of M if there
-    is no other one; None if none is found.
+    is no other one; None if no proof is obtained.
 
     z : a point that tends to infinity, or an exact solution; its basis leads to most of
         these proofs.

@@ -3,11 +3,11 @@ moves if every number of the data is rounded.
 
 Changes dM and dq move z_B of the basic variables B by -M_BB^-1 (dM z + dq)_B, to first
 order (N. J. Higham, Accuracy and Stability of Numerical Algorithms, 2nd ed., SIAM 2002,
-section 7.2). For changes like those of rounding, independent and up to half a unit in
-the last place of each number, the standard deviation of this motion is estimated from a
-few systems with random right-hand sides. Unlike a condition number it does not depend
-on the scaling of the data. The part due to w_B, if the equations are not solved
-exactly, is added. Changes |dM| <= eps |M|, |dq| <= eps |q| move z_B by at most eps
+section 7.2). For changes like those of rounding, independent and up to half an ulp of
+each number, the standard deviation of this motion is estimated from a few systems with
+random right-hand sides. Unlike a condition number it does not depend on the scaling of
+the data. The part due to w_B, if the equations are not solved exactly, is added.
+Changes |dM| <= eps |M|, |dq| <= eps |q| move z_B by at most eps
 |M_BB^-1| (|M| |z| + |q|)_B: no method that works with rounded data can be expected to
 do better.
 
@@ -19,12 +19,12 @@ that leave the equations consistent, as if dependent data were rounded consisten
 
 A kink is an index at which z_i is at a bound and w_i is not safely larger than its
 motion, or at which z_i is basic and its distance from a bound is not: rounding may then
-exchange the roles of the two numbers. With r the motions of these numbers, and T their
+swap the roles of the two numbers. With r the motions of these numbers, and T their
 derivatives with respect to the other numbers of the pairs (a principal transform of M),
-the other numbers of an exchanged set F move by y_F = -T_FF^-1 r_F, and all components
-with them. The motions are estimated for many sets F, which may in turn create kinks. If
-T_FF is singular, r_F is the same for y_F + v with T_FF v = 0, and the components that v
-moves are not unique.
+pivots on the pairs of a set F move their other numbers by y_F = -T_FF^-1 r_F, and all
+components with them. The motions are estimated for many sets F, which may create
+further kinks. If T_FF is singular, r_F is the same for y_F + v with T_FF v = 0, and the
+components that v moves are not unique.
 """
 
 from __future__ import annotations
@@ -71,10 +71,10 @@ MEDIAN = 0.674  # the median of |x| for a standard normal x
 # deviations of its motion: a sum of few rounding errors moves it by at most three of
 # them, so that the rest is a margin.
 SAFE = 100.0
-# The largest number of kinks that are exchanged: their linear systems take about a
+# The largest number of kinks that are pivoted: their linear systems take about a
 # tenth of a second.
 MAX_KINKS = 100
-MAX_COMBINED = 8  # kinks up to which every subset is exchanged
+MAX_COMBINED = 8  # kinks up to which every subset is pivoted
 RANDOM_PARTS = 250  # random subsets of more kinks, in addition to single kinks
 
 
@@ -83,8 +83,8 @@ class Digits(NamedTuple):
 
     counts : the number of digits of each z_i that the data determine, from 0 to
         DOUBLE_DIGITS, shape (n,): all digits for a z_i at a bound. It is NaN if
-        rounding may move z_i off its bound, if an exchange of other components leaves
-        no digit, or if z_i is not unique.
+        rounding may move z_i off its bound, if a pivot on other components leaves no
+        digit, or if z_i is not unique.
     not_unique : the z_i that differ, to working precision, among the solutions close to
         z.
     """
@@ -236,8 +236,8 @@ class _States:
 class _Motions(NamedTuple):
     """How far rounding of the data moves a solution; each of shape (n,).
 
-    alone : the expected errors of z_i in B and of w_i elsewhere. exchanged : those with
-        bases exchanged at kinks. may_reach_bound : the numbers so close to their
+    alone : the expected errors of z_i in B and of w_i elsewhere. exchanged : those
+        after pivots at kinks. may_reach_bound : the numbers so close to their
         bounds, or to 0, that rounding may move them there. With too many kinks, errors
         are infinite, and this is True everywhere.
     determined : as in `_States`. not_unique : as in `Digits`.
@@ -277,7 +277,7 @@ def _motions(problem: Problem, z: Vector, w: Vector, basic: Mask) -> _Motions | 
         may_reach_bound = distances <= np.nan_to_num(
             sizes[0] + SAFE * sizes[1], nan=LARGEST_DOUBLE, posinf=LARGEST_DOUBLE
         )
-        # A number that is 0 and does not move causes no exchange; nor does one that is
+        # A number that is 0 and does not move causes no pivot; nor does one that is
         # not unique, as its basis status is not determined.
         at_bound |= may_reach_bound & np.isfinite(sizes).all(axis=0)
         new = at_bound & ~kinks & sizes.any(axis=0)
@@ -315,10 +315,10 @@ def _changes(problem: Problem, z: Vector, violations: Vector, basic: Mask) -> Ve
 
 
 class _Exchanges:
-    """The motions if subsets F of the kinks P are exchanged: the other number y_k of
+    """The motions after pivots on subsets F of the kinks P: the other number y_k of
     each pair then moves by as much as keeps this number at its bound, or at 0.
 
-    free : the z_i that such exchanges show to differ among the solutions close to z,
+    free : the z_i that such pivots show to differ among the solutions close to z,
         shape (n,).
     """
 
@@ -356,8 +356,8 @@ class _Exchanges:
         self.free = np.zeros(z.size, dtype=bool)
 
     def largest_sizes(self) -> Vector:
-        """Return the largest motions over the basis itself and all exchanges of subsets
-        of kinks.
+        """Return the largest motions over the basis itself and all pivots on subsets of
+        kinks.
         """
         largest, singular = _sizes(self._moves), list[Mask]()
         for part in _parts(self._P.size):
@@ -414,7 +414,7 @@ class _Exchanges:
         """Record the components that are not unique if y_F = s v satisfies all sign
         conditions for small s > 0 or for small s < 0.
 
-        motion : how v moves the numbers that are not exchanged.
+        motion : how v moves the numbers that are not in F.
         """
         # This includes numbers that rounding does not move, as those that are 0 in the
         # data.

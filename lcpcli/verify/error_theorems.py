@@ -115,7 +115,7 @@ def scaling(
     slacks: tuple[float, ...] = SLACKS,
 ) -> Vector | None:
     """Return a d > 0 with <M> d > 0, for M of shape (n, n) with positive diagonal; None
-    if none is found.
+    if none is obtained.
 
     holds : whether <M> d > 0 is proved for a finite d > 0, by `lower_image` or in exact
         arithmetic. check : called between steps; it may raise TimeIsUp. slacks : the

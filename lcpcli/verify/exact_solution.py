@@ -57,8 +57,8 @@ def from_point(
     max_basic: int = MAX_SOLVED_EXACTLY,
 ) -> list[Fraction] | None:
     """Return the exact solution with the complementary basis of an approximate z, shape
-    (n,), or with one that pivoting from it leads to; None if none is found within this
-    effort, or more than `max_basic` variables are basic.
+    (n,), or with one that pivoting from it leads to; None if this effort is not enough,
+    or more than `max_basic` variables are basic.
     """
     effort = effort or Effort()
     for basis in _bases(data.problem, z):
@@ -93,8 +93,8 @@ def _by_pivoting(
 ) -> list[Fraction] | None:
     """Return the exact solution to which pivoting from a basis leads, or None.
 
-    All infeasible indices are exchanged while their number decreases, otherwise only
-    the first of them.
+    Block pivots take all infeasible indices while their number decreases, otherwise
+    only the first of them.
     """
     min_violations = data.n + 1
     for _ in range(MAX_EXACT_STEPS):
@@ -127,7 +127,7 @@ class ExactBasis(NamedTuple):
     """A solution of M_BB z_B = -(q + M z_N)_B, with z_N at its bounds.
 
     unique : whether it is the only one. gaps : by how much each component violates the
-        problem: z_i is beyond its bounds, or w_i has the wrong sign.
+        problem: z_i is beyond its bounds, or w_i violates its sign condition.
     """
 
     z: list[Fraction]
@@ -208,7 +208,8 @@ def _solved(
 def vertex(problem: Problem, basis: States, effort: float) -> Vector | None:
     """Return, up to rounding, a vertex of the set of z within their bounds with z_N at
     these, w_P = 0, and w_N of the signs required by complementarity, by a linear
-    program; None if none is found within `effort`. The problem should be equilibrated.
+    program; None if none is computed within `effort`. The problem should be
+    equilibrated.
     """
     active, at_bounds = np.flatnonzero(basis == BASIC), problem.box.nonbasic(basis)
     columns, q = problem.M[:, active], problem.w(at_bounds)

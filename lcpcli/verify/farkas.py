@@ -119,8 +119,8 @@ def refutes(
 @np.errstate(all="ignore")
 def cancellation(A: Matrix, b: Vector, y: Vector, box: Box = ORTHANT) -> float:
     """Return by how much the terms of A z exceed their sum, in at least one row and for
-    every z as above, if A'y has wrong signs that may be due to the rounding of A alone;
-    0 if y does not show this, or the ratio is below MIN_CANCELLATION.
+    every z as above, if A'y violates sign conditions, which may be due to the rounding
+    of A alone; 0 if y does not show this, or the ratio is below MIN_CANCELLATION.
 
     In that case 0 <= b'y + sum_j (A'y)_j z_j, where each (A'y)_j is a rounding error of
     its terms: data that have been rounded to double precision do not determine whether
@@ -153,10 +153,10 @@ class Multiplied:
 
     has_signs : whether y is finite, not 0, and has the signs of multipliers. excess :
         by how much (A'y)_j exceeds 0 on a side where z_j has no bound, -inf if it has
-        both bounds. is_active : the columns in which A'y has the wrong sign, or is so
-        small that it may be 0, if z_j has no bound there, or one so far away that
-        rounding of A'y decides. total, terms : b'y plus the suprema, without those in
-        which rounding decides, and the sum of the |terms|.
+        both bounds. is_active : the columns in which A'y violates its sign condition,
+        or is so small that it may be 0, if z_j has no bound there, or one so far away
+        that rounding of A'y decides. total, terms : b'y plus the suprema, without those
+        in which rounding decides, and the sum of the |terms|.
     """
 
     @np.errstate(all="ignore")
@@ -251,9 +251,9 @@ class Multiplied:
     @np.errstate(all="ignore")
     def has_proof_nearby(self) -> bool:
         """Return whether floating-point arithmetic proves that a y' close to y is a
-        proof: A'y' = 0 exactly in the columns where A'y is almost 0 or has the wrong
-        sign, by an `enclosure`, and the other conditions hold with a margin larger than
-        all rounding errors.
+        proof: A'y' = 0 exactly in the columns where A'y is almost 0 or violates its
+        sign condition, by an `enclosure`, and the other conditions hold with a margin
+        larger than all rounding errors.
         """
         with imports:
             from lcpcli.verify.enclosure import enclosure, is_enclosable
@@ -461,7 +461,7 @@ def _small(problem: Problem, y: Vector) -> Iterator[list[Fraction]]:
     rows, (lower, upper) = problem.M[support], problem.box.vectors(problem.n)
     products, sizes = roundings @ rows, np.abs(roundings) @ abs(rows)
     bounds = np.where(products > 0, upper, lower)
-    # The supremum is infinite if (A'y)_j has the wrong sign.
+    # The supremum is infinite if (A'y)_j violates its sign condition.
     suprema = np.where(
         np.abs(products) > EPS * problem.n * sizes, products * bounds, 0.0
     )
@@ -535,7 +535,7 @@ def farkas_vector(
     """Return a y that passes `data.refuted_by`, in integers without a common divisor;
     None if some z within its bounds has w with the required signs.
 
-    If there is no such z, the phase 1 pivoting of a dictionary ends with a row that
+    If there is no such z, the phase 1 pivoting of a dictionary stops at a row that
     shows that one of these signs is violated wherever all earlier ones hold; y consists
     of its coefficients. `check` may raise at each pivot.
     """

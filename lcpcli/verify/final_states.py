@@ -6,7 +6,7 @@ errors show whether it matters: if an exact solution with the same basis is prov
 differ from z only in its last digits, z is accepted. Otherwise the basic solution of
 that basis is computed exactly, and its signs are checked. Bodies at rest have signs
 that are wrong only by rounding, such as velocities of -1e-17 with impulses of 1; then
-the index with the largest violation is exchanged, a few times.
+the index with the largest violation is pivoted, a few times.
 """
 
 from __future__ import annotations
@@ -31,8 +31,7 @@ from lcpcli.typing import States, Vector
 from lcpcli.verify.measure import FEW_UNKNOWNS, Measure
 
 MAX_DECIDED = 10  # unknowns for which all bases can be searched in milliseconds
-# Integers from here on may have been rounded, as a unit in the last place is 1/4 or
-# more.
+# Integers from here on may have been rounded, as their ulp is 1/4 or more.
 LONG_NUMBER = 2.0**50
 # A term below this relative to the largest one of its row is hidden: rounding of the
 # larger terms leaves at most half of its digits.
@@ -80,8 +79,8 @@ def hides_term_of_row(problem: Problem, z: Vector) -> bool:
 def without_rounding(
     z: Vector, units: Vector | float = 1.0, max_rounding: float = ROUNDED_ZERO
 ) -> Vector:
-    """Return z with 0 in place of components that may be rounding errors of 0: those of
-    at most `max_rounding` times the largest, after multiplication by `units`.
+    """Return z with components that may be rounding errors of 0 replaced by 0: those of
+    at most `max_rounding` times the largest, after scaling.
     """
     size = np.abs(z) * units
     return np.where(size <= max_rounding * size.max(), 0.0, z)

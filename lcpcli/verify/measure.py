@@ -2,13 +2,13 @@
 error with a cap.
 
 A z within its bounds violates row i by v_i: by |w_i| strictly between the bounds, by
-the part of w_i that has the wrong sign at a bound, and by 0 if both bounds are equal.
-This is compared with the terms of that row, |q|_i + (|M| |z|)_i. If v_i is at most tol
-times these in all rows, z is the exact solution of a problem each of whose numbers
-differs by at most tol, relatively, from the original one: W. Oettli and W. Prager,
-Compatibility of approximate solution of linear equations with given error bounds for
-coefficients and right-hand sides, Numerische Mathematik 6 (1964) 405-409. Neither the
-scaling of rows and columns nor the sizes of other rows matter.
+the part of w_i that violates its sign condition at a bound, and by 0 if both bounds are
+equal. This is compared with the terms of that row, |q|_i + (|M| |z|)_i. If v_i is at
+most tol times these in all rows, z is the exact solution of a problem each of whose
+numbers differs by at most tol, relatively, from the original one: W. Oettli and W.
+Prager, Compatibility of approximate solution of linear equations with given error
+bounds for coefficients and right-hand sides, Numerische Mathematik 6 (1964) 405-409.
+Neither the scaling of rows and columns nor the sizes of other rows matter.
 
 With bounds far from 0, rows have large terms that cancel. Therefore the terms t_i are
 those at the reference point of the problem, |q_ref|_i + (|M| |z - z_ref|)_i, if these
@@ -20,13 +20,13 @@ each row also has a cap,
     c_i = max(|q_ref|_i, k / R_i),
 
 where k belongs to the connected component of M that contains the row, and R, C are the
-scaling factors of its rows and columns (`linalg.units`): k is the largest violation of
-a row j at z_ref, times R_j, or distance of a z_j at a bound from z_ref, divided by C_j.
-If all of these are 0, k is the largest R_j |q_ref|_j, or infinite if all of those are 0
-too; a q_ref at the level of rounding errors of the terms is replaced by 0. The relative
-residual is the largest v_i / min(t_i, c_i), with 0/0 = 0. Rounding z, or the data, may
-cause violations of ROUNDING times the terms; a violation up to this size counts as at
-most ROUNDING, unless these terms exceed DROWNED c_i.
+scaling factors of its rows and columns (by equilibration): k is the largest violation
+of a row j at z_ref, times R_j, or distance of a z_j at a bound from z_ref, divided by
+C_j. If all of these are 0, k is the largest R_j |q_ref|_j, or infinite if all of those
+are 0 too; a q_ref at the level of rounding errors of the terms is replaced by 0. The
+relative residual is the largest v_i / min(t_i, c_i), with 0/0 = 0. Rounding z, or the
+data, may cause violations of ROUNDING times the terms; a violation up to this size is
+treated as at most ROUNDING, unless these terms exceed DROWNED c_i.
 
 A basic z_j below SMALLEST_NORMAL lies on the grid of subnormal numbers, so that each
 row may in addition be violated by NEAR_ZERO |M_ij| if that is a rounding error compared

@@ -46,7 +46,7 @@ ROUNDED = (
     "relative residual of {:.1e}"
 )
 ENCLOSED = (
-    "an exact solution is proved to have the states of z, which is large relative to "
+    "an exact solution with the basis of z is proved to exist; z is large relative to "
     "q: its relative residual is {:.1e}"
 )
 EXACT = "z is an exact solution of size {size} up to its last digits, but {proof}"
@@ -111,8 +111,8 @@ def nearby(problem: Problem, z: Vector, tol: float) -> Nearby | None:
 
 
 def distance(problem: Problem, z: Vector, solution: Vector) -> tuple[float, bool]:
-    """Return the largest distance of z from a basic solution with its states, relative
-    to each component, and whether rounding in its system explains it."""
+    """Return the largest distance of z from a basic solution with the same basis,
+    relative to each component, and whether rounding in its system explains it."""
     largest = float(quotients(np.abs(z - solution), np.abs(solution)).max(initial=0.0))
     rounding = max(ROW_ROUNDING, ELIMINATION * problem.n)
     return largest, is_run_off(problem, z, rounding)

@@ -455,5 +455,5 @@ class NonlinearPoint(Point):
 
 
 def _finite(values: Vector) -> Vector:
-    """Return values with 0 in place of NaN and infinity."""
+    """Return values with NaN and infinity replaced by 0."""
     return np.where(np.isfinite(values), values, 0.0)

@@ -23,8 +23,8 @@ replaced by 0 if its row is violated, and
   solution for q as stored.
 
 For up to FEW_UNKNOWNS unknowns exact arithmetic decides instead. Entries of M and
-bounds are never replaced. Sides of rows without entries may be, for any number of
-unknowns, as they cannot have another meaning (`model.rounded_rows`).
+bounds of z are never replaced. Bounds of rows without entries may be replaced for any
+number of unknowns, as they cannot have another meaning (`model.rounded_rows`).
 """
 
 from __future__ import annotations
@@ -92,7 +92,7 @@ class Criterion:
     defined in `measure`, is at most tol.
 
     A problem with numbers so large or small that products overflow or underflow is
-    measured after scaling by powers of two. If no such scaling is found, or z is out of
+    measured after scaling by powers of two. If no such scaling exists, or z is out of
     range after it, sums are computed exactly wherever double precision may overflow.
 
     acceptance_test : a function of a mixed problem with sparse M and moderate numbers,
@@ -406,8 +406,7 @@ class Point:
     @property
     def _entries_in_words(self) -> list[str]:
         """Return in words, with their values, the first entries of q that are replaced
-        by 0, and how many more there are. Entries of rows without entries in M are left
-        out.
+        by 0, and how many more there are. Rows without entries in M are not mentioned.
         """
         rounded = self.rounded_rows
         rows = [] if rounded is None else rounded.rows.tolist()
@@ -445,7 +444,7 @@ class Point:
 
     @cached_property
     def _at_fixed(self) -> Vector:
-        """Return the scaled z, with l_i in place of z_i where l_i = u_i."""
+        """Return the scaled z, with z_i replaced by l_i where l_i = u_i."""
         box = self.criterion.data.box
         return (
             self._inside
@@ -633,7 +632,7 @@ def without_small_distances(measure: Measure, z: Vector) -> Vector:
     Components whose scaled distance is below SMALL_DISTANCE times both k and the
     largest distance in their component of M are set to the reference point; those that
     are as small themselves, and may be 0, are set to 0. Components of M whose rows are
-    all satisfied at the reference point, given the other z_i, are set to it.
+    all satisfied at the reference point, for fixed other z_i, are set to it.
     """
     units, reference = measure.data.units, measure.reference
     distances = np.log2(np.abs(z - reference)) - units.columns
@@ -660,7 +659,7 @@ def without_small_distances(measure: Measure, z: Vector) -> Vector:
 
 
 def without_idle_multipliers(measure: Measure, z: Vector, w: Vector) -> Vector:
-    """Return z with 0 in place of those z_j that are the only terms of the w_i of a z_i
+    """Return z with 0 for those z_j that are the only terms of the w_i of a z_i
     strictly between its bounds.
 
     In a program, z_j is the multiplier of a row with two sides, and z_i = s_i its
@@ -699,8 +698,8 @@ def columns_of(measure: Measure, rows: Indices) -> Indices:
 
 def with_sides(criterion: Criterion, z: Vector) -> tuple[Vector, Vector, Vector]:
     """Return q; q after the scaling in which z is measured; and z. In them, two-sided
-    rows whose value is at a side have that side in place of q_i, which is 0, and 0 in
-    place of the value.
+    rows whose value is at a side have that side instead of q_i, which is 0, and 0
+    instead of the value.
     """
     problem = criterion.problem
     q = problem.q
@@ -766,8 +765,8 @@ def with_small_components(problem: Problem, z: Vector) -> Iterator[Vector]:
 
 
 def block_pivoting_points(problem: Problem, basis: States) -> Iterator[Vector]:
-    """Yield the z of the first LITERAL_STEPS of block principal pivoting from a basis,
-    which end at a solution.
+    """Yield the z of at most LITERAL_STEPS steps of block principal pivoting from a
+    basis; the pivoting stops at a solution.
     """
     with imports:
         from lcpcli.basis.exchanges import BasicSolutions
@@ -786,7 +785,7 @@ def without_wrong_solutions(problem: Problem) -> tuple[Problem, list[str]]:
     these that says why.
 
     z is wrong if its relative residual is above ROUGH, and no changes of its components
-    by a unit in their last digit, which matter if M is ill-conditioned, satisfy the
+    by 1 in their last digit, which matter if M is ill-conditioned, satisfy the
     conditions on each z_i and w_i.
     """
     if not problem.solutions:
@@ -839,7 +838,7 @@ def _why_wrong(point: Point) -> str:
 
 
 def _last_digit(z: Vector) -> Vector:
-    """Return one unit in the last digit of each z_i, if all have as many significant
+    """Return a 1 in the last digit of each z_i, if all have as many significant
     digits, or decimals, as the longest one.
     """
     spelt = [

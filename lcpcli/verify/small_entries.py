@@ -24,11 +24,11 @@ Demko, W. F. Moss and P. W. Smith, Decay rates for inverses of band matrices,
 Mathematics of Computation 43 (1984) 491-499). Entries are then compared without
 scaling.
 
-For any other M, entries are compared after scaling by the C of the columns of M
-(`linalg.units`), which do not depend on the units of the data; every row with a datum
-has to meet the tolerance; and the sum of |z - z*|_j t_j, with the terms t of the rows,
-is at most tol times that of |z* - z_ref|_j t_j in each component. For programs this
-bounds the change of the objective.
+For any other M, entries are compared after scaling by the C of the columns of M, which
+do not depend on the scaling of the data; every row with a datum has to meet the
+tolerance; and the sum of |z - z*|_j t_j, with the terms t of the rows, is at most tol
+times that of |z* - z_ref|_j t_j in each component. For programs this bounds the change
+of the objective.
 
 z* is the result of block principal pivoting from the basis of z, in which a variable is
 basic unless w_i has the sign required at a bound even if z has an error of tol: the

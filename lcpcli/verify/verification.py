@@ -134,7 +134,7 @@ class Proposed(NamedTuple):
         return np.array(self.values, dtype=float if self.data is None else object)
 
 
-@np.errstate(all="ignore")  # overflow counts as infinite
+@np.errstate(all="ignore")  # overflow gives infinity
 def verify(problem: Problem, z: Vector, tol: float) -> Verification:
     """Verify z, finite and of shape (n,), in floating-point arithmetic, by
     `acceptance.accepted` for the point itself. Violations are the components whose
@@ -285,7 +285,7 @@ def verify_exactly(
         ),
         "",
     )
-    failure = f"the given w is not Mz + q: {difference}" if difference else ""
+    failure = f"the specified w is not Mz + q: {difference}" if difference else ""
     if violating:
         verb = "fails" if len(violating) == 1 else "fail"
         components = count(len(violating), "component")
@@ -355,8 +355,8 @@ def _failed_condition(data: ExactProblem, y: list[Fraction]) -> str:
         return (
             ""
             if data.refuted_by(y)
-            else "y has a wrong sign, or y'w is not negative for every z within the "
-            "bounds"
+            else "y violates a sign condition, or y'w is not negative for every "
+            "z within the bounds"
         )
     i, smallest = min(
         enumerate(y), key=lambda entry: entry[1], default=(0, Fraction(0))

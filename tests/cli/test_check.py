@@ -55,7 +55,7 @@ def test_results_of_solve_are_accepted_and_any_changed_digit_is_refused(
     ) == (True, 0, 0, [])
     for vector, told in (
         ("z", "not an exact solution"),
-        ("w", "the given w is not Mz + q"),
+        ("w", "the specified w is not Mz + q"),
     ):
         for i, text in enumerate(solved["exact"][vector]):
             place = [k for k, mark in enumerate(text) if mark.isdigit()][

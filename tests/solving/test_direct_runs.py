@@ -263,7 +263,8 @@ def test_solved_means_a_small_residual_or_said_rounded_if_nearly_singular(
         assert result.solved
         assert (
             result.relative_residual <= TOL
-            or "an exact solution is proved to have the states" in result.message
+            or "an exact solution with the basis of z is proved to exist"
+            in result.message
         )
 
 

@@ -94,7 +94,7 @@ def assert_refused_or_corrected(result: Result) -> None:
     if not result.solved:
         assert_refused(result)
         return
-    assert "an exact solution is proved to have the states of z" in result.message
+    assert "an exact solution with the basis of z is proved to exist" in result.message
     solution = exact.solution(result.problem)
     assert all(
         abs(Fraction(a) - b) <= 2**-50 * abs(b)
