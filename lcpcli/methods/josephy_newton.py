@@ -32,7 +32,14 @@ import numpy as np
 from lcpcli.clock import imports
 from lcpcli.linalg.doubles import EPS, generator, is_finite, size
 from lcpcli.linalg.factors import PrincipalSolver, SingularMatrix
-from lcpcli.linalg.matrices import dense, is_sparse, plus_diagonal, product, row_maxima
+from lcpcli.linalg.matrices import (
+    absolute_product,
+    dense,
+    is_sparse,
+    plus_diagonal,
+    product,
+    row_maxima,
+)
 from lcpcli.methods.stages import Ending, Finished, Iterate, Stage, Stalled
 from lcpcli.model.box import Box
 from lcpcli.model.evaluations import Evaluations
@@ -69,6 +76,7 @@ FUNCTIONS = 64  # evaluations of F that take as long as a small linearization
 # over the tableau dominate their time.
 PIVOTS, QUADRATIC = 32, 150
 FINE = 1e-12  # a natural residual that is not reduced any further
+SMALL = 1e-6  # a natural residual that may be rounding
 STATIONARY = "z is nearly a stationary point of the merit function, but no solution"
 SLOW = "the merit function decreases too slowly"
 NO_FURTHER = "no step decreases the residual further"
@@ -533,11 +541,13 @@ class _MultistartNewton(_JosephyNewton):
         )
 
     def iterate(self, trial: TrialPoint, step: str) -> Iterate:
-        """Return the iterate for the loop; it is final if its residual is tiny, or did
-        not decrease much."""
+        """Return the iterate for the loop; it is final if its residual is in each row
+        tiny or rounding, or did not decrease much."""
         now, before = size(trial.gaps), self._last_size
         self._last_size = now
         is_final = now <= FINE or now > 0.5 * before
+        if not is_final and now <= max(SMALL, NEARLY_SOLVED * self.reference):
+            is_final = self._is_rounded(trial, FINE)
         return Iterate(
             trial.z / 2,
             trial.gaps,
@@ -644,13 +654,17 @@ class _MultistartNewton(_JosephyNewton):
                     f"; steps to where F is undefined, in row {name}, were cut back"
                 )
             return Stalled(reason)
-        row_magnitudes = product(
-            abs(self.evaluations.jacobian(best.z)), np.abs(best.z)
-        ) + np.abs(best.F)
-        self.is_rounding = bool(
-            (np.abs(best.gaps) <= FEW_ROUNDINGS * EPS * row_magnitudes).all()
-        )
+        self.is_rounding = self._is_rounded(best, 0.0)
         return Finished(NO_FURTHER)
+
+    @np.errstate(all="ignore")
+    def _is_rounded(self, trial: TrialPoint, tiny: float) -> bool:
+        """Return whether the residual is in each row no more than a few rounding errors
+        of F, or tiny."""
+        J = self.evaluations.jacobian(trial.z)
+        terms = absolute_product(J, np.abs(trial.z)) + np.abs(trial.F)
+        limits = np.maximum(FEW_ROUNDINGS * EPS * terms, tiny)
+        return bool((np.abs(trial.gaps) <= limits).all())
 
     def _is_noise(self, best: TrialPoint) -> bool:
         """Return whether the residual may be noise of F."""

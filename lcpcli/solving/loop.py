@@ -222,12 +222,15 @@ class Loop:
         if it is worth measuring, at the cost of two products with M: without F at
         iterates that may be the last, and every few iterations; with F close to the
         tolerance, and at k = 0, 1, 2, 4, 8, ..., in case the bound never decreases
-        although the residual does."""
+        although the residual does; for a nonlinear problem, only if the iterate is
+        final."""
         if iterate.F is not None:
             bound = self.criterion.bound(iterate.F)
             worth = (
                 bound <= MEASURED_FROM * self.limits.tol or self.k & (self.k - 1) == 0
             )
+            # Measuring F and J costs as much as the next step.
+            worth &= iterate.signs_final or self.criterion.is_linear
             return bound, self._at(iterate.x) if worth else None
         if not iterate.signs_final and self.k % MEASURED_EVERY:
             return math.inf, None
