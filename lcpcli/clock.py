@@ -53,7 +53,9 @@ class Stopwatch:
     """
 
     def __init__(self, clock: Callable[[], float], began: float) -> None:
-        self._clock, self._began, self._last = clock, began, began
+        self._clock = clock
+        self._began = began
+        self._last = began
         self.parts = dict.fromkeys(PARTS, 0.0)
 
     def count(self, part: str) -> None:

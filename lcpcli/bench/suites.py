@@ -58,7 +58,9 @@ class Grid:
     parameters and of the seed, each a value or a tuple of several."""
 
     def __init__(self, family: str, *sizes: int, **values: Any) -> None:
-        self.family, self.sizes, self.values = family, sizes, values
+        self.family = family
+        self.sizes = sizes
+        self.values = values
 
     def cases(self) -> Iterator[Case]:
         axes = [

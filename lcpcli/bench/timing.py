@@ -80,11 +80,9 @@ def run_method(
         if with_curve
         else None
     )
-    variant, limits, began = (
-        methods.parse(name),
-        Limits(tol, time_limit=time_limit),
-        seconds(),
-    )
+    variant = methods.parse(name)
+    limits = Limits(tol, time_limit=time_limit)
+    began = seconds()
     options = {**variant.options, "limits": limits, "curve": trace, "began": began}
     if isinstance(problem, Problem):
         result = driver.run(problem.anew(), variant.method, **options)

@@ -85,7 +85,9 @@ class Command(click.Command):
         **attributes: Any,
     ) -> None:
         super().__init__(*positional, **attributes)
-        self.examples, self.common, self.lists = examples, common, lists or {}
+        self.examples = examples
+        self.common = common
+        self.lists = lists or {}
         self.request = request
         meanings = {Exit.BAD_INPUT: Exit.BAD_INPUT.meaning, **exits}
         self.exits = {code: meanings[code] for code in Exit if code in meanings}
@@ -377,7 +379,9 @@ class Choice(click.Choice):  # type: ignore[type-arg,unused-ignore]
         parse: Callable[[str], Any] | None = None,
     ) -> None:
         super().__init__(list(meanings))
-        self.meanings, self.otherwise, self.parse = meanings, otherwise, parse
+        self.meanings = meanings
+        self.otherwise = otherwise
+        self.parse = parse
 
     def convert(
         self, value: Any, param: click.Parameter | None, ctx: click.Context | None

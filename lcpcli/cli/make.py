@@ -110,7 +110,9 @@ def make(request: Make) -> int:
     if request.listed:
         reject_conflicting_options(request.option_values, LIST)
         return _show_list()
-    output, quiet, family = request.output, request.quiet, request.family
+    output = request.output
+    quiet = request.quiet
+    family = request.family
     prepare(Inputs([]), output)
     if family is None:
         raise OptionError(

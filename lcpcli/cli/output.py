@@ -62,7 +62,9 @@ class Destination:
                 suffixes,
             )
             form = SUFFIXES[ending]
-        self.form, self.path, self.quiet = form, path, quiet
+        self.form = form
+        self.path = path
+        self.quiet = quiet
         self.width, color = (None, False) if path else terminal()
         self.kind, self.silent = FORMATS[form], quiet and path is None
         self.color = color and self.kind.fits_screen

@@ -269,11 +269,9 @@ class Cluster:
             "--cluster", f"the scheduler at {address} no longer answers", hint
         )
         self.size, self._address = 1, address
-        self._began, self._counted_at, self._has_warned = (
-            time.monotonic(),
-            -math.inf,
-            False,
-        )
+        self._began = time.monotonic()
+        self._counted_at = -math.inf
+        self._has_warned = False
         self._executor, self.kill_error = (
             self._client.get_executor(pure=False),
             KilledWorker,

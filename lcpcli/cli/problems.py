@@ -505,47 +505,6 @@ class Request(ManyProblems, Reporting):
     def limits(self) -> Limits:
         return Limits(**self.numbers)
 
-    def run(
-        self,
-        problem: AnyProblem,
-        options_of_methods: Sequence[Values],
-        traces: Traces,
-        compared: bool = False,
-        of_many: bool = False,
-        compiled: bool | None = None,
-    ) -> Iterator[Result]:
-        """Yield one result for each method.
-
-        options_of_methods : as from `options_for`. traces : makes the empty trace and
-        curve of a run. compared : whether the times are compared. of_many : whether
-        there are many problems; their results have no labels, and no progress is shown.
-        compiled : whether there are so many that loading the extra `fast` is
-            worthwhile; by default as the process is set.
-        """
-        from lcpcli.model.problem import Problem
-        from lcpcli.solving import driver
-
-        watched = shows_progress(self.quiet) and not of_many
-        # The times are shown to somebody.
-        is_shown = not (self.quiet or self.output)
-
-        once = SingleRun(self, problem, traces, compiled, watched).run
-        is_open = self.adds_auto
-        for variant, label, values in zip(
-            self.variants, labels(self.variants), options_of_methods, strict=True
-        ):
-            is_first = variant.method not in methods_run
-            methods_run.add(variant.method)
-            for result in driver.repeated(
-                partial(once, variant.method, values), compared, is_first and is_shown
-            ):
-                is_open &= not (result.solved or result.interrupted)
-                named = label if result.method == variant.method else result.method
-                yield result if of_many else replace(result, label=named)
-        if is_open and isinstance(problem, Problem):
-            repeated = driver.repeated(partial(once, AUTO, {}), compared, is_shown)
-            yield from (replace(result, label=AUTO) for result in repeated)
-
     def prove(
         self, result: Result, exactly: Callable[[], ExactProblem] | None
     ) -> Result:
@@ -630,20 +589,53 @@ class Request(ManyProblems, Reporting):
         raise OptionError(flag(name), reason, hint)
 
 
-class SingleRun(NamedTuple):
-    """The conditions of one run of a method on a problem.
+class Runs(NamedTuple):
+    """The runs of the requested methods on a problem.
 
-    traces : makes the empty trace and curve of a run. compiled : as for `Request.run`.
-    is_watched : whether progress is shown.
+    traces : makes the empty trace and curve of a run. of_many : whether there are many
+        problems; their results have no labels, and no progress is shown.
+    compiled : whether there are so many that loading the extra `fast` is worthwhile; by
+        default as the process is set.
     """
 
     request: Request
     problem: AnyProblem
     traces: Traces
-    compiled: bool | None
-    is_watched: bool
+    of_many: bool = False
+    compiled: bool | None = None
 
-    def run(self, method: str, values: Values, again: bool) -> Result:
+    def results(
+        self, options_of_methods: Sequence[Values], compared: bool = False
+    ) -> Iterator[Result]:
+        """Yield one result for each method.
+
+        options_of_methods : as from `options_for`. compared : whether the times are
+        compared.
+        """
+        from lcpcli.model.problem import Problem
+        from lcpcli.solving import driver
+
+        request = self.request
+        # The times are shown to somebody.
+        is_shown = not (request.quiet or request.output)
+        is_open = request.adds_auto
+        for variant, label, values in zip(
+            request.variants, labels(request.variants), options_of_methods, strict=True
+        ):
+            is_first = variant.method not in methods_run
+            methods_run.add(variant.method)
+            once = partial(self._once, variant.method, values)
+            for result in driver.repeated(once, compared, is_first and is_shown):
+                is_open &= not (result.solved or result.interrupted)
+                named = label if result.method == variant.method else result.method
+                yield result if self.of_many else replace(result, label=named)
+        if is_open and isinstance(self.problem, Problem):
+            repeated = driver.repeated(
+                partial(self._once, AUTO, {}), compared, is_shown
+            )
+            yield from (replace(result, label=AUTO) for result in repeated)
+
+    def _once(self, method: str, values: Values, again: bool) -> Result:
         """Return the result of a run with these options of the method. again : whether
         an earlier run is repeated, for its time."""
         from lcpcli.model.problem import Problem
@@ -669,10 +661,11 @@ class SingleRun(NamedTuple):
                 "proof": request.bound,
             }
             return run_nonlinear(begun, interrupts="return", **run_options)
-        with Line(is_shown=self.is_watched) as line:
+        is_watched = shows_progress(request.quiet) and not self.of_many
+        with Line(is_shown=is_watched) as line:
             run_options |= {
                 "compiled": self.compiled and method == "auto",
-                "observe": line.tell if self.is_watched and not again else None,
+                "observe": line.tell if is_watched and not again else None,
             }
             return driver.run(
                 problem.anew() if again else problem,

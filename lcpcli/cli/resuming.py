@@ -222,7 +222,9 @@ def options_of(request: Request) -> dict[str, str]:
 def _log_record(record: Mapping[str, Any], options: Mapping[str, str]) -> LogRecord:
     """Return what is known of the problem of a record; raise OptionError if the record
     was written with other options."""
-    number, status, exact = record["number"], record["status"], record.get("exact")
+    number = record["number"]
+    status = record["status"]
+    exact = record.get("exact")
     source = Source(record.get("file"), record.get("item"))
     try:
         then = {**dict.fromkeys(options, "none"), **record["given"]}

@@ -16,6 +16,7 @@ from lcpcli.cli.problems import (
     InputProblem,
     Inputs,
     Request,
+    Runs,
     same_file,
     tell,
     with_references,
@@ -28,6 +29,7 @@ from lcpcli.files.formats import has_lines
 from lcpcli.files.inputs import InputItem
 from lcpcli.options import AUTO
 from lcpcli.report import result_formats, wording
+from lcpcli.report.columns import Selection
 from lcpcli.solving import driver
 from lcpcli.solving.result import Result
 
@@ -140,17 +142,17 @@ def _text(
 ) -> str:
     if not (results or output.kind.has_records):
         return ""
-    report = result_formats.results_report(
-        results,
-        sources[: len(results)],  # the others were not reached
-        faults,
+    selection = Selection(
         compared=bool(request.levels),
-        swept=bool(request.sweep or request.vary),
         shows_all=output.path is not None,
+        swept=bool(request.sweep or request.vary),
         iterates=output.with_iterates,
         columns=request.columns,
         names=request.names,
-        paths=paths[: len(results)],
+    )
+    reached = slice(len(results))  # an interrupted run has not reached the others
+    report = result_formats.results_report(
+        results, sources[reached], paths[reached], selection, faults
     )
     if request.vary and results:
         from lcpcli.report import variations
@@ -244,7 +246,8 @@ def _results(
         ):
             results.append([])
             try:
-                for result in request.run(problem, options, traces, is_timed):
+                runs = Runs(request, problem, traces)
+                for result in runs.results(options, is_timed):
                     results[-1].append(result)
                     if result.interrupted:
                         return results, True

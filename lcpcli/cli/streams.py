@@ -33,7 +33,7 @@ from lcpcli.cli.declarations import (
 )
 from lcpcli.cli.main import as_written, of_result, of_several, reading
 from lcpcli.cli.output import Output
-from lcpcli.cli.problems import Inputs, Request, tell
+from lcpcli.cli.problems import Inputs, Request, Runs, tell
 from lcpcli.cli.resuming import Kind, Past
 from lcpcli.cli.terminal import Line, emit, shows_progress
 from lcpcli.errors import Exit, LCPError, count
@@ -372,13 +372,8 @@ class Task(NamedTuple):
                 result = self.steps.follow(read.problem, compiled)
             else:
                 options_of_methods = self.request.options_for(read.problem)
-                (result,) = self.request.run(
-                    read.problem,
-                    options_of_methods,
-                    traces,
-                    of_many=True,
-                    compiled=compiled,
-                )
+                runs = Runs(self.request, read.problem, traces, True, compiled)
+                (result,) = runs.results(options_of_methods)
             yield (
                 self.request.prove(result, read.exactly),
                 [] if inputs.quiet else read.remarks,
@@ -435,11 +430,9 @@ class Ahead:
     each of them and at the end."""
 
     def __init__(self, input_items: Iterable[InputItem], news: Event) -> None:
-        self._input_items, self._news, self._read = (
-            input_items,
-            news,
-            deque[InputItem](),
-        )
+        self._input_items = input_items
+        self._news = news
+        self._read = deque[InputItem]()
         self._free_places = Semaphore(READ_AHEAD)
         self._endings: list[BaseException | None] = []
         thread = Thread(target=self._run, daemon=True)
@@ -514,7 +507,9 @@ class _Distribution:
     def __init__(
         self, task: Task, input_items: Iterable[InputItem], pool: Pool
     ) -> None:
-        self._task, self._pool, self._news = task, pool, Event()
+        self._task = task
+        self._pool = pool
+        self._news = Event()
         self._inputs = Ahead(input_items, self._news)
         self._pieces: list[_Piece] = []  # in the order of the inputs
         self._size = 1  # problems of the next piece

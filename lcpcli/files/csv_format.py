@@ -135,7 +135,9 @@ def fields(content: Tables, number: Number = float) -> dict[str, Any]:
     """Return M and q in n rows of n + 1 columns, or M alone in n rows of n, and what a
     header names."""
     table = content.table(number)
-    rows, column_of, header = table.rows, table.column_of, table.header
+    rows = table.rows
+    column_of = table.column_of
+    header = table.header
     unknowns = [name for name in header if name not in ("q", *BOUNDS)][
         : len(table.labels)
     ]  # q may be headed otherwise

@@ -213,7 +213,9 @@ def _is_readable(data: bytes, order: str) -> bool:
     kind, is_complex = flags & 0xFF, bool(flags >> 11 & 1)
     if kind not in (CELL, CHAR, SPARSE, *NUMBERS):
         return False
-    shape, name, values = _integers(parts[1], order), parts[2], parts[3:]
+    shape = _integers(parts[1], order)
+    name = parts[2]
+    values = parts[3:]
     _require(2 <= shape.size <= 32 and shape.min() >= 0 and name.kind == 1)
     size = math.prod(shape.tolist())
     if kind == CELL:

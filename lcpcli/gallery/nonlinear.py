@@ -101,7 +101,9 @@ def nash_cournot(firms: int = 10) -> NonlinearProblem:
     92-106; P. T. Harker, ibid. 41 (1988) 29-59.
     """
     if firms == 5:
-        costs, capacities, elasticity = np.arange(10.0, 0, -2), 0.2, 1.1
+        costs = np.arange(10.0, 0, -2)
+        capacities = 0.2
+        elasticity = 1.1
         powers = 1 / np.array([1.2, 1.1, 1.0, 0.9, 0.8])
     else:
         costs = np.array([5.0, 3, 8, 5, 1, 3, 7, 4, 6, 3])
@@ -143,7 +145,9 @@ def scarf() -> NonlinearProblem:
     shares = demands / demands.sum(axis=0)
 
     def F(z: Vector) -> Vector:
-        p, y, income = z[:6], z[6:14], z[14:]
+        p = z[:6]
+        y = z[6:14]
+        income = z[14:]
         prices = p[:, np.newaxis]
         index = (shares * prices ** (1 - elasticities)).sum(axis=0)
         bought = (income / index * shares * prices**-elasticities).sum(axis=1)
@@ -191,7 +195,10 @@ def elastohydrodynamic(n: int = 100) -> NonlinearProblem:
     M. M. Kostreva, International Journal for Numerical Methods in Fluids 4 (1984)
     377-397.
     """
-    begin, end, viscosity, speed = -3.0, 2.0, 2.832, 6.057
+    begin = -3.0
+    end = 2.0
+    viscosity = 2.832
+    speed = 6.057
     dx, grid = (end - begin) / n, np.arange(n + 1)
     weights = np.where((grid == 0) | (grid == n), 0.5, 1.0)
     apart = grid - grid[:, np.newaxis] - 0.5

@@ -150,7 +150,9 @@ def degenerate(n: int, seed: int) -> Problem:
     and w > 0 for another quarter, both rounded down; z_i = w_i = 0 for the others.
     """
     random = np.random.default_rng([seed, n])
-    M, order, quarter = integer_matrix(random, n), random.permutation(n), (n + 2) // 4
+    M = integer_matrix(random, n)
+    order = random.permutation(n)
+    quarter = (n + 2) // 4
     z, w = np.zeros((2, n))
     z[order[:quarter]] = random.integers(1, 10, quarter)
     w[order[quarter : n // 2]] = random.integers(1, 10, n // 2 - quarter)

@@ -225,7 +225,9 @@ def daqp(
         "primal_tol": tol,
         "time_limit": limit,
     }
-    Q, c, A = dense(program.Q), program.c.copy(), dense(program.A)
+    Q = dense(program.Q)
+    c = program.c.copy()
+    A = dense(program.A)
     lower = np.concatenate((program.lower, program.row_lower))
     upper = np.concatenate((program.upper, program.row_upper))
     sense = np.where(lower == upper, 5, 0).astype(np.int32)  # 5: always active
@@ -293,11 +295,9 @@ def piqp(
         columns if is_sparse(problem.M) else dense,
         np.zeros(program.row_lower.size),
     )
-    low, high, equal = (
-        program.row_lower,
-        program.row_upper,
-        program.row_lower == program.row_upper,
-    )
+    low = program.row_lower
+    high = program.row_upper
+    equal = program.row_lower == program.row_upper
     equations, rows = (
         (stored(program.A[equal]), low[equal]),
         (stored(program.A[~equal]), low[~equal], high[~equal]),

@@ -44,6 +44,28 @@ class Frame(NamedTuple):
     marks_selected: bool
 
 
+class Selection(NamedTuple):
+    """What a report on results shows of them.
+
+    compared : whether the iterates come first and then one line for each result;
+        otherwise the result comes first. shows_all : whether such a result shows all
+        components of z.
+    swept : whether CSV has a row for each run. iterates : whether CSV consists of the
+        iterates.
+    columns : the columns of the iterates, as for `selected_columns`; with them a table
+        has no summary. names : the names of the unknowns that are shown, as for
+        `wording.selected_components`, whose components the traces have (those of a game
+        have all); empty for as many as fit.
+    """
+
+    compared: bool = True
+    shows_all: bool = False
+    swept: bool = False
+    iterates: bool = False
+    columns: Sequence[str] = ()
+    names: Sequence[str] = ()
+
+
 Cells: TypeAlias = "Callable[[Any, TraceRow, Frame], list[str]]"
 
 

@@ -150,11 +150,9 @@ def _facts(diagnosis: Inspection) -> list[Row]:
     unit, name = next(
         (unit, name) for unit, name in BINARY if diagnosis.cost.bytes >= unit
     )
-    before, after, cost = (
-        diagnosis.spread,
-        diagnosis.equilibrated_spread,
-        diagnosis.cost,
-    )
+    before = diagnosis.spread
+    after = diagnosis.equilibrated_spread
+    cost = diagnosis.cost
     size = f"{cost.factor_entries:.2g} entries, {cost.factor_operations:.2g} operations"
     if cost.bandwidth is not None:
         size = f"at most {size} (bandwidth {cost.bandwidth} after reordering)"

@@ -42,7 +42,9 @@ def proofs(result: Result) -> list[str]:
     """Return a line with the certificate and the numbers that make it a proof; or lines
     with the exact vectors, as far as they fit, and with the proof or its absence if no
     message states it."""
-    exact, problem, certificate = result.exact, result.problem, result.certificate
+    exact = result.exact
+    problem = result.problem
+    certificate = result.certificate
     if exact is not None:
         vectors = (
             (name, values)

@@ -482,7 +482,9 @@ def _columns(
     out: t, the number that moves, what changes, as many components of z (x and y of a
     program) as fit in the width, w if all fit, and the objective of a program.
     selection : as names for `build`."""
-    path, blocks, max_length = terms.path, terms.block_form, tables.longest(format_name)
+    path = terms.path
+    blocks = terms.block_form
+    max_length = tables.longest(format_name)
     n, names = path.problem.n, wording.all_visible(terms.names(max_length))
     of_z, *of_w = (
         float(np.abs(array).max(initial=0.0))

@@ -20,6 +20,7 @@ from lcpcli.files.formats import is_model
 from lcpcli.methods.registry import declared
 from lcpcli.model.formulation import Answer
 from lcpcli.report import columns, wording
+from lcpcli.report.columns import Selection
 from lcpcli.report.document import Document, typeset
 from lcpcli.version import VERSION
 
@@ -34,6 +35,21 @@ LOST = "breakdown"  # the status of an input whose result was lost
 # Widths, for one of many problems: of its name at most, half a line; of a name that is
 # cut; of the item of a file in it; and of the rest of its row but for the method.
 WIDEST_NAME, MIN_OF_NAME, ITEM, OTHERS = 40, 16, len(":1000"), 51
+
+
+class ProblemRow(NamedTuple):
+    """The cells of a problem in a table of many. by : the methods and the objective."""
+
+    name: str
+    n: str = ""
+    status: str = ""
+    residual: str = ""
+    time: str = ""
+    k: str = ""
+    by: Sequence[str] = ()
+
+
+HEADING = ProblemRow("problem", "n", "status", "residual", "time", "k", ["by"])
 
 
 class Layout(NamedTuple):
@@ -55,30 +71,21 @@ class Layout(NamedTuple):
             width,
         )
 
-    def row(
-        self,
-        name: str,
-        n: str,
-        status: str,
-        residual: str,
-        time: str,
-        k: str,
-        by: Sequence[str],
-    ) -> str:
-        """Return the row of a problem, of which only the name is cut off. by : the
-        methods and the objective; the last ones that fit are shown."""
-        name = visible(name)
+    def row(self, shown: ProblemRow) -> str:
+        """Return the row of a problem as text, of which only the name is cut off; of
+        `by` the last ones that fit are shown."""
+        name = visible(shown.name)
         if self.width is not None and len(name) > self.name:
             name = wording.ELLIPSIS + name[len(wording.ELLIPSIS) - self.name :]
         cells = [
             f"{name:{self.name}}",
-            f"{n:>6}",
-            f"{status:15}",
-            f"{residual:>8}",
-            f"{time:>7}",
-            f"{k:>5}",
+            f"{shown.n:>6}",
+            f"{shown.status:15}",
+            f"{shown.residual:>8}",
+            f"{shown.time:>7}",
+            f"{shown.k:>5}",
         ]
-        names_shown = list(map(visible, by))
+        names_shown = list(map(visible, shown.by))
         while len(row := "  ".join([*cells, ", ".join(names_shown)]).rstrip()) > (
             self.width or len(row)
         ):
@@ -125,27 +132,15 @@ class Report(NamedTuple):
 def results_report(
     runs: Sequence[Sequence[Result]],
     sources: Sequence[Source],
-    faults: Sequence[tuple[Source, LCPError]] = (),
-    *,
-    compared: bool = True,
-    swept: bool = False,
-    shows_all: bool = False,
-    iterates: bool = False,
-    columns: Sequence[str] = (),
-    names: Sequence[str] = (),
     paths: Sequence[Sequence[str]],
+    selection: Selection,
+    faults: Sequence[tuple[Source, LCPError]] = (),
 ) -> Report:
     """Return the report on results.
 
     runs, sources : the results, grouped by problem, and the source of each problem.
+    paths : the files of each problem, as advice names them.
     faults : the sources of problems that could not be read, with errors, for JSON.
-    compared : whether the iterates come first and then one line per result; else the
-    result comes first. swept : whether CSV has a row for each run. shows_all : whether
-    a result that comes first shows all components of z. iterates : whether CSV is made
-    of the iterates. columns : the columns of the iterates in a table, as for
-    `tables.build`. names : those of the unknowns that are shown, as for
-    `wording.selected_components`. paths : the files of each problem, as advice names
-    them.
     """
 
     def document(format_name: str, width: int | None) -> Document:
@@ -154,16 +149,7 @@ def results_report(
         return tables.document(
             runs,
             [
-                tables.build(
-                    run,
-                    width,
-                    compared,
-                    shows_all,
-                    format_name,
-                    columns,
-                    names,
-                    files,
-                )
+                tables.build(run, selection, width, format_name, files)
                 for run, files in zip(runs, paths, strict=True)
             ],
         )
@@ -185,20 +171,18 @@ def results_report(
         from lcpcli.report import result_csv
 
         results = list(chain.from_iterable(runs))
-        if iterates:
-            return result_csv.iterates(results, columns, names)
-        return (
-            result_csv.runs(results)
-            if swept
-            else result_csv.answers(results, compared, names)
-        )
+        if selection.iterates:
+            return result_csv.iterates(results, selection.columns, selection.names)
+        if selection.swept:
+            return result_csv.runs(results)
+        return result_csv.answers(results, selection.compared, selection.names)
 
     return Report(document, records, rows)
 
 
 def heading(format_name: str, layout: Layout) -> str:
     if format_name == "table":
-        return layout.row("problem", "n", "status", "residual", "time", "k", ["by"])
+        return layout.row(HEADING)
     return "" if format_name == "json" else "problem,component,z,w,state,name\n"
 
 
@@ -209,13 +193,16 @@ def of_result(result: Result, source: Source, format_name: str, layout: Layout) 
         from lcpcli.report import result_csv
 
         return written(*result_csv.part(result, str(source)))
-    n, k = str(result.problem.n), str(result.iterations)
-    seconds = wording.duration(result.seconds)
-    status, by = (
-        result.word.replace("_", " "),
-        [*result.route, *wording.headline(result)],
+    shown = ProblemRow(
+        name=str(source),
+        n=str(result.problem.n),
+        status=result.word.replace("_", " "),
+        residual=wording.residual(result),
+        time=wording.duration(result.seconds),
+        k=str(result.iterations),
+        by=[*result.route, *wording.headline(result)],
     )
-    return layout.row(str(source), n, status, wording.residual(result), seconds, k, by)
+    return layout.row(shown)
 
 
 def without_result(
@@ -231,7 +218,7 @@ def without_result(
         return line(record_without_result(source, status, message, field))
     if format_name == "csv":
         return written([], [message])
-    return layout.row(str(source), "", status.replace("_", " "), "", "", "", [])
+    return layout.row(ProblemRow(str(source), status=status.replace("_", " ")))
 
 
 def cell(value: Any) -> str | None:
@@ -313,13 +300,11 @@ def field_in(error: LCPError, source: Source) -> str | None:
 def data(result: Result, source: Source = NO_SOURCE) -> dict[str, Any]:
     """Return a result as the object of its line, with the mark of its problem in a
     log."""
-    problem, bound, exact, curve, trace = (
-        result.problem,
-        result.bound,
-        result.exact,
-        result.curve,
-        result.trace,
-    )
+    problem = result.problem
+    bound = result.bound
+    exact = result.exact
+    curve = result.curve
+    trace = result.trace
     vectors = {name: getattr(exact, name, None) for name in ("z", "w", "y")}
     # The notes of other files are those of their authors.
     how_read = problem.note if is_model(source.file or "") else ""

@@ -73,49 +73,48 @@ def longest(format_name: str) -> float:
 
 def build(
     results: Sequence[Result],
+    selection: columns.Selection,
     width: int | None,
-    compared: bool,
-    shows_all: bool,
-    format_name: str = "table",
-    column_names: Sequence[str] = (),
-    shown_names: Sequence[str] = (),
+    format_name: str,
     files: Sequence[str] = (),
 ) -> Section:
     """Return the section on several methods' results on one problem, whose traces have
     the same components of z.
 
-    width : of the terminal; None if there is none. compared, shows_all : as for
-    `result_formats.results_report`. column_names : the columns of the iterates, as for
-    `columns.selected_columns`; then there is no summary. shown_names : the names of the
-    unknowns that are shown, as for `wording.selected_components`, which the traces have
-    (those of a game have all); empty for as many as fit. files : the files of the
-    problem, as for `wording.advice`.
+    width : of the terminal; None if there is none. files : the files of the problem, as
+    for `wording.advice`.
     """
+    compared, names = selection.compared, selection.names
     first, problem = results[0], results[0].problem
     components = first.trace.components if first.trace else None
     n = problem.n
-    iterates = _iterates(results, column_names, shown_names, longest(format_name))
-    facts = [] if compared else outcome.facts(first, width, shows_all, shown_names)
+    iterates = _iterates(results, selection.columns, names, longest(format_name))
+    facts = list[str]()
+    if not compared:
+        facts = outcome.facts(first, width, selection.shows_all, names)
     elided = False
-    if not shown_names:
+    if not names:
         is_cut = wording.ELLIPSIS in "".join(facts)
         elided = components is not None if compared else is_cut
     disproof, solved = list[str](), [result for result in results if result.solved]
     if solved and problem.verdict in WITHOUT_SOLUTION:
         wrong = f"the verdict of the problem, {problem.verdict}, is wrong"
         disproof = [f"{wrong}: z is a solution to the tolerance {solved[0].tol:g}"]
-    has_times = not column_names or not {columns.TIME, ALL}.isdisjoint(column_names)
+    has_times = not selection.columns or not {columns.TIME, ALL}.isdisjoint(
+        selection.columns
+    )
     shows_times = format_name != "latex" and has_times
     summary = list[Table]()
     table_width = width if format_name == "table" else None
-    if compared and not column_names:
+    if compared and not selection.columns:
         summary = [summary_of_costs(results, table_width)]
     meanings, strategies = list[str](), list[Table]()
     is_proved_first = not compared and bool(outcome.proved_lines(first))
     if any(result.answer is not None for result in results) and not is_proved_first:
         meanings = list(chain(*(_lines(result, compared) for result in results)))
         if not compared and first.answer is not None:
-            strategies = first.answer.tables(whole=shows_all or format_name != "table")
+            is_whole = selection.shows_all or format_name != "table"
+            strategies = first.answer.tables(whole=is_whole)
     remarks = _remarks(results, compared, format_name, shows_times, files) + meanings
     if elided and not FORMATS[format_name].is_printed:
         remarks.append(f"see all {n} components of z with --format csv")
@@ -136,7 +135,8 @@ def build(
 def result_html(result: Result) -> str:
     """Return a result as its page has it, for a notebook: with the advice to who calls
     a function, without iterates."""
-    section = build([result], None, compared=False, shows_all=False, format_name="html")
+    selection = columns.Selection(compared=False)
+    section = build([result], selection, None, "html")
     shown = [table for table in section.tables if not table.name]
     advised = [*filter(None, [result.advice]), *section.remarks]
     title = section.title.removeprefix(": ")  # of a problem without a name

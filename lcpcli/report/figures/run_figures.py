@@ -555,7 +555,9 @@ def _across(terms: path_formats.Terms, t: Any) -> Any:
 def _solutions(
     axes: Axes, terms: path_formats.Terms, across: Any, selection: Sequence[str]
 ) -> list[Entry]:
-    program, names, z = terms.block_form, terms.names(), terms.path.z
+    program = terms.block_form
+    names = terms.names()
+    z = terms.path.z
     if selection:
         shown, z = (
             wording.selected_components(names, selection),
