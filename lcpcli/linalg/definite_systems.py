@@ -20,7 +20,12 @@ from lcpcli.linalg.banded import Banded
 from lcpcli.linalg.double_double import AccurateProduct, DoubleDouble
 from lcpcli.linalg.doubles import EPS, ROUNDING
 from lcpcli.linalg.factors import SingularMatrix, Solve, positive_pivots, sparse_lu
-from lcpcli.linalg.krylov import conjugate_gradients, extreme_eigenvalues, gmres
+from lcpcli.linalg.krylov import (
+    StoppingCriterion,
+    conjugate_gradients,
+    extreme_eigenvalues,
+    gmres,
+)
 from lcpcli.linalg.matrices import (
     absolute_product,
     is_symmetric,
@@ -189,15 +194,9 @@ class DefiniteSystems:
         if not self._symmetric:
             return gmres(product, b, KRYLOV_STEPS, self._factors_in_doubles.solve)
         target = KRYLOV_REDUCTION * self._norm(b)
-        return conjugate_gradients(
-            product,
-            b,
-            nothing,
-            target,
-            KRYLOV_STEPS,
-            self._factors_in_doubles.solve,
-            self._norm,
-        )[0]
+        stopping = StoppingCriterion(target, KRYLOV_STEPS, self._norm)
+        solve = self._factors_in_doubles.solve
+        return conjugate_gradients(product, b, nothing, stopping, solve)[0]
 
     def basic(self, q: Vector, z: Vector, basic: Mask) -> tuple[DoubleDouble, Vector]:
         """Return z with z_B such that w_B = (M z + q)_B = 0 and the other components

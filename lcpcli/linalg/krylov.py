@@ -15,7 +15,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from contextlib import suppress
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -104,22 +104,31 @@ def gmres(
     return x
 
 
+class StoppingCriterion(NamedTuple):
+    """An iteration for A x = b ends when the residual b - A x is at most `max_residual`
+    in this measure, or after `max_iterations`.
+    """
+
+    max_residual: float
+    max_iterations: int
+    measure: Measure = norm
+
+
 def conjugate_gradients(
     A: Operator,
     b: Vector,
     x: Vector,
-    max_residual: float,
-    max_iterations: int,
+    stopping: StoppingCriterion,
     precondition: Operator,
-    measure: Measure = norm,
 ) -> tuple[Vector, float]:
     """Solve A x = b for a symmetric positive definite A by conjugate gradients from x,
-    shape (n,), until the residual b - A x is at most `max_residual` in this measure.
-    Returns the last x, and the size of its residual as updated by the recursion.
+    shape (n,). Returns the last x, and the size of its residual as updated by the
+    recursion.
 
     A, precondition : products with A and with a symmetric positive definite approximate
         inverse; they return new arrays; precondition may return its argument.
     """
+    max_residual, max_iterations, measure = stopping
     x = x.copy()
     r = b - A(x) if np.count_nonzero(x) else b.copy()
     size = measure(r)
@@ -159,14 +168,13 @@ def bicgstab(
     A: Operator,
     b: Vector,
     x: Vector,
-    max_residual: float,
-    max_iterations: int,
+    stopping: StoppingCriterion,
     precondition: Operator,
-    measure: Measure = norm,
 ) -> tuple[Vector, float]:
     """Solve A x = b for a nonsingular A by BiCGSTAB, with two products with A per
     iteration; parameters and return values are those of `conjugate_gradients`.
     """
+    max_residual, max_iterations, measure = stopping
     x = x.copy()
     r = b - A(x) if np.count_nonzero(x) else b.copy()
     shadow, size = r.copy(), measure(r)

@@ -99,11 +99,8 @@ def minimized(
         )
     else:
         limits = _limits(A, max_seconds, "simplex_iteration_limit")
-        if (
-            highs := highs_of_program(
-                highspy, objective, A, row_bounds, bounds, TOLERANCES | limits
-            )
-        ) is None:
+        highs = highs_of_program(objective, A, row_bounds, bounds, TOLERANCES | limits)
+        if highs is None:
             return None
         run(highs.run)
         status = highs.getModelStatus()
@@ -160,7 +157,6 @@ def _by_scipy(
 
 
 def highs_of_program(
-    highspy: Any,
     c: Vector,
     A: Matrix,
     row_bounds: Pair,
@@ -173,6 +169,7 @@ def highs_of_program(
     rejects it.
     """
     with imports:
+        highspy = import_module("highspy")
         from scipy.sparse import csc_array
     highs = solver(highspy, {"output_flag": False} | dict(options))
     model = highspy.HighsModel()
@@ -233,21 +230,29 @@ def has_piqp() -> bool:
         return all(map(find_spec, ("piqp", "qdldl")))
 
 
+class ConvexProgram(NamedTuple):
+    """The problem to minimize x'Qx / 2 + c'x subject to A x = b, low <= G x <= high and
+    lower <= x <= upper.
+
+    equations, rows, bounds : A, b; G, low, high; lower, upper. The matrices are all
+        dense, or all csc_matrices.
+    """
+
+    Q: Any
+    c: Vector
+    equations: tuple[Any, Vector]
+    rows: tuple[Any, Vector, Vector]
+    bounds: tuple[Vector, Vector]
+
+
 def convex_minimum(
-    Q: Any,
-    c: Vector,
-    equations: tuple[Any, Vector],
-    rows: tuple[Any, Vector, Vector],
-    bounds: tuple[Vector, Vector],
+    program: ConvexProgram,
     tol: float,
     max_steps: int = 250,
     max_gap: float | None = None,
 ) -> PiqpResult:
-    """Minimize x'Qx / 2 + c'x subject to A x = b, low <= G x <= high and lower <= x <=
-    upper, by PIQP.
+    """Minimize a convex program by PIQP.
 
-    Q, equations, rows, bounds : Q; A, b; G, low, high; lower, upper. The matrices are
-        all dense, or all csc_matrices.
     tol : the tolerance for PIQP's residuals and the duality gap: relative, and absolute
         after division by the largest finite number of c, b, low and high.
     max_steps : PIQP's default limit unless it is set; it has no time limit, and cannot
@@ -256,9 +261,11 @@ def convex_minimum(
     """
     with imports:
         piqp = import_module("piqp")
-    A, b = equations
-    G, low, high = rows
-    lower, upper = bounds
+    Q = program.Q
+    c = program.c
+    A, b = program.equations
+    G, low, high = program.rows
+    lower, upper = program.bounds
     solver = piqp.DenseSolver() if isinstance(Q, np.ndarray) else piqp.SparseSolver()
     settings = solver.settings
     finite_numbers = [v[np.isfinite(v)] for v in (c, b, low, high)]

@@ -51,7 +51,9 @@ def rank_one_blocks(M: Matrix, S: Vector) -> RankOneBlocks | None:
         return None
     owners = np.repeat(np.arange(n), np.diff(M.indptr))
     inside = (S[owners] > 0) & (S[M.indices] > 0) & (M.data != 0)
-    i, j, data = owners[inside], M.indices[inside], M.data[inside]
+    i = owners[inside]
+    j = M.indices[inside]
+    data = M.data[inside]
     counts = np.bincount(i, minlength=n)
     is_start = np.append(True, i[1:] != i[:-1])[: i.size]
     name = np.full(n, n)

@@ -35,7 +35,13 @@ from lcpcli.clock import imports
 from lcpcli.linalg import matrices
 from lcpcli.linalg.doubles import FAR_FROM_ONE, ROW_ROUNDING, generic, largest
 from lcpcli.linalg.factors import finite
-from lcpcli.linalg.krylov import Operator, conjugate_gradients, identity, norm
+from lcpcli.linalg.krylov import (
+    Operator,
+    StoppingCriterion,
+    conjugate_gradients,
+    identity,
+    norm,
+)
 from lcpcli.linalg.matrices import (
     Shape,
     absolute_product,
@@ -388,8 +394,9 @@ def _by_gradients(
         mean = norm(r) / root
         return mean if mean > max_error else largest(r / of_columns)
 
+    stopping = StoppingCriterion(max_error, max_steps, measure)
     gamma, residual_size = conjugate_gradients(
-        product, b, np.zeros(b.size), max_error, max_steps, identity, measure
+        product, b, np.zeros(b.size), stopping, identity
     )
     return (
         -(means + forth(gamma)) / of_rows,

@@ -27,6 +27,7 @@ from lcpcli.linalg.doubles import EPS, ROUNDING, SMALLEST_NORMAL
 from lcpcli.linalg.factors import PrincipalSolver, SingularMatrix, Solve
 from lcpcli.linalg.krylov import (
     Measure,
+    StoppingCriterion,
     bicgstab,
     conjugate_gradients,
     identity,
@@ -193,8 +194,9 @@ class Inexact:
             return np.asarray(self._operator(v, mask, self._image))
 
         with np.errstate(all="ignore"):
+            stopping = StoppingCriterion(target, max_steps, measure)
             y, residual_size = self._method(
-                product, b, self.z * mask, target, max_steps, self._solve, measure
+                product, b, self.z * mask, stopping, self._solve
             )
         z += y
         self.z, self.basis = z, basis

@@ -25,7 +25,7 @@ from lcpcli.interrupts import raise_if_timed_out
 from lcpcli.linalg.doubles import ROUNDING, SIGN_ROUNDING, generator, is_finite
 from lcpcli.linalg.factors import SingularMatrix
 from lcpcli.linalg.matrices import is_sparse
-from lcpcli.linalg.programs import convex_minimum, minimized
+from lcpcli.linalg.programs import ConvexProgram, convex_minimum, minimized
 from lcpcli.methods.stages import Breakdown, Finished, Iterate, Stage, Stalled
 from lcpcli.model.box import of_masks
 from lcpcli.model.problem import Problem
@@ -134,16 +134,14 @@ def _of_program(problem: Problem, game: Costs, solve: SolveProgram) -> Stage:
 def _interior(R: Vector) -> tuple[Vector, Vector] | None:
     """Return y and x of `_of_program`, by PIQP."""
     rows, columns = R.shape
-    ended = convex_minimum(
-        np.zeros((columns, columns)),
-        np.ones(columns),
-        (np.zeros((0, columns)), np.zeros(0)),
-        (R, np.ones(rows), np.full(rows, np.inf)),
-        (np.zeros(columns), np.full(columns, np.inf)),
-        TOLERANCE,
-        MAX_PROGRAM_STEPS,
-        MAX_GAP,
+    program = ConvexProgram(
+        Q=np.zeros((columns, columns)),
+        c=np.ones(columns),
+        equations=(np.zeros((0, columns)), np.zeros(0)),
+        rows=(R, np.ones(rows), np.full(rows, np.inf)),
+        bounds=(np.zeros(columns), np.full(columns, np.inf)),
     )
+    ended = convex_minimum(program, TOLERANCE, MAX_PROGRAM_STEPS, MAX_GAP)
     has_minimum = is_finite(ended.x) and is_finite(ended.of_rows)
     return (ended.x, ended.of_rows) if has_minimum else None
 

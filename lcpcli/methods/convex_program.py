@@ -16,7 +16,7 @@ from lcpcli.errors import ProblemError
 from lcpcli.linalg.compressed_rows import block, of_arrays
 from lcpcli.linalg.factors import SingularMatrix
 from lcpcli.linalg.matrices import compressed, may_be_stiff, stack
-from lcpcli.linalg.programs import PiqpResult, convex_minimum
+from lcpcli.linalg.programs import ConvexProgram, PiqpResult, convex_minimum
 from lcpcli.linalg.rank_one_blocks import rank_one_blocks
 from lcpcli.linalg.shifted_systems import operations, systems
 from lcpcli.methods.direct import with_M
@@ -113,16 +113,10 @@ def _bounded(problem: Problem) -> Stage:
         exchanges = Exchanges(within)
         Q, n = csc_matrix(inner.M), inner.n
         empty, none = csc_matrix((0, n)), np.zeros(0)
-        ended = convex_minimum(
-            Q,
-            inner.q,
-            (empty, none),
-            (empty, none, none),
-            inner.box.vectors(n),
-            TOLERANCE,
-            MAX_STEPS,
-            MAX_GAP,
+        program = ConvexProgram(
+            Q, inner.q, (empty, none), (empty, none, none), inner.box.vectors(n)
         )
+        ended = convex_minimum(program, TOLERANCE, MAX_STEPS, MAX_GAP)
         if ended.status != "PIQP_SOLVED":
             return Breakdown("PIQP found no minimum")
         x = (ended.x - ended.of_bounds) / 2
@@ -218,27 +212,27 @@ def _minimizer(
     )
     if max_steps is None:
         max_steps = MAX_STEPS if Q.nnz else MAX_LINEAR_STEPS
-    of_rows = G, low[rows], high[rows]
-    ended = _minimum(
-        Q, q[x], (A, -q[equations]), of_rows, (lower[x], upper[x]), max_steps
+    program = ConvexProgram(
+        Q=Q,
+        c=q[x],
+        equations=(A, -q[equations]),
+        rows=(G, low[rows], high[rows]),
+        bounds=(lower[x], upper[x]),
     )
+    ended = _minimum(program, max_steps)
     z[x], z[equations] = ended[:2]
     z[rows] += ended.of_rows
     has_minimum = "INFEASIBLE" not in ended.status and bool(np.isfinite(z).all())
     return (z, ended.status == "PIQP_SOLVED") if has_minimum else None
 
 
-def _minimum(
-    Q: Matrix,
-    c: Vector,
-    equations: tuple[Matrix, Vector],
-    rows: tuple[Matrix, Vector, Vector],
-    bounds: tuple[Vector, Vector],
-    max_steps: int,
-) -> PiqpResult:
+def _minimum(program: ConvexProgram, max_steps: int) -> PiqpResult:
     """Return the result of `convex_minimum` for csc_matrices. With blocks U D U' of
     rank one in Q, the sums v = U'x are further variables, with the costs v'Dv / 2."""
-    (A, b), (G, *sides), n = equations, rows, c.size
+    Q, c, equations, rows, bounds = program
+    A, b = equations
+    G, *sides = rows
+    n = c.size
     blocks = rank_one_blocks(Q, np.ones(n))
     if blocks is not None:
         zeros = np.zeros(blocks.D.size)
@@ -255,8 +249,7 @@ def _minimum(
     lines = c.size + b.size + sides[0].size
     if lines * c.size <= MAX_PER_ENTRY * (Q.nnz + A.nnz + G.nnz):
         Q, A, G = (each.toarray() for each in (Q, A, G))
-    ended = convex_minimum(
-        Q, c, (A, b), (G, *sides), bounds, TOLERANCE, max_steps, MAX_GAP
-    )
+    program = ConvexProgram(Q, c, (A, b), (G, *sides), bounds)
+    ended = convex_minimum(program, TOLERANCE, max_steps, MAX_GAP)
     of_equations = ended.of_equations[: equations[1].size]
     return ended._replace(x=ended.x[:n], of_equations=of_equations)

@@ -43,7 +43,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping, Sequence
 from contextlib import suppress
 from functools import cached_property
-from typing import Any, TypeVar
+from typing import Any, NamedTuple, TypeVar
 
 import numpy as np
 
@@ -493,15 +493,8 @@ class Linearization:
             full = np.zeros((2, z.size))
             full[:, B] = np.abs((change, moves))
             slacks = state_slacks(problem.box, z, w, basic)
-            if are_clear(
-                slacks,
-                z,
-                basic,
-                full[0],
-                full[1],
-                problem.largest,
-                problem.sizes_of_q[1],
-            ):
+            corrected = Corrected(z, basic, slacks, full[0], full[1])
+            if are_clear(corrected, problem.largest, problem.sizes_of_q[1]):
                 return np.zeros((2, problem.n), dtype=bool)
         for _ in range(CORRECTIONS):
             self._w = problem.w(z)
@@ -626,27 +619,32 @@ class Linearization:
                 raise contradiction()
 
 
-def are_clear(
-    slacks: Vector,
-    z: Vector,
-    basic: Mask,
-    change: Vector,
-    moves: Vector,
-    largest: Any,
-    largest_q: Any,
-) -> Mask:
-    """Return whether all conditions hold with a margin far larger than a crude bound on
-    rounding errors; shape () for one problem or (m,) for many, whose arrays have the
-    shape (n, m).
+class Corrected(NamedTuple):
+    """A basic solution after a correction by its residual, shapes (n,), or (n, m) for
+    those of m problems.
 
-    slacks : the margins. change : how far z has moved since w and the slacks were
-        computed.
+    slacks : the margins of all conditions. change : how far z has moved since w and the
+        slacks were computed.
     moves : |M_BB^-1 v| for a generic v, as one of signs might be orthogonal to the null
         vectors of a singular M_BB', and would not show that. Both are 0 for nonbasic
         variables.
+    """
+
+    z: Vector
+    basic: Mask
+    slacks: Vector
+    change: Vector
+    moves: Vector
+
+
+def are_clear(corrected: Corrected, largest: Any, largest_q: Any) -> Mask:
+    """Return whether all conditions hold with a margin far larger than a crude bound on
+    rounding errors; shape () for one problem or (m,) for many.
+
     largest, largest_q : the largest |M_ij| and |q_i|.
     """
-    z, crude = np.abs(z), CLEAR * ROW_ROUNDING
+    _, basic, slacks, change, moves = corrected
+    z, crude = np.abs(corrected.z), CLEAR * ROW_ROUNDING
     largest_z, total = z.max(axis=0, initial=0.0), largest * moves.sum(axis=0)
     row = crude * (largest * z.sum(axis=0) + largest_q)
     of_others = row * (1 + total) + largest * change.sum(axis=0)
@@ -669,7 +667,7 @@ class Linearizations:
 
     @np.errstate(all="ignore")
     def __init__(self, stack: Stack, z: Vector, solved: Mask) -> None:
-        self._M, box = stack.M, stack.box
+        self.stack, box = stack, stack.box
         self.basic = (z > box.lower) & (z < box.upper)
         w = stack.w(z)
         self.inverse = principal_inverses(stack.M, self.basic)
@@ -679,19 +677,17 @@ class Linearizations:
         )
         self.z = z - change
         rows = (
-            state_slacks(box, self.z, w, self.basic),
             self.z,
             self.basic,
+            state_slacks(box, self.z, w, self.basic),
             np.abs(change),
             moves,
             np.abs(stack.q),
         )
-        slacks, z, basic, change, moves, q = (
-            np.ascontiguousarray(values.T) for values in rows
-        )  # for fast maxima
-        clear = are_clear(
-            slacks, z, basic, change, moves, stack.largest, q.max(axis=0, initial=0.0)
-        )
+        # Contiguous columns, for fast maxima.
+        *columns, q = (np.ascontiguousarray(values.T) for values in rows)
+        largest_q = q.max(axis=0, initial=0.0)
+        clear = are_clear(Corrected(*columns), stack.largest, largest_q)
         self.clear = clear & solved & stack.are_moderate
         self.upper = ~self.basic & np.where(box.fixed, w < 0, self.z == box.upper)
 
@@ -700,7 +696,7 @@ class Linearizations:
         refinement, for b of shape (b, n).
         """
         inverse, M = (
-            A.swapaxes(1, 2) if transposed else A for A in (self.inverse, self._M)
+            A.swapaxes(1, 2) if transposed else A for A in (self.inverse, self.stack.M)
         )
         x = each_product(inverse, b)
         return x + each_product(inverse, b - each_product(M, x))
@@ -709,7 +705,6 @@ class Linearizations:
 @np.errstate(all="ignore")
 def gradients(
     results: Sequence[Result],
-    stack: Stack,
     at: Linearizations,
     g: Any,
     J: Any,
@@ -718,7 +713,7 @@ def gradients(
     """Return the gradients of all results, each as `gradient` does; those not clear of
     kinks are computed one by one.
     """
-    m, n = stack.q.shape
+    m, n = at.stack.q.shape
     rows = None if J is None else as_stack("J", J, (m, None, n))
     g_rows = as_stack("g", g, (m, n if rows is None else rows.shape[1]))
     of_z = np.array(
@@ -726,7 +721,7 @@ def gradients(
     )
     gradient: BatchGradient = Gradient(
         0.0 - at.solve(of_z, transposed=True),
-        stack.M,
+        at.stack.M,
         at.z.copy(),
         of_z,
         at.basic.copy(),
@@ -746,7 +741,6 @@ def gradients(
 @np.errstate(all="ignore")
 def derivatives(
     results: Sequence[Result],
-    stack: Stack,
     at: Linearizations,
     changes: Any,
     one_sided: bool,
@@ -756,6 +750,7 @@ def derivatives(
     """Return the derivatives of all results, each as `derivative` does; those not clear
     of kinks are computed one by one.
     """
+    stack = at.stack
     m, n = stack.q.shape
     rows = None if J is None else as_stack("J", J, (m, None, n))
     explicit_changes: dict[str, Any] = {

@@ -36,7 +36,7 @@ from lcpcli.options import check as check_options
 from lcpcli.parametric import path as terminations
 from lcpcli.parametric.path import ENDS, ExactPath, Family, Path
 from lcpcli.parametric.pivoting import Edge, ExactFamily, ExactPivoting, Pivoting
-from lcpcli.parametric.verified import verify
+from lcpcli.parametric.verified import Breakpoints, verify
 from lcpcli.rational.exact_problem import ExactProblem
 from lcpcli.rational.numbers import rounded
 from lcpcli.solving import driver
@@ -293,9 +293,8 @@ def _by_fractions(
     exact = run(limits, read=partial(_of_floats, path.family)).path(began)
     if not exact.verified:
         return path
-    t, z, w, is_verified = verify(
-        path.family, exact.t, exact.z, exact.states, limits.tol
-    )
+    breakpoints = Breakpoints(exact.t, exact.z, exact.states)
+    t, z, w, is_verified = verify(path.family, breakpoints, limits.tol)
     if not is_verified:
         return path
     return replace(exact, t=t, z=z, w=w, exact=None, seconds=seconds() - began)
@@ -519,14 +518,14 @@ class _Following:
                 if states is not None
             )
         else:
-            t = np.array([point.t for point in points])
-            z = _rows([point.z for point in points], self.family)
-            states = _rows([point.states for point in points[1:]], self.family, np.int8)
+            breakpoints = Breakpoints(
+                np.array([point.t for point in points]),
+                _rows([point.z for point in points], self.family),
+                _rows([point.states for point in points[1:]], self.family, np.int8),
+            )
             t, z, w, is_verified = verify(
                 self.family,
-                t,
-                z,
-                states,
+                breakpoints,
                 self.limits.tol,
                 self._done - first,
                 len(verified_points),

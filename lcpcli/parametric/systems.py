@@ -140,7 +140,9 @@ class DenseBasisFactorization(BasisFactorization):
             self._inverse[:k, k] = 0.0
             self._inverse[k, k] = 1.0
             change = np.append(change, value - row @ change)
-            self._rows[k], self._at[old], self.k = coming, k, k + 1
+            self._rows[k] = coming
+            self._at[old] = k
+            self.k = k + 1
         else:
             position, self._at[old] = self._at[old], -1
             others = np.abs(X[position])
@@ -159,7 +161,10 @@ class DenseBasisFactorization(BasisFactorization):
             self._columns[position] = column
             self._at[new] = position
             return
-        self.k, p, self._at[new] = (last := self.k - 1), self._at[new], -1
+        last = self.k - 1
+        self.k = last
+        p = self._at[new]
+        self._at[new] = -1
         X[:, p], X[position] = X[:, last], X[last]
         if p != last:
             self._rows[p] = self._rows[last]
@@ -179,7 +184,8 @@ class DenseBasisFactorization(BasisFactorization):
     def begin(self, basic: Indices) -> None:
         """Set R and C to some indices; raise SingularMatrix if A_RC is singular."""
         for k, at in enumerate(basic.tolist()):
-            self._rows[k], self._cols[k], self._columns[k] = at, at, self.column(at)
+            self._rows[k] = self._cols[k] = at
+            self._columns[k] = self.column(at)
             self._at[[at, self.n + 1 + at]] = k
         self.k = basic.size
         self.refresh()

@@ -25,7 +25,7 @@ their bounds at both ends.
 from __future__ import annotations
 
 from collections.abc import Iterator
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -60,12 +60,21 @@ def _before_and_after(pieces: Any) -> tuple[Any, Any]:
     return np.concatenate((pieces[:1], pieces)), np.concatenate((pieces, pieces[-1:]))
 
 
+class Breakpoints(NamedTuple):
+    """Consecutive breakpoints, and the bases of the pieces between them.
+
+    t, z, states : shapes (m,), (m, n) and (m - 1, n).
+    """
+
+    t: Vector
+    z: Vector
+    states: States
+
+
 @np.errstate(all="ignore")
 def verify(
     family: Family,
-    t: Vector,
-    z: Vector,
-    states: States,
+    breakpoints: Breakpoints,
     tol: float,
     n_verified: int = 0,
     some: int | None = None,
@@ -73,46 +82,39 @@ def verify(
     """Return verified breakpoints: t of shape (m,), z and w of shape (m, n), and
     whether they and the pieces between them are verified.
 
-    z, states : shapes (m, n) and (m - 1, n). n_verified : the first breakpoints, so
-        many, are results of an earlier call. some : how many are returned; the
-        remaining ones, of which none has the t of the last returned one, are only
-        neighbours.
+    n_verified : the first breakpoints, so many, are results of an earlier call. some :
+        how many are returned; the remaining ones, of which none has the t of the last
+        returned one, are only neighbours.
     """
-    breakpoints = _Breakpoints(family, t.copy(), z, states, tol, n_verified)
-    n_returned = t.size if some is None else some
-    is_verified = breakpoints.verify_or_replace(
+    verification = _Verification(family, breakpoints, tol, n_verified)
+    n_returned = breakpoints.t.size if some is None else some
+    is_verified = verification.verify_or_replace(
         range(n_verified, n_returned)
-    ) and breakpoints.are_pieces(n_returned)
+    ) and verification.are_pieces(n_returned)
     return (
-        breakpoints.t[:n_returned],
-        breakpoints.z[:n_returned],
-        breakpoints.w[:n_returned],
+        verification.t[:n_returned],
+        verification.z[:n_returned],
+        verification.w[:n_returned],
         is_verified,
     )
 
 
-class _Breakpoints:
-    """Consecutive breakpoints, which may be replaced by others that differ by rounding
-    errors.
+class _Verification:
+    """The verification of breakpoints, which may be replaced by others that differ by
+    rounding errors.
     """
 
     def __init__(
-        self,
-        family: Family,
-        t: Vector,
-        z: Vector,
-        states: States,
-        tol: float,
-        n_verified: int,
+        self, family: Family, breakpoints: Breakpoints, tol: float, n_verified: int
     ) -> None:
         self.family = family
-        self.t = t
-        self.states = states
+        self.t = breakpoints.t.copy()
+        self.states = breakpoints.states
         self.tol = tol
-        self.adjacent_states = _before_and_after(states)
-        self.z = z.copy()
+        self.adjacent_states = _before_and_after(self.states)
+        self.z = breakpoints.z.copy()
         self.z[n_verified:] = self._on_bounds(
-            family.share(t[n_verified:]), slice(n_verified, None)
+            family.share(self.t[n_verified:]), slice(n_verified, None)
         )
         self._measure()
 

@@ -31,7 +31,7 @@ from lcpcli.clock import imports
 from lcpcli.errors import ParameterError, missing
 from lcpcli.linalg import krylov
 from lcpcli.linalg.matrices import is_sparse, is_symmetric
-from lcpcli.linalg.programs import convex_minimum, highs_of_program
+from lcpcli.linalg.programs import ConvexProgram, convex_minimum, highs_of_program
 from lcpcli.model.block_form import Blocks
 from lcpcli.model.problem import Problem, conditions_of
 from lcpcli.peers.registry import Claim
@@ -269,9 +269,7 @@ def highs(
         "qp_regularization_value": 0.0,
     }
     triangle = tril(columns(program.Q)) if (program.Q != 0).sum() else None
-    highs = highs_of_program(
-        highspy, program.c, rows, row_bounds, bounds, options, triangle
-    )
+    highs = highs_of_program(program.c, rows, row_bounds, bounds, options, triangle)
     if highs is None:
         return None, None, False, "refused the model"
     highs.run()
@@ -302,14 +300,11 @@ def piqp(
         (stored(program.A[equal]), low[equal]),
         (stored(program.A[~equal]), low[~equal], high[~equal]),
     )
-    ended = convex_minimum(
-        stored(program.Q),
-        program.c.copy(),
-        equations,
-        rows,
-        (program.lower, program.upper),
-        tol,
+    bounds = program.lower, program.upper
+    convex_program = ConvexProgram(
+        stored(program.Q), program.c.copy(), equations, rows, bounds
     )
+    ended = convex_minimum(convex_program, tol)
     y[equal], y[~equal] = ended.of_equations, ended.of_rows
     return ended.x, y, ended.status == "PIQP_SOLVED", ended.status
 

@@ -433,7 +433,7 @@ class Batch(Sequence[Result]):
         [[-2.0, 1.0]]
         """
         gradient: BatchGradient = views.derivative.gradients(
-            self, self._stack, self._linearizations, g, J, unsolved
+            self, self._linearizations, g, J, unsolved
         )
         return gradient
 
@@ -457,7 +457,7 @@ class Batch(Sequence[Result]):
         changes = {"dM": dM, "dq": dq, "dlower": dlower, "dupper": dupper}
         arguments = changes, one_sided, J, unsolved
         derivative: BatchDerivative = views.derivative.derivatives(
-            self, self._stack, self._linearizations, *arguments
+            self, self._linearizations, *arguments
         )
         return derivative
 

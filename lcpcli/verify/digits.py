@@ -331,7 +331,9 @@ class _Exchanges:
         kinks: Mask,
         at_bound: Mask,
     ) -> None:
-        basic, box, P = states.basic, problem.box, np.flatnonzero(kinks)
+        basic = states.basic
+        box = problem.box
+        P = np.flatnonzero(kinks)
         # The changes of q that have the effect of w_i = 1 for i in B, and of z_i = 1
         # otherwise.
         identity = np.equal.outer(np.arange(z.size), P).astype(float)
@@ -350,7 +352,9 @@ class _Exchanges:
         # If equations are dependent, y_P may make them inconsistent.
         self._contradictions = states.contradictions(columns)
         self._moves = moves / self._units
-        self._P, self._basic, self._at_bound = P, basic, at_bound
+        self._P = P
+        self._basic = basic
+        self._at_bound = at_bound
         # 1 if a number is closer to its lower bound, and may not decrease; else -1.
         self._signs = np.where(box.upper - z < z - box.lower, -1.0, 1.0)
         self.free = np.zeros(z.size, dtype=bool)

@@ -75,6 +75,7 @@ from lcpcli.linalg.factors import (
 )
 from lcpcli.linalg.krylov import (
     SEMIDEFINITE_ROUNDING,
+    StoppingCriterion,
     bicgstab,
     conjugate_gradients,
     identity,
@@ -180,14 +181,9 @@ def _krylov(C: Matrix, diagonal: Vector, check: Callable[[], None]) -> Vector:
 
     solve = conjugate_gradients if matrices.is_symmetric(C) else bicgstab
     target = min(0.5 * float(diagonal.min()), 1e-3 * norm(diagonal))
-    return solve(
-        multiply,
-        diagonal,
-        np.ones(diagonal.size),
-        target,
-        KRYLOV_STEPS,
-        lambda r: r / diagonal,
-    )[0]
+    stopping = StoppingCriterion(target, KRYLOV_STEPS)
+    start = np.ones(diagonal.size)
+    return solve(multiply, diagonal, start, stopping, lambda r: r / diagonal)[0]
 
 
 def proof_of_definiteness(S: Matrix) -> Proof:
@@ -548,13 +544,9 @@ def solver(A: Matrix) -> Solve:
 
         def iterate(b: Vector) -> tuple[Vector, bool]:
             start, target = np.zeros(b.size), BICGSTAB_TARGET * norm(inverse * b)
+            stopping = StoppingCriterion(target, BICGSTAB_STEPS)
             x, size = bicgstab(
-                lambda v: inverse * (A @ v),
-                inverse * b,
-                start,
-                target,
-                BICGSTAB_STEPS,
-                identity,
+                lambda v: inverse * (A @ v), inverse * b, start, stopping, identity
             )
             return x, size <= target
 

@@ -233,9 +233,7 @@ def test_ranges_of_programs_are_those_of_highs_where_no_basis_is_degenerate() ->
         program = random_program(seed)
         c, A = program["c"], program["A"]
         ends = program["row_lower"], program["row_upper"]
-        highs = highs_of_program(
-            highspy, c, A, ends, (program["lower"], program["upper"]), {}
-        )
+        highs = highs_of_program(c, A, ends, (program["lower"], program["upper"]), {})
         highs.run()
         if highs.getModelStatus() != highspy.HighsModelStatus.kOptimal:
             continue

@@ -418,7 +418,11 @@ def test_bicgstab_ends_within_as_many_steps_as_there_are_unknowns(n: int) -> Non
     A = 3 * np.eye(n) + random.standard_normal((n, n)) / np.sqrt(n)
     x = random.standard_normal(n)
     found, _ = krylov.bicgstab(
-        lambda v: A @ v, A @ x, np.zeros(n), 0.0, n, krylov.identity
+        lambda v: A @ v,
+        A @ x,
+        np.zeros(n),
+        krylov.StoppingCriterion(0.0, n),
+        krylov.identity,
     )
     assert np.abs(found - x).max() <= 1e-8 * np.abs(x).max()
 

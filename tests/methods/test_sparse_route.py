@@ -21,7 +21,7 @@ import lcpcli
 from lcpcli import Problem, Solver, run
 from lcpcli.basis.exchanges import BasicSolution
 from lcpcli.gallery import families
-from lcpcli.linalg.krylov import conjugate_gradients
+from lcpcli.linalg.krylov import StoppingCriterion, conjugate_gradients
 from lcpcli.linalg.matrices import is_symmetric
 from lcpcli.methods import active_set, z_matrix
 from lcpcli.methods.active_set import multilevel, sparse_route
@@ -237,7 +237,8 @@ def test_number_of_steps_does_not_grow_with_the_grid(m: int, masked: bool) -> No
 
     b = np.random.default_rng(m).standard_normal(basic.size) * basic
     cycle, target = VCycles(Hierarchy(M))(basic), 1e-8 * np.linalg.norm(b)
-    x, _ = conjugate_gradients(product, b, np.zeros(b.size), target, 100, cycle)
+    stopping = StoppingCriterion(target, 100)
+    x, _ = conjugate_gradients(product, b, np.zeros(b.size), stopping, cycle)
     assert not x[~basic].any()
     assert np.linalg.norm(b - (M @ x) * basic) <= 1e-7 * np.linalg.norm(b)
     assert len(steps) <= 22

@@ -8,7 +8,7 @@ import pytest
 
 from lcpcli import Problem
 from lcpcli.basis.exchanges import BasisSolver, CorrectedSolutions
-from lcpcli.linalg.krylov import conjugate_gradients, identity, norm
+from lcpcli.linalg.krylov import StoppingCriterion, conjugate_gradients, identity, norm
 from lcpcli.methods.newton import newton
 from lcpcli.methods.stages import Finished, Iterate, advance
 from lcpcli.model.box import BASIC, LOWER, ORTHANT
@@ -47,9 +47,11 @@ class Circulant(BasisSolver):
             z[indices] = v
             return self.product(z)[indices]
 
-        return lambda b: conjugate_gradients(
-            part, b, np.zeros(b.size), HALF_OF_THE_DIGITS * norm(b), 100, identity
-        )[0]
+        def solve(b: Vector) -> Vector:
+            stopping = StoppingCriterion(HALF_OF_THE_DIGITS * norm(b), 100)
+            return conjugate_gradients(part, b, np.zeros(b.size), stopping, identity)[0]
+
+        return solve
 
 
 def circulant(n: int) -> tuple[Vector, Vector]:

@@ -24,7 +24,7 @@ from lcpcli.parametric import following
 from lcpcli.parametric.following import basic_states
 from lcpcli.parametric.path import Family
 from lcpcli.parametric.pivoting import Edge, ExactFamily, ExactPivoting, Pivoting
-from lcpcli.parametric.verified import verify
+from lcpcli.parametric.verified import Breakpoints, verify
 from lcpcli.rational.exact_problem import ExactProblem, fractions_of
 
 from .. import exact
@@ -467,7 +467,8 @@ def test_only_a_path_whose_pieces_are_solutions_throughout_is_verified(
 ) -> None:
     family = Family(*(Problem([[1.0]], [q]) for q in ends))
     columns = (np.array(values, float)[:, np.newaxis] for values in (z, states))
-    assert verify(family, np.array(t, float), *columns, 1e-10)[-1] == is_verified
+    breakpoints = Breakpoints(np.array(t, float), *columns)
+    assert verify(family, breakpoints, 1e-10)[-1] == is_verified
 
 
 def test_a_corner_at_a_third_lies_on_the_side_that_has_solutions() -> None:

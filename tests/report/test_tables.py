@@ -20,7 +20,7 @@ from lcpcli.cli import terminal as cli_terminal
 from lcpcli.files import contents
 from lcpcli.formulations.quadratic_program import answers
 from lcpcli.report import outcome, tables, wording
-from lcpcli.report.result_formats import Layout
+from lcpcli.report.result_formats import Layout, ProblemRow
 from lcpcli.solving.driver import run
 
 EXAMPLE = contents.shipped_path("paper-example-1.json")
@@ -409,7 +409,9 @@ def test_no_number_in_the_row_of_one_of_many_is_cut_off() -> None:
         ["lemke", "newton", "objective 123.4567"],
     )
     for width in range(40, 140):
-        row = Layout.of(["problem" * 9], width).row("problem" * 9, *cells, ways)
+        row = Layout.of(["problem" * 9], width).row(
+            ProblemRow("problem" * 9, *cells, ways)
+        )
         _, *shown = re.split(" {2,}", row.strip())
         assert len(row.rstrip()) <= width
         assert (shown[:5], shown[5:]) in [

@@ -256,7 +256,9 @@ def _exact(problem: Problem, program: Program, data: Blocks, z: Vector) -> _Opti
         raise _Unclear
     k, m = program.variables, data.row_lower.size
     signs_of_z, w = _signs(solution), exact.w(solution)
-    u, y, signs = _rounded(w[:k]), _rounded(solution[k : k + m]), _signs(w)
+    u = _rounded(w[:k])
+    y = _rounded(solution[k : k + m])
+    signs = _signs(w)
     low, high = (
         np.array([a == b for a, b in zip(solution, bound, strict=True)], dtype=bool)
         for bound in (exact.lower, exact.upper)

@@ -167,7 +167,9 @@ def _active(
     is_active = np.zeros(m, dtype=np.bool_)
     # The multipliers in all slots; infinite where no constraint may be dropped.
     y = np.full(2 * x.size, np.inf)
-    p, driven, sign = -1, 0.0, 1.0
+    p = -1
+    driven = 0.0
+    sign = 1.0
     for step in range(STEPS * m + 1):
         if p < 0:
             gaps = np.where(is_active, 0.0, values)
