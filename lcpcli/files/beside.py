@@ -54,7 +54,7 @@ from lcpcli.typing import Vector
 
 NUMBER = r"(?:[-+.eE/]*\d[-+\d.eE/]*|[-+]?inf|nan)"
 PARTING = r"(?:\s*[,;]\s*|\s+)"
-LIST = re.compile(rf"\s*\[?\s*{NUMBER}(?:{PARTING}{NUMBER})*\s*\]?\s*")
+LIST = re.compile(rf"\s*(?:\[\s*)?{NUMBER}(?:{PARTING}{NUMBER})*\s*(?:\]\s*)?")
 STATES_HINT = (
     "give a JSON list of lower, basic and upper, or a result of lcp solve in JSON "
     "or CSV"

@@ -60,7 +60,7 @@ FIRST_LINE = "line 1, "  # of a location; left out where a file has many problem
 # exponent below -299, or any negative one after many zeros, 200 zeros, or a long
 # denominator.
 MAY_UNDERFLOW = re.compile(
-    rb"[eE]-0*(?:[3-9][0-9]{2}|[1-9][0-9]{3})|[.,]0{20,}[0-9]*[eE]-|[.,]0{200}"
+    rb"[eE]-0*(?:[3-9][0-9]{2}|[1-9][0-9]{3})|[.,]0{20}[0-9]*[eE]-|[.,]0{200}"
     rb"|/[0-9]{200}"
 )
 OF_PACKAGE = "correct the file, or that package"

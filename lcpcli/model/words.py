@@ -220,11 +220,12 @@ def in_stated_sense(problem: Problem, values: Sequence[Any]) -> list[Any]:
     ]
 
 
+# No two parts that may be blank stand side by side: so a text is read in linear time.
 TERM = (
-    r"\s*(?P<sign>[-+]?)\s*(?P<number>"
+    r"\s*(?:(?P<sign>[-+])\s*)?(?:(?P<number>"
     r"(?:[0-9]{1,300}(?:\.[0-9]{0,300}|/0*[1-9][0-9]{0,300})?|\.[0-9]{1,300})"
-    r"(?:[eE][-+]?[0-9]{1,3})?(?![\w.]))?"
-    r"\s*\*?\s*(?P<name>\"[^\"]+\"|[^\W\d][^\s+*\"-]*)\s*"
+    r"(?:[eE][-+]?[0-9]{1,3})?)(?![\w.])\s*)?"
+    r"(?:\*\s*)?(?P<name>\"[^\"]+\"|[^\W\d][^\s+*\"-]*)\s*"
 )
 HINT = (
     'write numbers and names with + and - between them, such as 2 z1 - 1/3 z2 + "a '

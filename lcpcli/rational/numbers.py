@@ -38,7 +38,7 @@ SUBNORMAL = 1074  # the smallest positive double precision number is 2^-1074
 RATIO = re.compile(r"[-+]?[0-9]+/[0-9]+")
 # A number as users write it where a format has texts: a decimal, a ratio, infinity.
 NUMBER = re.compile(
-    r"\s*[-+]?(?:(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[eE][-+]?[0-9]+)?"
+    r"\s*[-+]?(?:(?:[0-9]+(?:\.[0-9]*)?|\.[0-9]+)(?:[eE][-+]?[0-9]+)?"
     r"|[0-9]+/0*[1-9][0-9]*|(?i:inf(?:inity)?))\s*"
 )
 # Every decimal of up to 15 digits is the shortest decimal of its nearest float.

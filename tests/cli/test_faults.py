@@ -233,12 +233,20 @@ def test_a_count_of_thousands_of_digits_in_a_model_is_refused(
     assert_refused(lcp("solve", "long.nl"), f"long.nl: line {line + 1}")
 
 
+ZEROS = 140_000 * "0"
+
+
+@pytest.mark.parametrize("number", ["-1." + ZEROS, f"-1{ZEROS}/2{ZEROS}"])
 def test_a_number_longer_than_cells_of_csv_may_be_is_read(
-    lcp: Lcp, folder: Path
+    number: str, lcp: Lcp, folder: Path
 ) -> None:
     (folder / "M.csv").write_text("2,1\n1,2\n")
-    (folder / "q.csv").write_text(f"-1.{140_000 * '0'}\n-1\n")
+    (folder / "q.csv").write_text(f"{number}\n-1\n")
+    (folder / "problem.json").write_text(
+        json.dumps({"M": [[2, 1], [1, 2]], "q": [number, -1]})
+    )
     assert lcp("solve", "M.csv", "q.csv", "-q").code == 0
+    assert lcp("solve", "problem.json", "-q").code == 0
 
 
 def test_closed_standard_output_is_an_error_only_where_it_is_written(

@@ -55,7 +55,7 @@ from lcpcli.typing import Matrix, Vector
 # Tells it from the LP format.
 MPS = re.compile(rb"^(?:ROWS|ENDATA)\b", re.MULTILINE | re.IGNORECASE)
 END = re.compile(rb"^ENDATA\b", re.MULTILINE | re.IGNORECASE)
-NUMBER = re.compile(r"[-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?", re.ASCII)
+NUMBER = re.compile(r"[-+]?(?:\d+(?:\.\d*)?|\.\d+)(?:[eE][-+]?\d+)?", re.ASCII)
 INFINITE = re.compile(r"[-+]?inf(?:inity)?", re.IGNORECASE)
 SENSES = {"MIN": "min", "MINIMIZE": "min", "MAX": "max", "MAXIMIZE": "max"}
 SECTIONS = (
