@@ -130,18 +130,18 @@ def check(options: Iterable[Option], option_values: Mapping[str, Any]) -> None:
 
 
 NATURAL: tuple[str, Callable[[float], bool]] = (
-    "whole number >= 0",
+    "integer >= 0",
     lambda number: number >= 0,
 )
 POSITIVE: tuple[str, Callable[[float], bool]] = (
-    "whole number >= 1",
+    "integer >= 1",
     lambda number: number >= 1,
 )
 
 
 def up_to(max_value: int) -> tuple[str, Callable[[float], bool]]:
     return (
-        f"whole number from 1 to {max_value}",
+        f"integer from 1 to {max_value}",
         lambda number: 1 <= number <= max_value,
     )
 

@@ -48,7 +48,7 @@ def _iterates(problem, M, z, omega, sweeps):
 '''
 DECLARED = (
     'Method("overrelaxation", iterates=True, options=(OMEGA, Option('
-    '"sweeps", int, 1, "whole number >= 1", lambda v: v >= 1, "Sweeps in each '
+    '"sweeps", int, 1, "integer >= 1", lambda v: v >= 1, "Sweeps in each '
     'iteration.")))'
 )
 FAMILY = '''

@@ -76,7 +76,7 @@ MIN_SIMPLEX_EFFORT = 0.1
 # newton while it converges fast: the largest ratio of the numbers of variables whose
 # basis status two successive steps change.
 NEWTON_SETTLING_FACTOR = 0.2
-SETTLED_CHANGES = 3  # changes of basis status in a step that do not end it
+SETTLED_CHANGES = 3  # changes of basis status in a step that do not stop it
 # Steps of newton with factors of a band: it converges within these, or takes about as
 # many as there are unknowns.
 MAX_BAND_STEPS = 5
@@ -87,7 +87,7 @@ MIN_FRICTIONAL = 35  # unknowns from which interior is run on contact with frict
 # Unknowns from which on interior takes less time, if M + M' is semidefinite.
 MAX_PIVOTED_BY_NUMPY = 150
 # Unknowns up to which Lemke's path is so short that it is followed where no theorem
-# says how it ends.
+# says how it terminates.
 SHORT = 20
 MAX_UNFILLED = 100  # unknowns up to which sparse factors cost no less than dense ones
 
@@ -224,7 +224,7 @@ class Structure:
     def is_unsure(self) -> bool:
         """Return whether an entry on the diagonal of M is negative, for more than a few
         unknowns without bounds: M is then neither copositive nor a P-matrix, nor of
-        another class for which Lemke's path ends at a solution."""
+        another class for which Lemke's path leads to a solution."""
         return (
             self.problem.n > SHORT
             and not self.problem.is_mixed
@@ -286,7 +286,7 @@ class Structure:
 
     @property
     def is_path_sure(self) -> bool:
-        """Return whether Lemke's path is sure to end at a solution if there is one."""
+        """Return whether Lemke's path is sure to lead to a solution if there is one."""
         return self.is_semidefinite or self.is_frictional
 
     @cached_property
@@ -387,7 +387,7 @@ def newton_while_fast(structure: Structure) -> Stage:
     """Run newton until a step changes the basis status of more than
     NEWTON_SETTLING_FACTOR times the variables that the last step changed.
 
-    Circuits need three steps, each with one factorization; most programs end it at the
+    Circuits need three steps, each with one factorization; most programs stop it at the
     first one.
     """
     box, stage = structure.problem.box, usual_newton(structure)
@@ -457,7 +457,7 @@ def all_basic(structure: Structure) -> Stage:
 
 
 def lemke(structure: Structure) -> Stage:
-    """Follow Lemke's path for up to MAX_PIVOTS n pivots: paths that end at a solution
+    """Follow Lemke's path for up to MAX_PIVOTS n pivots: paths that lead to a solution
     are rarely longer."""
     with imports:
         from lcpcli.methods.lemke import MAX_PIVOTS
@@ -534,8 +534,8 @@ FIRST = (
     AttemptRule(
         *(
             "newton",
-            "while it settles fast",
-            "the entries of M are near the diagonal, so that its factors cost little",
+            "while it converges fast",
+            "M is a narrow band matrix, so that its factors cost little",
         ),
         lambda s: s.is_narrow and not (s.program or s.is_stiff),
         lambda s: stages.limited(newton_while_fast(s), MAX_BAND_STEPS),
@@ -611,7 +611,7 @@ FIRST = (
     ),
     # Without it: dense LCPs in 300 unknowns take 3.5 times as long.
     AttemptRule(
-        *("newton", "", "it takes a few steps where M is a P-matrix, or nearly one"),
+        *("newton", "", "it takes a few steps where M is a P-matrix, or almost one"),
         lambda s: (
             not (
                 s.is_no_p_matrix
@@ -798,7 +798,7 @@ LATER = (
         lambda s: s.problem.n,
     ),
     AttemptRule(
-        *("lemke", "", "its path may be long, or end anywhere"),
+        *("lemke", "", "its path may be long, or terminate without a solution"),
         lambda s: s.prefers_lemke or s.is_unsure,
         lemke,
         lambda s: s.problem.n,

@@ -1,5 +1,5 @@
 """A run of `auto` around the table of `attempts`: starts, few unknowns, far bounds,
-presolve before it, and milp at the end.
+presolve before it, and milp as the last resort.
 
 Problems with few unknowns are solved by pivoting and, if double precision leaves the
 answer open, in exact arithmetic on numbers of any size. It leaves the answer open where
@@ -94,9 +94,9 @@ LOST_BY_ROUNDING = (
     "there is a solution, but its nearest doubles do not solve the problem"
 )
 UNDECIDED_IN_TIME = "exact arithmetic did not decide the problem in time"
-# A point at which a search may end is accepted if a solution close to it is proved (the
-# run itself tests whether anything speaks against the point), and a point whose rows
-# may hide terms if exact arithmetic verifies it.
+# A point at which a search may stop is accepted if a solution close to it is proved
+# (the run itself tests whether anything speaks against the point), and a point whose
+# rows may hide terms if exact arithmetic verifies it.
 IF_PROVED, IF_EXACT = Extent(PROVED), Extent(AS_IT_IS, is_exact=True)
 NOTHING = list[Fraction]()  # the tree has been searched, and has no solution
 # Unknowns up to which exact pivoting starts from a basis that is almost right.
@@ -122,12 +122,11 @@ def auto(
     recorded_stages: stages.RecordedStages | None = None,
 ) -> Stage:
     """Solve any LCP, or prove that it has no solution, by the first method in the table
-    that succeeds, and at last by milp, which ends with a solution, with a proof that
-    there is none, or at its limits.
+    that succeeds, and at last by milp, which returns a solution or a proof that there
+    is none, or stops at its limits.
 
     Free variables that equations define are substituted first. Where the reference
-    point is a solution, that is the answer, unless the run has a start of its own,
-    which the problem does not have.
+    point is a solution, that is the answer, unless the caller supplies a start.
 
     x0 : start (z - w) / 2, shape (n,); pivoting methods use only its signs.
     presolve : whether the problem to which presolve reduces a mixed problem is solved
@@ -177,7 +176,7 @@ def _relaxed_first(problem: Problem, x0: Vector, search: Search, states: bool) -
     closer, as their size leaves no digits for other numbers; the basis is most often
     the same. If no relaxation leads to an answer, the original problem is solved.
 
-    A solution within the far sides is one of the problem, which ends the run."""
+    A solution within the far sides is one of the problem, and completes the run."""
     with imports:
         from lcpcli.model.changes import Relaxed, relaxed
     sequence, first = (
@@ -234,9 +233,9 @@ def _at_basic_solution(sequence: MethodSequence, change: Change) -> Iterate:
         z_of_change = box.z_of(change.start(sequence.last.x))
         z = accurate_basic_solution(problem, z_of_change, basis)
         if z is z_of_change:
-            # The system of the basis is singular, as at a face of minimizers. If sides
-            # of rows were moved, only the variables that are the values of rows differ
-            # in most problems.
+            # The system of the basis is singular, as at a face of minimizers. If row
+            # sides were moved, only the variables that are the values of rows differ in
+            # most problems.
             z = _with_values_of_rows(problem, z_of_change, basis)
         if (
             problem.n <= MAX_PIVOTED_EXACTLY
@@ -316,7 +315,7 @@ def _search(
     presolve, states, is_warm_start, recorded_stages : as in `auto`.
     milp : whether nodes of its tree are examined.
     is_decided : called after each attempt, for other work in between; if it returns
-        True, the search ends.
+        True, the search stops.
     """
     x0, criterion = sequence.last.x, Criterion(problem)
     first = list[Part]()
@@ -367,7 +366,7 @@ def _search(
                 evaluations_left = _patience(problem, sequence)
         if evaluations_left <= 0 and isinstance(undecided_ending, NoSolution):
             break
-    return undecided_ending or stages.Undecided("no other method is tried")
+    return undecided_ending or stages.Undecided("no other method is attempted")
 
 
 def _patience(problem: Problem, sequence: MethodSequence) -> float:
@@ -516,7 +515,7 @@ def small(
 ) -> Stage:
     """Solve a problem of at most FEW_UNKNOWNS: where pivoting finds no solution, exact
     arithmetic decides at once, or alternates with the other methods, which `search`
-    runs. A larger problem is left to `search`.
+    runs. For a larger problem only `search` is run.
 
     states : whether x0 represents the basis of a likely solution.
     """

@@ -56,7 +56,7 @@ BOOLEANS = {
 # how many times that for its numbers is taken at least while it is made and written.
 LARGE, SMALL = 10**6, 1000
 COPIES_AS_ARRAYS, COPIES_AS_TEXT = 2, 8
-KINDS = {bool: "true or false", int: "a whole number", float: "a number"}
+KINDS = {bool: "true or false", int: "an integer", float: "a number"}
 
 
 @dataclass(eq=False, repr=False)

@@ -198,7 +198,7 @@ class Meaning:
     def take(
         self, vertices: Sequence[RationalPoint], check: Callable[[], None]
     ) -> None:
-        """Prepare for vertices that a search has found. `check` counts a step of the
+        """Prepare for vertices that a search has computed. `check` counts a step of the
         search, and may raise.
         """
 

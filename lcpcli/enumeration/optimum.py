@@ -65,8 +65,8 @@ def in_costs(
     searched, constant = meaning.in_payoffs(), Fraction(0)
     if others and searched.data is not data:
         reason = (
-            f"has {next(iter(others))!r} beside payoffs, which are not linear in "
-            "the unknowns"
+            f"has {next(iter(others))!r} in addition to payoffs, which are not "
+            "linear in the unknowns"
         )
         raise ProblemError(
             "objective", reason, f"use {' and '.join(map(repr, payoffs))} alone"
@@ -79,7 +79,7 @@ def in_costs(
 
 
 OPTIMAL, UNBOUNDED = "optimal", "unbounded"
-MIN_SECONDS = 1e-6  # the time limit of the first run if no time is left
+MIN_SECONDS = 1e-6  # the time limit of the first run if the time is up
 # Limits on the run for a first solution, and on its verification in exact arithmetic.
 MAX_ITERATIONS, FIRST_EFFORT = 1000, 5.0
 WORDS = {"min": ("smaller", "lower"), "max": ("larger", "upper")}
@@ -87,14 +87,14 @@ WORDS = {"min": ("smaller", "lower"), "max": ("larger", "upper")}
 
 @dataclass(frozen=True, eq=False)
 class Optimum:
-    """The best solution that a search has found, with proved bounds on the objective of
-    all others, in fractions.
+    """The best solution that a search has computed, with proved bounds on the objective
+    of all others, in fractions.
 
     data, sense : the problem, and "min" or "max".
     status : "optimal" if no solution is better; "unbounded" if the objective is
         unbounded over the solutions; "unsolvable" if the problem has no solution;
         "time_limit" or "interrupted" if the search was stopped.
-    z, value : the best solution found, and its objective; None if there is none.
+    z, value : the best known solution, and its objective; None if there is none.
     bound : no solution has a better objective than this; None if no bound is known.
     gap : the distance between value and bound; None if one of them is not known.
     nodes : the nodes of the tree. seconds : the time of the search.
@@ -154,7 +154,8 @@ class Optimum:
         )
         if self.status == UNSOLVABLE:
             return (
-                "no solution: every choice of states is excluded in rational arithmetic"
+                "no solution: every complementary basis is excluded in rational "
+                "arithmetic"
             )
         if self.status == UNBOUNDED:
             return f"solutions have {better} and {better} objectives without limit"
@@ -164,9 +165,9 @@ class Optimum:
                 f"{value} (exact)"
             )
         progress = (
-            "no solution was found"
+            "no solution is known"
             if self.value is None
-            else f"the best objective found is {value}"
+            else f"the best known objective is {value}"
         )
         proved = (
             "no bound is proved"
@@ -195,11 +196,11 @@ def optimum(
         500 unknowns. Of a game, the payoffs are used, as in `solutions`.
     objective : shape (n,), numbers, also Fractions; or coefficients by the names of
         unknowns, the others 0; or an expression such as "z1 + 2 z3". In a program to be
-        maximized, the name of a row stands for its multiplier in that sense, with the
-        other sign than in z. For a game, also '"payoff of row" + "payoff of column"',
+        maximized, the name of a row denotes its multiplier in that sense, whose sign is
+        opposite to that in z. For a game, also '"payoff of row" + "payoff of column"',
         and for a game tree '"payoff of Ann"': these are the expected payoffs.
     sense : "min" or "max".
-    time_limit : seconds after which to stop, with the best solution found and a bound;
+    time_limit : seconds after which to stop, with the best known solution and a bound;
         by default there is no limit.
 
     Raises
@@ -210,8 +211,8 @@ def optimum(
     --------
     >>> import lcpcli
     >>> problem = lcpcli.Problem([[1, 2], [2, 1]], [-1, -1])
-    >>> found = lcpcli.optimum(problem, [2, 1], sense="max")
-    >>> list(map(str, found.z)), str(found.value), found.status
+    >>> best = lcpcli.optimum(problem, [2, 1], sense="max")
+    >>> list(map(str, best.z)), str(best.value), best.status
     (['1', '0'], '2', 'optimal')
     """
     options.check((options.TIME_LIMIT,), {"time_limit": time_limit})
@@ -219,7 +220,7 @@ def optimum(
     sign, constant = int(SENSES[sense_of(sense)]), Fraction(0)
     searched = InPayoffs(data, list)
     if isinstance(objective, str):
-        # A name may contain blanks, or look like a number.
+        # A name may contain blanks, or resemble a number.
         is_name = objective.strip() in data.problem.names
         objective = {objective.strip(): 1} if is_name else coefficients(objective)
     if isinstance(objective, Mapping):
@@ -332,7 +333,7 @@ class _Open(NamedTuple):
 class Search:
     """The search for the smallest objective.
 
-    nodes : the number of nodes of the tree. z, value : the best solution found, and its
+    nodes : the number of nodes of the tree. z, value : the best known solution, and its
         objective. The queue has the nodes that have not been branched on: the last one
         is taken first until there is a solution, then the one with the smallest bound.
     """
@@ -380,8 +381,8 @@ class Search:
         return UNSOLVABLE if self.value is None else OPTIMAL
 
     def bound(self, status: str) -> Fraction | None:
-        """Return a lower bound on the objective of all solutions, at the end of a
-        search with this status; None if there is none.
+        """Return a lower bound on the objective of all solutions, after a search with
+        this status; None if there is none.
         """
         if status == OPTIMAL:
             return self.value
@@ -420,7 +421,7 @@ class Search:
         return self._unknowns.branching_index(each.node)
 
     def children(self, parent: _Open, k: int) -> Iterator[_Open]:
-        """Yield the nodes for each state of the unknown that are not empty and may
+        """Yield the nodes for each status of the unknown that are not empty and may
         contain a better solution.
         """
         minimized_form = None if parent.bound == -math.inf else OBJECTIVE * self.data.n
@@ -430,7 +431,7 @@ class Search:
                 yield from self._opened(child)
 
     def _opened(self, node: Node) -> Iterator[_Open]:
-        """Record the minimizer of a node if it is a better solution than those found so
+        """Record the minimizer of a node if it is a better solution than those known so
         far. Yield the node with its bound if other points in it may be better still.
         """
         self.nodes += 1

@@ -26,7 +26,7 @@ if TYPE_CHECKING:
     from lcpcli.typing import Vector
 
 QUICK_UNKNOWNS = 10  # a search over this many unknowns takes up to 5 milliseconds
-# Limit on the search, in seconds that it usually takes: it ends if numbers have very
+# Limit on the search, in seconds that it usually takes: it stops if numbers have very
 # many digits.
 QUICK_EFFORT = 0.5
 MAX_UNKNOWNS = 50  # up to here the theorem takes less than a millisecond
@@ -35,8 +35,8 @@ MAX_TEXT_BYTES = 200_000
 # The largest number of solutions to which errors refer: each iterate is compared with
 # all.
 MAX_REFERENCES = 16
-# Two points that differ by less than this times the largest component look the same in
-# print.
+# Two points that differ by less than this times the largest component are printed
+# alike.
 AGREEMENT = 1e-7
 
 

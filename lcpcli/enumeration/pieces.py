@@ -1,5 +1,5 @@
 """The pieces of the solution set of a problem, each verified from the data and yielded
-once, when it is found; and proofs that there is at most one piece.
+once, when it is complete; and proofs that there is at most one piece.
 
 If M is positive semidefinite, the solutions form one polyhedron; if all principal
 minors are positive, there is at most one solution (R. W. Cottle, J.-S. Pang and R. E.
@@ -38,8 +38,8 @@ from lcpcli.verify.error_theorems import row_scalings, scaling
 FIXED = "fixed"
 # The most numbers of a point, and points, that are printed, so that they fit on a line.
 SHOWN_PARTS = 6
-# Vertices whose states are cached, as they may belong to several pieces: this many take
-# little memory.
+# Vertices whose statuses are cached, as they may belong to several pieces: this many
+# take little memory.
 MAX_REMEMBERED = 10_000
 # A piece that takes more bases than this is listed after all other pieces.
 MAX_BASES_AT_FIRST = 1000
@@ -56,7 +56,7 @@ MAX_WITHOUT_THEOREM = 10
 MULTIPLIER_BITS = 30
 
 Rows = list[list[int]]
-Words = tuple[tuple[str, ...], ...]  # the states that hold, for each unknown
+Words = tuple[tuple[str, ...], ...]  # the statuses that hold, for each unknown
 Points = tuple[RationalPoint, ...]
 
 
@@ -68,9 +68,10 @@ class Piece:
     vertices, rays, lines : each of length n, exact; rays and lines are directions. An
         isolated solution is a piece with one vertex and nothing else. If there are
         lines, the vertices are points, one on each minimal face.
-    states : for each unknown, the states that it has everywhere on the piece, which is
-        the set of all z with one of these states for each: "lower" (z_i = l_i and w_i
-        >= 0), "basic" (w_i = 0), "upper" (z_i = u_i and w_i <= 0), "fixed" (l_i = u_i).
+    states : for each unknown, the statuses that it has everywhere on the piece, which
+        is the set of all z with one of these statuses for each: "lower" (z_i = l_i and
+        w_i >= 0), "basic" (w_i = 0), "upper" (z_i = u_i and w_i <= 0), "fixed" (l_i =
+        u_i).
     """
 
     vertices: Points
@@ -107,7 +108,7 @@ class Piece:
         lines: Points = (),
     ) -> Piece:
         """Return the piece with these generators and the `states_of` each; raise
-        ArithmeticError if an unknown has no state on the whole piece, so that it does
+        ArithmeticError if an unknown has no status on the whole piece, so that it does
         not consist of solutions.
         """
         common = (
@@ -129,8 +130,8 @@ class Piece:
 def states_of(
     data: ExactProblem, z: RationalPoint, is_direction: bool = False
 ) -> Words:
-    """Return the states that each unknown has at a point, or keeps in a direction, for
-    the data of a problem.
+    """Return the statuses that each unknown has at a point, or keeps in a direction,
+    for the data of a problem.
     """
     Z, d = over_one_denominator(z)
     used = [(j, value) for j, value in enumerate(Z) if value]
@@ -196,7 +197,7 @@ def combined(
 
 
 def _short(point: RationalPoint) -> str:
-    """Return a point in a short form; most of many numbers are left out."""
+    """Return a point in a short form; most of many numbers are omitted."""
     return f"({', '.join(_elided([brief(value) for value in point]))})"
 
 
@@ -224,7 +225,7 @@ def pieces(data: ExactProblem, check: Callable[[], None]) -> Iterator[Piece]:
         yield Piece.of([states_of(data, tuple(z))], (tuple(z),))
         return
     unknowns = Unknowns(data, check)
-    # Branching on the last states first takes fewer nodes if there are many pieces.
+    # Branching on the last statuses first takes fewer nodes if there are many pieces.
     unknowns.allow([states[::-1] for states in unknowns.choices])
     root = unknowns.root()
     if root is None:
@@ -286,9 +287,9 @@ def _listed(
 
 
 def _largest(unknowns: Unknowns, root: Node, node: Node) -> tuple[Node, int]:
-    """Return a maximal node that contains a node of solutions, and the states that hold
-    on it, as bits. Every node with these states contains it, so that any leaf with them
-    that does not lie in it is larger.
+    """Return a maximal node that contains a node of solutions, and the statuses that
+    hold on it, as bits. Every node with these statuses contains it, so that any leaf
+    with them that does not lie in it is larger.
     """
     while True:
         common = unknowns.common_states(node)
@@ -303,8 +304,8 @@ def _largest(unknowns: Unknowns, root: Node, node: Node) -> tuple[Node, int]:
 
 
 def _choose_common(unknowns: Unknowns, node: Node, bits: int) -> None:
-    """Choose the state of each unknown with only one state among these bits; the node
-    must have solutions with these states.
+    """Choose the status of each unknown with only one status among these bits; the node
+    must have solutions with these statuses.
     """
     for k, mask in enumerate(unknowns.masks):
         if (bits & mask).bit_count() == 1 and node.states[k] is None:
@@ -314,7 +315,7 @@ def _choose_common(unknowns: Unknowns, node: Node, bits: int) -> None:
 
 def _solution(data: ExactProblem, check: Callable[[], None]) -> list[Fraction] | None:
     """Return an exact solution: the one close to a solution in floating-point
-    arithmetic, or else the one at the end of Lemke's path in rational arithmetic; None
+    arithmetic, or else the last vertex of Lemke's path in rational arithmetic; None
     if neither is reached.
     """
     with imports:

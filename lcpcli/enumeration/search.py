@@ -1,7 +1,7 @@
 """All solutions of a problem: `lcpcli.solutions`.
 
 The connected components of M are searched one by one (`pieces`), and their pieces are
-combined; a search ends when all pieces are found, or at a limit.
+combined; a search stops when all pieces are known, or at a limit.
 """
 
 from __future__ import annotations
@@ -28,7 +28,7 @@ from lcpcli.rational.exact_problem import ExactProblem
 from lcpcli.verify.error_theorems import semidefinite_by_rounding
 
 # The largest connected component of M: a search in a larger one would practically never
-# end.
+# finish.
 MAX_BLOCK_UNKNOWNS = 500
 SHOWN_PIECES = 4  # pieces that are printed, so that they fit on a few lines
 # The pieces are proved to be all; it is proved that there are none.
@@ -38,13 +38,13 @@ ENOUGH = "max_solutions"
 TIME_LIMIT = "time_limit"
 INTERRUPTED = "interrupted"
 UNLISTED = {
-    ENOUGH: ", as many as were asked for",
+    ENOUGH: ", as many as requested",
     TIME_LIMIT: " by the time limit",
     INTERRUPTED: " before the search was interrupted",
 }
 # Added to a proved statement that depends on the rounding of entries of M.
 ROUNDED = (
-    " for the numbers as they stand, which are rounded: up to that, M is positive "
+    " for the numbers as stored, which are rounded: up to that, M is positive "
     "semidefinite"
 )
 OTHERS_WORDING = {True: "there are others", None: "there may be others"}
@@ -63,13 +63,13 @@ def solutions(
     """Find all solutions of a problem, in exact arithmetic: return an iterator over the
     pieces of the solution set.
 
-    The set is a union of polyhedra, one for each choice of a state (at the lower bound,
-    basic, at the upper bound) for every unknown. The pieces are the maximal polyhedra
-    among these: isolated solutions, and faces described by vertices, rays and lines,
-    in fractions. All are verified. Once the iterator has ended, `complete` says whether
-    the list is proved to be complete, and `others`, if that is known, whether there are
-    other pieces. The number of pieces, and the time, may double with each unknown. The
-    pieces are stored, and a second loop yields them again.
+    The set is a union of polyhedra, one for each choice of a basis status (at the lower
+    bound, basic, at the upper bound) for every unknown. The pieces are the maximal
+    polyhedra among these: isolated solutions, and faces described by vertices, rays and
+    lines, in fractions. All are verified. Once the iterator has ended, `complete` says
+    whether the list is proved to be complete, and `others`, if that is known, whether
+    there are other pieces. The number of pieces, and the time, may double with each
+    unknown. The pieces are stored, and a second loop yields them again.
 
     Parameters
     ----------
@@ -86,19 +86,19 @@ def solutions(
     Examples
     --------
     >>> import lcpcli
-    >>> found = lcpcli.solutions(lcpcli.Problem([[0, 1], [0, 0]], [-1, 0]))
+    >>> pieces = lcpcli.solutions(lcpcli.Problem([[0, 1], [0, 0]], [-1, 0]))
     >>> in_text = lambda vectors: [list(map(str, vector)) for vector in vectors]
-    >>> for piece in found:
+    >>> for piece in pieces:
     ...     print(in_text(piece.vertices), in_text(piece.rays))
     [['0', '1']] [['1', '0']]
     [['0', '1']] [['0', '1']]
-    >>> found
+    >>> pieces
     <Solutions: 2 pieces, all of them: (0, 1) + ray (1, 0); (0, 1) + ray (0, 1)>
-    >>> len(list(found))
+    >>> len(list(pieces))
     2
 
-    The search is a tree over the states, which cuts a branch only where a row of an
-    integer dictionary shows that it is empty, or that it lies in a piece found before.
+    The search is a tree over the basis statuses, which cuts a branch only where a row
+    of an integer dictionary shows that it is empty, or that it lies in a known piece.
     """
     explicit_options = {"time_limit": time_limit, "max_solutions": max_solutions}
     options.check((options.TIME_LIMIT, options.MAX_SOLUTIONS), explicit_options)
@@ -128,7 +128,7 @@ def refuse_large(problem: Problem) -> None:
         from scipy.sparse.csgraph import connected_components
 
         from lcpcli.methods.bimatrix import costs
-    if costs(problem) is not None:  # a first solution is found fast
+    if costs(problem) is not None:  # a first solution is computed fast
         return
     _, part = connected_components(matrices.compressed(problem.M != 0), directed=False)
     if (unknowns := int(np.bincount(part).max())) > MAX_BLOCK_UNKNOWNS:
@@ -141,16 +141,16 @@ def refuse_large(problem: Problem) -> None:
 
 
 class Solutions(Iterator[Piece]):
-    """The pieces of a solution set, as they are found; iterating again yields the same
-    ones, without another search.
+    """The pieces of a solution set, as they become known; iterating again yields the
+    same ones, without another search.
 
-    problem : the problem, in exact arithmetic. pieces : the pieces found so far, none
-        of which lies in another piece, found or not. complete : whether they are proved
-        to be all of the pieces. others : whether there are others; None if that is not
+    problem : the problem, in exact arithmetic. pieces : the pieces known so far, none
+        of which lies in another piece of the set. complete : whether they are proved to
+        be all of the pieces. others : whether there are others; None if that is not
         known.
 
-    Once `max_solutions` are found, the search for one more takes up to about as many
-    steps again. A copy, for instance by pickle, has the pieces found when it was made,
+    Once `max_solutions` are known, the search for one more takes up to about as many
+    steps again. A copy, for instance by pickle, has the pieces known when it was made,
     and no others.
     """
 
@@ -178,7 +178,7 @@ class Solutions(Iterator[Piece]):
         return {**self.__dict__, "_search": iter(())}
 
     def __iter__(self) -> Iterator[Piece]:
-        """Iterate from the first piece on: over the pieces found so far, then over
+        """Iterate from the first piece on: over the pieces known so far, then over
         further ones.
         """
         i = 0
@@ -219,7 +219,7 @@ class Solutions(Iterator[Piece]):
         return piece
 
     def stop(self) -> None:
-        """End the search at the next step, as at the time limit; signal handlers may
+        """Stop the search at the next step, as at the time limit; signal handlers may
         call it at any time.
         """
         self._deadline = -math.inf
@@ -236,7 +236,7 @@ class Solutions(Iterator[Piece]):
 
     @property
     def equilibria(self) -> Any:
-        """Return the equilibria of a game in the pieces found so far; None for other
+        """Return the equilibria of a game in the pieces known so far; None for other
         problems."""
         return self.arranged().equilibria
 
@@ -247,7 +247,7 @@ class Solutions(Iterator[Piece]):
         return self.meaning.equilibrium(z)
 
     def arranged(self) -> Arrangement:
-        """Return the pieces found so far in the order in which they are shown."""
+        """Return the pieces known so far in the order in which they are shown."""
         return self.meaning.arranged(self.pieces, self.complete)
 
     def _started(self) -> Iterator[Piece]:
@@ -270,8 +270,8 @@ class Solutions(Iterator[Piece]):
         self.others = False
 
     def _check(self) -> None:
-        """Count a step; raise TimeIsUp after the deadline or the last step, or when no
-        effort is left.
+        """Count a step; raise TimeIsUp after the deadline or the last step, or when the
+        effort is used up.
         """
         raise_if_timed_out()
         self._steps += 1
@@ -282,7 +282,7 @@ class Solutions(Iterator[Piece]):
 
 def _combinations(searches: Sequence[Iterator[Piece]]) -> Iterator[tuple[Piece, ...]]:
     """Yield all combinations of the pieces that some searches find, each at least one.
-    The searches are copied, so that each is asked for no more pieces than are needed;
+    The searches are copied, so that each computes no more pieces than are needed;
     the piece of the last search changes last.
     """
     remaining = [copy(search) for search in searches]
@@ -301,7 +301,7 @@ def _combinations(searches: Sequence[Iterator[Piece]]) -> Iterator[tuple[Piece, 
 
 
 class SolutionSet:
-    """The solutions that a search has found, in the order in which they are shown.
+    """The solutions that a search has computed, in the order in which they are shown.
 
     arranged : their pieces, and what these mean.
     status : COMPLETE, UNSOLVABLE, or the limit that ended the search. seconds : the
@@ -321,7 +321,7 @@ class SolutionSet:
 
     @property
     def count(self) -> str:
-        """Return how many solutions, or equilibria, were found, in words."""
+        """Return how many solutions, or equilibria, are known, in words."""
         return self.arranged.count() + ("" if self.complete else " found")
 
     @property
@@ -331,14 +331,15 @@ class SolutionSet:
             with imports:
                 from lcpcli.enumeration.meaning import meaning_of
             sentence = (
-                "no solution: every choice of states is excluded in rational arithmetic"
+                "no solution: every complementary basis is excluded in rational "
+                "arithmetic"
             )
             means = meaning_of(self.data).without_solution(None)
             return sentence if means is None else f"{sentence}; {means.statement}"
         if not self.complete:
             others = OTHERS_WORDING[self.others] if self.pieces else "there may be some"
             return (
-                f"{self.count if self.pieces else 'no solution was found'}"
+                f"{self.count if self.pieces else 'no solution is known'}"
                 f"{UNLISTED[self.status]}; "
                 f"{others}"
             )

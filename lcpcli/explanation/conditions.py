@@ -10,7 +10,7 @@ complementarity: w_i >= 0 if z_i <= l_i, w_i = 0 between the bounds, and w_i <= 
 there are only the bounds. The conditions are independent: dropping one does not change
 the others.
 
-The conditions of a program are, first, those of its constraints, the sides of rows and
+The conditions of a program are, first, those of its constraints, the bounds of rows and
 the bounds of variables, which do not contain the multipliers; and second, those of
 optimality, which are examined once the constraints are feasible.
 """

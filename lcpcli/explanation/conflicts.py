@@ -61,7 +61,7 @@ class Finder:
     """The search for a conflict.
 
     conflict : the smallest one that is known, or None. point : a solution, if one is
-        found. never_blamed : the conditions that are taken to be right.
+        computed. never_blamed : the conditions that are taken to be right.
         nearly_contradictory : the smallest set of linear conditions that are
         inconsistent only up to rounding.
     """

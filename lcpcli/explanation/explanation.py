@@ -52,11 +52,11 @@ def why(
     ----------
     problem : a Problem, whose floats are taken as exact, or an ExactProblem.
     keep : conditions that are not reported in the conflict, by name, as "protein", or
-        by name and what they are, as "z1 lower bound"; * stands for any text. The
+        by name and what they are, as "z1 lower bound"; * matches any text. The
         repair may change their numbers, unless `change` names others.
     change : numbers that may change in a repair, named in the same way, as "x1 upper
         bound";
-        by default the entries of q or, of a program, costs and sides of rows.
+        by default the entries of q or, of a program, costs and row sides.
     weights : the cost of a change by 1, a positive number, by the names of numbers that
         may change; by default 1.
     time_limit : seconds after which to stop, with what is known by then; by default

@@ -49,7 +49,7 @@ class LinearProgram(NamedTuple):
     @np.errstate(all="ignore")
     def minimizer(self) -> tuple[Values, Values] | None:
         """Return a minimizer and the multipliers of the rows that prove it to be one;
-        None if none is found.
+        None if none is computed.
         """
         A, c = matrix_of(self.rows, len(self.costs)), rounded(self.costs)
         b, low, high = rounded(self.right_side), *in_doubles(self.lower, self.upper)
@@ -144,7 +144,7 @@ def _satisfy_equations(
 ) -> None:
     """Change the free components so that equations hold, those first that come first:
     if equations are dependent, later ones may be violated. Nothing changes if no
-    solution is found.
+    solution is computed.
     """
     integer_rows = [
         over_one_denominator(

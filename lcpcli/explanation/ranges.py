@@ -13,9 +13,9 @@ that of a polyhedron of solutions around the point.
 
 If q_i increases by t, w_i + t replaces w_i, and similarly for bounds: that adds a
 column to the dictionary. The smallest and the largest t at which forms outside the
-partition are 0, and those inside nonnegative, are the ends of the range; for any t
-between them, an average with a solution in the relative interior has the same
-partition. The change at an end is the partition of the next piece of the path of
+partition are 0, and those inside nonnegative, delimit the range; for any t between
+them, an average with a solution in the relative interior has the same partition. The
+change at a limit of the range is the partition of the next piece of the path of
 solutions beyond it.
 """
 
@@ -47,11 +47,11 @@ BEYOND = -2  # the number of an auxiliary form that is to be positive
 
 
 class End(NamedTuple):
-    """The end of a range. value : the number there. z : a solution there. objective :
+    """A limit of a range. value : the number there. z : a solution there. objective :
     the objective of a program there; None for other problems. enters, leaves : the
-    components of z that can be off their bounds beyond the end but not within the
+    components of z that can be off their bounds beyond the limit but not within the
     range, and vice versa; None if they are not known, or if the path of solutions
-    `ends`, or turns, there.
+    terminates (`ends`) or has a turning point there.
     """
 
     value: Fraction
@@ -63,9 +63,9 @@ class End(NamedTuple):
 
 
 class Range(NamedTuple):
-    """The range of a number in the data. value : its value. below, above : the ends,
-    None for an unbounded range. basis : the ends of the range in which the basis stays
-    the same, which is smaller if several bases have this partition.
+    """The range of a number in the data. value : its value. below, above : its limits,
+    None for an unbounded range. basis : the limits of the range in which the basis
+    stays the same, which is smaller if several bases have this partition.
     """
 
     value: Fraction
@@ -93,7 +93,7 @@ class Position(RationalPivoting):
 
     @classmethod
     def of(cls, system: System, z: Values, effort: Effort) -> Position | None:
-        """Return a basis of a solution close to z, or None if none is found."""
+        """Return a basis of a solution close to z, or None if none is computed."""
         position = cls._at(system, z, effort)
         return position or cls._at(system, _vertex(system, z, effort), effort)
 
@@ -348,7 +348,7 @@ class Position(RationalPivoting):
 
     def beyond(self, positive: set[int]) -> set[int] | None:
         """Return the partition of the next piece of the path of solutions with a larger
-        parameter; None if the path ends before, or turns.
+        parameter; None if the path terminates before, or turns back.
         """
         rows = (self.dictionary.rows.get(form, [0]) for form in self.equations())
         if any(row[-1] for row in rows):
@@ -368,7 +368,7 @@ class Position(RationalPivoting):
                 partition = before.within(entering, (last + now) / 2).positive()
                 if partition != positive:
                     return partition
-            # The path may be a closed curve if it turns immediately.
+            # The path may be a closed curve if it reverses immediately.
             if pivot is None or {*self.dictionary.cobasic} == first:
                 return None
             first = first or {*self.dictionary.cobasic}
@@ -467,7 +467,7 @@ def ranges(
 ) -> Iterator[tuple[tuple[str, int], Range]]:
     """Yield the ranges of all numbers in the data of a problem with a solution z, by
     their fields and indices; none for the bounds of fixed components and of
-    multipliers, and none at all if no basis of a solution is found.
+    multipliers, and none at all if no basis of a solution is computed.
     """
     position = Position.of(system, z, effort)
     if position is None:
@@ -499,7 +499,7 @@ def _end(
     value: Fraction,
     sign: int,
 ) -> tuple[End | None, Fraction | None]:
-    """Return the end of a range below (sign -1) or above, and that of the range with
+    """Return the limit of a range below (sign -1) or above, and that of the range with
     the same basis.
     """
     system, column = position.system, position.column(*number, sign)

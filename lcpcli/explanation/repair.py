@@ -46,10 +46,10 @@ from lcpcli.solving import driver
 from lcpcli.solving.proof import exact_answer
 from lcpcli.verify.exact_solution import from_point
 
-# Unknowns up to which the search in rational arithmetic usually ends in seconds.
+# Unknowns up to which the search in rational arithmetic usually takes seconds.
 MAX_SEARCHED = 60
 MAX_ITERATIONS = 300  # limit of the run for a solution in floating-point arithmetic
-MIN_SECONDS = 1e-6  # time limit of that run if no time is left
+MIN_SECONDS = 1e-6  # time limit of that run if the time is up
 
 Values = list[Fraction]
 Key = tuple[str, int]  # the field and the index of a number
@@ -68,7 +68,7 @@ class Repair:
     """A change of the data that makes a problem solvable.
 
     changes, total : the numbers that change, and the sum of their weighted sizes. z : a
-        solution of the changed problem; None if none was found, and only the linear
+        solution of the changed problem; None if none is known, and only the linear
         conditions of the constraints, or of optimality, are known to be consistent.
         is_least : whether this change suffices and no smaller one does.
     """
@@ -144,7 +144,7 @@ class Repairs:
 
     def _least_violation(self, of: Sequence[Condition]) -> dict[Key, Fraction] | None:
         """Return the smallest changes for which some linear conditions are consistent,
-        or None if they are not found.
+        or None if they are not computed.
         """
         weights = {
             (each.field, each.at): weight for each, weight in self.weights.items()
@@ -227,7 +227,7 @@ def _program(
 def solution(
     data: ExactProblem, max_search_unknowns: int = MAX_SEARCHED
 ) -> Values | None:
-    """Return an exact solution, or None if none is found. max_search_unknowns :
+    """Return an exact solution, or None if none is computed. max_search_unknowns :
     unknowns up to which a search in rational arithmetic is attempted.
     """
     system, n = System(data), data.n

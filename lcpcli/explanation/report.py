@@ -285,7 +285,7 @@ def _conflict(explanation: Explanation, cell: Cell) -> Table:
     """
     system, multipliers = System(explanation.data), explanation.multipliers
     others = [each for each in multipliers if each not in explanation.conflict]
-    header = ["condition", "", "asks for"]
+    header = ["condition", "", "requires"]
     if multipliers:
         header.append("times")
 
@@ -378,7 +378,7 @@ def _numbers(explanation: Explanation) -> Iterator[tuple[Number, Range]]:
 def _row(
     explanation: Explanation, number: Number, number_range: Range, cell: Cell
 ) -> list[str]:
-    # Ends are rounded inward, unless they are equal.
+    # Limits are rounded inward, unless they are equal.
     below, above = number_range.below, number_range.above
     is_point = below is not None and above is not None and below.value == above.value
     inward = 0 if is_point else 1
@@ -394,7 +394,7 @@ def _row(
 
 
 def _beyond(explanation: Explanation, end: End | None) -> str:
-    """Return what changes beyond an end."""
+    """Return what changes beyond a limit of a range."""
     if end is None:
         return ""
     if end.enters is None or end.leaves is None:

@@ -57,8 +57,8 @@ def write_whole(path: str, content: Content) -> None:
 
 
 def write_together(contents: Mapping[str, Content]) -> None:
-    """Write several files as `write_whole` does; none is moved into place before all
-    are complete."""
+    """Write several files as `write_whole` does; none is moved to its final name before
+    all are complete."""
     for path in contents:
         refuse_unwritable(path)
     files = {
@@ -82,7 +82,7 @@ def write_together(contents: Mapping[str, Content]) -> None:
 
 
 def append(path: str, text: str) -> None:
-    """Add a text to the end of a file, in which it is when the call returns."""
+    """Append a text to a file; it is stored when the call returns."""
     with naming(path), Path(path).open("ab") as file:
         _put(text, file)
 
@@ -99,7 +99,10 @@ def gradual_writing(path: str) -> Iterator[Callable[[str], object]]:
 
     refuse_unwritable(path)
     collecting = partial(
-        naming, path, f"collected in {gettempdir()}", "set TMPDIR to a folder with room"
+        naming,
+        path,
+        f"collected in {gettempdir()}",
+        "set TMPDIR to a folder with enough space",
     )
     with collecting():
         file = TemporaryFile()  # noqa: SIM115
@@ -111,7 +114,7 @@ def gradual_writing(path: str) -> Iterator[Callable[[str], object]]:
                 file.seek(0)  # which writes the rest
             write_whole(path, file)
         finally:
-            # Closing tries again to write what could not be written.
+            # Closing attempts again to write what could not be written.
             with suppress(OSError):
                 file.close()
 
@@ -217,7 +220,7 @@ def _lock(file: IO[bytes], name: str) -> None:
         raise OptionError(
             File(name),
             "is being written by another run",
-            "wait until it ends, or name another file",
+            "wait until it finishes, or name another file",
         )
 
 
@@ -241,8 +244,8 @@ class Log:
 
     def records(self) -> Iterator[Mapping[str, Any]]:
         """Yield the finished records; raise OptionError if the file is not a log. An
-        unfinished end, which is a line that was cut off or the record of an interrupted
-        run, is removed."""
+        unfinished last record, which is a line that was cut off or the record of an
+        interrupted run, is removed."""
         if not Path(self._path).is_file():
             raise OptionError(File(self._path), "is not a file", EXPECTED)
         finished = n_bytes = 0
@@ -280,7 +283,7 @@ def open_log(path: str, anew: bool) -> Iterator[Log]:
             raise OptionError(
                 File(path),
                 "is not empty",
-                f"go on with --resume {path}, or delete it to begin again",
+                f"use --resume {path} to continue, or delete it to begin again",
             )
         yield Log(path, file)
     except BaseException:
@@ -290,4 +293,4 @@ def open_log(path: str, anew: bool) -> Iterator[Log]:
         raise
     finally:
         with naming(path):
-            file.close()  # closing tries again to write what could not be written
+            file.close()  # closing attempts again to write what could not be written

@@ -1,5 +1,5 @@
 """Bounds, starting points, bases and solutions in addition to a problem, as numbers or
-words, or in files. Numbers may be typed in place of a file name: 1,0,15/29 or "1 0 2.5"
+words, or in files. Numbers may be typed instead of a file name: 1,0,15/29 or "1 0 2.5"
 or "[1, 0]".
 
 A proposed solution, a z to be verified or a Farkas vector, with all digits, is a result
@@ -94,7 +94,7 @@ def with_bounds(
         hint = hint or REFUSALS[kind][1]
         raise ProblemError(
             f"--{next(iter(values))}",
-            f"is for problems given by M and q, but this is {what}",
+            f"is for problems defined by M and q, but this is {what}",
             hint,
         )
     if values and problem.origin is not None:
@@ -271,7 +271,7 @@ def read_states(text: str, problem: Problem) -> list[str]:
     has to be one of the problem."""
     is_file, typed_words = os.path.exists(text), text.replace(",", " ").split()
     if not is_file and not set(typed_words) & set(WORDS.values()):
-        reason = f"{text!r} is neither a file nor states"
+        reason = f"{text!r} is neither a file nor a basis"
         raise ParameterError("basis", reason, "write lower,basic,upper or name a file")
     states = typed_words
     if is_file:
@@ -290,7 +290,7 @@ def read_states(text: str, problem: Problem) -> list[str]:
 def _states_in(file: InputFile, problem: Problem) -> list[str]:
     """Return the basis in a file: its list, the list in a result, or else the basis of
     z and w in a result."""
-    refuse(not file.kind.has_results, "", "has no states", STATES_HINT)
+    refuse(not file.kind.has_results, "", "has no basis", STATES_HINT)
     if not file.kind.is_table:
         data = _first_in(file.content)
         states: Any = data.get("basis") if isinstance(data, dict) else data
@@ -422,7 +422,7 @@ def record_of(text: str, problem: Sought) -> tuple[str, str]:
         record.get("file") and record.get("digest") for record in records
     ):
         reason = f"has {len(own_records) if any(best) else 'no'} results for {name}"
-        raise ProblemError("", reason, "give the line of one as a file of its own")
+        raise ProblemError("", reason, "give the line of one as a separate file")
     first = first_of(lines)
     which = f"for {_object(first).get('problem') or 'a problem'}: none is for {name}"
     return first, f"the first of {len(lines)} results is checked, {which}"

@@ -94,7 +94,7 @@ def shipped_file(name: str) -> Path | None:
 
 def files_in(paths: Iterable[str], tell: Callable[[str], object]) -> list[str]:
     """Return the paths, with each folder replaced by its problem files, in the order of
-    their names. Hidden files, results and other entries of a folder are left out, and
+    their names. Hidden files, results and other entries of a folder are skipped, and
     `tell` is called with a line about the last two. A folder without problems, or an
     unreadable one, stays: its error comes when it is read, so the other files are not
     affected.
@@ -156,7 +156,7 @@ def refuse_folder(path: str) -> None:
         is_folder,
         source_name(path),
         "is a folder without problem files",
-        f"they end in {', '.join(PROBLEMS)}",
+        f"their suffixes are {', '.join(PROBLEMS)}",
     )
 
 

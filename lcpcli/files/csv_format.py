@@ -4,7 +4,7 @@ and upper, next to one headed q; an empty cell means no bound.
 
 Columns are separated by semicolons, tabs, commas or blanks: the first of these that the
 first row contains. Blank lines, lines that begin with # and a byte order mark are
-skipped, and so are a title above the table and empty cells at its end. Any line endings
+skipped, and so are a title above the table and empty trailing cells. Any line endings
 are accepted. A header that is a column short is as R writes it, above an index.
 """
 
@@ -170,7 +170,7 @@ def fields(content: Tables, number: Number = float) -> dict[str, Any]:
         [value for i, value in enumerate(row) if i not in column_of.values()]
         for row in rows
     ]
-    wanted = f"give M as many columns, beside {' and '.join(column_of)}"
+    wanted = f"give M as many columns, in addition to {' and '.join(column_of)}"
     refuse(
         len(M[0]) != n,
         "",
@@ -235,7 +235,7 @@ def refuse_two_meanings(q: Tables, M: Tables) -> None:
 
 def render(fields: Mapping[str, Any], exact: Exact) -> dict[str, bytes]:
     """Return [M | q], one row per line, with all digits; with bounds, [M | q | lower |
-    upper]. Bounds, and names of the unknowns that a header can hold, stand below
+    upper]. Bounds, and names of the unknowns that a header can hold, are written below
     one."""
     refuse(
         not fields["q"].size,
@@ -278,8 +278,8 @@ def can_head(names: Sequence[str]) -> bool:
 
 def lines_of(content: bytes) -> list[tuple[int, str]]:
     """Return the lines of a text with their numbers, without blank ones and comments.
-    Breaks between quotation marks, as names may have, end no line if all marks
-    match."""
+    Breaks between quotation marks, as names may have, do not separate lines if all
+    marks match."""
     lines = decode(content).replace("\r\n", "\n").replace("\r", "\n").split("\n")
     logical_lines, is_open = list[tuple[int, list[str]]](), False
     for number, line in enumerate(lines, 1):
@@ -518,7 +518,7 @@ def refuse_other_order(labels: Sequence[str], names: Sequence[str]) -> None:
                 for pair in zip(stripped_labels, names, strict=True)
                 if pair[0] != pair[1]
             )
-            reason = f"has the label {quoted(label)} in the place of {quoted(name)}"
+            reason = f"has the label {quoted(label)} instead of {quoted(name)}"
         raise ProblemError(
             "", reason, "put the labels in the order of the unknowns, or leave them out"
         )
@@ -600,5 +600,5 @@ def value_of(
             f"is {quoted(entry)}, not a number",
             "write the minus sign as -" if "\u2212" in entry else REAL,
         )
-        hint = "write whole numbers, as in 15/29" if "/" in entry else hint
+        hint = "write integers, as in 15/29" if "/" in entry else hint
     raise ProblemError(f"line {line}, column {column}", reason, hint)

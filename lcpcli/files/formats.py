@@ -286,7 +286,7 @@ FOREIGN: tuple[tuple[str, str, str, tuple[bytes, ...]], ...] = (
     ),
     (
         "is HTML or XML",
-        "was a web page saved in its place?",
+        "was a web page saved instead?",
         "",
         (b"<!DOCTYPE", b"<!doctype", b"<html", b"<?xml"),
     ),

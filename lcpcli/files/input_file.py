@@ -50,7 +50,7 @@ T = TypeVar("T")
 # Returns the names of the unknowns, if they are needed.
 Names: TypeAlias = "Callable[[], Sequence[str]]"
 NOT_SECOND = (
-    "leave it out; give a second problem a run of its own, and for an index see lcp "
+    "leave it out; give a second problem a separate run, and for an index see lcp "
     "help formats"
 )
 # Hints for an empty file.
@@ -112,7 +112,7 @@ class InputFile:
 
     def _named(self, error: ProblemError | MemoryError) -> LCPError:
         """Return an error with the location of this file. Where the file is one line of
-        another, the line number 1 within it is left out."""
+        another, the line number 1 within it is omitted."""
         if self.line is None:
             return contents.inside(self.source_name, error)
         if isinstance(error, ProblemError) and error.where.startswith(FIRST_LINE):

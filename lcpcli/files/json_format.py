@@ -393,7 +393,7 @@ def sparse_matrix(
         shape.size != 2 or invalid_indices(shape, 2**31 - 1).size,
         where,
         f"is {declared}",
-        "give two whole numbers from 0",
+        "give two integers from 0",
     )
     m, k = map(int, shape)
     refuse_mostly_absent(field, (m, k), max(m, k), values.size)
@@ -419,7 +419,7 @@ def of_coordinates(
 
     for key, indices, size in (("rows", rows, shape[0]), ("cols", cols, shape[1])):
         hint = (
-            f"give whole numbers from {first} to {size - 1 + first}"
+            f"give integers from {first} to {size - 1 + first}"
             if size
             else "leave it empty"
         )

@@ -7,7 +7,7 @@ other names are refused. origin is a JSON string.
 
 The elements of a file are checked before scipy reads them: its readers are compiled,
 and wrong sizes in a file make them run beyond their memory. Version 5 (also 6 and 7):
-elements with a type and a size; an array consists in turn of elements, with its flags,
+elements with a type and a size; an array consists of further elements, with its flags,
 dimensions, name and values. Version 4: arrays with five numbers each. (The MathWorks,
 MAT-File Format.)
 """
@@ -140,7 +140,7 @@ SIZES = {1: 1, 2: 1, 3: 2, 4: 2, 5: 4, 6: 4, 7: 4, 9: 8, 12: 8, 13: 8}
 # The types of texts but for those in one or two bytes.
 ENCODINGS = {16: "utf-8", 17: "utf-16", 18: "utf-32"}
 INT32, UINT32, MATRIX, COMPRESSED = 5, 6, 14, 15  # types
-# Classes of arrays; others, as objects, are left out.
+# Classes of arrays; others, as objects, are skipped.
 CELL, CHAR, SPARSE, NUMBERS = 1, 4, 5, range(6, 16)
 SIZES_OF_4 = (8, 4, 4, 2, 2, 1)  # of the numbers in version 4, in bytes, by their digit
 

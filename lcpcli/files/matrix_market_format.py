@@ -85,7 +85,8 @@ def values(field: str, content: Entries, number: Number = float) -> Any:
 def render(fields: Mapping[str, Any], exact: Exact) -> dict[str, bytes]:
     """Return M as an array or, if it is sparse, by coordinates, and q as an array of
     one column, with all digits."""
-    # An array of shape (0, 1) is avoided, as scipy 1.15 never ends writing that.
+    # An array of shape (0, 1) is avoided, as scipy 1.15 never returns from writing
+    # that.
     q = fields["q"][:, np.newaxis][:, : fields["q"].size]
     return {"": _text(fields["M"], exact), ".q": _text(q, exact)}
 
@@ -168,7 +169,7 @@ def _header(content: bytes) -> tuple[list[str], tuple[int, int], int, int]:
     refuse(
         not line,
         "",
-        "ends before its size",
+        "is cut off before its size",
         "give the numbers of rows and columns below the header",
     )
     sizes, names = (
@@ -184,14 +185,14 @@ def _header(content: bytes) -> tuple[list[str], tuple[int, int], int, int]:
         )
     rows, columns, *entries = map(int, sizes)
     sign = SIGNS[fields[4]]
-    # The number of entries of an array, which it does not state.
+    # The number of entries of an array, which it does not specify.
     entries += [rows * columns - abs(sign) * rows * (rows - sign) // 2]
     return fields[2:], (rows, columns), entries[0], file.tell()
 
 
 def _refuse_other_lines(layout: str, kind: str, content: bytes, end: int) -> None:
     number, noun = (
-        (rb"[-+]?\d+", "whole number") if kind == "integer" else (DECIMAL, "number")
+        (rb"[-+]?\d+", "integer") if kind == "integer" else (DECIMAL, "number")
     )
     entry = number if layout == "array" else rb"\d{1,18}[ \t]+\d{1,18}[ \t]+" + number
     other = re.compile(rb"^(?![ \t]*(?:%b[ \t]*)?\r?$)[^\n]*" % entry, re.MULTILINE)

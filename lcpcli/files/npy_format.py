@@ -30,9 +30,9 @@ from lcpcli.linalg.matrices import is_sparse
 from lcpcli.model.formulations import TEXTS
 
 UNREAD = "of numbers or texts, or is damaged"
-# The end of the pickle that numpy writes for an array of objects of shape (): its last
-# list, that of its elements, holds None alone (opcodes ], N, a, t, b, with those that
-# number objects between them). Reading these bytes runs nothing.
+# The last bytes of the pickle that numpy writes for an array of objects of shape ():
+# its last list, that of its elements, holds None alone (opcodes ], N, a, t, b, with
+# those that number objects between them). Reading these bytes runs nothing.
 PICKLE_OF_NONE = re.compile(rb"(?s)\](?:\x94|q.|r.{4})?Nat(?:\x94|q.|r.{4})?b\.\Z")
 LONGEST_END = 20  # bytes of it
 NAME_FIELDS = ("rows", "columns", "players", "names")

@@ -87,8 +87,8 @@ def values(field: str, content: Any, number: Number = float) -> Any:  # noqa: AR
 
 
 def render(fields: Mapping[str, Any], exact: Exact) -> dict[str, bytes]:  # noqa: ARG001
-    """Return the file with the fields, bit for bit except NULs that end a text; sparse
-    matrices by their parts."""
+    """Return the file with the fields, bit for bit except trailing NULs of a text;
+    sparse matrices by their parts."""
     arrays: dict[str, Any] = {}
     for key, value in fields.items():
         if not is_sparse(value):
@@ -151,7 +151,7 @@ def _matrix(arrays: dict[str, Any]) -> Matrix:
     from scipy import sparse
 
     parts = (
-        f"{', '.join(PARTS[matrix_format])} (whole numbers but for data) and shape, of "
+        f"{', '.join(PARTS[matrix_format])} (integers but for data) and shape, of "
         "two numbers"
     )
     hint = "give all, as scipy.sparse.save_npz writes them"

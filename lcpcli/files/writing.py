@@ -33,7 +33,7 @@ def write(
     formats only M and q: p.mtx or p.npy has M, and p.q.mtx or p.q.npy next to it has q.
     .mps is for problems made from programs, and has the program.
     as_program : whether .json, .npz and .mat also get the program that the problem was
-        made from (Q, c, A and so on), in place of M and q, unless the problem has a
+        made from (Q, c, A and so on), instead of M and q, unless the problem has a
         field for which a program has no key, such as x0.
     Raises ProblemError if the suffix is unknown or the file cannot be written.
 

@@ -280,7 +280,7 @@ def all_cones(n: int, _seed: int, *, t: float = -1.0) -> Problem:
     Programming 19 (1980) 213-219.
     """
     note = (
-        f"The path from t = -1 to 2^{n} - 1 has a breakpoint at each whole number "
+        f"The path from t = -1 to 2^{n} - 1 has a breakpoint at each integer "
         "between them."
     )
     return Problem(_triangle(n), np.exp2(np.arange(n)) - 1 - t, note=note)

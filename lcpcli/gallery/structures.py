@@ -84,7 +84,7 @@ def beam(
     support : how the beam is held: clamped, hinged, cantilever, or springs, at free
         ends.
     contrast : of the stiffness of every other eighth of the beam to that of the rest,
-        a whole number.
+        an integer.
     load : 1 bends the beam, with a stiffness of 1 and without the obstacle, by 2.5
         times its least distance from that; with a mass, its inertia does so besides.
     """
@@ -125,7 +125,7 @@ def plate(
 
     support : clamped or hinged, all around.
     contrast : of the stiffness of every other strip, an eighth of the plate wide, to
-        that of the rest, a whole number.
+        that of the rest, an integer.
     load : as for a beam.
     """
     if support not in OF_PLATE:

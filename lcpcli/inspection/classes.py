@@ -143,7 +143,7 @@ def scaled_dominance(M: Matrix, check: verdict.Check) -> Verdict:
         return _not_dominant(v)
     if e.size > EXACT_MINORS:
         return Verdict(
-            UNDECIDED, "neither a scaling d nor a vector that rules one out was found"
+            UNDECIDED, "neither a scaling d nor a vector that rules one out is known"
         )
     first = elimination.definiteness(numbers.integers(matrices.dense(C)), check)
     indices = first.zero or first.negative
@@ -241,7 +241,7 @@ def _by_minors(context: Context, strict: bool) -> Verdict:
 
 def _pair(context: Context, strict: bool) -> tuple[int, int] | None:
     """Return the indices of a principal minor of order 2 that is exactly negative, or
-    zero if `strict`; None if none is found.
+    zero if `strict`; None if there is none among those examined.
     """
     M, diagonal = context.M, context.diagonal
     if matrices.is_sparse(M):
@@ -311,8 +311,8 @@ def column_sufficient(context: Context, product: str = "Mz") -> Verdict:
     if context.n > ALL_PAIRS:
         return Verdict(
             UNDECIDED,
-            f"3^{context.n} pairs of index sets are too many; no sufficient "
-            "condition was found",
+            f"3^{context.n} pairs of index sets are too many; no sufficient condition "
+            "holds",
         )
     if not context.yes("p0_matrix"):
         return Verdict(UNDECIDED, "whether it is a P0-matrix is not decided")
@@ -400,7 +400,7 @@ def positive_semidefinite(context: Context) -> Verdict:
         if sets.negative is None:
             return Verdict(YES, "exact elimination of M + M' gives no negative pivot")
         decision = _by_index_set(context, sets.negative, strict=False)
-    unseen = "neither a v with v'Mv < 0 nor a proof that there is none was found"
+    unseen = "neither a v with v'Mv < 0 nor a proof that there is none is known"
     return decision or Verdict(
         UNDECIDED, witness.evidence if witness.word == UNDECIDED else unseen
     )
@@ -424,7 +424,7 @@ def _by_diagonal(context: Context, strict: bool) -> Verdict | None:
     i = int(context.diagonal.argmin())
     if context.diagonal[i] > 0 or (context.diagonal[i] == 0 and not strict):
         return None
-    evidence = f"v'Mv = {context.shown(i, i)} for the unit vector v of index {i + 1}"
+    evidence = f"v'Mv = {context.shown(i, i)} for v = e_{i + 1}"
     return Verdict(NO, evidence, (i,), context.vector((i,), (1,)))
 
 
@@ -467,7 +467,7 @@ def _by_rounded_arithmetic(context: Context) -> Verdict:
             "rounding error succeeds",
         )
     undecided = Verdict(
-        UNDECIDED, "rounding errors prevent a proof, and no counterexample was found"
+        UNDECIDED, "rounding errors prevent a proof, and no counterexample is known"
     )
     return _by_vector(context, v, True) or undecided
 
@@ -661,7 +661,7 @@ def copositive(context: Context) -> Verdict:
     if context.symmetric_part.min() >= 0:
         return Verdict(YES, "no entry of M + M' is negative")
     S, n = context.symmetric_part, context.n
-    # The vector of ones, and sums of one or two unit vectors.
+    # The vector of ones, and sums of one or two coordinate vectors.
     vectors = [np.ones(n), np.zeros(n), np.zeros(n)]
     vectors[1][int(context.diagonal.argmin())] = vectors[2][
         list(np.unravel_index(int(S.argmin()), S.shape))
@@ -797,7 +797,7 @@ def merged(M: Matrix) -> Merged:
 
 def ends_at_solution(M: Matrix, q: Vector, check: verdict.Check) -> bool:
     """Return whether q'v >= 0 for all v >= 0 with v'Mv = 0 is proved for a copositive
-    M: Lemke's method then ends with a solution (R. W. Cottle, J.-S. Pang, R. E. Stone,
+    M: Lemke's method then yields a solution (R. W. Cottle, J.-S. Pang, R. E. Stone,
     The Linear Complementarity Problem (1992), section 4.4). This holds for contact with
     friction if no contact is redundant.
 
@@ -827,7 +827,7 @@ def ends_at_solution(M: Matrix, q: Vector, check: verdict.Check) -> bool:
 
 def _undecided(context: Context, what: str = "index sets") -> Verdict:
     """Return UNDECIDED, as there are too many index sets or minors."""
-    unseen = "no sufficient condition or counterexample was found"
+    unseen = "no sufficient condition or counterexample is known"
     return Verdict(UNDECIDED, f"2^{context.n} - 1 {what} are too many; {unseen}")
 
 

@@ -56,7 +56,9 @@ def explanation(problem: Problem, methods: Sequence[str]) -> Explanation:
         return Explanation([f"{cause}, {theorem}"], guarantee=guarantee)
     causes, need = _of_numbers(problem)
     if "shi" in methods and (count := _degenerate(problem)):
-        causes.append(f"z_i = w_i = 0 for {count} of {problem.n} i, near which F bends")
+        causes.append(
+            f"z_i = w_i = 0 for {count} of {problem.n} i, close to which F has a kink"
+        )
     return Explanation(causes, need, guarantee)
 
 

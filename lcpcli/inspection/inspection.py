@@ -87,7 +87,7 @@ def plan(problem: Problem) -> list[Attempt]:
     ]
 
 
-# A difference of M and M' below this, relative to the largest entry, looks like
+# A difference of M and M' below this, relative to the largest entry, is attributed to
 # rounding.
 ASYMMETRY = 1e-12
 
@@ -157,8 +157,8 @@ def inspect(
     ----------
     problem : a Problem, whose sparse M is made dense only if it is small, or a
         NonlinearProblem.
-    time_limit : seconds after which expensive computations end; the questions that they
-        would have decided remain undecided.
+    time_limit : seconds after which expensive computations stop; the questions that
+        they would have decided remain undecided.
 
     Returns an Inspection, or a NonlinearInspection, which the interpreter shows as the
     command prints it. The verdict on a class is "yes" or "no" only where rounding
@@ -308,7 +308,7 @@ def _on_stiffness(condition: float) -> str:
         else "rounding of M and q may leave z no digit"
     )
     return (
-        f"stiff: the condition number is {in_words(condition)} in units of the "
+        f"stiff: the condition number is {in_words(condition)} relative to the "
         f"diagonal, and positive entries off it are not small; {consequence}; "
         f"{MADE_FOR_IT}, which auto uses, is made for such M"
     )
@@ -369,7 +369,7 @@ def inspect_nonlinear(
 ) -> NonlinearInspection:
     """Diagnose a nonlinear problem.
 
-    time_limit : seconds after which expensive computations end; their results are then
+    time_limit : seconds after which expensive computations stop; their results are then
         unknown.
     """
     evaluations, F = Evaluations(problem), problem.values(problem.x0)
@@ -482,7 +482,7 @@ def _nonlinear_hints(
         diagnosis.condition is not None and diagnosis.condition > theory.BAD_CONDITION
     )
     if is_singular and diagnosis.structural_rank == problem.n:
-        yield "J is singular at the start, or nearly: another start may be better"
+        yield "J is singular at the start, or almost so: another start may be better"
 
 
 def _named(problem: NonlinearProblem, rows: Sequence[int]) -> str:

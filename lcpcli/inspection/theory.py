@@ -162,7 +162,7 @@ def _guarantee(
 
 
 def _is_copositive_for_q(classes: Mapping[str, Verdict], problem: Problem) -> bool:
-    """Return whether Lemke's method is proved to end with a solution for this q, as for
+    """Return whether Lemke's method is proved to yield a solution for this q, as for
     contact with friction."""
     if classes["copositive"].word != YES or problem.is_mixed:
         return False

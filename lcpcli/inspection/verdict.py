@@ -381,10 +381,10 @@ def classify(M: Matrix, last: str = "", steps: float = math.inf) -> dict[str, Ve
     """Return for each of CLASSES, or up to the class `last`, whether M belongs to it.
 
     M is dense or sparse of shape (n, n) with finite entries. At the time limit,
-    expensive tests end and no further ones are started, but implications are still
+    expensive tests stop and no further ones are started, but implications are still
     reported.
 
-    steps : the limit on steps of exact elimination and of searches, at which they end
+    steps : the limit on steps of exact elimination and of searches, at which they stop
         too.
     """
     if not M.shape[0]:

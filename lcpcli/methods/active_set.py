@@ -78,7 +78,7 @@ def krylov(problem: Problem, x0: Vector, symmetric: bool) -> Stage:
     if M is not symmetric, BiCGSTAB.
 
     M must be sparse with positive diagonal, ideally all ones. A solve starts from the
-    last z and ends when its residual is a tenth of min(z, Mz + q), so that P converges
+    last z and stops when its residual is a tenth of min(z, Mz + q), so that P converges
     before the last digits do. It needs only some ten vectors of memory. symmetric :
     whether M is, up to rounding.
 
@@ -218,7 +218,7 @@ ROUNDS_PATIENCE = 3  # steps without a new minimum of infeasibilities
 # themselves.
 HOPS = 8
 MAX_LOCAL_STEPS = 40  # of pivoting with these
-# Local pivoting ends once there are so few infeasibilities, relative to the number of
+# Local pivoting stops once there are so few infeasibilities, relative to the number of
 # these variables, and the residual is so small, relative to that at its start.
 SETTLED_CHANGES, SETTLED_SIZE = 0.002, 0.03
 # Fraction by which a set of basic variables may differ from the set whose factors
@@ -395,14 +395,14 @@ def sparse_route(
 
     Well-conditioned M, however large and with any fill-in, needs a few dozen products
     and no factorization (`krylov`). It gives up early if convergence is slow, and is
-    left out where no entry off the diagonal is positive and these almost add up to the
+    skipped where no entry off the diagonal is positive and these almost add up to the
     diagonal, as for differential equations. Then the start and the solves come from
     coarse versions of M (`multilevel`), or, where these converge slowly, the solves
     come from factors of principal submatrices. Where rounding stops these solves short
     of the tolerance, `finish` factorizes the last submatrix.
 
     It is meant for sparse positive definite and H-matrices; it may fail for other M,
-    and then ends as its last part does.
+    and then returns the ending of its last part.
 
     is_stiff : returns whether `methods.definite` follows, which is made for M that are
         no M-matrices: then `krylov` alone is run, which solves them while they are

@@ -81,8 +81,8 @@ def costs(problem: Problem) -> Costs | None:
 
 
 def is_constant_sum(game: Costs) -> bool:
-    """Return whether what one player pays, the other receives, up to rounding, the
-    units of the payoffs, and constants."""
+    """Return whether what one player pays, the other receives, up to rounding, a factor
+    that converts the payoffs, and constants."""
     R, C = game
     factor = np.ptp(C) / (np.ptp(R) or 1.0)
     rounding = ROUNDING * float(C.max() + factor * R.max())
@@ -217,12 +217,12 @@ def lemke_howson(problem: Problem, game: Costs) -> Stage:
             yield Iterate(x, None, "label", evaluations, signs_final=path.is_complete)
             if path.is_complete:
                 return Finished()
-    return Stalled("no path of Lemke and Howson ends at an equilibrium")
+    return Stalled("no path of Lemke and Howson leads to an equilibrium")
 
 
 class _LemkeHowsonPath:
-    """The path of one label. is_over : whether it has come to an end; is_complete : at
-    an equilibrium."""
+    """The path of one label. is_over : whether it has terminated; is_complete : at an
+    equilibrium."""
 
     def __init__(self, costs_of_players: Costs, label: int) -> None:
         m, k = costs_of_players.R.shape
@@ -305,7 +305,7 @@ class _Dictionary:
         )
         pivot, column[r] = column[r], 0.0
         row = T[r] / pivot
-        # T.T is stored in columns, as the routine needs it to work in place
+        # T.T is stored in columns, as the routine needs it to overwrite T
         self._subtract(-1.0, row, column, a=T.T, overwrite_a=True)
         T[:, c] = column / -pivot
         T[r] = row

@@ -208,7 +208,8 @@ def refine_once(
 
 def _neighbours(q: Vector) -> tuple[Indices, Mask]:
     """Return for each row the first row of its stride, and which rows are close to that
-    row: none unless more than half of the strides end close to where they begin."""
+    row: none unless in more than half of the strides the last row is close to the
+    first."""
     rows = np.arange(q.shape[0])
     leaders, is_warm = rows // STRIDE * STRIDE, np.zeros(rows.size, dtype=bool)
     last = rows[STRIDE - 1 :: STRIDE]
@@ -227,7 +228,7 @@ def _are_near(q: Vector, rows: Indices, others: Indices) -> Mask:
 
 def _start(frame: Frame, R: Vector, C: Vector) -> tuple[States, Mask]:
     """Return the bases to start from, and for which problems projected gradients, which
-    did not diverge, have determined them in place of the reference points. Gradients
+    did not diverge, have determined them, instead of the reference points. Gradients
     continue while each check counts at most SETTLING_FACTOR times the status changes of
     the check before."""
     start, diagonal = frame.box.basis_of(-0.5 * frame.q), frame.block.M.diagonal()

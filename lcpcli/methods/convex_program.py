@@ -50,7 +50,7 @@ MAX_LINEAR_STEPS = 40
 # beyond, the active set of its minimizer is wrong for 36 of 59 beams and frames, below
 # for 4 of 57.
 MAX_CONDITION = 5e12
-# Operations of a factorization with which PIQP, which cannot be interrupted, ends in a
+# Operations of a factorization with which PIQP, which cannot be interrupted, stops in a
 # few tenths of a second.
 MAX_OPERATIONS = 6e7
 
@@ -83,10 +83,10 @@ def convex_program(problem: Problem, max_steps: int | None = None) -> Stage:
         return Breakdown("no factorization succeeded")
     minimizer = _minimizer(problem, S, max_steps)
     if minimizer is None:
-        return Breakdown("PIQP found no minimum")
+        return Breakdown("PIQP returned no minimizer")
     z, is_accurate = minimizer
     if not (is_accurate or run.residual(z) <= CLOSE_MERIT):
-        return Breakdown("PIQP found no minimum")
+        return Breakdown("PIQP returned no minimizer")
     x = (z - problem.w(z)) / 2
     # With the first shift, pivoting stays closer to z where there are several
     # solutions.
@@ -109,7 +109,9 @@ def _bounded(problem: Problem) -> Stage:
         within = slack_form(problem, "diagonal")
         inner = within.problem
         if condition(inner.M) > MAX_CONDITION:
-            return Breakdown("PIQP's residuals, in doubles, do not tell the states")
+            return Breakdown(
+                "PIQP's accuracy in double precision does not determine the basis"
+            )
         exchanges = Exchanges(within)
         Q, n = csc_matrix(inner.M), inner.n
         empty, none = csc_matrix((0, n)), np.zeros(0)
@@ -118,7 +120,7 @@ def _bounded(problem: Problem) -> Stage:
         )
         ended = convex_minimum(program, TOLERANCE, MAX_STEPS, MAX_GAP)
         if ended.status != "PIQP_SOLVED":
-            return Breakdown("PIQP found no minimum")
+            return Breakdown("PIQP returned no minimizer")
         x = (ended.x - ended.of_bounds) / 2
         for basic_solution in exchanges.from_states(inner.box.basis_of(x)):
             if basic_solution.signs_final:
@@ -126,7 +128,7 @@ def _bounded(problem: Problem) -> Stage:
                 return Finished()
     except (ProblemError, SingularMatrix):
         return Breakdown("no factorization succeeded")
-    return Stalled("the states of PIQP's minimizer are not those of the solution")
+    return Stalled("the basis of PIQP's minimizer is not that of the solution")
 
 
 def _operation_bound(M: Matrix, is_row: Mask) -> float:

@@ -19,7 +19,7 @@ Tapia, s+ / s and w+ / w, of which one tends to 1 and the other to 0 (A. S. El-B
 A. Tapia and Y. Zhang, A study of indicators for identifying zero variables in
 interior-point methods, SIAM Review 36 (1994) 45-72): unlike a comparison of s with w
 they do not depend on scaling. Then the basic solution of this active set, whose signs
-are right to the last digits, ends the run, or the one after a few pivots: on all
+are right to the last digits, completes the run, or the one after a few pivots: on all
 infeasibilities while these become fewer, else on the largest one in scaled variables.
 """
 
@@ -118,7 +118,7 @@ def definite(problem: Problem, start_slack: float = 1.0) -> Stage:
     try:
         within = slack_form(problem, "diagonal")
     except ProblemError:
-        return Breakdown("numbers overflow in scaled units")
+        return Breakdown("numbers overflow in the scaled problem")
     if not is_nearly_definite(within.problem.M):
         return Breakdown(NOT_DEFINITE)
     try:

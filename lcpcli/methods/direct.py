@@ -113,10 +113,9 @@ class DirectAnswer(NamedTuple):
 def safeguarded(
     min_count: Any, steps_left: Any, single_pivots_left: Any, single: Any, count: Any
 ) -> tuple[Any, Any, Any, Any]:
-    """Return the state of the safeguard after a step with `count` infeasibilities:
-    their minimum so far, the steps without a new minimum that are left before a single
-    pivot, and the fields of `Safeguard`. For one problem or, in arrays, for m; it is
-    compiled as well."""
+    """Return the safeguard after a step with `count` infeasibilities: their minimum so
+    far, the remaining steps without a new minimum before a single pivot, and the fields
+    of `Safeguard`. For one problem or, in arrays, for m; it is compiled as well."""
     fewer = count < min_count
     others = fewer ^ True
     steps_left = fewer * BLOCK_PATIENCE + others * (steps_left - 1)
@@ -295,9 +294,9 @@ def basic_zeros(problem: Problem) -> Mask | None:
 def without_doubtful_terms(
     problem: Problem, answer: DirectAnswer
 ) -> DirectAnswer | None:
-    """Return an answer of `exchanges` whose rows may hide a term if it is a solution in
-    spite of rounding; else the solution with its basis that is verified, or None if it
-    may have to be replaced by an exact one, as `small` does for few unknowns."""
+    """Return an answer of block pivoting whose rows may hide a term if it is a solution
+    in spite of rounding; else the solution with its basis that is verified, or None if
+    it may have to be replaced by an exact one, as `small` does for few unknowns."""
     verified_point = verified_or_exact(problem, answer.z)
     if verified_point is None or verified_point.z is answer.z:
         return None if verified_point is None else answer
@@ -377,9 +376,8 @@ def exchanges_within_bounds(
     problem: Problem, tol: float
 ) -> Generator[Made, None, DirectAnswer | None]:
     """Yield the basic solutions of block principal pivoting on a mixed problem, from
-    the basis of the reference point, as `exchanges` does on an LCP. Its answer may have
-    to be tested; where violations may be rounding, it returns None, so that `newton`
-    decides."""
+    the basis of the reference point, as on an LCP. Its answer may have to be tested;
+    where violations may be rounding, it returns None, so that `newton` decides."""
     M = problem.M
     q = problem.q
     n = problem.n
@@ -411,7 +409,7 @@ def exchanges_within_bounds(
         w += q
         residual = w[P]
         w[P] = 0.0
-        # Basic variables violate bounds; the others have a w of the wrong sign.
+        # Basic variables violate bounds; the others violate the sign condition on w.
         signed = np.where(is_upper, w, -w) if n_upper else -w
         if has_fixed:  # whose w may have any sign
             signed[box.fixed] = 0.0
@@ -441,8 +439,8 @@ def exchanges_within_bounds(
 def _refine_within_bounds(
     problem: Problem, z: Vector, P: Indices, block: Vector, residual: Vector, tol: float
 ) -> bool:
-    """Refine z in place if its residual w_P is more than rounding; else return whether
-    z is proved to solve the problem."""
+    """Overwrite z by a refined one if its residual w_P is more than rounding; else
+    return whether z is proved to solve the problem."""
     size = np.abs(problem.q)
     row_magnitudes = np.abs(problem.M).dot(np.abs(z))
     row_magnitudes += size
@@ -547,9 +545,8 @@ def is_rounding(problem: Problem, z: Vector, w: Vector) -> bool:
 def direct_many(
     M: Vector, q: Vector, largest: Vector, tol: float, box: Box
 ) -> tuple[Vector, Indices]:
-    """Solve m problems at once by block pivoting, as `exchanges` does one. Return z
-    for each, shape (m, n), and what it is, NOTHING, CANDIDATE or CERTAIN, with the
-    number of steps, shape (m, 2).
+    """Solve m problems at once by block pivoting. Return z for each, shape (m, n), and
+    what it is, NOTHING, CANDIDATE or CERTAIN, with the number of steps, shape (m, 2).
 
     M, q, largest : shapes (m, n, n), (m, n) and (m,): the matrices, and their largest
         |M_ij|.

@@ -35,8 +35,8 @@ def fixed_point(
     """Iterate (omega I + M) x_(k+1) = (omega I - M) |x_k| - q, with z = |x| + x and w =
     omega (|x| - x).
 
-    With bounds, z - x for z = mid(l, u, 2x) takes the place of |x|, an extension with
-    the same rate: z - x is nonexpansive in x, as |x| is.
+    With bounds, z - x for z = mid(l, u, 2x) replaces |x|, an extension with the same
+    rate: z - x is nonexpansive in x, as |x| is.
 
     For symmetric positive definite M it converges linearly for every omega > 0, with
     contraction factor max |omega - lambda| / |omega + lambda| over the eigenvalues
@@ -45,7 +45,7 @@ def fixed_point(
     one solve per iteration, and a second product if accelerated.
 
     If accelerated, x_(k+1) is computed as above, but from a combination of the last
-    iterates instead of x_k. For omega, "auto" stands for `best_omega`, at the cost of
+    iterates instead of x_k. For omega, "auto" means `best_omega`, at the cost of
     one more factorization.
 
     Yields x1, x2, ... with F(x) = M z - w + q, at no cost: F(x_k) is the change of

@@ -4,9 +4,9 @@ semidefinite.
 It keeps z inside its bounds by slacks s and multipliers w > 0 and drives s w and the
 residuals to 0: M. Kojima, N. Megiddo, T. Noma, A. Yoshise, A Unified Approach to
 Interior Point Algorithms for Linear Complementarity Problems, Springer (1991); with
-Mehrotra's and Gondzio's steps, regularized factors, and at the end the basic solution
-of its active set, also where that basis is singular: the basic variables solve M_BB z_B
-= -(q + M z_N)_B by a proximal iteration, (M_BB + eps) dz = -w_B, which converges to the
+Mehrotra's and Gondzio's steps, regularized factors, and finally the basic solution of
+its active set, also where that basis is singular: the basic variables solve M_BB z_B =
+-(q + M z_N)_B by a proximal iteration, (M_BB + eps) dz = -w_B, which converges to the
 solution closest to the interior point if there are several.
 """
 
@@ -55,16 +55,17 @@ from lcpcli.typing import States, Vector
 
 FINISH, BEST = "finish", "best"
 MAX_INTERIOR_STEPS = 150  # of an attempt: a few times the tens that it usually takes
-WARM_UP_STEPS = 8  # after which an attempt may be given up for short steps
-# It is given up if the mean length of the last RECENT_STEPS steps is below SLOW_LENGTH.
+WARM_UP_STEPS = 8  # after which an attempt with short steps may be abandoned
+# It is abandoned if the mean length of the last RECENT_STEPS steps is below
+# SLOW_LENGTH.
 RECENT_STEPS, SLOW_LENGTH = 7, 0.4
-# Steps without progress after which an attempt ends: fewer below NEAR_MERIT.
+# Steps without progress after which an attempt stops: fewer below NEAR_MERIT.
 PATIENT_STEPS, IMPATIENT_STEPS = 25, 10
 NEAR_MERIT = 1e-8  # relative: the accuracy at which rounding may prevent progress
 CLOSE_MERIT = 1e-5  # relative: the accuracy at which the active set is first tested
 # The factor by which the merit has to fall before the active set is tested again.
 MERIT_DROP = 1e-2
-# mu at which signs are final, and at which an attempt ends. Where z_i and w_i are both
+# mu at which signs are final, and at which an attempt stops. Where z_i and w_i are both
 # 0, they are as large as the root of mu.
 SMALL_MU, VANISHED_MU = 1e-24, 1e-30
 # Steps between searches for a proof that there is no solution: one costs less than a
@@ -75,14 +76,14 @@ PROOF_EVERY = 5
 PROXIMAL_SHIFT = 3e-8
 # eps where factors fail, and first from a point that is close to a solution.
 LARGER_SHIFT = 1e-6
-# Proximal steps at most; the iteration ends if w_B falls by less than this factor.
+# Proximal steps at most; the iteration stops if w_B falls by less than this factor.
 PROXIMAL_STEPS, SLOW_PROXIMAL = 15, 0.7
 MIN_STEPS = 2  # at least, so that rows with small terms are solved as accurately
 EXCHANGE_ROUNDS = 5  # block pivots: an almost right active set needs one or two
 # Block pivots from a starting point: more of them cost a large part of a run without
 # it.
 START_ROUNDS = 2
-# Pivoting ends at a natural residual above WORSE_FACTOR times the smallest one so far,
+# Pivoting stops at a natural residual above WORSE_FACTOR times the smallest one so far,
 # and above FAR_RESIDUAL.
 WORSE_FACTOR, FAR_RESIDUAL = 1e2, 1e-1
 # In scaled variables: the largest residual that is rounding, and the largest
@@ -102,7 +103,7 @@ class InteriorAttempt:
         smallest one for M if eps is small: Tikhonov's regularization, as in F.
         Facchinei, J.-S. Pang, Finite-Dimensional Variational Inequalities and
         Complementarity Problems (2003), section 12.2.
-    gives_up : whether the attempt ends if its steps remain short.
+    gives_up : whether the attempt stops if its steps remain short.
     """
 
     slack: float
@@ -187,7 +188,7 @@ def attempts(
     try:
         run = Run(problem)
     except ProblemError:
-        return Breakdown("numbers overflow in scaled units")
+        return Breakdown("numbers overflow in the scaled problem")
     return (yield from run.attempts(settings, start_slack, regularization))
 
 
@@ -208,7 +209,7 @@ def at_point(
     try:
         run = Run(problem)
     except ProblemError:
-        return Breakdown("numbers overflow in scaled units")
+        return Breakdown("numbers overflow in the scaled problem")
     ending = yield from run.at_point(x)
     if (
         recorded_stages is not None
@@ -319,9 +320,9 @@ class Run:
         shift: float = PROXIMAL_SHIFT,
     ) -> Stage:
         """Yield the basic solutions of block principal pivoting from the basis of an x
-        in the units of the problem. The first iterate of the run is the initial guess,
-        put on the bounds of this basis, if no more than rounding keeps it from solving
-        the problem.
+        of the original problem. The first iterate of the run is the initial guess, put
+        on the bounds of this basis, if no more than rounding keeps it from solving the
+        problem.
 
         rounds : the largest number of block pivots.
         max_residual : the scaled residual up to which pivoting continues if the

@@ -38,7 +38,7 @@ from lcpcli.verify.alternative import simplest
 from lcpcli.verify.certificate import MANY, Proof, first_proof
 from lcpcli.verify.farkas import Multiplied
 
-# Rounds of Ruiz's scaling at most; it ends when the largest entries are so close to 1.
+# Rounds of Ruiz's scaling at most; it stops when the largest entries are so close to 1.
 RUIZ_ROUNDS, RUIZ_CLOSE = 12, 0.1
 # The factor by which Ruiz's scaling may change the start: half of the digits.
 RUIZ_FARTHEST = 1e8
@@ -46,7 +46,7 @@ ENTRIES_FAR_APART = 60.0  # binary digits between entries of M: more than number
 # In scaled variables, in which solutions are about 1: what diverges is at least that
 # large.
 DIVERGED_SIZE = 1e2
-# Relative to the largest entry of y: smaller ones are left out first.
+# Relative to the largest entry of y: smaller ones are omitted first.
 COARSE_ENTRY = 1e-3
 # Relative to the sum of |y|: by how much a proof has to be negative, far above
 # rounding.
@@ -138,8 +138,8 @@ def _ruiz(M: Matrix, symmetric: bool) -> Vector:
     """Return Ruiz's scaling; symmetric : whether |M| is. If entries are far apart, it
     stays close to a D for which all of D M D are about 1: Ruiz's is not unique for
     bipartite parts of M. `equilibrate`, whose entries lie between 1/2 and 2 only, costs
-    fewer iterations for unsymmetric M in random units, but 216 in place of 30 for
-    QETAMACR and 47 in place of 10 for contact of jointed bodies, and stiff M are no
+    fewer iterations for unsymmetric M with random scaling, but 216 instead of 30 for
+    QETAMACR and 47 instead of 10 for contact of jointed bodies, and stiff M are no
     longer recognized."""
     start, numbers = np.ones(M.shape[0]), M.data if is_sparse(M) else M
     sizes = np.log2(np.abs(numbers[numbers != 0]))

@@ -77,7 +77,7 @@ FUNCTIONS = 64  # evaluations of F that take as long as a small linearization
 PIVOTS, QUADRATIC = 32, 150
 FINE = 1e-12  # a natural residual that is not reduced any further
 SMALL = 1e-6  # a natural residual that may be rounding
-STATIONARY = "z is nearly a stationary point of the merit function, but no solution"
+STATIONARY = "z is almost a stationary point of the merit function, but no solution"
 SLOW = "the merit function decreases too slowly"
 NO_FURTHER = "no step decreases the residual further"
 LONG = (
@@ -217,7 +217,7 @@ FASTER = 1 / 64
 PATIENCE, PROGRESS = 24, 0.5
 SMOOTHER = 0.2  # how fast mu falls in steps for smoothed merit functions
 # The smallest mu, and the natural residual, relative to the first one, at which
-# smoothed steps end.
+# smoothed steps stop.
 MIN_MU, ALMOST = 1e-22, 1e-6
 
 
@@ -639,8 +639,8 @@ class _MultistartNewton(_JosephyNewton):
             yield self.iterate(trial, "watchdog")
 
     def _ending(self, best: TrialPoint, merits: Sequence[float]) -> Ending:
-        """Return how a descent ends, at the trial point with the smallest merit; if it
-        is stalled, with the row in which steps have left the domain of F."""
+        """Return the ending of a descent, at the trial point with the smallest merit;
+        if it is stalled, with the row in which steps have left the domain of F."""
         if size(best.gaps) > NEARLY_SOLVED * self.reference:
             if self.is_long:
                 reason = LONG

@@ -7,13 +7,13 @@ E. Stone, The Linear Complementarity Problem, Academic Press (1992); with bounds
 H. Sargent, Mathematical Programming Study 7 (1978) 36-54; the lexicographic rule after
 B. C. Eaves, The linear complementarity problem, Management Science 17 (1971) 612-634.
 
-Where the path ends, the solution at its basis is computed from M and q, and small
-components are refined by further problems: a path ends once z_0 is within rounding of
-the largest numbers, before numbers matter that are smaller by sixteen digits, as those
-of bodies at rest: momenta of 1e-17 next to impulses of 1. At the point z where it ends,
-M (z + s d) + q = s (M d + (M z + q) / s): for violations of size s this is a problem in
-d with the bounds (l - z) / s, in which components far inside their bounds are free, and
-those with a large w stay where they are.
+Where the path terminates, the solution at its basis is computed from M and q, and small
+components are refined by further problems: a path terminates once z_0 is within
+rounding of the largest numbers, before numbers matter that are smaller by sixteen
+digits, as those of bodies at rest: momenta of 1e-17 next to impulses of 1. At its last
+point z, M (z + s d) + q = s (M d + (M z + q) / s): for violations of size s this is a
+problem in d with the bounds (l - z) / s, in which components far inside their bounds
+are free, and those with a large w stay where they are.
 """
 
 from __future__ import annotations
@@ -58,11 +58,11 @@ OF_LEMKE = (
 )
 # Largest n for integer pivoting: 2^14 pivots exceed the usual limit.
 MAX_INTEGER_UNKNOWNS = 13
-# Pivots of a path for each unknown, and in addition: paths that end at a solution take
+# Pivots of a path for each unknown, and in addition: paths that lead to a solution take
 # about one for each unknown.
 MAX_PIVOTS, MORE_PIVOTS = 5, 50
 FEW_PIVOTS = 2  # for each unknown on the first path of `auto`, before other methods
-# Pivots for each unknown, and in addition, if the path is not sure to end at a
+# Pivots for each unknown, and in addition, if the path is not sure to lead to a
 # solution.
 FEWER_PIVOTS, FEW_MORE_PIVOTS = 1, 20
 # Relative to q: a z_0 of this size may be rounding, so that the point may be a
@@ -83,14 +83,14 @@ def lemke(
     """Follow the path of almost complementary basic solutions of w = M z + c z_0 + q
     from a large z_0 down to z_0 = 0.
 
-    For every M it ends after finitely many pivots, unless ties make it cycle, at a
-    solution or on a ray. If M is copositive-plus (Lemke 1965) or row sufficient, or has
-    nonnegative principal minors and a solution for every feasible q (M. Aganagić and R.
-    W. Cottle, A constructive characterization of Q0-matrices with nonnegative principal
-    minors, Mathematical Programming 37 (1987) 223-231), a ray means that the problem is
-    infeasible; otherwise it proves nothing. The number of pivots is usually of order n,
-    at worst exponential; each costs two passes over a dense tableau. Free variables are
-    eliminated first (see `free_variables`).
+    For every M it terminates after finitely many pivots, unless ties make it cycle, at
+    a solution or on a ray. If M is copositive-plus (Lemke 1965) or row sufficient, or
+    has nonnegative principal minors and a solution for every feasible q (M. Aganagić
+    and R. W. Cottle, A constructive characterization of Q0-matrices with nonnegative
+    principal minors, Mathematical Programming 37 (1987) 223-231), a ray means that the
+    problem is infeasible; otherwise it proves nothing. The number of pivots is usually
+    of order n, at worst exponential; each costs two passes over a dense tableau. Free
+    variables are eliminated first (see `free_variables`).
 
     x0 is not used: the method starts with all variables at bounds. A cover of "ones",
     scaled as the rows, is Lemke's; the theory is the same for every other c > 0. With
@@ -98,9 +98,9 @@ def lemke(
     of "ones", and integers up to 2^20 for M and q of at most MAX_INTEGER_UNKNOWNS, all
     pivoting is in integers, so that the path is the same on every machine.
 
-    Yields (z - w) / 2 after every pivot, with F = M z - w + q, and at the end
-    recomputed from M and q, without F; the step is named by the variables that enter
-    and leave the basis, but with free variables. `evaluations` counts the pivots.
+    Yields (z - w) / 2 after every pivot, with F = M z - w + q, and as the last one the
+    point recomputed from M and q, without F; the step is named by the variables that
+    enter and leave the basis, but with free variables. `evaluations` counts the pivots.
     NoSolution : the path ended on a ray; the certificate is "farkas" if the ray proves
     that there is no solution, otherwise "ray".
     """
@@ -133,12 +133,12 @@ def lemke_stage(
     reduction: Reduction | None,
     is_sure: Callable[[], bool],
 ) -> Stage:
-    """Follow the path to its end, at most FEW_PIVOTS per unknown; yield only the
-    solution at which it ends, or the point where z_0 is almost 0. A ray may prove that
+    """Follow the whole path, with at most FEW_PIVOTS per unknown; yield only the
+    solution to which it leads, or the point where z_0 is almost 0. A ray may prove that
     there is no solution, also for slightly different data.
 
-    is_sure : whether the path ends at a solution if there is one; if not, long paths
-        rarely do, and are not followed to their ends.
+    is_sure : whether the path leads to a solution if there is one; if not, long paths
+        rarely do, and are not followed completely.
     """
     path = path_to_end(problem, follow, reduction or reduced(problem), is_sure)
     if path.end == SOLVED:
@@ -152,11 +152,11 @@ def lemke_stage(
     if path.cover_value <= VANISHED * np.abs(path.k).max():
         z, w, _ = path.point()
         yield Iterate(problem.box.x_of(z, w), None, "", path.pivots, signs_final=False)
-    return Stalled("the path does not end at a solution")
+    return Stalled("the path does not lead to a solution")
 
 
 def end_of_path(problem: Problem, follow: Follow) -> Stage:
-    """Yield the point at which the path ends, whether it is a solution or not.
+    """Yield the last point of the path, whether it is a solution or not.
 
     It has the rounding of the pivots: a step of a nonlinear run needs no more digits,
     and the solution of its basis would cost another factorization.
@@ -173,8 +173,8 @@ def path_to_end(
     reduction: Reduction,
     is_sure: Callable[[], bool] = lambda: True,
 ) -> LemkePath:
-    """Return the path at its end, or where a basis is singular or it has taken too many
-    pivots."""
+    """Return the path where it terminates, or where a basis is singular or it has taken
+    too many pivots."""
     path = LemkePath(reduction, problem.q, 0, False, follow)
     max_pivots = FEW_PIVOTS * path.k.size + MORE_PIVOTS
     with suppress(np.linalg.LinAlgError):
@@ -185,7 +185,7 @@ def path_to_end(
 
 
 def _end_of(problem: Problem, path: LemkePath) -> tuple[Vector, States]:
-    """Return x and the basis of the solution at which the path ends."""
+    """Return x and the basis of the solution to which the path leads."""
     z_on_path, _, basis = path.point()
     z, is_accurate = solution_of_basis(problem, path.reduction.M, z_on_path, basis)
     if not is_accurate:
@@ -431,7 +431,7 @@ class LemkePath:
         return self.reduction.direction(y[m : 2 * m]), self.reduction.multipliers(u[:m])
 
 
-LITERAL_STEPS = 8  # block pivots on infeasibilities at the end of a path
+LITERAL_STEPS = 8  # block pivots on infeasibilities after a path
 
 
 def solution_of_basis(
@@ -531,8 +531,8 @@ def violations(problem: Problem, z: Vector) -> tuple[Vector, Vector, Mask]:
 @np.errstate(all="ignore")
 def refine_small_components(problem: Problem, z: Vector, follow: Follow) -> Vector:
     """Return z with its small components refined: Lemke's method solves the problem in
-    the distance from z, divided by the size of the violations, as long as its paths end
-    at solutions."""
+    the distance from z, divided by the size of the violations, as long as its paths
+    lead to solutions."""
     for _ in range(MAX_LEVELS):
         w, natural_residual, violated = violations(problem, z)
         size = natural_residual.max(where=violated, initial=0.0)

@@ -35,7 +35,7 @@ from lcpcli.verify.certificate import MANY, first_proof
 
 
 def linear(problem: Problem, max_seconds: float = math.inf) -> Stage:
-    """End with a Farkas proof, or for sparse M yield the solution if M is
+    """Return a Farkas proof, or for sparse M yield the solution if M is
     skew-symmetric."""
     units = changes.scale(problem)
     if is_skew(problem.M):

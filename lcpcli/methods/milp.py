@@ -121,8 +121,8 @@ class ComplementarySystem:
         return self.form.multipliers(self.units.multipliers(y))
 
     def refutes(self, decided: Vector, y: Vector) -> bool:
-        """Return whether y, with wrong signs replaced by 0, proves that no solution of
-        the original problem fits the decisions."""
+        """Return whether y, with components of infeasible sign replaced by 0, proves
+        that no solution of the original problem fits the decisions."""
         original_problem, boxes = (
             self.form.original,
             self.form.restricted(decided == ACTIVE, decided == INACTIVE),
@@ -296,7 +296,7 @@ class _BranchAndBound:
 
 GAP = 1e3  # any alpha > 0 suffices: the solver may stop at 1 / GAP of the maximum
 EXHAUSTED = "each complementary set is excluded by a proof in exact arithmetic"
-UNDECIDED = "neither a solution nor a proof that there is none was found"
+UNDECIDED = "neither a solution nor a proof that there is none is known"
 MAX_DENSE_ROWS = 1 << 24  # entries of the columns of a set that may be singular
 # Work limit, in nominal seconds, of the proof before the nodes that auto examines.
 FIRST_EFFORT = 1.0
@@ -315,9 +315,9 @@ def milp(problem: Problem, x0: Vector) -> Stage:  # noqa: ARG001 (every method h
     In order: a proof that the problem is infeasible; the first nodes of branch and
     bound (`candidates`); the program, for at most half of the remaining time, and the
     solution on each active set that it suggests; the rest of the tree. Exponential in n
-    at worst. The program is that of R M C, R q with the powers of two of
-    `units.equilibrate`, which rounds nothing: alpha is about 1 / max(z, w), and the
-    solver cannot resolve alpha below 1e-6.
+    at worst. The program is that of R M C, R q with the powers of two of equilibration,
+    which rounds nothing: alpha is about 1 / max(z, w), and the solver cannot resolve
+    alpha below 1e-6.
 
     Yields (z - w) / 2 for the solution of each complementary set that appears to have
     one, with step "program" or "tree", the origin of the set. Solutions up to rounding

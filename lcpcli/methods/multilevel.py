@@ -169,7 +169,8 @@ def _neighbourhood_maximum(A: Matrix) -> Callable[[Any], Any]:
     degrees = np.diff(A.indptr)
     if degrees.max(initial=0) * n > MAX_PADDED * indices.size:
         return lambda values: np.maximum.reduceat(values[indices], indptr[:-1])
-    # The k-th neighbours of all nodes are in row k; nodes with fewer are their own.
+    # The k-th neighbours of all nodes are in row k; nodes with fewer are their own
+    # neighbours.
     table = np.tile(np.arange(n, dtype=indices.dtype), (degrees.max(), 1))
     positions = np.arange(indices.size, dtype=indptr.dtype) - np.repeat(
         indptr[:-1], degrees
@@ -338,7 +339,7 @@ COARSEST_PIVOTS = 30  # block pivots; the coarsest problem rarely takes more tha
 
 
 class FullApproximation:
-    """Approximate solutions of the problem of a matrix, given by q and bounds, on each
+    """Approximate solutions of the problem of a matrix, with q and bounds, on each
     level of a hierarchy."""
 
     def __init__(self, hierarchy: Hierarchy, q: Vector, box: Box) -> None:

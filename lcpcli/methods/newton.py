@@ -99,13 +99,13 @@ def newton(
     """Pivot on all indices whose z_i or w_i is negative; after BLOCK_PATIENCE steps
     without a new minimum of their number, pivot on the least index only.
 
-    Ends at the solution after finitely many steps for every P-matrix M and every q, in
-    practice after a handful. For other matrices it may meet a singular M_PP or cycle.
-    An iteration costs one factorization of M_PP and one product with M.
+    Terminates at the solution after finitely many steps for every P-matrix M and every
+    q, in practice after a handful. For other matrices it may meet a singular M_PP or
+    cycle. An iteration costs one factorization of M_PP and one product with M.
 
     Of x0 only the signs matter. patience : the largest number of pivots on the least
-    index: unlike block pivots, they may take 2^n. hasty : whether it is given up where
-    it is `Safeguard.is_hopeless`, as another method follows.
+    index: unlike block pivots, they may take 2^n. hasty : whether it stops where it is
+    `Safeguard.is_hopeless`, as another method follows.
     growing : whether block pivots go without the safeguard while no basic variable is
         infeasible: the basic variables of a Z-matrix then stay basic, as in `z_matrix`.
     """
@@ -290,13 +290,13 @@ def from_start(problem: Problem, basis: States) -> Stage:
 
 
 def finish(problem: Problem, x0: Vector | None, stage: Stage) -> Stage:
-    """Pass on the iterates of a stage, and end with the solution as soon as their
-    active set yields it, without infeasibility beyond rounding; it has step "finish",
-    and the ending is Finished. Otherwise end as the stage does.
+    """Pass on the iterates of a stage, and finally the solution as soon as their active
+    set yields it, without infeasibility beyond rounding; it has step "finish", and the
+    ending is Finished. Otherwise return the ending of the stage.
 
     An attempt, as by `from_states`, begins when P is almost unchanged for
     STABLE_ITERATES iterates and attempts have cost no more than the evaluations of the
-    stage so far, as products with M; and in any case when the stage ends.
+    stage so far, as products with M; and in any case when the stage finishes.
 
     x0 : the start of the stage, whose active set is used too; None if it has none.
     """
@@ -354,7 +354,7 @@ GRADIENT_BLOCK = 4  # steps between two checks of the active set
 SETTLED_INDICES, SETTLED_ONE_IN = 8, 500
 # Checks within which the changes have to decrease, for the iteration to continue.
 CHECKS_TO_ADVANCE = 3
-# Growth of |w|^2, scaled to a unit diagonal, at which the iteration diverges.
+# Growth of |w|^2, scaled to a diagonal of ones, at which the iteration diverges.
 GRADIENT_GROWTH = 1e6
 # Steps at most; for large n as many as take no longer than a factorization, if these
 # are more.
@@ -437,7 +437,7 @@ def projected_gradient(problem: Problem, x0: Vector) -> Stage:
 
 
 class GradientCheck(NamedTuple):
-    """The state of `gradient_steps` at a check: z and its w, of shape (n,) or (m, n),
+    """The iterate of `gradient_steps` at a check: z and its w, of shape (n,) or (m, n),
     the basis that they represent, the number of changes in it since the last check, and
     whether the iteration is bounded."""
 
@@ -451,7 +451,7 @@ class GradientCheck(NamedTuple):
 def gradient_steps(
     box: Box, w_of: Callable[[Vector], Vector], z: Vector, w: Vector
 ) -> Iterator[GradientCheck]:
-    """Iterate on problems scaled to a unit diagonal, one or many, and yield every
+    """Iterate on problems scaled to a diagonal of ones, one or many, and yield every
     GRADIENT_BLOCK steps.
 
     w_of : M z + q, as a new array. z, w : the start, shape (n,), or (m, n) for m

@@ -4,7 +4,8 @@ is no result.
 Complementary pairs (z, w) that satisfy w = M z + q are the common points of the affine
 set A of all (z, w) with w = M z + q and of the set B of all (z, w) with l <= z <= u
 where w has the signs required by complementarity. Neither convexity nor monotonicity is
-needed to project onto B, as its points are found component by component. The iteration
+needed to project onto B, as its points are computed component by component. The
+iteration
 
     x' = x + beta (P_A(2 P_B x - x) - P_B x)
 
@@ -61,7 +62,7 @@ ROUND_STEPS, ROUND_STEPS_PER_UNKNOWN = 2000, 4
 def reflections(
     problem: Problem, x0: Vector, *, beta: float = 0.7, walkers: int = 16, seed: int = 0
 ) -> Stage:
-    """Search for a common point of A and B without end; x0 has no influence.
+    """Search for a common point of A and B until the run stops it; x0 has no influence.
 
     The problem is scaled so that M is equilibrated and the violations at the reference
     point are of size 1.

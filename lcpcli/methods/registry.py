@@ -52,7 +52,7 @@ SWITCHES = {  # options of auto that are on unless they are switched off
 }
 OF_AUTO = dict.fromkeys(SWITCHES, True)  # options in force of auto, if none is chosen
 START_OPTIONS = ("x0", "z0", "basis")  # of which at most one may be set
-ANY = "any matrix"  # in place of a class
+ANY = "any matrix"  # instead of a class
 
 P = Option(
     *("p", float, None, "0 < p < infinity", lambda p: 0 < p < math.inf),
@@ -104,7 +104,7 @@ START_SLACK = Option(
         "0 < slack < infinity",
         lambda slack: 0 < slack < math.inf,
     ),
-    "Least slack and multiplier at the start, in scaled units; later attempts "
+    "Least slack and multiplier at the start, in the scaled problem; later attempts "
     "use multiples of it.",
 )
 REGULARIZATION = Option(
@@ -128,7 +128,7 @@ ONES = "ones"
 LARGEST = "largest"
 LEXICOGRAPHIC = "lexicographic"
 COVER = Option(
-    *("cover", int, 0, "whole number >= 0, or ones", lambda seed: seed >= 0),
+    *("cover", int, 0, "integer >= 0, or ones", lambda seed: seed >= 0),
     "Covering vector: ones, or the seed of a random one that keeps rows from "
     "blocking simultaneously.",
     words=(ONES,),
@@ -165,8 +165,8 @@ class Method(NamedTuple):
         so that it is believed if it has excluded all of them.
     max_unknowns : the largest n for which it is begun; None for no limit.
     guaranteed : the classes of M, keys of `inspection.verdict.CLASSES` or ANY, for
-        which, in exact arithmetic, it ends at a solution or with a proof that there is
-        none, each with what it does; the first class that contains M applies.
+        which, in exact arithmetic, it terminates at a solution or with a proof that
+        there is none, each with what it does; the first class that contains M applies.
     quantities : the quantities that its iterates have for columns; two methods may
         share one.
     location : the module, in lcpcli.methods or by its full name, and the function, if
@@ -347,7 +347,7 @@ def options_of(methods: Mapping[str, Method]) -> dict[str, Option]:
 
 
 OPTIONS = options_of({**METHODS, **NONLINEAR})
-ALL = "all"  # in place of the names of quantities
+ALL = "all"  # instead of the names of quantities
 # By name, in the order in which tables have them.
 _DECLARED = [each for each in vars(of).values() if isinstance(each, Quantity)]
 QUANTITIES = {quantity.name: quantity for quantity in _DECLARED}
@@ -513,7 +513,7 @@ def options_in_force(
 
 
 TRUTHS = {"true": True, "false": False}
-FLAGS = (*ADDITIONS, *SWITCHES)  # options that may stand alone, which means true
+FLAGS = (*ADDITIONS, *SWITCHES)  # options that need no value, which means true
 
 
 class Variant(NamedTuple):
@@ -539,7 +539,7 @@ class Variant(NamedTuple):
 
 def parse(text: str) -> Variant:
     """Return the variant written METHOD or METHOD:OPTION=VALUE,...; an addition such as
-    scale may stand alone.
+    scale needs no value.
 
     Raises OptionError for an unknown method, for an option that it does not have, and
     for a value out of range.
@@ -635,7 +635,7 @@ def _dashed(name: str) -> str:
 
 def _setting(setting: str) -> tuple[str, str]:
     """Return the name of an option as in Python, and the text after it; an addition
-    such as scale may stand alone."""
+    such as scale needs no value."""
     name, equals, value = (item.strip() for item in setting.partition("="))
     name = name.replace("-", "_")
     if not equals and name in FLAGS:

@@ -7,7 +7,7 @@ complementarity problem, Journal of Computational and Applied Mathematics 236 (2
 of equations, International Journal of Contemporary Mathematical Sciences 3 (2008)
 753-759. Steps are numbered as in the paper's algorithm.
 
-With phi(x) = ln(1 + e^(px) + e^(-px)) / p in place of |x|,
+With phi(x) = ln(1 + e^(px) + e^(-px)) / p instead of |x|,
 
     F~(p, x) = (M + I) x + (M - I) phi(x) + q = M z~ - w~ + q,
     z~ = phi(x) + x,    w~ = phi(x) - x.
@@ -50,8 +50,8 @@ SELECTED, STEEPEST_AT_MULTIPLE, PLANE, AVERAGE, STEEPEST = (
 )
 SMOOTHED = 1e-3  # |F~| at a zero of F~, up to rounding, relative to the smoothing error
 SMOOTHING = (
-    "its smoothed equation is solved up to rounding; what is left is the smoothing "
-    "error"
+    "its smoothed equation is solved up to rounding; the remaining residual is the "
+    "smoothing error"
 )
 LOWEST = "no step decreases |F~| any further in double precision"
 DESCENT = (SELECTED, STEEPEST_AT_MULTIPLE, STEEPEST)
@@ -146,8 +146,8 @@ def default_p(problem: Problem) -> float:
 
 
 def _smoothed_solution(problem: Problem, p: float, F: Vector) -> Stalled | None:
-    """Return the ending at a zero of F~ if only the smoothing error is left, and
-    exceeds rounding; else None."""
+    """Return the ending at a zero of F~ if the residual is only the smoothing error,
+    and exceeds rounding; else None."""
     default, bound = default_p(problem), error(problem, p)
     if p >= default or np.max(np.abs(F)) > SMOOTHED * bound:
         return None
@@ -224,7 +224,7 @@ Combination: TypeAlias = tuple[str, float, float, float | None, float]
 
 
 def combine(mu: float, nu: float, cosine: float, F_d: float, v_d: float) -> Combination:
-    """Take steps 2.4 to 2.6 for unit vectors F and v with that cosine: return the step,
+    """Take steps 2.4 to 2.6 for F and v of length 1 with that cosine: return the step,
     a, b of s = a F + b v, and alpha and `multiple` as in `Direction`.
 
     u = mu F and nu v, both divided by |u|, span the candidates alpha u + (1 - alpha) nu
@@ -257,7 +257,7 @@ def combine(mu: float, nu: float, cosine: float, F_d: float, v_d: float) -> Comb
 
 
 class Selected:
-    """The quantities of a point that is not the end of a line search. before : the
+    """The quantities of a point that no line search has produced. before : the
     point before it."""
 
     def __init__(
@@ -284,8 +284,8 @@ class Step(Selected):
 
     points : x_(k-1), or None for the first step, x_k, where the step starts, and
         x_(k+1). g : grad f(x_k). slope, gamma : <g, s> and the accepted length, for the
-        normalized s. trials : the number of trial lengths, also along a direction that
-            was given up.
+        normalized s. trials : the number of trial lengths, also along an abandoned
+        direction.
     """
 
     _from: SmoothedPoint
@@ -414,7 +414,7 @@ def excess(p: float, t: Vector) -> Vector:
 def slope(p: float, x: Vector) -> Vector:
     """Return phi'(x) = (e^(px) - e^(-px)) / (1 + e^(px) + e^(-px)) for p |x| <= WINDOW;
     it lies between -1 and 1."""
-    b = -np.expm1(-p * np.abs(x))  # 1 - a, without cancellation near 0
+    b = -np.expm1(-p * np.abs(x))  # 1 - a, without cancellation at small x
     return np.asarray(np.copysign(b * (2 - b) / (3 - (3 - b) * b), x))
 
 
@@ -509,18 +509,18 @@ def search(
     rho: float,
     sigma: float,
 ) -> tuple[SmoothedPoint, float, Vector, int] | int:
-    """Return the end of the step from start along s, where f has the slope <grad f, s>
-    < 0, with first trial length gamma > 0; its length, the gradient of f there, and the
-    number of trial lengths; only that number if they become too short to change x: the
-    decrease is below rounding.
+    """Return the point to which a step from start along s leads, where f has the slope
+    <grad f, s> < 0, with first trial length gamma > 0; its length, the gradient of f
+    there, and the number of trial lengths; only that number if they become too short to
+    change x: the decrease is below rounding.
 
-    The end satisfies the two conditions of step 2.7, the weak Wolfe conditions
+    The point satisfies the two conditions of step 2.7, the weak Wolfe conditions
 
         f(x + gamma s) <= f(x) + gamma rho <grad f(x), s>         (sufficient decrease)
         <grad f(x + gamma s), s> >= sigma <grad f(x), s>                (curvature).
 
-    Any other trial becomes an end of the bracket: the upper one if it violates the
-    decrease, else the lower one. The bracket expands while it has no upper end; from
+    Any other trial becomes a limit of the bracket: the upper one if it violates the
+    decrease, else the lower one. The bracket expands while it has no upper limit; from
     then on each pair of trials at least halves it. Between the halvings the trial is
     the minimizer of a parabola that interpolates f, which is exact if f is quadratic
     (Nocedal and Wright 2006, section 3.5). Gradients are computed only where the

@@ -133,7 +133,7 @@ NOWHERE = np.empty(0)  # the start of a sequence whose start is never read
 TIME_LIMIT_REACHED = "the time limit is reached"
 NO_STANDARD_FORM = "numbers overflow in the standard form"
 INEXACT = (
-    "no solution was found, and the change of variables rounded, so that there is "
+    "no solution was computed, and the change of variables rounded, so that there is "
     "no proof either"
 )
 FAULTS = (FloatingPointError, MemoryError, PackageFault, SingularMatrix)
@@ -179,14 +179,14 @@ def clause_on(error: Exception) -> str:
 
 
 def ended(ending: Ending, *iterates: Iterate) -> Stage:
-    """Return a stage of these iterates, by default none, that ends with `ending`."""
+    """Return a stage of these iterates, by default none, that returns `ending`."""
     yield from iterates
     return ending
 
 
 def recorded(name: str, stage: Stage, recorded_stages: RecordedStages) -> Stage:
-    """Pass on the stage; when it ends, append a stage with the same iterates and the
-    same ending to those of a name."""
+    """Pass on the stage; when it finishes, append a stage with the same iterates and
+    the same ending to those of a name."""
     iterates = list[Iterate]()
     ending: Ending = Stalled()
     try:
@@ -307,8 +307,8 @@ def changed(
 def in_given_variables(
     change: Change, stage: Stage, polishing: BasicSolutions | None = None
 ) -> Stage:
-    """Pass on the stage with x, F and, at its end, the proof, if any, of the original
-    problem. polishing : as in `MethodSequence`."""
+    """Pass on the stage with x, F and, in its ending, the proof, if any, of the
+    original problem. polishing : as in `MethodSequence`."""
     ending_of = partial(_ending_in_given_variables, change)
     return MethodSequence(None, 0, change, polishing, ending_of, ()).run_stage(
         "", stage
@@ -397,7 +397,7 @@ class MethodSequence:
     def run_stage(
         self, method: str, stage: Stage, max_iterates: float = math.inf
     ) -> Stage:
-        """Run the stage of a method to its end, passing on its iterates under the name
+        """Run the whole stage of a method, passing on its iterates under the name
         of the method, or under the names of the methods that it consists of."""
         return self.run_part(Part(method, stage), max_iterates)
 

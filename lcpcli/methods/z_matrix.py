@@ -4,25 +4,24 @@ optimal stopping.
 
 R. Chandrasekaran, A special case of the complementary pivot problem, Opsearch 7 (1970)
 263-268: from z = 0, each i with w_i < 0 becomes basic, and stays so, as every later
-step lowers the other w. This ends after at most n pivots at the least solution, or at a
-pivot that is not positive: the multipliers of its row are nonnegative, and prove that
-the problem is infeasible. Here a block pivot makes all i with w_i < 0 basic at once,
-which leads to the same basis.
+step lowers the other w. This terminates after at most n pivots at the least solution,
+or at a pivot that is not positive: the multipliers of its row are nonnegative, and
+prove that the problem is infeasible. Here a block pivot makes all i with w_i < 0 basic
+at once, which leads to the same basis.
 
 If M is tridiagonal, Gaussian elimination along a run of basic variables continues
-through the variables beyond its end, as if these were basic too: where the eliminated
+through the variables beyond it, as if these were basic too: where the eliminated
 right-hand side is positive, they are. That is done for all runs at once, in both
 directions.
 
-With a single run from an end of the grid, a single elimination is enough: M. J. Brennan
-and E. S. Schwartz, The valuation of American put options, Journal of Finance 32 (1977)
-449-462, and for M-matrices P. Jaillet, D. Lamberton and B. Lapeyre, Variational
+With a single run from a boundary of the grid, a single elimination is enough: M. J.
+Brennan and E. S. Schwartz, The valuation of American put options, Journal of Finance 32
+(1977) 449-462, and for M-matrices P. Jaillet, D. Lamberton and B. Lapeyre, Variational
 inequalities and the pricing of American options, Acta Applicandae Mathematicae 21
 (1990) 263-289. Any number of runs in O(n) operations, one variable after another: R. W.
 Cottle and R. S. Sacher, On the solution of large, structured linear complementarity
 problems: the tridiagonal case, Applied Mathematics and Optimization 3 (1977) 321-340. A
-few positive entries off the diagonal are left out; block pivots continue from the
-basis.
+few positive entries off the diagonal are ignored; block pivots continue from the basis.
 """
 
 from __future__ import annotations

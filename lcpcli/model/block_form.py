@@ -152,7 +152,7 @@ class Blocks(NamedTuple):
         return float(matrices.accurate_residual(x[None], slopes, np.zeros(1))[0]) / -2
 
     def with_infinity(self, infinity: float) -> Blocks:
-        """Return the blocks without bounds and sides of rows of at least the size
+        """Return the blocks without bounds and row sides of at least the size
         `infinity`, or raise ProblemError."""
         rows, variables = (self.row_lower, self.row_upper), (self.lower, self.upper)
         rows = as_intervals(
@@ -365,7 +365,7 @@ def size_of(data: Mapping[str, Any], field: str, minimum: int) -> int:
         or raw_value % 1 != 0
     ):
         raise ProblemError(
-            field, f"is not a number of {field}", f"give a whole number from {minimum}"
+            field, f"is not a number of {field}", f"give an integer from {minimum}"
         )
     return int(raw_value)
 
@@ -431,10 +431,10 @@ def rows_between(
     infinity: float = math.inf,
 ) -> tuple[Matrix, tuple[Vector, Vector]]:
     """Return the matrix of rows, of shape (m, k), and their lower and upper sides, or
-    raise ProblemError. b : the same as row_lower, in its place."""
+    raise ProblemError. b : an alternative name of row_lower."""
     if b is not None and row_lower is not None:
         raise ProblemError(
-            "b", "is short for row_lower, which is given too", LEAVE_ONE_OUT
+            "b", "is short for row_lower, which is passed too", LEAVE_ONE_OUT
         )
     field, low = ("row_lower", row_lower) if b is None else ("b", b)
     matrix = matrix_of_rows("A", A, k, {field: low, "row_upper": row_upper})

@@ -6,7 +6,7 @@ w_i >= 0 where z_i < u_i and w_i <= 0 where z_i > l_i. For l = 0 and u infinite,
 + x and w = |x| - x.
 
 A residual that is measured from the reference point is hidden neither by bounds far
-from 0 nor by very large ones that stand for infinite ones.
+from 0 nor by very large ones that represent infinite ones.
 
 Validation of bounds: infinity means no bound; no lower one exceeds the upper one, or a
 ProblemError says where.
@@ -83,14 +83,14 @@ LCP_WORDING = Wording(
     "{} times their sum cancel",
 )
 MIXED_WORDING = Wording(
-    "z is within its bounds and w = Mz + q has the signs that they ask for, in "
+    "z is within its bounds and w = Mz + q has the signs required by complementarity, "
+    "in rational arithmetic",
+    "no z within the bounds has w with the signs required by complementarity, by y in "
     "rational arithmetic",
-    "no z within the bounds has w with the signs that they ask for, by y in "
-    "rational arithmetic",
-    "no z within the bounds has w with the signs that they ask for, by the y of "
-    "the certificate",
-    "by y, no z within the bounds has w with the signs that they ask for",
-    "no z within the bounds has w with their signs, by this y, unless terms of "
+    "no z within the bounds has w with the signs required by complementarity, by the y "
+    "of the certificate",
+    "by y, no z within the bounds has w with the signs required by complementarity",
+    "no z within the bounds has w with the required signs, by this y, unless terms of "
     "a row of Mz that are {} times their sum "
     "cancel",
 )
@@ -146,7 +146,7 @@ class Box:
 
     @cached_property
     def _has_upper(self) -> bool:
-        """Return whether there is an upper bound; if not, no state is "at the upper
+        """Return whether there is an upper bound; if not, no status is "at the upper
         bound"."""
         return number_of(np.isfinite(self.upper)) > 0
 
@@ -210,8 +210,8 @@ class Box:
 
     def gaps(self, z: Vector, w: Vector, factor: Vector | float = 1.0) -> Vector:
         """Return the natural residual z - mid(l, u, z - w) = max(z - u, min(z - l, w)),
-        without cancellation; with z in other units max(factor (z - u), min(factor (z -
-        l), w))."""
+        without cancellation; with z scaled by the factor max(factor (z - u), min(factor
+        (z - l), w))."""
         gaps: Vector = np.minimum(factor * (z - self.lower), w)
         return np.maximum(factor * (z - self.upper), gaps) if self._has_upper else gaps
 
@@ -242,8 +242,7 @@ class Box:
         return np.asarray(np.clip(y, lowest, highest))
 
     def nonbasic(self, basis: States) -> Vector:
-        """Return the z of a basis: a bound where nonbasic, 0 in place of basic
-        variables."""
+        """Return the z of a basis: a bound where nonbasic, 0 for basic variables."""
         bound = (
             np.where(basis == _UPPER, self.upper, self.lower)
             if self._has_upper
@@ -264,8 +263,8 @@ class Box:
         return self.violations(z, w, basis) > 0.0
 
     def excess(self, z: Vector, w: Vector) -> Vector:
-        """Return by how much w has the wrong sign for a z within the bounds; minus
-        infinity where w may have any sign."""
+        """Return by how much w violates its sign condition for a z within the bounds;
+        minus infinity where w may have any sign."""
         if not self._has_upper:
             return np.where(z > self.lower, np.abs(w), -w)
         return np.maximum(

@@ -4,7 +4,7 @@ others are in `presolve`. And a mixed problem as an LCP, for methods that accept
 >= 0: finite lower bounds are shifted to 0, variables with only an upper bound are
 reflected, free ones are split by one common extra column, z_F = p - t e (which keeps M
 positive semidefinite if it is), and a box gets its upper bound as a row, with a
-multiplier v: [M I; -I 0]. Fixed variables are left out.
+multiplier v: [M I; -I 0]. Fixed variables are eliminated.
 
 Sides so far from 0 that they are likely to mean infinite ones, as 1e20 and 1e30 do,
 become infinite if the user says so. Otherwise they are sides, but a method does better
@@ -411,7 +411,7 @@ def standard_form(original: Problem) -> StandardForm:
 
 def with_infinity(problem: Problem, infinity: float) -> Problem:
     """Return the problem without bounds of at least the size `infinity` and, for a
-    block form, without such sides of rows.
+    block form, without such row sides.
 
     Raises ProblemError for a lower bound of at least `infinity`, or an upper bound of
     at most minus `infinity`.
@@ -471,7 +471,7 @@ class Relaxed(Change):
     multipliers of rows without any other side are fixed at 0. The two problems share
     only the solutions within the sides.
 
-    sides : the far sides that are left out. moved_sides : the other far sides. is_moved
+    sides : the far sides that are dropped. moved_sides : the other far sides. is_moved
         : whether these have been moved closer; then the two problems share only the
         bases of their solutions, if these do not depend on how far away such a side is.
     """

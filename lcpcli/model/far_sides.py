@@ -1,5 +1,5 @@
-"""Sides that are likely to mean none: finite bounds of unknowns, and sides of the rows
-of a program, that are far beyond everything else.
+"""Sides that are likely to mean none: finite bounds of unknowns, and sides of
+constraints of a program, that are far beyond everything else.
 
 Formats and solvers have no infinity in common: 1e20 by the convention of MPS files,
 9.99e19 of one collection, 1e19 of Ipopt, 1e15 of those who write a large number. Such a

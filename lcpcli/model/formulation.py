@@ -83,7 +83,7 @@ class Answer:
     no part of its repr.
     """
 
-    statement: str = ""  # a sentence that the answer begins or ends with
+    statement: str = ""  # the first or the last sentence of the answer
     exact: Any = None  # the same in fractions, if the solution is proved
     # What is proved, in a word that may say more than the status of the problem.
     word: str | None = None
@@ -117,8 +117,8 @@ class Answer:
         return {}
 
     def picture(self, title: str) -> Any:  # noqa: ARG002
-        """Return a `report.plotting.Picture` of the answer, which a single run draws in
-        place of its errors; None if there is none."""
+        """Return a `report.plotting.Picture` of the answer, which a single run draws
+        instead of its errors; None if there is none."""
         return None
 
     def record(self) -> Mapping[str, Any] | None:
@@ -258,12 +258,13 @@ class Formulation:
 
     def proposed(self, problem: Any) -> Proposal | None:  # noqa: ARG002
         """Return a point that may be a solution, which `auto` tests first; None if
-        there is no method for that, or it does not end."""
+        there is no method for that, or it does not converge."""
         return None
 
     def followed(self, problem: Any, states: States) -> Proposal | None:  # noqa: ARG002
         """Return a point that may be a solution, to which the basis of the last one
-        leads in a sequence; None if there is no method for that, or it does not end."""
+        leads in a sequence; None if there is no method for that, or it does not
+        converge."""
         return None
 
     def answer(self, result: Any) -> Answer | None:  # noqa: ARG002
@@ -343,7 +344,7 @@ def named(raw_names: Sequence[str], n: int) -> Named:
     for name, times in Counter(texts).items():
         if name and times > 1:
             reason = f"has {quoted(name)} for {times} unknowns"
-            hint = "give each its own name, or an empty one"
+            hint = "give each another name, or an empty one"
             raise ProblemError("names", reason, hint)
     return Named(texts)
 

@@ -75,8 +75,7 @@ class Row(NamedTuple):
     page : its page of help.
     unrounded : the noun for its numbers, if JSON keeps those that are no shortest
         decimals of floating-point numbers as fractions.
-    meant : keys that are understood as attempts at its keys, and what to write in their
-        place.
+    meant : keys that are understood as attempts at its keys, and what to write instead.
     parts : keys of a proposed solution in parts.
     bounds : the hint for bounds of z, if it cannot have them; "" if it can.
     tables : the option for files that are tables.

@@ -229,7 +229,7 @@ def _reals(field: str, raw_value: Any) -> Vector:
     """Return a copy of numbers as float64, with nan for those that are not real, such
     as roots of negative numbers."""
     if raw_value is None:
-        raise ProblemError(field, "returns nothing", "end it with a return statement")
+        raise ProblemError(field, "returns nothing", "add a return statement")
     try:
         numbers = np.asarray(raw_value)
         if numbers.dtype.kind == "c":

@@ -28,7 +28,7 @@ def origin_of(
         )
     if len(names):
         raise ProblemError(
-            "names", "is given beside origin, which has names", LEAVE_ONE_OUT
+            "names", "cannot be combined with origin, which has names", LEAVE_ONE_OUT
         )
     return origin
 

@@ -127,10 +127,10 @@ class Problem:
     reference : "known" for solutions from the caller, else how they were computed:
         "exact" or "computed", see `solving.proof`.
     verdict : "infeasible" or "unsolvable" if known to have no solution, "ray" if
-        Lemke's method ends on a ray; else "".
+        Lemke's method terminates on a ray; else "".
     origin : the program or the game behind the problem, or the object for it in a file;
         or its `names`; or None.
-    names : n texts, the names of the unknowns, in place of an origin; else those of the
+    names : n texts, the names of the unknowns, instead of an origin; else those of the
         origin, "" where it has none.
     row_maxima, largest : the largest |M_ij| in each row, shape (n,), and in M.
         sizes_of_q : the smallest nonzero |q_i|, infinite if there is none, and the
@@ -342,7 +342,7 @@ class Problem:
     def has_far_sides(self) -> bool:
         """Return whether some sides are likely to mean infinite ones."""
         is_far = self.box.is_far
-        if not is_far and self.origin is not None:  # a far side of a row
+        if not is_far and self.origin is not None:  # a far row side
             is_far = self.sizes_of_q[1] >= MIN_FAR
         return is_far and self.far_sides is not None
 
@@ -444,8 +444,8 @@ class Problem:
 
     @cached_property
     def size_of_solutions(self) -> float:
-        """Return the largest component of the known solutions, 1 if all are 0: the unit
-        of errors."""
+        """Return the largest component of the known solutions, 1 if all are 0; errors
+        are relative to it."""
         return max((size(solution) for solution in self.solutions), default=0.0) or 1.0
 
     def from_reference(self, z: Vector) -> Vector:

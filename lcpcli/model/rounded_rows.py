@@ -55,7 +55,7 @@ class RoundedRows(NamedTuple):
         more = len(named) - MAX_NAMED
         named[MAX_NAMED:] = [f"{more} more"] if more > 0 else []
         have = "has" if self.rows.size == 1 else "have"
-        return f"as the numbers stand, {listed(named)} {have} no solution"
+        return f"with the numbers as stored, {listed(named)} {have} no solution"
 
 
 class _Rows(NamedTuple):

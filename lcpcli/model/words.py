@@ -153,7 +153,7 @@ def basis_of_words(problem: Problem, basis: Sequence[str]) -> States:
         raise ProblemError(
             f"basis[{i}]",
             f"is {basis[i]}, but there is no such bound",
-            f"write another state {FROM_0}",
+            f"write another status {FROM_0}",
         )
     for i in np.flatnonzero((states == BASIC) & (low == high))[:1].tolist():
         raise ProblemError(

@@ -246,12 +246,12 @@ def _leave_kinks(
     """Change dz from the derivative with all kinks held at their bounds to the
     one-sided one. Return True if S is proved to be a P-matrix, so that this is the only
     one, otherwise None. Raise DerivativeError if S is no P-matrix and J z need not be
-    the same for all solutions, or if no derivative was found.
+    the same for all solutions, or if no derivative was computed.
 
     With dz_K = (change of the bound) + D y for the signs D = 1 at lower bounds and -1
     at upper ones, y solves the LCP with the matrix D S D and the vector D (dw)_K, where
-    dw is that for y = 0. All this is scaled by the R, C of `linalg.units`, powers of
-    two, as R S C is a P-matrix if and only if S is.
+    dw is that for y = 0. All this is equilibrated by powers of two R, C, as R S C is a
+    P-matrix if and only if S is.
     """
     M = at.problem.M
     B = at.basic
@@ -271,7 +271,8 @@ def _leave_kinks(
         regular = _is_p_matrix(S, R[K] * _rounding(at, columns, through))
     if regular is False and (J is None or not at.has_one_image(J)):
         several = (
-            "so that problems near this one have several solutions near z, or none"
+            "so that problems close to this one have several solutions close to z, "
+            "or none"
         )
         raise DerivativeError(
             "", f"no derivative, as the solution is not strongly regular, {several}"
@@ -292,7 +293,7 @@ def _move_together(at: Linearization, dz: Vector, change: Vector) -> None:
     raise DerivativeError if there is none.
 
     If equations w_B = 0 follow from others, which may hold kinks at their bounds,
-    rounding would make them independent: they are left out, with their variables. This
+    rounding would make them independent: they are dropped, with their variables. This
     loses nothing for a monotone M: if u has (u_B)'M_BP = 0 for P, the union of B and K,
     then u'M_PP u = 0, and (M_PP + M_PP')u = 0, so that M_PP u = 0, and z + u is a
     solution as well.
@@ -319,14 +320,14 @@ def _move_together(at: Linearization, dz: Vector, change: Vector) -> None:
 
 def _solution(problem: Problem) -> Vector:
     """Return the solution of a problem whose unknowns are changes; raise
-    DerivativeError if none is found.
+    DerivativeError if there is none.
     """
     with imports:
         from lcpcli.solving.call import run
     result = run(problem)
     if not result.solved:
         raise DerivativeError(
-            "", f"no derivative was found in this direction: {result.message}"
+            "", f"no derivative could be computed in this direction: {result.message}"
         )
     return result.z
 

@@ -187,9 +187,9 @@ def path(
     problem, to : two Problems with the same M; each bound is finite in both or in
         neither.
     start, stop : the values of t at the two problems, start < stop.
-    tol : the largest relative residual at which a point counts as a solution, 1e-10 by
-        default.
-    turns : whether to continue with decreasing t where the path turns.
+    tol : the largest relative residual at which a point is accepted as a solution,
+        1e-10 by default.
+    turns : whether to continue with decreasing t at turning points.
     max_breakpoints, time_limit : the breakpoints and seconds after which to stop, by
         default 100000 and no limit.
     exact : whether to compute the breakpoints in fractions and to prove each piece,
@@ -197,7 +197,7 @@ def path(
 
     Returns
     -------
-    Path : its breakpoints t, z and w, how it ends, and whether it is verified;
+    Path : its breakpoints t, z and w, how it terminates, and whether it is verified;
         `path(t)` gives z at t. If the path is interrupted or reaches a limit, this is
         the part up to there.
 
@@ -267,9 +267,9 @@ def follow(
 
 
 def _may_be_followed_again(path: Path) -> bool:
-    """Return whether a path that is not verified, but was followed to its end, can be
-    followed in fractions in about a second: numbers beside far larger ones may have
-    been lost by rounding."""
+    """Return whether a path that is not verified, but was followed to its last point,
+    can be followed in fractions in about a second: numbers that are small compared with
+    others may have been lost by rounding."""
     ends = terminations
     return (
         not path.verified
@@ -305,7 +305,8 @@ def _of_floats(family: Family) -> Data:
 
 
 class _Termination(NamedTuple):
-    """How a path ends: a key of ENDS, a sentence, and the last edge if it is a ray."""
+    """How a path terminates: a key of ENDS, a sentence, and the last edge if it is a
+    ray."""
 
     end: str
     message: str
@@ -395,7 +396,7 @@ class _Following:
 
     def _from(self, result: Result) -> _Termination:
         """Follow the path from a solution of the first problem, in floating-point or
-        exact arithmetic; return how it ends."""
+        exact arithmetic; return how it terminates."""
         if result.status.has_no_solution:
             return _Termination(
                 terminations.INFEASIBLE, f"the first problem {result.message}"
@@ -429,8 +430,8 @@ class _Following:
         return self._along(*exactly.vertex(), exactly.edges())
 
     def _along(self, s: Any, z: Any, edges: Iterable[Edge]) -> _Termination:
-        """Add the vertex at s, and those at the ends of edges; return how the path
-        ends."""
+        """Add the vertex at s, and the far vertex of each edge; return how the path
+        terminates."""
         self.add(s, z, None)
         points = 0
         for edge in edges:
@@ -467,8 +468,8 @@ class _Following:
         )
 
     def _append(self, edge: Edge) -> None:
-        """Add the vertex at the end of an edge. An edge without length adds none, but
-        at the end of the path its vertex replaces the last one.
+        """Add the vertex to which an edge leads. An edge without length adds none, but
+        as the last edge of the path its vertex replaces the last one.
         """
         last = self.points[-1]
         s = last.s if edge.rise == 0 else edge.s  # rounding may have moved it
@@ -491,7 +492,7 @@ class _Following:
             self._verify(next((k for k in each if points[k].t != points[k - 1].t), 0))
 
     def point(self, s: Any, z: Any, states: States | None) -> _Breakpoint:
-        # This form is exactly a and b at the ends.
+        # This form is exactly a at s = 0 and b at s = 1.
         t = self.family.start * (1 - float(s)) + self.family.stop * float(s)
         return _Breakpoint(
             s, t, z, None if self.exact is None else self.exact.w(s, z), states

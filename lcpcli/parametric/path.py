@@ -1,5 +1,5 @@
 """The path of solutions between two problems with the same M, whose q and bounds change
-linearly: its breakpoints, and how it ends.
+linearly: its breakpoints, and how it terminates.
 """
 
 from __future__ import annotations
@@ -41,24 +41,24 @@ ENDS = {
     REACHED: "the path reaches the second problem",
     RETURNED: "the path returns to the first problem, at another solution of it",
     RAY: (
-        "the path ends on a ray, along which z grows without bound while t stands still"
+        "the path terminates on a ray, along which z grows without bound at constant t"
     ),
-    TURN: "the path turns: it goes on with t decreasing",
+    TURN: "turning point: the path continues with t decreasing",
     BREAKPOINT_LIMIT: "stopped at the limit of breakpoints",
     TIME_LIMIT: "stopped at the time limit",
     INTERRUPTED: "interrupted",
     BREAKDOWN: "broke down",
-    UNSOLVED: "no solution of the first problem was found",
+    UNSOLVED: "no solution of the first problem was computed",
     INFEASIBLE: "the first problem is proved to have no solution",
 }
 
 
 class StateChange(NamedTuple):
-    """A change of basis at a breakpoint: component `index`, and its state before and
-    after, lower, basic or upper.
+    """A change of basis at a breakpoint: component `index`, and its basis status before
+    and after, lower, basic or upper.
     """
 
-    index: int  # type: ignore[assignment]  # in place of the method of tuples
+    index: int  # type: ignore[assignment]  # instead of the method of tuples
     before: str
     after: str
 
@@ -82,18 +82,19 @@ class Path:
 
     problem, to : the two problems, with the same M.
     t : shape (m,), the parameter at the breakpoints in the order of the path, starting
-        with a. It increases up to a turn, and stays constant at a jump, where z moves
-        from one solution of a problem to another.
+        with a. It increases up to a turning point, and stays constant at a jump, where
+        z moves from one solution of a problem to another.
     z, w : shape (m, n), the solutions at the breakpoints, and w = M z + q.
-    states : shape (m - 1, n), the state of each component on each piece: -1 at the
-        lower bound, 0 basic, where w = 0, and 1 at the upper bound.
-    end : how the path ends, a key of `ENDS`; `message` says it in a sentence.
+    states : shape (m - 1, n), the basis status of each component on each piece: -1 at
+        the lower bound, 0 basic, where w = 0, and 1 at the upper bound.
+    end : why the path terminates, a key of `ENDS`; `message` says it in a sentence.
     verified : whether each breakpoint solves its problem, by the criterion of `solve`
-        for the same tolerance, and both ends of each piece satisfy the conditions of
-        its states, so that every point between them solves its problem too, as the
+        for the same tolerance, and both endpoints of each piece satisfy the conditions
+        of its basis, so that every point between them solves its problem too, as the
         module `verified` explains. If `exact` is there, this is verified in fractions.
-    direction : the direction of z, shape (n,), if the path ends on a ray; else None.
-    certificate : a vector y of shape (n,), as in `Proof`, if the path ends on a ray and
+    direction : the direction of z, shape (n,), if the path terminates on a ray; else
+        None.
+    certificate : a vector y of shape (n,), as in `Proof`, if it terminates on a ray and
         y proves that the second problem has no solution, or if `end` is "infeasible"
         and y proves that the first one has none; otherwise None.
     exact : the breakpoints in fractions, if requested; otherwise None.
@@ -135,8 +136,8 @@ class Path:
     @property
     def complete(self) -> bool:
         """Return whether the path is verified and was not stopped by a limit or an
-        error: it ends at the second problem, back at the first one, at a turn or on a
-        ray.
+        error: it leads to the second problem, back to the first one, to a turning point
+        or to a ray.
         """
         return self.verified and self.end in (REACHED, RETURNED, RAY, TURN)
 
@@ -177,8 +178,8 @@ class Path:
     @np.errstate(all="ignore")
     def __call__(self, t: float) -> Vector:
         """Return z(t), shape (n,). If the path passes t several times, or is constant
-        in t there, return all its points, and the ends of the segments on which t is
-        constant, shape (k, n).
+        in t there, return all its points, and the endpoints of the segments on which t
+        is constant, shape (k, n).
         """
         points = [
             z for piece in range(self.t.size - 1) for z in self._on_piece(piece, t)
@@ -202,8 +203,8 @@ class Path:
         return different[0] if len(different) == 1 else np.array(different)
 
     def _on_piece(self, k: int, t: float) -> list[Vector]:
-        """Return z(t) on piece k, both ends if t is constant on it, none if the piece
-        does not contain t."""
+        """Return z(t) on piece k, both endpoints if t is constant on it, none if the
+        piece does not contain t."""
         first, last = self.t[k : k + 2]
         if not min(first, last) <= t <= max(first, last):
             return []
@@ -227,8 +228,8 @@ class Path:
         `lcpcli.plot` does for results.
 
         show : the names of the unknowns to draw, or of a program's multipliers; *
-        stands for any text. By default all unknowns that are not always 0 are drawn;
-        for a program, only x.
+        matches any text. By default all unknowns that are not always 0 are drawn; for a
+        program, only x.
         """
         return views.plotting.plot_path(self, file, show)
 
@@ -269,8 +270,8 @@ class Family:
         return (t - self.start) / (self.stop - self.start)
 
     def q(self, share: Vector | float) -> Vector:
-        """Return q at s, exactly that of the two problems at the ends; for s of shape
-        (m, 1), of shape (m, n).
+        """Return q at s, exactly that of the two problems at s = 0 and s = 1; for s of
+        shape (m, 1), of shape (m, n).
         """
         return _between(self.problem.q, self.to.q, share)
 

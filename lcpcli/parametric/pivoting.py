@@ -75,7 +75,7 @@ class Direction(NamedTuple):
 
 
 class Edge(NamedTuple):
-    """An edge of the path, with the vertex at its end.
+    """An edge of the path, with the vertex to which it leads.
 
     states : the basis on the edge, shape (n,).
     rise : the sign of the change of t. is_point : whether it has no length, at a
@@ -109,8 +109,8 @@ LARGE_CORRECTION = 2.0**-26
 DOUBTFUL_PIVOT = 2.0**-26
 # A difference of equal numbers, or 0, may be replaced by this, relatively, by rounding.
 CANCELLED = 2.0**-46
-# The path reaches the end of the range of s if all forms are at least minus this there,
-# relative to the size of z.
+# The path reaches the boundary of the range of s if all forms are at least minus this
+# there, relative to the size of z.
 NEAR_END = 2.0**-38
 
 
@@ -193,7 +193,7 @@ class Pivoting:
             is_point = self._is_point(step, direction)
             self.t += step * direction.t
             self.z += step * direction.z
-            if leaving.kind == T:  # no exchange: the basis without t may be singular
+            if leaving.kind == T:  # no pivot: the basis without t may be singular
                 s = float(leaving.sign > 0)
                 yield Edge(
                     states,
@@ -299,7 +299,7 @@ class Pivoting:
     def _step(
         self, entering: Variable, direction: Direction
     ) -> tuple[float, Variable | None, float]:
-        """Return the length of the edge; the variable that ends it, or None on a ray;
+        """Return the length of the edge; the blocking variable, or None on a ray;
         and the rate at which its distance decreases.
         """
         lower_upper = self.bounds + self.t * self.rates if self.moves else self.bounds
@@ -372,7 +372,8 @@ class Pivoting:
                 self.system.moved = self.system.moved + rate * column
 
     def _exchange(self, entering: Variable, leaving: Variable) -> None:
-        """Exchange two variables in the basis, and update its inverse or factors."""
+        """Pivot: replace one variable in the basis by another, and update its inverse
+        or factors."""
         system, moved = self.system, self.system.moved
         if entering.kind == Z:
             self._shift(entering.at, -1.0)
@@ -467,8 +468,8 @@ class ExactFamily:
         ]
 
     def satisfies(self, states: States, s: Fraction, z: Values, w: Values) -> bool:
-        """Return whether a point satisfies the conditions of a basis; if both ends of a
-        piece do, so does every point of the piece.
+        """Return whether a point satisfies the conditions of a basis; if both endpoints
+        of a piece do, so does every point of the piece.
         """
         for i, state in enumerate(states.tolist()):
             low, high = (

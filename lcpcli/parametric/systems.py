@@ -31,8 +31,8 @@ class BasisFactorization(ABC):
 
     moved : column n of A, which is c; the others are those of M. age : the number of
         changes since factors were computed from scratch; more than MAX_CHANGES after a
-        pivot that is not clearly different from 0. Exchanged columns are numbered as in
-        J = [M, c, I], where C has the unit column of each row that is not in R.
+        pivot that is not clearly different from 0. Columns are numbered as in J = [M,
+        c, I], where C has the unit column of each row that is not in R.
     """
 
     def __init__(self, M: Matrix, moved: Vector) -> None:
@@ -119,8 +119,8 @@ class DenseBasisFactorization(BasisFactorization):
 
     def exchange(self, old: int, new: int) -> None:
         """Replace a column of J by another one, or column n by its new values: one step
-        of the product form for the inverse of [A_C, E], whose rows that belong to unit
-        columns are not stored.
+        of the product form for the inverse of [A_C, E], whose rows that belong to
+        columns of I are not stored.
         """
         # The rows that enter and leave R; negative if the columns are those of A.
         k = self.k
@@ -209,7 +209,7 @@ class DenseBasisFactorization(BasisFactorization):
 
 
 class SparseBasisFactorization(BasisFactorization):
-    """LU factors of [A_C, E] for a sparse M, where E has the unit columns of the rows
+    """LU factors of [A_C, E] for a sparse M, where E has the columns of I of the rows
     outside R, and the changes since they were computed (product form).
 
     The interface is that of `DenseBasisFactorization`.
@@ -312,7 +312,7 @@ class SparseBasisFactorization(BasisFactorization):
 
 
 def _unit(n: int, at: int) -> Vector:
-    """Return a unit vector of length n."""
+    """Return the unit vector e_at of length n."""
     e = np.zeros(n)
     e[at] = 1.0
     return e

@@ -11,15 +11,15 @@ floating-point number.
 
 On a piece z, w, q and the bounds are linear in t. For each row i take the terms |q|_i +
 sum_j |M_ij| |z_j| over those numbers only that do not change their sign on the piece:
-they are linear there, and no larger than the terms of the row. So if at both ends the
-violations of the conditions of the piece's basis are at most the tolerance times these
-terms, this holds at each point between them, which is then the exact solution of a
-problem whose numbers differ by no more than the tolerance, relatively (Oettli and
+they are linear there, and no larger than the terms of the row. So if at both endpoints
+the violations of the conditions of the piece's basis are at most the tolerance times
+these terms, this holds at each point between them, which is then the exact solution of
+a problem whose numbers differ by no more than the tolerance, relatively (Oettli and
 Prager 1964, as in `verify.measure`). As t has a few correct digits less than double
 precision, violations of NEGLIGIBLE times the numbers between which q(t) and z(t) vary
-are allowed at the ends: (1 - s) |q_0| + s |q_1|, and |M| times the larger |z| of both
-ends, or the same of a bound that moves. Components that are not basic have to be at
-their bounds at both ends.
+are allowed at the endpoints: (1 - s) |q_0| + s |q_1|, and |M| times the larger |z| of
+both endpoints, or the same of a bound that moves. Components that are not basic have to
+be at their bounds at both endpoints.
 """
 
 from __future__ import annotations
@@ -40,19 +40,19 @@ from lcpcli.verify.acceptance import BY_CRITERION, accepted
 from lcpcli.verify.measure import Measure, Rows
 from lcpcli.verify.point import Criterion, Point, block_pivoting_points
 
-# Violations at the ends of a piece by rounding of t, relative to the numbers that vary
-# along it.
+# Violations at the endpoints of a piece by rounding of t, relative to the numbers that
+# vary along it.
 NEGLIGIBLE = 2.0**-44
 # Limits on the change of z by a replacement: relative to the lengths of the adjacent
-# pieces, plus relative to z at their ends.
+# pieces, plus relative to z at their endpoints.
 SHARE, CHANGE_RTOL = 2.0**-10, 2.0**-32
-# The numbers of units in the last place by which t may be changed.
+# The numbers of ulps by which t may be changed.
 ADJACENT, NEARBY = (1, -1), (16, -16, 256, -256)
 
 
 def _before_and_after(pieces: Any) -> tuple[Any, Any]:
     """Return for each breakpoint the row of the piece before it, and that of the piece
-    after it; at the ends both are the same.
+    after it; at the first and the last breakpoint both are the same.
     """
     if not len(pieces):
         nothing = np.zeros((1, pieces.shape[1]), dtype=pieces.dtype)
@@ -82,9 +82,9 @@ def verify(
     """Return verified breakpoints: t of shape (m,), z and w of shape (m, n), and
     whether they and the pieces between them are verified.
 
-    n_verified : the first breakpoints, so many, are results of an earlier call. some :
-        how many are returned; the remaining ones, of which none has the t of the last
-        returned one, are only neighbours.
+    n_verified : the number of first breakpoints that are results of an earlier call.
+    some : how many are returned; the remaining ones, of which none has the t of the
+        last returned one, are only neighbours.
     """
     verification = _Verification(family, breakpoints, tol, n_verified)
     n_returned = breakpoints.t.size if some is None else some
@@ -140,7 +140,7 @@ class _Verification:
 
     def _measure(self) -> None:
         """Compute q, w = M z + q and |M| |z|; columns of M for which all z are 0 are
-        left out.
+        skipped.
         """
         M, z = self.family.problem.M, self.z
         self.s = self.family.share(self.t)
@@ -227,8 +227,8 @@ class _Verification:
             yield from self._moved(first, end, steps)
 
     def _basic(self, k: int, steps: int) -> Iterator[tuple[float, Vector]]:
-        """Yield t of a breakpoint changed by `steps` units in the last place, and basic
-        solutions for the bases of the adjacent pieces.
+        """Yield t of a breakpoint changed by `steps` ulps, and basic solutions for the
+        bases of the adjacent pieces.
         """
         adjacent = {
             states.tobytes(): states for states in self.states[max(k - 1, 0) : k + 1]
@@ -243,8 +243,8 @@ class _Verification:
     def _moved(
         self, first: int, end: int, steps: int
     ) -> Iterator[tuple[float, Vector]]:
-        """Yield t changed by `steps` units in the last place, and z for it, unless t
-        would pass an adjacent breakpoint or an end.
+        """Yield t changed by `steps` ulps, and z for it, unless t would pass an
+        adjacent breakpoint or leave the range of t.
         """
         family, unmoved = self.family, float(self.t[first])
         t = unmoved + steps * self._last_bit(first)
@@ -284,8 +284,7 @@ class _Verification:
 
     def _jumps(self, first: int, end: int, steps: int) -> bool:
         """Return whether the breakpoints of a jump solve their problems up to the last
-        bit of t, with t changed by `steps` units in the last place; if so, store t and
-        z.
+        bit of t, with t changed by `steps` ulps; if so, store t and z.
         """
         family, tol = self.family, max(self.tol, ROUNDING)
         for t, Z in self._moved(first, end, steps):
@@ -316,8 +315,8 @@ class _Verification:
         return False
 
     def are_pieces(self, n_breakpoints: int) -> bool:
-        """Return whether on each piece between the first breakpoints both ends satisfy
-        the conditions of its basis.
+        """Return whether on each piece between the first breakpoints both endpoints
+        satisfy the conditions of its basis.
         """
         keeps = _keeps_sign(self.z)
         sizes = self.sizes
@@ -351,9 +350,9 @@ class _Verification:
         return bool(np.isfinite(self.t).all())
 
     def _are_at_bounds(self, states: States) -> bool:
-        """Return whether at both ends of each piece the components that are not basic
-        are at their bounds, but for rounding of t. Elsewhere edges of the path have
-        been taken for points, as they are short beside the largest z.
+        """Return whether at both endpoints of each piece the components that are not
+        basic are at their bounds, but for rounding of t. Elsewhere edges of the path
+        have been taken for points, as they are short compared with the largest z.
         """
         low, high = self._bounds(self.s)
         from_low, from_high = np.abs(self.z - low), np.abs(high - self.z)
@@ -372,7 +371,7 @@ class _Verification:
 
     def _rounding(self, piece: int, k: int, rows: Indices) -> Vector:
         """Return the violations that rounding of t may cause in some rows at breakpoint
-        k, an end of a piece.
+        k, an endpoint of a piece.
         """
         larger = np.maximum(
             np.abs(self.z[piece : piece + 2]).max(axis=0),

@@ -1,2 +1,2 @@
-"""Rules that make a mixed problem smaller, each with the way back. It uses `linalg` and
-`model`."""
+"""Rules that make a mixed problem smaller, each with its postsolve. It uses `linalg`
+and `model`."""

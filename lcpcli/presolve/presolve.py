@@ -31,7 +31,8 @@ from lcpcli.typing import Indices, Vector
 Rule = Callable[[ReducedProblem], Iterator[PresolveStep]]
 
 DEFINITIONS = "definitions of free variables"
-# The rules by what they remove; they are applied in turn until none removes anything.
+# The rules by what they remove; they are applied cyclically until none removes
+# anything.
 RULES: dict[str, Rule] = {
     DEFINITIONS: rules.definitions_of_free_variables,
     "single entries of free variables": rules.single_entries_of_free_variables,
@@ -207,7 +208,7 @@ def _problem(problem_before: Problem, system: ReducedProblem) -> Problem:
 
 def _carried(problem: Problem, y: Vector, steps: Sequence[PresolveStep]) -> Vector:
     """Return a Farkas vector y of the problem from that of the rows after the steps,
-    with 0 in place of components whose sign is wrong, which are rounding errors.
+    with components of infeasible sign, which are rounding errors, replaced by 0.
     """
     for step in reversed(steps):
         step.postsolve_dual(y)

@@ -56,16 +56,16 @@ def unchanged(_: Vector) -> None:
 
 
 class PresolveStep(NamedTuple):
-    """One application of a rule, with the inverse transformations, which change vectors
-    of shape (n,) in place.
+    """One application of a rule, with the inverse transformations, which modify vectors
+    of shape (n,).
 
     keeps_integers : whether integers have remained integers, so that nothing was
         rounded.
     postsolve_primal : sets the z_j of the removed columns from those of the remaining
         ones.
-    postsolve_dual : turns a Farkas vector y of the rows after the step, 0 for the
-        removed ones, into one of the rows before it. Both are module-level functions
-        with their first arguments bound, as steps are pickled.
+    postsolve_dual : converts a Farkas vector y of the rows after the step, 0 for the
+        removed ones, to one of the rows before it. Both are module-level functions with
+        their first arguments bound, as steps are pickled.
     """
 
     keeps_integers: bool
@@ -175,7 +175,7 @@ class ReducedProblem:
     def pivot(self, rows: Indices, columns: Indices, pivots: Vector) -> PresolveStep:
         """Solve equations a z_j + (other terms) + q = 0, each for a free z_j, and
         remove both. Column j has at most one other entry, which is the only one of its
-        row, so that the other terms take its place there and nothing is added up."""
+        row, so that the other terms replace it there and nothing is added up."""
         of_row, of_column = np.full(self.n, -1), np.full(self.n, -1)
         of_row[rows] = of_column[columns] = np.arange(rows.size)
         in_rows = of_row[self.entries.rows] >= 0
@@ -217,7 +217,7 @@ class ReducedProblem:
         )
 
     def _round_q(self) -> None:
-        """Set each q_i to 0 of which only rounding is left, by the sizes of its
+        """Set each q_i to 0 that cannot be distinguished from rounding errors of its
         terms."""
         small = np.abs(self.q) <= ROW_ROUNDING * self.terms
         self.is_lossless &= not self.q[small].any()
@@ -233,7 +233,7 @@ class ReducedProblem:
         self.entries = both.part(np.argsort(both.rows * self.n + both.columns))
 
     def pair(self, rows: Indices, columns: Indices) -> None:
-        """Exchange rows, without removing any, until each of these rows belongs to its
+        """Permute rows, without removing any, until each of these rows belongs to its
         column.
         """
         is_moved = self.row_of[columns] != rows

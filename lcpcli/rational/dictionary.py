@@ -265,7 +265,7 @@ class Dictionary:
         return primitive([column.get(form, 0) for form in forms])
 
     def pivot(self, leaving: int, k: int) -> None:
-        """Exchange a basic form and the cobasic form of column k, counted from 1."""
+        """Pivot: swap a basic form and the cobasic form of column k, counted from 1."""
         self.check()
         top = self.rows.pop(leaving)
         old = self.divisor

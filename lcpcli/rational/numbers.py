@@ -81,7 +81,7 @@ def ratio(text: str) -> Fraction:
     numerator, _, denominator = text.strip().partition("/")
     if not RATIO.fullmatch(text.strip()) or not denominator.strip("0"):
         raise ProblemError(
-            "", f"has {quoted(text)}, not a fraction", "give whole numbers, as in 15/29"
+            "", f"has {quoted(text)}, not a fraction", "give integers, as in 15/29"
         )
     return Fraction(int(Decimal(numerator)), int(Decimal(denominator)))
 

@@ -176,8 +176,8 @@ class IntegerTableau(RationalPivoting):
 
 
 def solve(data: ExactProblem, effort: Effort) -> list[Fraction] | None:
-    """Return the exact solution at the end of Lemke's path; None if it ends on a ray, n
-    is large, there are bounds, or it takes more than `effort`.
+    """Return the exact solution at the last vertex of Lemke's path; None if it
+    terminates on a ray, n is large, there are bounds, or it takes more than `effort`.
     """
     if data.n > MAX_LEMKE_UNKNOWNS or not data.problem.box.is_orthant:
         return None
@@ -191,9 +191,9 @@ def solve(data: ExactProblem, effort: Effort) -> list[Fraction] | None:
 
 def equilibrium(data: ExactProblem, m: int, effort: Effort) -> list[Fraction] | None:
     """Return the probabilities of both players in an equilibrium of the game with the
-    costs of these data: in pure strategies if there is one, otherwise at the end of a
-    path of Lemke and Howson; None if that takes more than `effort`. m : the number of
-    strategies of the row player.
+    costs of these data: in pure strategies if there is one, otherwise at the last
+    vertex of a path of Lemke and Howson; None if that takes more than `effort`. m : the
+    number of strategies of the row player.
 
     The path is that of the game whose payoffs are a constant minus the costs, the
     constant being larger than all costs.

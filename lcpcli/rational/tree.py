@@ -31,10 +31,9 @@ OBJECTIVE = 3
 class Unknowns:
     """The unknowns of a problem, z = base + side y; those with two bounds are `boxes`.
 
-    choices : the states (basis statuses) that each unknown may have; none if it is
-        fixed. bits, masks, meaning : all choices as bits, the choices of each unknown,
-        and the meaning of each bit. check : called before each node and pivot; it may
-        raise.
+    choices : the basis statuses that each unknown may have; none if it is fixed. bits,
+        masks, meaning : all choices as bits, the choices of each unknown, and the
+        meaning of each bit. check : called before each node and pivot; it may raise.
     cover : nodes that lie in one of its pieces are cut off.
     """
 
@@ -91,7 +90,7 @@ class Unknowns:
         return self.n + k
 
     def zero(self, k: int, state: int) -> int:
-        """Return the number of the form that is 0 in this state."""
+        """Return the number of the form that is 0 with this status."""
         return (
             k
             if state == UPPER and k not in self.boxes
@@ -99,8 +98,8 @@ class Unknowns:
         )
 
     def bit(self, k: int, state: int) -> int:
-        """Return the bit of a state in a bit mask of states: that of the form that is
-        0.
+        """Return the bit of a status in a bit mask of statuses: that of the form that
+        is 0.
         """
         return 1 << self.zero(k, state)
 
@@ -166,7 +165,7 @@ class Unknowns:
     def choose(
         self, node: Node, k: int, state: int, *, minimized_form: int | None = None
     ) -> bool:
-        """Choose a state in a node; return False if that proves the node to be empty.
+        """Choose a status in a node; return False if that proves the node to be empty.
 
         minimized_form : a form that is minimal at the node's point, and is to be
             minimal again; None if the point need not minimize one.
@@ -184,7 +183,7 @@ class Unknowns:
         return dictionary.vanish(zero) and all(map(dictionary.require, signed))
 
     def states_at_point(self, node: Node) -> int:
-        """Return the states that hold at the node's point, as bits."""
+        """Return the statuses that hold at the node's point, as bits."""
         dictionary = node.dictionary
         bits = self.bits & ~dictionary.nonzero()
         for k in self.boxes:
@@ -193,7 +192,7 @@ class Unknowns:
         return bits
 
     def common_states(self, node: Node) -> int:
-        """Return the states that hold on the whole polyhedron of a node, as bits."""
+        """Return the statuses that hold on the whole polyhedron of a node, as bits."""
         bits = self.states_at_point(node)
         if node.dictionary.cobasic:
             for bit in self.meaning:
@@ -202,14 +201,14 @@ class Unknowns:
         return bits
 
     def violations(self, node: Node) -> dict[int, int] | None:
-        """Return how far the unknowns without a state at the node's point are from
+        """Return how far the unknowns without a status at the node's point are from
         satisfying one; None if the node lies in the cover.
         """
         bits = self.states_at_point(node)
         return None if self._lies_in_one(node, bits) else self.violated(node, bits)
 
     def violated(self, node: Node, bits: int) -> dict[int, int]:
-        """Return how far the unknowns with none of these states are from satisfying
+        """Return how far the unknowns with none of these statuses are from satisfying
         one, up to a factor for each.
         """
         violated, dictionary = {}, node.dictionary
@@ -222,9 +221,9 @@ class Unknowns:
         return violated
 
     def branching_index(self, node: Node) -> int | None:
-        """Return an unknown for which no state holds on the whole node, although one
+        """Return an unknown for which no status holds on the whole node, although one
         holds at its point; None if there is none. For the unknowns before it, the
-        states that hold are chosen.
+        statuses that hold are chosen.
         """
         bits = self.states_at_point(node)
         open_ = [
@@ -232,7 +231,7 @@ class Unknowns:
             for k, states in enumerate(self.choices)
             if states and node.states[k] is None
         ]
-        # Unknowns with the fewest states at the point come first, the last of them
+        # Unknowns with the fewest statuses at the point come first, the last of them
         # foremost: games with many equilibria then take the fewest nodes.
         open_.sort(key=lambda k: ((bits & self.masks[k]).bit_count(), -k))
         for k in open_:
@@ -249,7 +248,7 @@ class Unknowns:
         return None
 
     def children(self, node: Node, k: int) -> Iterable[Node]:
-        """Return a node for each state of an unknown, except nodes that are empty or
+        """Return a node for each status of an unknown, except nodes that are empty or
         lie in another child.
         """
         children: dict[int, Node] = {}
@@ -264,14 +263,14 @@ class Unknowns:
 
     def leaves(self, start: Node) -> Iterator[Node]:
         """Yield the nodes below a node that consist of solutions, except those that lie
-        in pieces of the cover, which may grow in the meantime. The states of a leaf are
-        chosen, except states that hold on all of it.
+        in pieces of the cover, which may grow in the meantime. The statuses of a leaf
+        are chosen, except statuses that hold on all of it.
         """
         return (node for node, is_leaf in explored(self, [start]) if is_leaf)
 
     def _lies_in_one(self, node: Node, bits: int) -> bool:
-        """Return whether a node, with these states at its point, lies in a piece of the
-        cover: the states of the piece hold on the whole node.
+        """Return whether a node, with these statuses at its point, lies in a piece of
+        the cover: the statuses of the piece hold on the whole node.
         """
         numbers = self.cover.within(bits)
         while numbers:
@@ -284,7 +283,7 @@ class Unknowns:
         return False
 
     def holds(self, node: Node, bit: int) -> bool:
-        """Return whether a state holds on the whole polyhedron of a node."""
+        """Return whether a status holds on the whole polyhedron of a node."""
         if node.certain & bit:
             return True
         dictionary = node.dictionary
@@ -332,8 +331,8 @@ class Unknowns:
 
 @dataclass
 class Node:
-    """The polyhedron of the chosen states, None for unknowns without one, and the
-    states that are known to hold on all of it, as bits.
+    """The polyhedron of the chosen statuses, None for unknowns without one, and the
+    statuses that are known to hold on all of it, as bits.
     """
 
     dictionary: Dictionary
@@ -346,7 +345,8 @@ class Node:
 
 
 def _states(low: Fraction | None, high: Fraction | None) -> tuple[int, ...]:
-    """Return the states of an unknown with these bounds; none if it is fixed."""
+    """Return the possible statuses of an unknown with these bounds; none if it is
+    fixed."""
     if low is not None and low == high:
         return ()
     if low is None and high is not None:
@@ -357,13 +357,13 @@ def _states(low: Fraction | None, high: Fraction | None) -> tuple[int, ...]:
 
 
 class Cover:
-    """Pieces of the solution set, each represented by bits, one for each state that
+    """Pieces of the solution set, each represented by bits, one for each status that
     holds on the whole piece.
     """
 
     def __init__(self, *pieces: int) -> None:
         self.pieces: list[int] = []
-        # For each state, the numbers of the pieces that have it, as bits.
+        # For each status, the numbers of the pieces that have it, as bits.
         self.having: dict[int, int] = {}
         for piece in pieces:
             self.add(piece)
@@ -378,7 +378,7 @@ class Cover:
         self.pieces.append(piece)
 
     def within(self, bits: int) -> int:
-        """Return the numbers of the pieces whose states are all among these states, as
+        """Return the numbers of the pieces whose statuses are all among these, as
         bits.
         """
         numbers = (1 << len(self.pieces)) - 1
@@ -390,8 +390,8 @@ class Cover:
 
 def explored(nodes: Any, pending: Any) -> Iterator[tuple[Any, bool]]:
     """Yield each node after it has been examined, and whether it is a leaf, with
-    nothing to branch on. The children are made by the states of the unknown with the
-    largest violation; if there is none, by those of an unknown whose state is open.
+    nothing to branch on. The children fix the statuses of the unknown with the largest
+    violation; if there is none, those of an unknown whose status is not decided.
 
     nodes : has `check`, which may raise, `violations`, `branching_index` and
         `children`, as `Unknowns` does.

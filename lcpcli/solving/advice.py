@@ -95,7 +95,7 @@ def _where_stuck(result: Result) -> Suggestions:
         others.append("bounds within the domain of F")
     if decades > BAD_SPREAD:
         others.append(
-            f"other units, as rows or columns of J differ by {decades:.0f} decades"
+            f"another scaling, as rows or columns of J differ by {decades:.0f} decades"
         )
     return Suggestions(tuple(ways), others=tuple(others))
 

@@ -27,7 +27,7 @@ INTERRUPTS = get_args(Interrupts)
 
 
 class SolverOptions(TypedDict, total=False):
-    """The options of every solver, as `solve` explains them; None, too, stands for the
+    """The options of every solver, as `solve` explains them; None, too, means the
     default."""
 
     tol: float | None
@@ -107,7 +107,7 @@ def solve(
     M, q : shape (n, n), dense or a scipy sparse matrix or array of any format, and
         shape (n,); as in `Problem`.
     lower, upper : bounds of z, each a number or of shape (n,), by default 0 and
-        infinity; None stands for no bound.
+        infinity; None means no bound.
     infinity : bounds of at least this size, often 1e20, are treated as infinite; by
         default only infinite bounds are.
     method : "auto", which combines several methods, or a published one, such as "shi"
@@ -125,7 +125,7 @@ def solve(
     trace : whether the result keeps all iterates; a `Trace` selects which ones, and
         receives them.
     callback : called after each iteration with its `TraceRow`; a true value, or
-        StopIteration, ends the run.
+        StopIteration, stops the run.
     compiled : whether "auto" uses the kernels of the extra `fast`, for small LCPs.
         Loading them takes half a second, which pays in a loop over many calls. By
         default they are used after `use_kernels()`.
@@ -136,7 +136,7 @@ def solve(
         solution.
     interrupts : what Ctrl-C does: "raise" the error `Interrupted`, or "return" the
         result with the best z so far.
-    options : options of the method, such as p or k_star of "shi"; None stands for the
+    options : options of the method, such as p or k_star of "shi"; None means the
         default. See `lcp solve --help`.
 
     Returns
@@ -265,7 +265,7 @@ def chosen(
     method: str = "",
     of: str = "",
 ) -> dict[str, Any]:
-    """Return the options that are not None, which stands for the default. Raise
+    """Return the options that are not None, which means the default. Raise
     OptionError for an unknown value of `interrupts`, and for a name that is neither
     valid nor, if there is a method, an option of any method; its hint is a likely name.
 

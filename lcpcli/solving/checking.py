@@ -1,5 +1,5 @@
-"""Verification of a proposed solution, or of what a formulation takes in its place, and
-of a proof that there is none."""
+"""Verification of a proposed solution, or of what a formulation accepts instead, and of
+a proof that there is none."""
 
 from __future__ import annotations
 
@@ -51,7 +51,7 @@ def check(
     problem : a Problem, or a NonlinearProblem, for which z is verified in double
         precision only.
     z : shape (n,); accepted if its relative residual is at most tol. If one of its
-        numbers is a fractions.Fraction and tol is not given, z is verified in exact
+        numbers is a fractions.Fraction and tol is not specified, z is verified in exact
         arithmetic, with the floating-point numbers of the problem taken as exact. For a
         problem made from a program, z may also be x, shape (k,), for which multipliers
         are sought, or x followed by the multipliers y of the rows, shape (k + m,). For
@@ -59,7 +59,7 @@ def check(
         player's strategies: those of each player are nonnegative and add up to 1. For a
         game tree, it may also be the probabilities of all actions at the first player's
         information sets, in the order of the file, and then at the second player's.
-    y : shape (n,), in place of z: a Farkas vector, y >= 0 with M'y <= 0 and q'y < 0,
+    y : shape (n,), instead of z: a Farkas vector, y >= 0 with M'y <= 0 and q'y < 0,
         verified in exact arithmetic.
     tol : 1e-10 by default.
 
@@ -69,7 +69,7 @@ def check(
         violated conditions and the componentwise backward error; the interpreter shows
         it as the command prints it.
 
-    Raises LCPError if z or y has the wrong length or is not finite, or both are given,
+    Raises LCPError if z or y has the wrong length or is not finite, or both are passed,
     or tol is out of range.
 
     Examples
@@ -104,7 +104,7 @@ def check(
     if z is None and y is None:
         raise ParameterError("z", IS_MISSING, "give z, or a proof y")
     if z is not None and y is not None:
-        raise ParameterError("y", "is given beside z", LEAVE_ONE_OUT)
+        raise ParameterError("y", "cannot be combined with z", LEAVE_ONE_OUT)
     z, y = by_names(lambda: problem.names, z=z, y=y)
     if z is not None:
         exact = _fractions("z", z) if tol is None else []
@@ -143,8 +143,8 @@ def _fractions(field: str, values: Any, n: int | None = None) -> list[Fraction]:
 
 
 def lengths(problem: Problem | NonlinearProblem) -> dict[int, str]:
-    """Return what may be verified, by its length: z, or what the formulation takes in
-    its place."""
+    """Return what may be verified, by its length: z, or what the formulation accepts
+    instead."""
     return problem.formulation.lengths(problem)
 
 
@@ -225,8 +225,8 @@ def verified_proof(
     data: ExactProblem | None = None,
     is_rounded: bool = False,
 ) -> Verification:
-    """Verify a proof y that there is no solution, and state what it says of what the
-    problem was made from.
+    """Verify a proof y that there is no solution, and translate it to what the problem
+    was made from.
 
     data : exact data for which the proof is to hold. is_rounded : whether y is known to
         be rounded.

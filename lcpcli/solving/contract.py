@@ -33,7 +33,7 @@ def check_method(name: str) -> None:
     and without a solution, it yields arrays of numbers that it never changes again, and
     never fewer `evaluations` than before; it leaves M and q as they are; run again, it
     yields the same; the start does not matter unless it declares `uses_start`; and if
-    it ends, it returns how it ended.
+    it terminates, it returns how.
     """
     _check_declaration(name)
     declared = registry.declared(name)

@@ -18,7 +18,7 @@ Regular = TypeVar("Regular", bool | None, list[bool | None])
 
 @dataclass(frozen=True, eq=False)
 class Derivative(Generic[Kinks, Regular]):
-    """The derivative of a solution for a change of the data in a given direction; for a
+    """The derivative of a solution for a change of the data in one direction; for a
     batch of b problems, z and w have a first dimension of length b, kinks is keyed by
     the number of each problem that has any, and strongly_regular is a list.
 

@@ -124,7 +124,7 @@ def uses_kernels(wanted: bool | None, number: int) -> bool:
 
 def use_kernels(wanted: bool = True) -> None:
     """Use the compiled kernels of the extra `fast` in every later call of this process
-    that has no `compiled`, and in processes that it starts, as if it were given
+    that has no `compiled`, and in processes that it starts, as if it were called with
     compiled=True; methods other than "auto" are as before. The environment variable
     LCPCLI_KERNELS=1 does the same from the start.
 
@@ -154,7 +154,7 @@ class Session:
     interrupted : whether Ctrl-C has ended an attempt.
     lost : the basic solutions from which `newton` continues in the first stages.
     answer : the last answer that was tested.
-    extent : the acceptance test of the point at which an attempt ends.
+    extent : the acceptance test of the last point of an attempt.
     evaluations : those of the first stages, also if they lead to no solution.
     certain : a z that is known to solve the problem, though its relative residual does
         not show it, and why.
@@ -247,7 +247,8 @@ class Quick(NamedTuple):
     """An attempt that may answer at once.
 
     min_unknowns, applies : for how many unknowns it is made, and for which sessions.
-    steps : how. is_timed : whether it may take so long that a time limit has to end it.
+    steps : how. is_timed : whether it may take so long that a time limit has to stop
+        it.
     needs_origin : whether it is made only for problems with a formulation.
     """
 
@@ -259,7 +260,7 @@ class Quick(NamedTuple):
 
 
 def answered(session: Session) -> Result | None:
-    """Return the result of the first attempt on the problem of a session that ends at a
+    """Return the result of the first attempt on the problem of a session that reaches a
     solution; None if none does. Nobody sees its steps."""
     for attempt in attempts(session):
         steps = attempt.steps(session)
@@ -270,7 +271,7 @@ def answered(session: Session) -> Result | None:
 
 
 def exhausted(steps: Generator[Item, None, End], made: list[Item] | None = None) -> End:
-    """Run steps that nobody sees to their end, and return what they return; `made`,
+    """Run all of these steps, which nobody sees, and return what they return; `made`,
     unless it is None, receives the steps."""
     while True:
         try:
@@ -517,7 +518,7 @@ def first_steps(
     session: Session, start: Start | None, dense: Problem, fast: ModuleType | None
 ) -> Steps:
     """Return the result of the first stages of `auto` on the problem, as the loop of
-    `auto` returns it; None if they do not end at an accepted solution. dense : the
+    `auto` returns it; None if they do not reach an accepted solution. dense : the
     problem in the form that these stages take."""
     with imports:
         from lcpcli.auto.attempts import FIRST, Structure, attempts_in_rounds, phases
@@ -579,8 +580,8 @@ def first_steps(
 
 def _from(start: Start, problem: Problem, structure: Structure) -> Stage:
     """Return the stage that begins at the basis of a start: block pivots; or, where the
-    diagonal of M has zeros, one system, as for contact, or if the start is a z, systems
-    as at the end of interior, as for programs."""
+    diagonal of M has zeros, one system, as for contact, or if the start is a z, the
+    systems that interior solves last, as for programs."""
     with imports:
         from lcpcli.methods.lemke import feasible_basic_solution, from_last_basis
         from lcpcli.methods.newton import from_start
@@ -662,7 +663,7 @@ def pivots_first(session: Session) -> bool:
     if not problem.is_moderate or problem.x0 is not None:
         return False
     is_compiled = session.is_compiled and session.prepared is None
-    if is_compiled and problem.is_mixed:  # the kernels look for far bounds
+    if is_compiled and problem.is_mixed:  # the kernels search for far bounds
         return problem.n <= MAX_COMPILED and (
             problem.origin is None or not problem.has_far_sides
         )

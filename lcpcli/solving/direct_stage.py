@@ -21,7 +21,7 @@ End = TypeVar("End")
 
 def shown(session: Session, others: Callable[[], Stage]) -> Stage:
     """Pass on the steps of the direct attempts on the problem of a session, and if none
-    ends at a solution, the stage that `others` sets up. Steps that this stage or a
+    reaches a solution, the stage that `others` sets up. Steps that this stage or a
     later attempt repeats are passed on once."""
     session.is_compiled = False  # no kernel shows its steps
     quick = attempts(session)
@@ -63,7 +63,7 @@ def _once(
 def _iterates(
     steps: Steps, session: Session
 ) -> Generator[Iterate, None, Result | None]:
-    """Yield the steps of an attempt as iterates, the last one, if it ends at a
+    """Yield the steps of an attempt as iterates, the last one, if it reaches a
     solution, with the z of its result."""
     number = 0
     last: Iterate | None = None

@@ -148,7 +148,7 @@ def _in_loop(
         session.recorded_stages, is_shown = {}, False
     with imports:
         from lcpcli.solving.loop import Loop
-    with np.errstate(all="ignore"):  # overflow counts as infinite
+    with np.errstate(all="ignore"):  # overflow gives infinity
         x = problem.start if start is None else start.x
         change = variables_of(method, problem, "scale" in additions)
         options = _with_second_point(method, problem, chosen, start is not None)

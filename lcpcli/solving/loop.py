@@ -89,9 +89,9 @@ NEAR_THE_CRITERION = Extent(WITHOUT_ROUNDING)
 
 @dataclass(eq=False, repr=False)
 class Loop:
-    """The state of one run. The residual bound of an iterate is a bound on its relative
+    """The data of one run. The residual bound of an iterate is a bound on its relative
     residual that F gives at no cost, or else the residual. finishes : whether a
-    solution with other small entries is answered in place of an iterate, as by
+    solution with other small entries replaces an iterate as the answer, as by
     `auto`."""
 
     session: Session
@@ -170,8 +170,8 @@ class Loop:
             return Status.INTERRUPTED, ""
 
     def _take(self, iterate: Iterate) -> tuple[Status, str] | None:
-        """Record an iterate; return how the run ends and why, if it ends with this
-        iterate."""
+        """Record an iterate; return the status and the reason, if the run stops with
+        this iterate."""
         self.k += 1
         self.evaluations = iterate.evaluations
         finite = in_range(iterate.x)

@@ -121,21 +121,21 @@ def solve_many(
     ----------
     M, Q : M of shape (n, n) as in `solve`, and the right-hand sides q as columns of Q,
         shape (n, k), or as an iterator, from which each q of shape (n,) is taken when
-        its result is requested (see `Solver`). In their place, an iterable of Problems,
-        which may be followed by the method; or, for a batch that is solved at once, M
-        of shape (b, n, n) and q of shape (b, n). M is copied at the call, Q as results
-        are requested.
+        its result is requested (see `Solver`). Instead of these, an iterable of
+        Problems, which may be followed by the method; or, for a batch that is solved at
+        once, M of shape (b, n, n) and q of shape (b, n). M is copied at the call, Q as
+        results are requested.
     lower, upper, infinity : as in `solve`; bounds may also have a column for each
         problem, shape (n, k), or for a batch a row, shape (b, n).
     compiled : as in `solve`; by default kernels are also used for at least 1000
         columns, problems of a batch or Problems in a list. An iterator has no length,
-        so that it must ask for them.
+        so that kernels have to be requested.
     sequence : whether each of the Problems is solved from the basis of the previous
         solution, where this is close, as by a `Solver`; M and n may change.
     method, options : as in `solve`, for every problem; a time limit applies to each of
         them. With options other than tol, max_iterations, time_limit, threads,
         interrupts and compiled, columns are solved one by one. With
-        interrupts="return", Ctrl-C ends a problem that is being solved by itself: its
+        interrupts="return", Ctrl-C stops a problem that is being solved separately: its
         result is `interrupted`, and the next problem follows.
 
     Yields
@@ -273,7 +273,7 @@ def _refuse_as_problems(problems: Any, **bounds: Any) -> None:
         if not np.isscalar(bound) or bound != (0.0 if name == "lower" else math.inf):
             raise ParameterError(
                 name,
-                "has no effect on Problems, which have their own bounds",
+                "has no effect on Problems, which have bounds themselves",
                 LEAVE_OUT,
             )
 
@@ -447,11 +447,11 @@ class Batch(Sequence[Result]):
         J: Any = None,
         unsolved: Unsolved = "raise",
     ) -> BatchDerivative:
-        """Return the derivatives of all z and w for changes of the data in a given
+        """Return the derivatives of all z and w for changes of the data in one
         direction.
 
         dM : shape (b, n, n). dq, dlower, dupper : shape (b, n). Without the first
-        dimension they apply to all problems; None stands for no change. The other
+        dimension they apply to all problems; None means no change. The other
         parameters are as in `gradient` and `Result.derivative`.
         """
         changes = {"dM": dM, "dq": dq, "dlower": dlower, "dupper": dupper}
@@ -602,7 +602,7 @@ def _refine_in_place(
     z: Vector,
     tol: float,
 ) -> Mask:
-    """Refine in place those z, of shape (m, n), whose residual may be more than
+    """Refine, by overwriting, those z, of shape (m, n), whose residual may be more than
     rounding; return which of all z are proved to solve their problems, shape (m,)."""
     rows_of_z = measure.rows(z)
     solved = measure.surely_solves(z, rows_of_z, min(tol, SMALL_DISTANCE))

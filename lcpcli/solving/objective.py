@@ -43,7 +43,7 @@ def with_objective(result: Result, may_go_on: bool) -> Result:
     if gap == math.inf or not (result.objective_error or 0.0) > gap:
         return result
     reason = (
-        f"{statement(result.objective_error or 0.0)}, and gap = {gap:g} asks for more"
+        f"{statement(result.objective_error or 0.0)}, and gap = {gap:g} requires more"
     )
     message = Status.STALLED.sentence(reason)
     return replace(result, status=Status.STALLED, message=message, end=None)

@@ -9,7 +9,7 @@ which double precision represents exactly.
 
 If the question is still open, rational arithmetic searches for the answer: by Lemke's
 method, which is fast where it applies, and by a tree search over the complementary
-bases, which ends with a solution or a proof that there is none.
+bases, which returns a solution or a proof that there is none.
 
 In the same way the reference is computed by which errors are measured, if no solution
 is known.
@@ -56,7 +56,7 @@ BEYOND_DOUBLES = (
     "the exact z is beyond the range of doubles, so that the other z is that of the "
     "last run"
 )
-UNPROVED = "no exact proof was found for the numbers as written"
+UNPROVED = "no exact proof is known for the numbers as written"
 EXCLUDED = Exact(Status.UNSOLVABLE, UNSOLVABLE)
 # Work limit of a search without a time limit, in nominal seconds: up to 20 unknowns a
 # second is enough, beyond 30 a minute may not be.
@@ -76,7 +76,7 @@ def exact(
 
     The floating-point numbers in M and q are taken as exact, so that 0.1 is
     3602879701896397/36028797018963968; the command takes the numbers of a file as
-    written. The payoffs of a game, and numbers of planar contacts, are used in place of
+    written. The payoffs of a game, and numbers of planar contacts, are used instead of
     M and q, as written or as their shortest decimals. Up to n = 200 it takes seconds. A
     problem with few unknowns is always decided.
 
@@ -261,7 +261,7 @@ def _verified(
     )
 
 
-@np.errstate(all="ignore")  # overflow counts as infinite
+@np.errstate(all="ignore")  # overflow gives infinity
 def _proved(data: ExactProblem, result: Result, exact: Exact) -> Result:
     z = None if exact.z is None else rounded(exact.z)
     if z is not None and not np.isfinite(z).all():

@@ -46,7 +46,7 @@ class Result:
 
     status, message : how the run ended, in one word and in one sentence.
     point : the best iterate and its measures, each computed when it is first read:
-    z, w : the best iterate and w = M z + q, each of shape (n,), in the problem's units.
+    z, w : the best iterate and w = M z + q, each of shape (n,), without scaling.
     residual, relative_residual, error : as defined in `point.Point`, recomputed from M
         and q; the error is the distance to the nearest known solution, None if none is
         known.
@@ -63,13 +63,13 @@ class Result:
         three times:
     setup_seconds, solve_seconds, verify_seconds : for setting up the method, for
         iterating, and for measuring accuracy.
-    basis : the state of each variable: "lower" or "upper" where z is at that bound,
-        else "basic", where w = 0. After Lemke's method it is the basis at the end of
-        the path, in which basic variables may be at bounds.
+    basis : the status of each variable: "lower" or "upper" where z is at that bound,
+        else "basic", where w = 0. After Lemke's method it is the last basis of the
+        path, in which basic variables may be at bounds.
     limits : the tolerance for the relative residual, and the limits on iterations and
         time.
     options : the values of the method's options in this run.
-    interrupted : whether Ctrl-C ended the run, even if z turns out to be a solution;
+    interrupted : whether Ctrl-C stopped the run, even if z proves to be a solution;
         False if a callback ended it.
     label : the name of the run among several of the same method, as in shi:p=10; "" for
         the method's name.
@@ -237,14 +237,13 @@ class Result:
         one_sided: bool = False,
         J: Any = None,
     ) -> OneDerivative:
-        """Return the derivative of z and w for a change of the data in a given
-        direction. `Derivative` explains what holds at kinks, where z_i is at a bound
-        and w_i = 0, and what `one_sided` does there.
+        """Return the derivative of z and w for a change of the data in one direction.
+        `Derivative` explains what holds at kinks, where z_i is at a bound and w_i = 0,
+        and what `one_sided` does there.
 
-        dM : shape (n, n), dense or sparse. dq, dlower, dupper : shape (n,). None stands
-        for no change; only a finite bound can be changed, and equal bounds only
-        together.
-        J : shape (k, n), for the derivative of J z in place of z, which may exist where
+        dM : shape (n, n), dense or sparse. dq, dlower, dupper : shape (n,). None means
+        no change; only a finite bound can be changed, and equal bounds only together.
+        J : shape (k, n), for the derivative of J z instead of z, which may exist where
         that of z does not. Raises DerivativeError if the problem is not solved or there
         is no derivative.
 
@@ -278,8 +277,9 @@ class Result:
         return gradient
 
     def __getitem__(self, name: str) -> float:
-        """Return the component of z with this name; a multiplier of a maximization is
-        in its own sense. Raise KeyError, suggesting a likely name, if there is none."""
+        """Return the component of z with this name; a multiplier of a maximization has
+        the sign of the maximization. Raise KeyError, suggesting a likely name, if there
+        is none."""
         with imports:
             from lcpcli.model.words import component
         return float(component(self.problem, name, self.z))
@@ -302,7 +302,7 @@ class Result:
     @cached_property
     def answer(self) -> Any:  # an Answer, whose kind the reader knows from the problem
         """Return what the result means for what the problem was made from, such as a
-        program or a game: what its formulation says; None if it is given by M and
+        program or a game: what its formulation says; None if it is defined by M and
         q."""
         return self.problem.formulation.answer(self)
 
@@ -350,9 +350,7 @@ class Result:
             "is neither true nor false, as a problem that is not solved may be "
             "proved to have no solution"
         )
-        raise TypeError(
-            f"a Result {reason}; ask for result.solved, or for result.status"
-        )
+        raise TypeError(f"a Result {reason}; use result.solved or result.status")
 
     @property
     def advice(self) -> str:

@@ -94,8 +94,7 @@ def solve_mcp(
     ----------
     F : a function from z, shape (n,), to n numbers. Outside its domain it may return
         nan or infinity, or raise an ArithmeticError: steps are then cut back. Or a
-        NonlinearProblem, as `read_nl` returns it, in place of all arguments up to
-        names.
+        NonlinearProblem, as `read_nl` returns it, instead of all arguments up to names.
     J : a function from z to the Jacobian of F, shape (n, n), dense or a scipy sparse
         matrix or array. By default it is computed by finite differences, of which F
         needs about half of its digits.
@@ -169,14 +168,14 @@ def solve_mcp(
             if np.ndim(value) or value != default:
                 raise ParameterError(
                     name,
-                    "has no effect on a NonlinearProblem, which has its own",
+                    "has no effect on a NonlinearProblem, which has one already",
                     LEAVE_OUT,
                 )
         problem = F if z0 is None else F.starting_at(z0)
     else:
         if x0 is not None and z0 is not None:
             raise ParameterError(
-                "x0", "is another name of z0, which is given too", LEAVE_OUT
+                "x0", "is another name of z0, which is passed too", LEAVE_OUT
             )
         x0 = x0 if z0 is None else z0
         if jax:
@@ -260,7 +259,7 @@ def _check_step(problem: NonlinearProblem, difference_step: float | None) -> Non
     if problem.J is not None:
         raise ParameterError(
             "difference_step",
-            "has no effect on a J that is given",
+            "has no effect on a J that is supplied",
             "leave one of them out",
         )
     if not 0 < difference_step < 1:
@@ -309,7 +308,7 @@ def by_jax(F: Callable[[Vector], Any], J: Any) -> list[Callable[[Vector], Any]]:
     precision of jax is."""
     if J is not None:
         raise ParameterError(
-            "jax", "computes J, which is given too", "leave one of them out"
+            "jax", "computes J, which is passed too", "leave one of them out"
         )
     with imports:
         try:
@@ -328,7 +327,7 @@ def by_jax(F: Callable[[Vector], Any], J: Any) -> list[Callable[[Vector], Any]]:
     return [partial(in_doubles, jax.jit(traced)) for traced in (F, jax.jacfwd(F))]
 
 
-# Limits of every linearization, also of one that is left to `run`: one that takes more
+# Limits of every linearization, also of one that `run` solves: one that takes more
 # iterations may have no solution, and further digits make no step better, as F measures
 # each step, and the next step has another linearization.
 LINEAR = Limits(tol=1e-8, max_iterations=100)
@@ -351,7 +350,7 @@ def solution_of_linearization(
 
     basis : the basis from which pivoting starts; None for that of the start. longer :
     whether a problem with few unknowns, on which else only the attempts of a step are
-    made, is left to `run` with its proofs. evaluations : whose pivots are counted.
+    made, is passed to `run` with its proofs. evaluations : whose pivots are counted.
     is_compiled : whether kernels are used.
     """
     if longer and q.size > MAX_UNKNOWNS:
@@ -419,7 +418,7 @@ def _step(
     evaluations: Evaluations,
     is_compiled: bool,
 ) -> tuple[Vector, States] | None:
-    """Return z and basis at which the attempts of a step end on a problem with few
+    """Return the z and basis that the attempts of a step reach on a problem with few
     unknowns, from a basis of another problem; without one, from that of the reference
     point if there are more than SHORT_PATH unknowns. None if there is no step."""
     if basis is None and problem.n > SHORT_PATH:

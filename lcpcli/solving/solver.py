@@ -53,8 +53,8 @@ class Solver:
     options : tol, max_iterations, time_limit and threads, as in `solve`, for every
         problem.
 
-    A Solver serves one thread at a time; each thread needs its own. It raises the same
-    errors as `solve`.
+    A Solver serves one thread at a time; each thread needs another one. It raises the
+    same errors as `solve`.
 
     >>> import lcpcli
     >>> solver = lcpcli.Solver([[2, 1], [1, 2]])
@@ -127,7 +127,7 @@ class Solver:
         Solver. Where the bounds are two numbers, as for LCPs, the new M may have
         another shape, as when contacts come and go; the last basis is then dropped.
 
-        data : in place of M, other data of what the problem was made from, such as W,
+        data : instead of M, other data of what the problem was made from, such as W,
             q, mu and ids of contacts, which then keep their basis status; `solve()`
             solves that problem (see `Formulation.update`).
         """

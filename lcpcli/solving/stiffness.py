@@ -11,7 +11,7 @@ from lcpcli.model.problem import Problem
 # Why each of these methods fails; the number is the square root of the condition
 # number.
 REASONS = {
-    "newton": "exchanges of wrong signs advance by a few unknowns or cycle",
+    "newton": "pivots on infeasibilities advance by a few unknowns or cycle",
     "fixed-point": "an iteration reduces the error by one part in {:.0e} at best",
     "shi": "a step along gradients reduces the error by one part in {:.0e} at best",
     "lemke": "rounding decides the pivots of long paths",
@@ -31,6 +31,6 @@ def explanation(problem: Problem, method: str) -> str:
         return ""
     reason = REASONS[method].format(math.sqrt(min(condition, MAX_TOLD)))
     return (
-        f"M is stiff: its condition number is {in_words(condition)} in units of its "
+        f"M is stiff: its condition number is {in_words(condition)} relative to its "
         f"diagonal, and {reason}; {MADE_FOR_IT} is made for such M"
     )

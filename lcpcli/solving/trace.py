@@ -154,7 +154,8 @@ class LateRow(TraceRow):
 
 
 Callback: TypeAlias = Callable[[TraceRow], object]
-"""What is called after each iteration; a true value, or StopIteration, ends the run."""
+"""What is called after each iteration; a true value, or StopIteration, stops the
+run."""
 
 
 @dataclass(frozen=True)

@@ -322,7 +322,7 @@ def test_numbers_not_made_exact_in_time_leave_the_result_without_proof() -> None
 
     result = prove(late, run(Problem([[2.0]], [-1.0]), "auto"))
     assert (result.solved, of_result(result)) == (True, 1)
-    assert "no exact proof was found" in result.message
+    assert "no exact proof is known" in result.message
 
 
 def test_bound_on_the_error_that_is_not_proved_in_time_is_left_out() -> None:

@@ -85,7 +85,7 @@ RUNS = {
     "the best solution": (
         "solve game.json --maximize z1",
         ("enumeration.optimum.Search.children", 20),
-        "interrupted: the best objective found is",
+        "interrupted: the best known objective is",
     ),
     "a path": (
         "path from.json to.json",
@@ -100,7 +100,7 @@ RUNS = {
     "a proof": (
         "solve large.npz --exact",
         ("solving.proof.from_point", 1),
-        "interrupted; no exact proof was found",
+        "interrupted; no exact proof is known",
     ),
     "a comparison": (
         "compare dense.npz",

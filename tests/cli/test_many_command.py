@@ -248,7 +248,7 @@ def test_a_full_folder_of_temporary_files_is_named(
     monkeypatch.setattr(tempfile, "TemporaryFile", full)
     told = (
         f"cannot be collected in {tempfile.gettempdir()} (No space left on device); "
-        "set TMPDIR to a folder with room"
+        "set TMPDIR to a folder with enough space"
     )
     assert_refused(
         lcp("solve", "two.jsonl", "-o", "out.csv"), f"lcp: out.csv: {told}\n"

@@ -46,7 +46,7 @@ def test_commands_print_what_the_document_shows(
 def test_ampl_hears_of_stationary_points_and_gives_options_in_two_places(
     lcp: Lcp, models: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    assert "stalled: z is nearly a stationary point" in lcp("hopeless", "-AMPL").out
+    assert "stalled: z is almost a stationary point" in lcp("hopeless", "-AMPL").out
     *_, value, last = (models / "hopeless.sol").read_text().splitlines()
     assert (
         np.isfinite(float(value)),

@@ -205,7 +205,7 @@ solve paper-example-1 --method milp --z0 1,1,1,1
 compare paper-example-1 --method lemke --method milp --z0 1,1,1,1
     => --z0: {NO_EFFECT:lemke and milp, which use no starting point}; {LEAVE_IT_OUT}
 solve paper-example-1 --basis missing.json
-    => --basis: 'missing.json' is neither a file nor states; write lower,basic,upper or
+    => --basis: 'missing.json' is neither a file nor a basis; write lower,basic,upper or
     name a file
 solve paper-example-1 --basis Basic,basic,basic,basic
     => --basis[0]: {IS:the text 'Basic'}; {A_STATE}{FROM_0}
@@ -369,8 +369,8 @@ solve steps --sequence --format json --method auto:presolve=false
 solve steps --sequence --format json --p 2 => --p: {STATES_OF_LAST}; {LEAVE_IT_OUT}
 solve steps/0.json --sequence --all => --sequence: {OWN_METHOD}; {LEAVE_IT_OUT}
 solve inside/deeper.json
-    => inside/deeper.json: is a folder without problem files; they end in .json, .csv,
-    .mtx, .npz, .npy, .mat, .mps, .qps, .lp, .nfg, .nl, .efg, .json.gz, .csv.gz,
+    => inside/deeper.json: is a folder without problem files; their suffixes are .json,
+    .csv, .mtx, .npz, .npy, .mat, .mps, .qps, .lp, .nfg, .nl, .efg, .json.gz, .csv.gz,
     .mtx.gz, .mps.gz, .qps.gz, .lp.gz, .nfg.gz, .nl.gz, .efg.gz
 """,
     {
@@ -420,8 +420,8 @@ solve sexes.json --maximize '"payoff of Ann"'
     => --maximize: {NAMES:'payoff of Ann'};
     {USE_NAMES:4, or 'payoff of row', or 'payoff of column'}
 solve sexes.json --maximize '"payoff of row" + opera'
-    => --maximize: has 'opera' beside payoffs, which are not linear in the unknowns; use
-    'payoff of row' and 'payoff of column' alone
+    => --maximize: has 'opera' in addition to payoffs, which are not linear in the
+    unknowns; use 'payoff of row' and 'payoff of column' alone
 """,
     {
         "murty.json": '{"M": [[1, 2], [2, 1]], "q": [-1, -1], "names": ["price", "s"]}',

@@ -129,7 +129,7 @@ def test_a_workspace_may_have_other_names_and_a_program_has_its_own() -> None:
     savemat("w.mat", {"M": NAMED["M"], "q": NAMED["q"], "names": [1.0, 2.0, 3.0]})
     assert list(read("w.mat").names) == ["", ""]
     program = from_qp(None, [1], columns=["x"])
-    with pytest.raises(ProblemError, match="names: is given beside origin"):
+    with pytest.raises(ProblemError, match="names: cannot be combined with origin"):
         Problem(program.M, program.q, origin=program.origin, names=["z"])
 
 

@@ -79,7 +79,8 @@ a,b,q,q,lower\n2,0,-1,-1,0\n0,2,-1,-1,0\n => line 1: heads 2 columns q; {KEEP_ON
 a,b,q,lb\n2,0,-1,0\n0,2,-1,0\n
     => line 1, column 4: is headed 'lb'; call it lower, if it holds bounds of z
 a,b,c,q,lower\n2,0,0,-1,0\n0,2,0,-1,0\n
-    => has 2 rows and 3 columns of M; give M as many columns, beside q and lower
+    => has 2 rows and 3 columns of M; give M as many columns, in addition to q and
+    lower
 a,b,q,lower,upper\n2,0,-1,0,1\n0,2,-1,2,1\n
     => lower[1]: {ABOVE:2|upper[1]|1}; {IN_ORDER}{FROM_0}
 2,0,-1\n0,"2,-1\n => line 2: {NOT_CSV}; {CORRECT_IT_THERE}
@@ -94,7 +95,7 @@ JSON = contents(
     r"""
 => {EMPTY}; give M and q, as JSON or CSV
 {"M": [[2, 0], [0, 2]], "q": [-1, -1], "name": "Sch\xe4fer"} => {NOT_UTF_8}; {AS_UTF_8}
-<!DOCTYPE html> => is HTML or XML; was a web page saved in its place?
+<!DOCTYPE html> => is HTML or XML; was a web page saved instead?
 {"M": [[2, 0], [0, 2]], "q": [-1,\n
     => line 2, column 1: {ENDS_TOO_EARLY}; {FILE_CUT_OFF}
 {"M": [[2, 0], [0, 2]], "q: [-1, -1]}
@@ -272,13 +273,13 @@ MATRIX_MARKET = contents(
 %%MatrixMarket matrix array complex general\n1 1\n1 0\n
     => line 1: is the header of a complex matrix; {REAL}
 %%MatrixMarket matrix array real general\n% comment\n
-    => ends before its size; give the numbers of rows and columns below the header
+    => is cut off before its size; give the numbers of rows and columns below the header
 %%MatrixMarket matrix coordinate real general\n% c\n-2 2 1\n
     => line 3: {IS:'-2 2 1'}; give the numbers of rows, columns, entries
 %%MatrixMarket matrix array real general\n1 1\n1,5\n
     => line 3: {IS:'1,5'}; give one number
 %%MatrixMarket matrix array integer general\n1 1\n1.5\n
-    => line 3: {IS:'1.5'}; give one whole number
+    => line 3: {IS:'1.5'}; give one integer
 %%MatrixMarket matrix array real general\n2 2\n10\n20\n30\n
     => is declared with 4 entries but has 3 entries; {AGREE}
 %%MatrixMarket matrix coordinate real general\n2 2 1000000000000\n1 1 1\n
@@ -530,7 +531,7 @@ CHANGED_PROGRAMS = contents(
     => A.rows[0]: {ENTRY_OUTSIDE:(1, 0)|1 x 2}; {WHOLE_FROM_TO:0|0}
 [[1, 1]] -> {"format": "coo", "shape": [1.5, 2], "rows": [0], "cols": [0], \
 "values": [1]}
-    => A.shape: {SHAPE:1.5|2}; give two whole numbers from 0
+    => A.shape: {SHAPE:1.5|2}; give two integers from 0
 """,
     made=lambda parts: f"{{{changed(NATIVE, parts)}}}",
 )
@@ -548,10 +549,10 @@ MORE_KEYS = contents(
 "bounds": [[0, 1]] => bounds: {NO_KEY:a program}; {BOUNDS_AS}
 "lower": [1] => lower: {ENTRIES:1 entry|2 variables}; {AGREE}
 "lower": 2, "upper": 1 => lower[0]: {ABOVE:2|upper[0]|1}; {IN_ORDER}{FROM_0}
-"b": [1] => b: is short for row_lower, which is given too; {LEAVE_ONE_OUT}
+"b": [1] => b: is short for row_lower, which is passed too; {LEAVE_ONE_OUT}
 "free": [0], "lower": 1
     => free: is given beside lower; leave it out, and give null for no bound in lower
-"free": [2] => free[0]: is 2; indices are whole numbers from 0 to 1
+"free": [2] => free[0]: is 2; indices are integers from 0 to 1
 "sense": "maximise" => sense: {IS:'maximise'}; give min or max
 "constant": "one" => constant: {IS:the text 'one'}; {A_NUMBER}
 "rows": "r" => rows: {IS:the text 'r'}; {A_LIST_OF_NAMES}

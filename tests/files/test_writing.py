@@ -236,7 +236,7 @@ def test_a_log_with_results_is_not_replaced(lcp: Lcp, folder: Path) -> None:
         path.write_text(kept)
         assert_refused(
             lcp("solve", *TOGETHER, "-o", "log.jsonl"),
-            "go on with --resume log.jsonl, or delete it",
+            "use --resume log.jsonl to continue, or delete it",
         )
         assert path.read_text() == kept
 

@@ -144,7 +144,7 @@ def test_a_default_is_in_its_range(monkeypatch: pytest.MonkeyPatch) -> None:
             yield Iterate(x0 + sweeps, None, "", 1)
 
     right, wrong = (
-        Option("sweeps", int, n, "whole number >= 1", lambda own: own >= 1, "Sweeps.")
+        Option("sweeps", int, n, "integer >= 1", lambda own: own >= 1, "Sweeps.")
         for n in (1, 0)
     )
     declare(monkeypatch, steps, uses_start=True, options=(right,))

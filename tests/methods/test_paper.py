@@ -405,7 +405,7 @@ def test_small_p_ends_at_the_smoothing_error_and_says_so() -> None:
     bound = math.log(3) / 3 * np.abs(EXAMPLE_1.M - np.eye(4)).sum(axis=1).max()
     assert 1e-3 < result.residual <= bound
     told = f"smoothing error, in F at most (ln 3 / p) |M - I| = {bound:.2g} for p = 3 "
-    assert f"what is left is the {told}" in result.message
+    assert f"the remaining residual is the {told}" in result.message
 
 
 @pytest.mark.parametrize(

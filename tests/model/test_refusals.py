@@ -98,7 +98,7 @@ Problem(M, q, solutions=7)
 Problem(M, q, names=None) => names: {IS:null}; {A_LIST_OF_NAMES}
 Problem(M, q, names=3.0) => names: {IS:a number}; {A_LIST_OF_NAMES}
 Problem(np.eye(3), [-5, -6, -1], names=["price", "price", "flow"])
-    => names: {ENTRIES:'price'|2 unknowns}; give each its own name, or an empty one
+    => names: {ENTRIES:'price'|2 unknowns}; give each another name, or an empty one
 Problem(np.eye(2), [0, 0], lower=[0, 1e20], upper=1e21, infinity=1e15)
     => lower[1]: {INFINITE_AS:infinite|1e+20|1e+15}; {NO_BOUND_BELOW}{FROM_0}
 with_infinity(from_qp(None, [1], [[1]], row_upper=[-1e30]), 1e20)
@@ -173,7 +173,7 @@ named.solvd => 'Result' object has no attribute 'solvd'
         r"""
 bool(named)
     => a Result is neither true nor false, as a problem that is not solved may be proved
-    to have no solution; ask for result.solved, or for result.status
+    to have no solution; use result.solved or result.status
 """,
     ),
 ]

@@ -34,11 +34,11 @@ def test_a_side_of_rounding_is_solved_and_named(kind: str, sparse: bool) -> None
         result = lcpcli.run(problem, method)
         assert result.solved, method
         assert np.allclose(result.z[:2], [0.5, 1.5], atol=1e-9)
-        assert "as the numbers stand, row 2 (empty, side" in result.message
+        assert "with the numbers as stored, row 2 (empty, side" in result.message
         assert "has no solution" in result.message
     found = lcpcli.check(problem, result.z)
     assert found.accepted
-    assert "as the numbers stand, row 2" in found.message
+    assert "with the numbers as stored, row 2" in found.message
 
 
 @pytest.mark.parametrize("kind", ["upper", "lower", "equation", "range"])

@@ -84,8 +84,9 @@ unsolvable.derivative(dq=[1, 0]) => {NOT_SOLVED}
 unsolvable.gradient([1, 0]) => {NOT_SOLVED}
 solve([[2, -1], [-2, 1]], [-2, 2], lower=-1, upper=1).derivative(dM=np.ones((2, 2)), \
 dq=[1, -2], one_sided=True)
-    => no derivative was found in this direction: has no solution: no z within the
-    bounds has w with the signs that they ask for, by the y of the certificate
+    => no derivative could be computed in this direction: has no solution: no z within
+    the bounds has w with the signs required by complementarity, by the y of the
+    certificate
 two_pairs.derivative(dq=[1, 1, 0, 0], J=[[1, 0, 0, 0]]) => {DIFFERS_IN_J}{FROM_0}
 two_pairs.derivative(dq=[1, 1, 0, 0], J=[[0, 0, 0, 1]]) => {DIFFERS_IN_J}{FROM_0}
 two_pairs.derivative(dq=[1, 1, 0, 0], J=[[1, 1, 1, 0]]) => {DIFFERS_IN_J}{FROM_0}

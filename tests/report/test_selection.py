@@ -98,7 +98,8 @@ def test_sentence_on_an_infeasible_problem_speaks_of_its_bounds() -> None:
     found = solve([[1, 1], [1, 1]], [1, -2], lower=None)
     assert found.status.word == "infeasible"
     assert (
-        "no z within the bounds has w with the signs that they ask for" in found.message
+        "no z within the bounds has w with the signs required by complementarity"
+        in found.message
     )
     assert "z >= 0" not in found.message
     assert "no z >= 0 has Mz + q >= 0" in solve([[-1]], [-1]).message

@@ -153,7 +153,7 @@ def test_other_starts_are_advised_where_stuck_and_what_may_be_wrong_with_f() -> 
     scaled = solve_mcp(
         lambda z: [1 + z[0] ** 2, 1e9 * (z[1] - 1)], lower=None, x0=[0.5, 2.0]
     )
-    assert "other units, as rows or columns of J differ by " in scaled.advice
+    assert "another scaling, as rows or columns of J differ by " in scaled.advice
     assert solve_mcp(lambda z: z - 1, x0=[0.0]).advice == ""
     assert (
         solve_mcp(lambda z: z**3 - 1, x0=[9.0], max_iterations=2).advice

@@ -143,10 +143,10 @@ def test_a_solution_far_from_the_doubles_is_found_by_search_or_not_proved(
         None,
     )
     assert record["message"].endswith(
-        "no exact proof was found for the numbers as written"
+        "no exact proof is known for the numbers as written"
     )
     assert (
-        "no exact proof was found for the numbers as written\n"
+        "no exact proof is known for the numbers as written\n"
         in lcp("solve", str(file), "--exact").out
     )
 

@@ -458,7 +458,7 @@ def test_exhaustion_of_a_small_problem_with_a_solution_is_refused(
         result = liar.run(SOLVABLE[name], [], EXHAUSTED, declaration)
         assert_refused(result)
         assert result.message.startswith(
-            ("stalled: the claim that every", "stalled: no solution was found, and")
+            ("stalled: the claim that every", "stalled: no solution was computed, and")
         )
 
 

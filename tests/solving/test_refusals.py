@@ -187,7 +187,7 @@ check(infeasible, z=[1.0, 2.0]) => z: {ENTRIES:2 entries|1 unknown}; {AGREE}
         "ParameterError",
         r"""
 check(infeasible) => z: {MISSING}; give z, or a proof y
-check(infeasible, z=[1.0], y=[1.0]) => y: is given beside z; {LEAVE_ONE_OUT}
+check(infeasible, z=[1.0], y=[1.0]) => y: cannot be combined with z; {LEAVE_ONE_OUT}
 check(infeasible, y=[1.0], tol=0.1) => tol: {NO_EFFECT_ON:a proof}; {LEAVE_IT_OUT}
 check(infeasible, z=[1.0], tol=0.0) => tol: {OUT_OF_RANGE:0.0}; {IT_MUST_BE:{OF_TOL}}
 """,
@@ -317,9 +317,9 @@ solve_mcp(F, x0=[1, 2], pattern=np.eye(3))
 solve_mcp(F, z0=[3.0], difference_step=2.0)
     => difference_step: {OUT_OF_RANGE:2}; give one between 0 and 1
 solve_mcp(F, lambda z: [[1.0]], z0=[3.0], difference_step=1e-3)
-    => difference_step: {NO_EFFECT_ON:a J that is given}; leave one of them out
+    => difference_step: {NO_EFFECT_ON:a J that is supplied}; leave one of them out
 solve_mcp(F, z0=[1.0], x0=[1.0])
-    => x0: is another name of z0, which is given too; {LEAVE_IT_OUT}
+    => x0: is another name of z0, which is passed too; {LEAVE_IT_OUT}
 """,
     ),
     *calls(

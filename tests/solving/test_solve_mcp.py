@@ -69,7 +69,7 @@ def test_a_stationary_point_of_the_merit_function_proves_nothing() -> None:
     assert result.status is lcpcli.Status.STALLED
     assert (
         result.message
-        == "stalled: z is nearly a stationary point of the merit function, but no "
+        == "stalled: z is almost a stationary point of the merit function, but no "
         "solution"
     )
     assert result.certificate is None

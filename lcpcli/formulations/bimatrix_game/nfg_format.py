@@ -178,7 +178,7 @@ def _text(token: Any) -> str:
 
 
 def _whole(token: Any) -> int:
-    reason = f"has {quoted(str(token))} in place of a whole number"
+    reason = f"has {quoted(str(token))} instead of an integer"
     refuse(
         not re.fullmatch(r"[0-9]{1,9}", str(token)),
         "",

@@ -224,7 +224,7 @@ class _Reading:
         return ESCAPED.sub(r"\1", token) if "\\" in token else token
 
     def integer(self, of: str) -> int:
-        return int(self.next_token(WHOLE, f"the number of {of}", "give a whole number"))
+        return int(self.next_token(WHOLE, f"the number of {of}", "give an integer"))
 
     def number(self) -> Fraction:
         token = self.tokens[self.position]

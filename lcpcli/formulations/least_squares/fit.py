@@ -256,7 +256,7 @@ class LeastSquares(Formulation):
         sizes = [data.get(key) for key in ("measurements", "coefficients")]
         for key, size in zip(("measurements", "coefficients"), sizes, strict=True):
             if not isinstance(size, (int, float)) or size < 0 or size % 1:
-                raise ProblemError(key, "is no size", "write a whole number from 0")
+                raise ProblemError(key, "is no size", "write an integer from 0")
         m, n = (int(size) for size in sizes if size is not None)
         return cls(m, n, names_of("columns", data.get("columns", ()), n, COEFFICIENT))
 

@@ -83,7 +83,7 @@ class TextTokens:
             raise self.error(f"has {quoted(word)} in place of {what}", COUNTS) from None
 
     def integer(self) -> int:
-        return int(self._as(whole, "a whole number"))
+        return int(self._as(whole, "an integer"))
 
     # `letter` says how a binary file stores the number; in a text all are written
     # alike.

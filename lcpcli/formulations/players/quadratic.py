@@ -138,7 +138,7 @@ def _sizes(raw_sizes: Any) -> tuple[int, ...]:
     return tuple(map(int, raw_sizes))
 
 
-WHOLE = f"give a whole number from 1 {FROM_0}"
+WHOLE = f"give an integer from 1 {FROM_0}"
 
 
 def _owners(

@@ -256,7 +256,7 @@ def transport(n: int, seed: int) -> Problem:
     """Pose the linear program of m plants and m markets, with m^2 flows and 2 m
     multipliers, about n unknowns.
 
-    The supplies, whole numbers from 10 to 20, are enough for the demands from 5 to 10,
+    The supplies, integers from 10 to 20, are enough for the demands from 5 to 10,
     at costs from 1 to 100 a unit.
     F. L. Hitchcock, J. Math. Phys. 20 (1941) 224-230. The numbers are random.
     """

@@ -275,7 +275,7 @@ def _whole_rows(A: Vector) -> Any:
 
 
 def _exact_null_vectors(A: Any) -> Vector:
-    """Return a basis of the null space of whole numbers, rounded once, in columns."""
+    """Return a basis of the null space, of integers rounded once, in columns."""
     rows = [[int(value) for value in row] for row in A.tolist()]
     basis = elimination.solve(rows, [0] * len(rows))[1]
     sizes = [max(map(abs, vector)) for vector in basis]

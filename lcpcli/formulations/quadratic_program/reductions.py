@@ -142,7 +142,7 @@ def _free_indices(free: Any, lower: BoundLike, upper: BoundLike, k: int) -> Indi
     is_wrong = (indices < 0) | (indices >= k) | (indices != np.floor(indices))
     if is_wrong.any():
         i = int(is_wrong.argmax())
-        hint = f"indices are whole numbers from 0 to {k - 1}"
+        hint = f"indices are integers from 0 to {k - 1}"
         raise ProblemError(f"free[{i}]", f"is {indices[i]:g}", hint)
     positions = indices.astype(np.intp)
     if distinct(positions).size < positions.size:
