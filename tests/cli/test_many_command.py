@@ -17,7 +17,7 @@ import numpy as np
 import pytest
 
 import lcpcli
-from lcpcli.cli.problems import Request
+from lcpcli.cli.problems import Runs
 from lcpcli.files import atomic_write
 from lcpcli.files.inputs import Input, inputs
 from lcpcli.gallery import families
@@ -566,10 +566,10 @@ def test_summary_of_an_interrupted_run_says_how_many_have_a_result(
     lcp: Lcp, monkeypatch: pytest.MonkeyPatch, folder: Path
 ) -> None:
     (folder / "Q.csv").write_text("a,b,c\n-1,-2,-3\n-1,1,2\n")
-    run, left = Request.run, iter([1])
+    run, left = Runs.results, iter([1])
     monkeypatch.setattr(
-        Request,
-        "run",
+        Runs,
+        "results",
         lambda *given, **named: run(*given, **named) if any(left) else interrupt(),
     )
     outcome = lcp("solve", "good.json", "good.json", "-", "M.csv", "Q.csv")

@@ -9,7 +9,7 @@ from typing import Any
 
 import pytest
 
-from lcpcli.cli.problems import Request
+from lcpcli.cli.problems import Runs
 from lcpcli.files.formats import is_result
 
 from .conftest import GOOD, Lcp, interrupt, records
@@ -77,12 +77,12 @@ def test_list_of_results_is_read_where_lines_are(lcp: Lcp, folder: Path) -> None
 def test_interrupted_run_leaves_a_whole_list(
     lcp: Lcp, folder: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    run, left = Request.run, iter([1])
+    run, left = Runs.results, iter([1])
 
     def once(*given: Any, **named: Any) -> Any:
         return run(*given, **named) if any(left) else interrupt()
 
-    monkeypatch.setattr(Request, "run", once)
+    monkeypatch.setattr(Runs, "results", once)
     assert lcp(*BOTH, "-o", "out.json").code == 130
     assert [
         each["status"] for each in json.loads((folder / "out.json").read_text())
