@@ -89,6 +89,9 @@ THIN = 4
 FEW_SYMMETRIC, LARGEST_ELIMINATED = 10_000, 100_000  # rows
 # Bandwidth up to which band factors take less time than conjugate gradients.
 BAND = 5
+# The relative change of all entries, in the Euclidean norm, from which on units are
+# computed anew.
+FAR_CHANGE = 0.3
 # Rows up to which dense normal equations take no longer than conjugate gradients.
 MAX_DENSE = 48
 # Rows up to which conjugate gradients multiply by a dense M as it is, whatever the
@@ -156,6 +159,36 @@ def units(M: Matrix, S: Vector | None = None) -> Units:
     with imports:
         from scipy.sparse import csr_array
     return _sparse(csr_array(M))
+
+
+class Base:
+    """A dense M whose units are known, beside which those of other matrices with nearly
+    the same entries are bounded.
+
+    The fit of log2 |M_ij| by sums of a number for its row and one for its column is an
+    orthogonal projection, so that it changes by no more than the logarithms do, in the
+    Euclidean norm. rho_i - rho_k is a sum of fitted numbers with alternating signs
+    along a path of at most 2 n edges, and changes by at most sqrt(2 n) times that.
+    """
+
+    def __init__(self, M: Vector, units: Units) -> None:
+        self.units = units
+        self._M, self._used = M, M != 0
+        self._inverses = np.divide(1.0, M, where=self._used, out=np.zeros(M.shape))
+
+    @np.errstate(all="ignore")
+    def digits_to(self, M: Vector) -> float:
+        """Return a bound on how many binary digits rho_i - rho_k of M differs by, for
+        rows of one component; infinite if other entries are 0, or M is not near.
+        """
+        if not np.array_equal(M != 0, self._used):
+            return math.inf
+        changes = ((M - self._M) * self._inverses).ravel()
+        change = math.sqrt(np.dot(changes, changes))
+        if not change < FAR_CHANGE:
+            return math.inf
+        of_logarithms = change / (math.log(2) * (1 - change))
+        return math.sqrt(2 * len(M)) * of_logarithms
 
 
 def _sums(M: Vector) -> Vector:

@@ -17,7 +17,7 @@ from lcpcli.errors import GIVE_TEXT, ProblemError, kind, unknown
 from lcpcli.linalg.doubles import FAR_FROM_ONE, are_moderate, size
 from lcpcli.linalg.factors import Latest
 from lcpcli.linalg.matrices import is_sparse, product, row_maxima
-from lcpcli.linalg.units import Units, units
+from lcpcli.linalg.units import Base, Units, units
 from lcpcli.model import arrays, views
 from lcpcli.model.arrays import (
     as_sized_vector,
@@ -61,9 +61,34 @@ class Facts:
     """
 
     kind: Any = None
+    # The facts about the last dense M of a sequence whose units are known.
+    _before: Facts | None = None
 
     def __init__(self, M: Matrix, block_form: BlockForm | None) -> None:
         self._M, self._form = M, block_form
+
+    def follow(self, before: Facts) -> None:
+        """Let the units of M before in a sequence bound those of this one."""
+        if is_sparse(self._M) or is_sparse(before._M):
+            return
+        is_known = "units" in vars(before)
+        self._before = before if is_known else before._before
+        if is_known:
+            before._before = None
+
+    @cached_property
+    def near_units(self) -> tuple[Units, float] | None:
+        """Return the units of an M before, and a bound on how many binary digits the
+        quotients of two R_i of this one differ by; None if no M before is near."""
+        if self._before is None:
+            return None
+        base = self._before.base
+        digits = base.digits_to(self._M)
+        return (base.units, digits) if digits < math.inf else None
+
+    @cached_property
+    def base(self) -> Base:
+        return Base(self._M, self.units)
 
     @cached_property
     def row_maxima(self) -> Vector:

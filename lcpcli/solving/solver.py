@@ -66,6 +66,7 @@ class Solver:
     # loading them is worthwhile.
     compiled = True
     n, _infinity = -1, math.inf
+    _like: Problem
     # The bounds where they are the same for all unknowns, however many these are.
     _uniform_bounds: Mapping[str, Any] | None = None
     _last: Result | None = None
@@ -117,8 +118,11 @@ class Solver:
 
     def _prepare(self, like: Problem) -> None:
         self._prepared = PreparedMatrix(like)
+        if like.n == self.n:
+            self._prepared.like.facts.follow(self._like.facts)
+        else:
+            self._last = None
         self._like = self._prepared.like
-        self._last = self._last if like.n == self.n else None
         self.M, self.n = self._like.M, self._like.n
 
     def update(self, M: Any = None, **data: Any) -> None:

@@ -494,9 +494,16 @@ def decision(measure: Measure, z: Vector, w: Vector, tol: float) -> bool | None:
 
 
 def least_caps(problem: Problem, violations: Vector, rows: Indices) -> Vector | None:
-    """Return lower bounds on the caps of these rows, for a dense M without zeros and
-    the violations at the reference point; otherwise None.
+    """Return lower bounds on the caps of these rows, for a dense M without zeros or
+    near one before in a sequence, and the violations at the reference point; otherwise
+    None.
     """
+    near = problem.facts.near_units
+    if near is not None:
+        units, digits = near
+        sizes = units.largest(np.log2(violations) + units.rows, units.row_part)
+        powers = sizes[units.row_part[rows]] - units.rows[rows] - digits
+        return np.asarray(CERTAIN * np.exp2(powers))
     means = problem.facts.row_means
     if means is None:
         return None

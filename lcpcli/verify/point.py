@@ -335,8 +335,8 @@ class Point:
             return decided
         has_bounds = (
             problem.is_moderate
-            and problem.n > FEW_UNKNOWNS
             and not is_sparse(problem.M)
+            and (problem.n > FEW_UNKNOWNS or problem.facts.near_units is not None)
         )
         with np.errstate(all="ignore"):
             if is_plain and has_bounds and problem.reference_z is None:

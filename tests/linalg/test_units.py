@@ -23,8 +23,9 @@ from lcpcli.linalg.matrices import (
     row_maxima,
 )
 from lcpcli.linalg.stencils import Operator
-from lcpcli.linalg.units import equilibrate, units
+from lcpcli.linalg.units import Base, equilibrate, units
 from lcpcli.typing import Matrix
+from lcpcli.verify.measure import Measure, least_caps
 
 from ..methods.grids import plane, space, stream
 
@@ -268,3 +269,42 @@ def test_products_are_those_of_the_matrix(name: str) -> None:
     image = operator.in_single_precision()(x.astype(np.float32))
     assert image.dtype == np.float32
     assert np.allclose(image, M @ x, rtol=0, atol=1e-4)
+
+
+@pytest.mark.parametrize("seed", range(8))
+def test_units_of_the_matrix_before_bound_those_of_one_near_it(seed: int) -> None:
+    """Quotients of the factors of two rows in one component, sparse and dense."""
+    random = np.random.default_rng(seed)
+    n = 12
+    M = random.normal(size=(n, n)) * 10.0 ** random.integers(-3, 4, (n, n))
+    M[random.random((n, n)) < 0.7 * (seed % 2)] = 0.0
+    before = Base(M, units(M))
+    near = M * (1 + 10.0 ** -random.integers(2, 6) * random.uniform(-1, 1, M.shape))
+    digits, of_near = before.digits_to(near), units(near)
+    assert 0 < digits < 2
+    changes = of_near.rows - before.units.rows
+    for part in range(of_near.parts):
+        of_part = changes[of_near.row_part == part]
+        assert np.ptp(of_part) <= digits if of_part.size else True
+    assert before.digits_to(M) == 0
+    assert before.digits_to(2 * M) == np.inf
+    assert before.digits_to(np.where(M[0, 0] == M, 1.0 - (M != 0), M)) == np.inf
+
+
+def test_a_sequence_is_accepted_by_lower_bounds_of_its_caps() -> None:
+    """Which do not exceed those of the M itself."""
+    random = np.random.default_rng(0)
+    M = np.diag(random.uniform(1, 2, 24)) + np.eye(24, k=1)
+    q = random.normal(size=24)
+    first, second = (Problem(M * factor, q) for factor in (1.0, 1.001))
+    assert first.units.parts
+    second.facts.follow(first.facts)
+    rows, violations = np.arange(24), np.maximum(-q, 0.0)
+    with np.errstate(divide="ignore"):
+        caps = least_caps(second, violations, rows)
+    near_units = second.facts.near_units
+    assert caps is not None
+    assert near_units is not None
+    true = Measure(second).caps(np.zeros(24))
+    assert (np.maximum(caps, abs(q)) <= true).all()
+    assert (caps > 0.5 * np.exp2(-near_units[1]) * true)[q < 0].any()

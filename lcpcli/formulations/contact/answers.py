@@ -9,7 +9,7 @@ from collections import Counter
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from fractions import Fraction
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -143,8 +143,8 @@ def answer(contact: Contact, result: Result) -> Impulses:
     if not result.solved:
         statement = WITHOUT_SOLUTION_BY_STATUS.get(result.status, UNSOLVED)
         return Impulses(None, None, None, statement)
-    x, w = impulses_at(contact, result.z)
-    terms = terms_of(contact, x)
+    motion = motion_at(contact, result.z)
+    x, w, terms = motion.x.copy(), motion.w.copy(), motion.terms
     w[abs(w) <= ROW_ROUNDING * terms] = 0.0
     exact, proved = None, result.exact
     if proved is not None and proved.z and proved.w and contact.is_planar:
@@ -177,12 +177,38 @@ def _negligible(contact: Contact, x: Vector, rounding: Vector, tol: float) -> Ve
     return smallest
 
 
-def impulses_at(contact: Contact, z: Vector) -> tuple[Vector, Vector]:
-    """Return x, with tangential impulses projected on their bounds, and w = A x + b.
-
-    x_t = beta - mu x_f is set to 0 where the difference is only rounding error, which
-    `terms_of` also takes into account.
+class Motion(NamedTuple):
+    """Impulses x in the plane or in space, the velocities w = A x + b, and the terms of
+    its rows, |A| |x| + |b|, in which a tangential x_t counts as mu x_f if that is
+    larger, as it is the difference of beta and mu x_f in z.
     """
+
+    x: Vector
+    w: Vector
+    terms: Vector
+
+    @classmethod
+    def of_impulses(cls, contact: Contact, x: Vector) -> Motion:
+        sizes = abs(x)
+        if contact.is_planar:
+            friction = contact.friction
+            tangents = friction.tangents[:, 0]
+            max_friction = friction.coefficients * sizes[friction.normals]
+            sizes[tangents] = np.maximum(sizes[tangents], max_friction)
+        w = np.asarray(product(contact.A, x) + contact.b)
+        return cls(x, w, absolute_product(contact.A, sizes) + abs(contact.b))
+
+
+def motion_at(contact: Contact, z: Vector) -> Motion:
+    """Return the impulses of a z, with tangential ones projected on their bounds, and
+    their velocities; those of the last z are stored, as several functions need them.
+
+    The terms of `Motion` also take rounding errors in x_t = beta - mu x_f into account.
+    """
+    motion: Motion
+    last_z, motion = contact.last_motion
+    if last_z is z:
+        return motion
     x = np.asarray(product(contact.T, z))
     friction = contact.friction
     if contact.is_planar:
@@ -190,10 +216,19 @@ def impulses_at(contact: Contact, z: Vector) -> tuple[Vector, Vector]:
         max_friction = friction.coefficients * np.maximum(x[friction.normals], 0.0)
         # If lambda > 0, complementarity requires exactly the upper bound.
         at_end = z[contact.b.size :] > 0
-        inside = np.clip(x[tangents], -max_friction, max_friction)
-        inside[abs(inside) <= ROUNDING * max_friction] = 0.0
+        inside = friction_within(x[tangents], max_friction)
         x[tangents] = np.where(at_end, max_friction, inside)
-    return x, np.asarray(product(contact.A, x) + contact.b)
+    motion = Motion.of_impulses(contact, x)
+    contact.last_motion[:] = z, motion
+    return motion
+
+
+def friction_within(tangential: Vector, max_friction: Vector) -> Vector:
+    """Return tangential impulses within the bounds of friction; 0 where they are only
+    rounding errors of these."""
+    inside = np.minimum(np.maximum(tangential, -max_friction), max_friction)
+    inside[abs(inside) <= ROUNDING * max_friction] = 0.0
+    return inside
 
 
 def _exactly(
@@ -256,12 +291,12 @@ def _is_solved(contact: Contact, z: Vector, tol: float) -> bool:
     """Return whether x solves the mixed problem of A and b with the friction bounds
     that the normal impulses of x imply.
     """
-    x, w = impulses_at(contact, z)
+    x, w, terms = motion_at(contact, z)
     lower, upper = contact.box(x)
-    x = np.clip(x, lower, upper)
+    x = np.minimum(np.maximum(x, lower), upper)
     # Almost every result satisfies the conditions up to rounding, which needs no
     # measure.
-    rounding = ROW_ROUNDING * terms_of(contact, x)
+    rounding = ROW_ROUNDING * terms
     falls = (w >= -rounding) | (x == upper)
     rises = (w <= rounding) | (x == lower)
     if (falls & rises).all():
@@ -270,36 +305,22 @@ def _is_solved(contact: Contact, z: Vector, tol: float) -> bool:
     return bool(Point(Criterion(box, tol), x).solves())
 
 
-def terms_of(contact: Contact, x: Vector) -> Vector:
-    """Return |A| |x| + |b|, the terms of the rows of A x + b.
-
-    A tangential x_t counts as mu x_f if that is larger, as it is the difference of beta
-    and mu x_f in z.
-    """
-    sizes = abs(x)
-    if contact.is_planar:
-        friction = contact.friction
-        tangents = friction.tangents[:, 0]
-        max_friction = friction.coefficients * sizes[friction.normals]
-        sizes[tangents] = np.maximum(sizes[tangents], max_friction)
-    return absolute_product(contact.A, sizes) + abs(contact.b)
-
-
-def point_of(contact: Contact, x: Vector) -> Vector:
+def point_of(contact: Contact, motion: Motion) -> Vector:
     """Return the z of an x in the plane. Its beta and lambda are exactly 0, or beta is
     at the end of its range, if they differ from that only by rounding errors.
     """
-    n, friction = contact.b.size, contact.friction
+    friction = contact.friction
     tangents = friction.tangents[:, 0]
+    x = motion.x
     max_friction = friction.coefficients * x[friction.normals]
-    w = np.asarray(product(contact.A, x) + contact.b)[tangents]
-    zero = ROW_ROUNDING * terms_of(contact, x)[tangents]
+    w = motion.w[tangents]
+    zero = ROW_ROUNDING * motion.terms[tangents]
     beta, rounding = x[tangents] + max_friction, ROUNDING * max_friction
     beta[(beta <= rounding) & (w > zero)] = 0.0
     is_upper = (beta >= 2 * max_friction - rounding) & (w < -zero)
     beta[is_upper] = 2 * max_friction[is_upper]
     z = np.concatenate((x, np.where(w < -zero, -w, 0.0)))
-    z[:n][tangents] = beta
+    z[tangents] = beta
     return z
 
 
@@ -309,7 +330,8 @@ def verified(contact: Contact, proposed: Proposed) -> Verification:
     if len(proposed.values) == proposed.problem.n or not contact.is_planar:
         return proposed.of_z(proposed.values)
     if proposed.data is None:
-        return proposed.of_z(point_of(contact, np.array(proposed.values)))
+        motion = Motion.of_impulses(contact, np.array(proposed.values))
+        return proposed.of_z(point_of(contact, motion))
     z = [Fraction(value) for value in proposed.values]
     x = list(z)
     friction = contact.friction

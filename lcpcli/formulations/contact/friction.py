@@ -265,17 +265,37 @@ class Contact(Formulation):
         # This skips the check of `Problem` that the formulation fits M and q.
         return problem.having(origin=self)
 
-    def has_matrices_of(self, other: Contact) -> bool:
-        """Return whether the problem of another one differs at most in b."""
-        parts = (self.A, *self.friction, self.lower, self.upper)
-        others = (other.A, *other.friction, other.lower, other.upper)
-        is_dense = not (is_sparse(self.A) or is_sparse(other.A))
-        return is_dense and all(map(np.array_equal, parts, others))
+    @property
+    def number_of_ids(self) -> int:
+        """Return of how many contacts, or with friction indices unknowns, it is."""
+        if self.key == "findex":
+            return self.b.size
+        return self.friction.normals.size
 
-    def with_matrices_of(self, like: Problem) -> Problem:
-        """Return the problem with the M of `like`, the problem of contacts with the
-        same matrices, and with all cached facts about M.
-        """
+    def having_ids(self, ids: tuple[Hashable, ...] | None) -> Contact:
+        """Return the same contacts with these ids, before anything is computed."""
+        contact = Contact.__new__(Contact)
+        vars(contact).update(vars(self), ids=ids)
+        return contact
+
+    def has_positions_of(self, other: Contact) -> bool:
+        """Return whether each unknown of z is that of the same unknown of another
+        one's x."""
+        friction, before = self.friction, other.friction
+        is_like = self.b.size == other.b.size and self.facets == other.facets
+        return is_like and (
+            friction.tangents is before.tangents
+            or np.array_equal(friction.tangents, before.tangents)
+        )
+
+    def problem_after(self, like: Problem, before: Contact) -> Problem:
+        """Return the problem after another one, of the contacts before: with its M and
+        all cached facts about M if they differ at most in b."""
+        parts = (self.A, *self.friction, self.lower, self.upper)
+        others = (before.A, *before.friction, before.lower, before.upper)
+        is_dense = not (is_sparse(self.A) or is_sparse(before.A))
+        if not (is_dense and all(map(_are_equal, parts, others))):
+            return self.problem()
         origin: Any = like.formulation
         problem = like_with(like, self._share_form(origin._form), like.box)
         fields = {key: value for key, value in vars(problem).items() if key != "names"}
@@ -292,6 +312,12 @@ class Contact(Formulation):
         conditions = form.conditions._replace(q=as_vector("q", q))
         vars(self)["_form"] = form._replace(conditions=conditions)
         return conditions.q
+
+    @cached_property
+    def last_motion(self) -> list[Any]:
+        """Return the last z of which the impulses and velocities were computed, and
+        these, to be replaced by others."""
+        return [None, None]
 
     @property
     def is_planar(self) -> bool:
@@ -565,6 +591,10 @@ def _impact(
         float(shortest_decimal(e) * shortest_decimal(u)) for e, u in pairs
     ]
     return Impact(q, coefficients, velocities, shift)
+
+
+def _are_equal(array: Vector, other: Vector) -> bool:
+    return array is other or np.array_equal(array, other)
 
 
 def _integer(raw_value: Any) -> int:

@@ -10,7 +10,7 @@ from dataclasses import replace
 import numpy as np
 
 from lcpcli.clock import imports
-from lcpcli.formulations.contact.answers import point_of
+from lcpcli.formulations.contact.answers import Motion, point_of
 from lcpcli.formulations.contact.friction import Contact
 from lcpcli.linalg.matrices import product
 from lcpcli.model.problem import Problem
@@ -46,7 +46,8 @@ def retried(contact: Contact, result: Result) -> Result:
         return result
     x = np.asarray(product(other_form.T, other.z))
     problem = result.problem
-    point = Point(Criterion(problem, result.tol), point_of(contact, x))
+    z = point_of(contact, Motion.of_impulses(contact, x))
+    point = Point(Criterion(problem, result.tol), z)
     if not point.solves():
         return result
     parts = {key: value + other.parts[key] for key, value in result.parts.items()}

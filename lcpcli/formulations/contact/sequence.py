@@ -5,7 +5,6 @@ persist.
 from __future__ import annotations
 
 from collections.abc import Hashable, Mapping, Sequence
-from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -36,23 +35,19 @@ def following(
     """
     refuse_unknown("", data, KEYS[before.key], "the data of contacts")
     contact = _with(before, data)
-    number = len(_positions_of_contacts(contact))
+    number = contact.number_of_ids
     ids = data.get("ids")
-    ids_before = (
-        before.ids
-        if before.ids is not None
-        else range(len(_positions_of_contacts(before)))
-    )
+    ids_before = range(before.number_of_ids) if before.ids is None else before.ids
     if ids is not None:
-        contact = replace(contact, ids=_distinct(ids, number, contact.key))
+        contact = contact.having_ids(_distinct(ids, number, contact.key))
     elif number == len(ids_before):
-        contact = replace(contact, ids=before.ids)
+        contact = contact.having_ids(before.ids)
     else:
         states = None
-    is_same = contact.has_matrices_of(before)
-    problem = contact.with_matrices_of(like) if is_same else contact.problem()
+    problem = contact.problem_after(like, before)
     ids_now = range(number) if contact.ids is None else contact.ids
-    if states is None or (is_same and ids_now == ids_before):
+    have_positions = contact.has_positions_of(before)
+    if states is None or (have_positions and ids_now == ids_before):
         return problem, states
     return problem, _transferred_states(
         before, contact, problem, states, (ids_before, ids_now)

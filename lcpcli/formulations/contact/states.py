@@ -12,7 +12,11 @@ from __future__ import annotations
 
 import numpy as np
 
-from lcpcli.formulations.contact.answers import point_of, terms_of
+from lcpcli.formulations.contact.answers import (
+    Motion,
+    friction_within,
+    point_of,
+)
 from lcpcli.formulations.contact.friction import Contact
 from lcpcli.linalg.doubles import EPS, ROW_ROUNDING
 from lcpcli.model.box import BASIC, LOWER, UPPER
@@ -28,77 +32,89 @@ CORRECTIONS = 2
 
 class _Step:
     """The contacts, and the states of all unknowns: `states` of those that are not
-    tangential; `slip_signs` of the tangential ones, -1 and 1 at an end of their range,
-    0 between the ends.
+    tangential, and BASIC of others; `slip_signs` of the tangential ones, -1 and 1 at an
+    end of their range, 0 between the ends.
     """
 
     def __init__(self, contact: Contact, states: States) -> None:
         n, friction = contact.b.size, contact.friction
-        self.contact, self.A = contact, np.asarray(contact.A)
+        self.A, self.b = np.asarray(contact.A), contact.b
         self.normals, self.mu = friction.normals, friction.coefficients
         self.tangents = friction.tangents[:, 0]
         self.states, is_upper = states[:n].copy(), states[n:] == BASIC
         is_lower = self.states[self.tangents] != BASIC
-        self.slip_signs = np.where(is_upper, 1.0, np.where(is_lower, -1.0, 0.0))
-        self.is_other = np.ones(n, dtype=np.bool_)
-        self.is_other[self.tangents] = False
-        self.lower, self.upper = contact.lower, contact.upper
+        self.slip_signs = is_upper - np.where(is_upper, 0.0, is_lower)
+        self.states[self.tangents] = BASIC
+        self.lower, self.upper = contact.lower.copy(), contact.upper.copy()
+        self.lower[self.tangents], self.upper[self.tangents] = -np.inf, np.inf
 
     def impulses(self) -> Vector | None:
         """Return x for these states, or None if it is not unique."""
-        is_free = self.is_other & (self.states == BASIC)
-        x = np.where(self.states == UPPER, self.upper, self.lower)
-        x[is_free | ~self.is_other] = 0.0
+        normals, tangents = self.normals, self.tangents
+        is_free = self.states == BASIC
+        x: Vector = np.where(self.states == UPPER, self.upper, self.lower)
+        x[is_free] = 0.0
         # If a normal impulse is 0, its tangential one is 0 too.
-        is_open = is_free[self.normals] | (x[self.normals] > 0)
-        is_free[self.tangents] = (self.slip_signs == 0) & is_open
-        free, slips = is_free.nonzero()[0], self.slip_signs * self.mu
-        x[self.tangents] = slips * x[self.normals]
+        is_open = is_free[normals] | (x[normals] > 0)
+        sticks = self.slip_signs == 0
+        is_free[tangents] = sticks & is_open
+        slips = self.slip_signs * self.mu
+        x[tangents] = slips * x[normals]
+        free = is_free.nonzero()[0]
         if not free.size:
             return x
         matrix = self.A[free]
-        row = self.contact.b[free] + matrix @ x
         block = matrix[:, free]
-        sliding = (is_free[self.normals] & (slips != 0)).nonzero()[0]
+        row = matrix @ x
+        row += self.b[free]
+        sliding = (is_free[normals] & ~sticks).nonzero()[0]
         if sliding.size:
-            columns_of_normals = np.cumsum(is_free)[self.normals[sliding]] - 1
-            columns = matrix[:, self.tangents[sliding]] * slips[sliding]
+            columns_of_normals = np.cumsum(is_free)[normals[sliding]] - 1
+            columns = matrix[:, tangents[sliding]] * slips[sliding]
             np.add.at(block.T, columns_of_normals, columns.T)
         impulses = _solved(block, row)
         if impulses is None:
             return None
         x[free] = impulses
-        x[self.tangents] = np.where(
-            self.slip_signs == 0, x[self.tangents], slips * x[self.normals]
-        )
+        x[tangents] = np.where(sticks, x[tangents], slips * x[normals])
         return x
 
-    def exchanged(self, x: Vector, w: Vector, rounding: Vector) -> bool:
-        """Change the states whose signs are wrong at x by more than rounding errors,
-        and return whether there are any.
+    def exchanged(self, motion: Motion) -> bool:
+        """Change the states whose signs are wrong by more than rounding errors, and
+        return whether there are any.
         """
-        small = EPS * float(np.abs(x).max(initial=0.0))
-        states = self.states.copy()
-        is_basic = states == BASIC
-        states[is_basic & (x < self.lower - small)] = LOWER
-        states[is_basic & (x > self.upper + small)] = UPPER
-        falls = (states == LOWER) & (w < -rounding) & ~is_basic
-        rises = (states == UPPER) & (w > rounding) & ~is_basic
-        states[(falls | rises) & (self.lower < self.upper)] = BASIC
-        states[self.tangents] = self.states[self.tangents]
+        x, w = motion.x, motion.w
+        small, rounding = self._small(x), ROW_ROUNDING * motion.terms
+        is_basic = self.states == BASIC
+        beyond = np.maximum(self.lower - x, x - self.upper) - small
+        signed = np.where(self.states == UPPER, w, -w) - rounding
+        is_wrong = np.where(is_basic, beyond, signed) > 0
+        is_wrong &= is_basic | (self.lower < self.upper)
         max_friction = self.mu * np.maximum(x[self.normals], 0.0)
         tangential, velocity = x[self.tangents], w[self.tangents]
-        zero = rounding[self.tangents]
-        slip_signs = self.slip_signs.copy()
-        beyond = (slip_signs == 0) & (np.abs(tangential) > max_friction + small)
-        slip_signs[beyond] = np.sign(tangential[beyond])
-        slip_signs[~beyond & (slip_signs * velocity > zero)] = 0.0
-        is_closed = max_friction == 0.0
-        slip_signs[is_closed] = -np.sign(velocity[is_closed])
-        others = ~is_closed & (slip_signs != self.slip_signs)
-        is_changed = bool((states != self.states).any() or others.any())
-        self.states, self.slip_signs = states, slip_signs
-        return is_changed
+        beyond_friction = np.abs(tangential) - max_friction - small
+        along = self.slip_signs * velocity - rounding[self.tangents]
+        sticks, is_closed = self.slip_signs == 0, max_friction == 0.0
+        is_wrong_slip = np.where(sticks, beyond_friction, along) > 0
+        is_wrong_slip &= ~is_closed
+        if not (np.count_nonzero(is_wrong) or np.count_nonzero(is_wrong_slip)):
+            return False
+        falls = np.where(x < self.lower, LOWER, UPPER)
+        self.states[is_wrong] = np.where(is_basic, falls, BASIC)[is_wrong]
+        changed = np.where(sticks, np.sign(tangential), 0.0)
+        self.slip_signs = np.where(is_wrong_slip, changed, self.slip_signs)
+        self.slip_signs[is_closed] = -np.sign(velocity[is_closed])
+        return True
+
+    def _small(self, x: Vector) -> float:
+        return EPS * float(np.abs(x).max(initial=0.0))
+
+    def within(self, x: Vector) -> Vector:
+        """Return x with each entry within its bounds, those of friction last."""
+        x = np.minimum(np.maximum(x, self.lower), self.upper)
+        max_friction = self.mu * np.maximum(x[self.normals], 0.0)
+        x[self.tangents] = friction_within(x[self.tangents], max_friction)
+        return x
 
 
 def _solved(block: Vector, row: Vector) -> Vector | None:
@@ -134,9 +150,9 @@ def followed(contact: Contact, states: States) -> Proposal | None:
         x = step.impulses()
         if x is None or not np.isfinite(x).all():
             return None
-        w = step.A @ x + contact.b
-        rounding = ROW_ROUNDING * terms_of(contact, x)
-        if not step.exchanged(x, w, rounding):
-            x = np.clip(x, *contact.box(np.clip(x, contact.lower, contact.upper)))
-            return Proposal(point_of(contact, x), number, "newton")
+        if not step.exchanged(Motion.of_impulses(contact, x)):
+            motion = Motion.of_impulses(contact, step.within(x))
+            z = point_of(contact, motion)
+            contact.last_motion[:] = z, motion
+            return Proposal(z, number, "newton")
     return None
