@@ -6,9 +6,10 @@ slides.
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from fractions import Fraction
+from functools import cached_property, partial
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -70,7 +71,6 @@ class ContactState:
     state: str
 
 
-@dataclass(frozen=True, eq=False)
 class Impulses(Answer):
     """The impulses, velocities and contact states that a solution represents.
 
@@ -83,11 +83,35 @@ class Impulses(Answer):
     exact : x and w in fractions if z is proved, else None.
     """
 
-    x: Vector | None
-    w: Vector | None
-    contacts: list[ContactState] | None
-    statement: str
-    exact: dict[str, list[Fraction]] | None = None
+    def __init__(
+        self,
+        x: Vector | None,
+        w: Vector | None,
+        states: Callable[[], list[ContactState]] | str,
+        exact: dict[str, list[Fraction]] | None = None,
+    ) -> None:
+        """states : returns the states of the contacts, which are computed when they are
+        first read, or why they are not known."""
+        self.x, self.w, self.exact = x, w, exact
+        self._states = states
+
+    @cached_property
+    def contacts(self) -> list[ContactState] | None:
+        return None if isinstance(self._states, str) else self._states()
+
+    @cached_property
+    def statement(self) -> str:  # type: ignore[override]
+        if isinstance(self._states, str):
+            return self._states
+        return _statement(self.contacts or [])
+
+    def record(self) -> Mapping[str, Any]:
+        names = "x", "w", "contacts", "statement", "exact"
+        return {name: getattr(self, name) for name in names}
+
+    def __repr__(self) -> str:
+        parts = (f"{name}={value!r}" for name, value in self.record().items())
+        return f"{type(self).__name__}({', '.join(parts)})"
 
     @property
     def _values(self) -> tuple[Sequence[Any], Sequence[Any]]:
@@ -141,28 +165,38 @@ def answer(contact: Contact, result: Result) -> Impulses:
     """Return the impulses, the velocities and the states of contacts if the result is
     solved."""
     if not result.solved:
-        statement = WITHOUT_SOLUTION_BY_STATUS.get(result.status, UNSOLVED)
-        return Impulses(None, None, None, statement)
+        why = WITHOUT_SOLUTION_BY_STATUS.get(result.status, UNSOLVED)
+        return Impulses(None, None, why)
     motion = motion_at(contact, result.z)
-    x, w, terms = motion.x.copy(), motion.w.copy(), motion.terms
-    w[abs(w) <= ROW_ROUNDING * terms] = 0.0
+    w = motion.w.copy()
+    w[abs(w) <= ROW_ROUNDING * motion.terms] = 0.0
+    motion = motion._replace(w=w)
     exact, proved = None, result.exact
     if proved is not None and proved.z and proved.w and contact.is_planar:
         exact = _exactly(contact, proved.z, proved.w)
+    states: Callable[[], list[ContactState]]
+    states = partial(_states_of_motion, contact, motion, result.tol)
     if exact is not None:
-        zeros = [0] * len(x)
-        states = _states(contact, exact["x"], exact["w"], zeros, zeros)
-    else:
-        small = _negligible(contact, x, result.tol * terms, result.tol)
-        zeros = (result.tol * terms).tolist()
-        states = _states(contact, x.tolist(), w.tolist(), small.tolist(), zeros)
+        zeros = [0] * len(w)
+        values = list(exact["x"]), list(exact["w"])
+        states = partial(_states, contact, *values, zeros, zeros)
     if contact.impact is not None:
-        w -= contact.impact.shift
+        w = w - contact.impact.shift
         if exact is not None:
             shift = map(shortest_decimal, contact.impact.shift.tolist())
             pairs = zip(exact["w"], shift, strict=True)
             exact["w"] = [velocity - shift_of_row for velocity, shift_of_row in pairs]
-    return Impulses(x, w, states, _statement(states), exact)
+    return Impulses(motion.x.copy(), w.copy(), states, exact)
+
+
+@np.errstate(all="ignore")
+def _states_of_motion(
+    contact: Contact, motion: Motion, tol: float
+) -> list[ContactState]:
+    """Return the states of all contacts by impulses and velocities to a tolerance."""
+    x, rounding = motion.x, tol * motion.terms
+    small = _negligible(contact, x, rounding, tol).tolist()
+    return _states(contact, x.tolist(), motion.w.tolist(), small, rounding.tolist())
 
 
 def _negligible(contact: Contact, x: Vector, rounding: Vector, tol: float) -> Vector:
@@ -209,10 +243,12 @@ def motion_at(contact: Contact, z: Vector) -> Motion:
     last_z, motion = contact.last_motion
     if last_z is z:
         return motion
-    x = np.asarray(product(contact.T, z))
     friction = contact.friction
-    if contact.is_planar:
-        tangents = friction.tangents[:, 0]
+    if not contact.is_planar:
+        x = np.asarray(product(contact.T, z))
+    else:
+        tangents, x = friction.tangents[:, 0], z[: contact.b.size].copy()
+        x[tangents] -= friction.coefficients * x[friction.normals]
         max_friction = friction.coefficients * np.maximum(x[friction.normals], 0.0)
         # If lambda > 0, complementarity requires exactly the upper bound.
         at_end = z[contact.b.size :] > 0

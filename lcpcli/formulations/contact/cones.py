@@ -54,11 +54,12 @@ class Friction(NamedTuple):
 class Form(NamedTuple):
     """A problem in z with x = T z.
 
-    conditions : M, q and the bounds of z. T : shape (n, number of unknowns in z).
+    conditions : M, q and the bounds of z. T : shape (n, number of unknowns in z); None
+    in the compact form.
     """
 
     conditions: Conditions
-    T: Matrix
+    T: Any
 
 
 def compact(
@@ -71,22 +72,21 @@ def compact(
     """
     n, k = b.size, friction.normals.size
     tangents, mu = friction.tangents[:, 0], friction.coefficients
-    diagonal = np.arange(n)
-    T = _matrix(
-        A,
-        (n, n + k),
-        (diagonal, diagonal),
-        (tangents, friction.normals, -mu),
-        values=1.0,
-    )
-    rows = np.arange(k)
-    C = _matrix(
-        A, (k, n + k), (rows, tangents), (rows, friction.normals, 2 * mu), values=-1.0
-    )
-    E = _matrix(A, (n, n + k), (tangents, n + rows))
+    rows, normals = np.arange(k), friction.normals
     low, high = lower.copy(), upper.copy()
     low[tangents], high[tangents] = 0.0, math.inf
-    return _form(A @ T + E, b, C, (low, high), T)
+    # x = z - P z for the first unknowns, with mu z_f in the tangential rows of P.
+    from_normals = A[:, tangents] @ _matrix(A, (k, n), (rows, normals, mu))
+    if not is_sparse(A):
+        M = np.zeros((n + k, n + k))
+        np.subtract(A, from_normals, out=M[:n, :n])
+        M[tangents, n + rows], M[n + rows, tangents] = 1.0, -1.0
+        M[n + rows, normals] = 2 * mu
+        return _with_slips(M, b, (low, high), None)
+    first = _matrix(A, (n, n + k), (np.arange(n), np.arange(n)))
+    C = _matrix(A, (k, n + k), (rows, tangents), (rows, normals, 2 * mu), values=-1.0)
+    E = _matrix(A, (n, n + k), (tangents, n + rows))
+    return _form((A - from_normals) @ first + E, b, C, (low, high), None)
 
 
 def stewart_trinkle(
@@ -174,16 +174,25 @@ def exact_compact(
 
 
 def _form(
-    upper_rows: Matrix, b: Vector, C: Matrix, bounds: tuple[Vector, Vector], T: Matrix
+    upper_rows: Matrix,
+    b: Vector,
+    C: Matrix,
+    bounds: tuple[Vector, Vector],
+    T: Matrix | None,
 ) -> Form:
     """Return the problem whose last rows are C z >= 0, complementary to lambda."""
-    k = C.shape[0]
     if is_sparse(C):
         with imports:
             from scipy.sparse import vstack
         M: Matrix = vstack((upper_rows, C)).tocsr()
     else:
         M = np.concatenate((upper_rows, C))
+    return _with_slips(M, b, bounds, T)
+
+
+def _with_slips(M: Matrix, b: Vector, bounds: tuple[Vector, Vector], T: Any) -> Form:
+    """Return the problem of an M whose last unknowns are lambda >= 0, where q is 0."""
+    k = M.shape[0] - b.size
     q = np.concatenate((b, np.zeros(k)))
     low = np.concatenate((bounds[0], np.zeros(k)))
     high = np.concatenate((bounds[1], np.full(k, math.inf)))

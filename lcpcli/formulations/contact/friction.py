@@ -7,7 +7,7 @@ from __future__ import annotations
 import math
 from collections.abc import Hashable, Mapping, Sequence
 from dataclasses import dataclass, replace
-from functools import cached_property
+from functools import cached_property, lru_cache
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -261,7 +261,10 @@ class Contact(Formulation):
     def problem(self, **texts: Any) -> Problem:
         """Return the problem, with these texts."""
         M, q, lower, upper = self._form.conditions
-        problem = Problem(M, q, lower=lower, upper=upper, **texts)
+        bounds: dict[str, Any] = {"lower": lower, "upper": upper}
+        if lower.size and not lower.any() and upper.min() == math.inf:
+            bounds = {}  # those of an LCP, which need no check
+        problem = Problem(M, q, **bounds, **texts)
         # This skips the check of `Problem` that the formulation fits M and q.
         return problem.having(origin=self)
 
@@ -553,15 +556,24 @@ def of_delassus(
     coefficients = as_vector("mu", as_bound("mu", mu, contacts, "contact", 0.0))
     for k in np.flatnonzero(coefficients < 0)[:1].tolist():
         raise ProblemError(f"mu[{k}]", f"is {coefficients[k]:g}", FROM_ZERO)
-    unknowns = np.arange(q.size).reshape(contacts, width)
-    friction = Friction(unknowns[:, 0], unknowns[:, 1:], coefficients)
-    lower = np.zeros(q.size)
-    lower[friction.tangents] = -math.inf
-    upper = np.full(q.size, math.inf)
+    normals, tangents, lower, upper = _unknowns(contacts, width)
+    friction = Friction(normals, tangents, coefficients)
     edges = 2 if width == 2 else edges
-    impact = _impact(q, unknowns[:, 0], *law)
+    impact = _impact(q, normals, *law)
     b = q if impact is None else as_vector("q", q + impact.shift)
     return Contact(matrix, b, lower, upper, friction, edges, "W", impact=impact)
+
+
+@lru_cache(maxsize=16)  # as in a sequence the number of contacts is often the same
+def _unknowns(contacts: int, width: int) -> tuple[Indices, Indices, Vector, Vector]:
+    """Return the normal and the tangential unknowns of contacts, read-only, and the
+    bounds of all, of which those of friction are infinite."""
+    unknowns = np.arange(contacts * width).reshape(contacts, width)
+    lower, upper = np.zeros(unknowns.size), np.full(unknowns.size, math.inf)
+    lower[unknowns[:, 1:]] = -math.inf
+    for array in (unknowns, lower, upper):
+        array.setflags(write=False)
+    return unknowns[:, 0], unknowns[:, 1:], lower, upper
 
 
 def _impact(

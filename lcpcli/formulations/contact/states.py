@@ -150,8 +150,11 @@ def followed(contact: Contact, states: States) -> Proposal | None:
         x = step.impulses()
         if x is None or not np.isfinite(x).all():
             return None
-        if not step.exchanged(Motion.of_impulses(contact, x)):
-            motion = Motion.of_impulses(contact, step.within(x))
+        motion = Motion.of_impulses(contact, x)
+        if not step.exchanged(motion):
+            inside = step.within(x)
+            if not np.array_equal(inside, x):
+                motion = Motion.of_impulses(contact, inside)
             z = point_of(contact, motion)
             contact.last_motion[:] = z, motion
             return Proposal(z, number, "newton")
