@@ -15,7 +15,7 @@ M is a real matrix of shape (n, n), dense or sparse, and q is a vector of n numb
     Batch        the results of many problems of one size, with arrays of all solutions,
                  and their derivatives
     Solver       prepares one M for a sequence of problems, each solved starting from
-                 the states of the previous one
+                 the basis of the previous one
     use_kernels  makes all later calls use the compiled kernels of the extra `fast`
     exact        the solution of a Problem in fractions, or a proof that there is none
     solutions    all solutions of a Problem, in fractions: isolated ones and faces; for
@@ -43,7 +43,7 @@ M is a real matrix of shape (n, n), dense or sparse, and q is a vector of n numb
     from_avi     the Problem of an affine variational inequality on a polyhedron, with H
                  not symmetric
     from_players  the same for the equilibria of players with convex quadratic costs,
-                 shared or own constraints, and bounds
+                 shared or individual constraints, and bounds
     from_polymatrix  the same for a game whose payoffs are sums over pairs of players
     from_game    the Problem of a two-player game; Result.answer has its equilibrium
     from_efg     the same for a game tree, from the text of one of Gambit's .efg files
@@ -52,7 +52,7 @@ M is a real matrix of shape (n, n), dense or sparse, and q is a vector of n numb
     from_lsq     the Problem of such a fit
     from_findex, from_contact  the Problem of contact with friction, from bounds and
                  friction indices or from a Delassus matrix; Result.answer has impulses,
-                 velocities and the states of the contacts
+                 velocities, and what each contact does
 
 >>> import lcpcli
 >>> result = lcpcli.solve([[2, 1], [1, 2]], [-5, -6])

@@ -1,5 +1,5 @@
-"""Additions by other packages, found by entry points. They are loaded only for names
-that this package does not define.
+"""Additions by other packages, by entry points. They are loaded only for names that
+this package does not define.
 """
 
 from __future__ import annotations
@@ -14,7 +14,7 @@ from lcpcli.errors import LCPError, raised
 def addition(group: str, name: str) -> Any:
     """Return the object with this name that another package declares in the group
     lcpcli.GROUP, None if there is none; raise LCPError if it cannot be loaded."""
-    # To look for one name among all installed packages takes milliseconds each time.
+    # A search for one name among all installed packages takes milliseconds each time.
     if name not in names(group):
         return None
     with imports:

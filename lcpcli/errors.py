@@ -11,8 +11,8 @@ from typing import Any, TypeAlias
 
 
 class Exit(IntEnum):
-    """How a run ends: its exit code, and what that means in help, unless a command has
-    a meaning of its own."""
+    """The result of a run: its exit code, and what that means in help, unless a command
+    has another meaning for it."""
 
     meaning: str
 
@@ -25,7 +25,10 @@ class Exit(IntEnum):
     NOT_SOLVED = 1, "not solved"
     BAD_INPUT = 2, "usage or input error (one-line message)"
     NO_SOLUTION = 3, "proved to have no solution"
-    INTERRUPTED = 130, "interrupted; what was found is reported"  # as shells do SIGINT
+    INTERRUPTED = (
+        130,
+        "interrupted; partial results are reported",
+    )  # as shells do SIGINT
     TERMINATED = 143, "the same after SIGTERM"
     CLOSED_PIPE = 141, "the reader of a pipe has closed it"  # SIGPIPE
 
@@ -63,8 +66,8 @@ ROW_OF_NUMBERS = "give one row or one column of numbers"
 ONE_VARIABLE = "give a program with at least one variable"
 REAL = "give real numbers; lcp solves real problems only"
 SCALE_PAYOFFS = "scale the payoffs"
-# Characters that control a terminal, that end a line or change its direction, and that
-# occur in no text: surrogates and noncharacters.
+# Characters that control a terminal, that terminate a line or change its direction, and
+# that occur in no text: surrogates and noncharacters.
 _LAST = "".join(
     map(
         chr,
@@ -190,7 +193,7 @@ def nearest(user_word: str, valid_names: tuple[str, ...]) -> str | None:
 
 def _is_stem(word: str, longer: str) -> bool:
     """Return whether a longer word begins with this one, as tolerance with tol; min and
-    max, which stand for bounds, are no beginnings of minimize or maximum."""
+    max, which mean bounds, are no beginnings of minimize or maximum."""
     return (
         longer.startswith(word)
         and len(word.lstrip("-")) >= SHORTEST_BEGINNING
@@ -251,7 +254,7 @@ class LCPError(ValueError):
         makes it obvious.
     """
 
-    code = Exit.BAD_INPUT  # of the run that it ends
+    code = Exit.BAD_INPUT  # of the run that it stops
 
     def __init__(self, where: Where, fault: str, hint: str = "") -> None:
         self.parts = (where,) if isinstance(where, str) else where
@@ -274,8 +277,8 @@ class LCPError(ValueError):
         return None
 
     def inside(self, outer_place: Where) -> LCPError:
-        """Return this error with its location given from one level further out, such as
-        the file with the field."""
+        """Return this error with its location described from one level further out,
+        such as the file with the field."""
         outer = (outer_place,) if isinstance(outer_place, str) else outer_place
         return type(self)((*outer, *self.parts), self.fault, self.hint)
 
@@ -300,7 +303,7 @@ class OptionError(LCPError):
 
 
 class ResourceError(LCPError):
-    """The machine has no room, processes or open files left for the work, which is
+    """The machine has not enough space, processes or open files for the work, which is
     sound: it may succeed elsewhere or later."""
 
     code = Exit.NOT_SOLVED

@@ -1,4 +1,4 @@
-"""How Ctrl-C, SIGTERM and time limits end a run, also while compiled code is
+"""How Ctrl-C, SIGTERM and time limits stop a run, also while compiled code is
 running."""
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ from typing import Any, TypeVar
 from lcpcli import clock
 
 Item = TypeVar("Item")
-REQUESTS = (signal.SIGINT, signal.SIGTERM)  # signals that ask the process to end
+REQUESTS = (signal.SIGINT, signal.SIGTERM)  # signals that request the process to stop
 # The deadline of a context `deadline_after` without a limit. It is finite, as an
 # infinite one means that no such context is open.
 NO_LIMIT = sys.float_info.max
@@ -40,14 +40,14 @@ abandoned: list[threading.Thread] = []  # threads of calls that are no longer wa
 # event that releases the value.
 OWNER = "owner"
 _owners: dict[threading.Event, threading.Thread] = {}
-# Signals that have asked this run to end, where a context below was open.
+# Signals that have requested this run to stop, where a context below was open.
 received: list[int] = []
 _LOADING = {
     ExtensionFileLoader.create_module.__code__,
     ExtensionFileLoader.exec_module.__code__,
 }
 # The package whose calls hand objects of LLVM from one owner to another in two steps:
-# an error between the two frees an object twice, which ends the process by a signal.
+# an error between the two frees an object twice, which kills the process by a signal.
 _OWNING = "llvmlite.binding"
 _stops: list[int] = []  # signals to which work in a context `stopping` has to react
 # The time by `clock.seconds` when the time of the innermost context is up.
@@ -92,7 +92,7 @@ def remaining() -> float:
 
 def raise_if_timed_out() -> None:
     """Raise TimeIsUp if the time of the context `deadline_after` is up, or if a signal
-    in a context `stopping` ends it."""
+    in a context `stopping` stops it."""
     deadline = _deadline.get()
     # This is called for every number in some loops, so that it reads no clock if it
     # can.
@@ -135,11 +135,11 @@ def handling(
 @contextmanager
 def terminable() -> Iterator[None]:
     """Open a context in which the first SIGTERM raises KeyboardInterrupt as Ctrl-C
-    does, so that the run reports what it has found, and further ones do nothing; a
+    does, so that the run reports its results so far, and further ones do nothing; a
     signal that is handled or ignored already stays so. Both wait until no extension
     module is being loaded, as the set-up of many ignores every error, and the signal
-    would be lost, and until no call of LLVM is under way, as it would be left in
-    halves."""
+    would be lost, and until no call of LLVM is under way, as it would be interrupted in
+    the middle."""
     received.clear()
     with (
         handling(signal.SIGINT, raise_interrupt, signal.default_int_handler),
@@ -176,7 +176,7 @@ def repeat(number: int) -> None:
 @contextmanager
 def stopping() -> Iterator[list[int]]:
     """Open a context in which the first Ctrl-C or SIGTERM acts like a time limit: it
-    ends work in a context `deadline_after` at its next `raise_if_timed_out`. A second
+    stops work in a context `deadline_after` at its next `raise_if_timed_out`. A second
     one acts as usual. Yield the list of these signals.
     """
     with ExitStack() as handlers:
@@ -197,9 +197,9 @@ def stopping() -> Iterator[list[int]]:
 
 @contextmanager
 def deferring_signals() -> Iterator[None]:
-    """Open a context in which Ctrl-C and SIGTERM wait until it closes, so that nothing
-    in it is left half done. Processes that start in it inherit the blocked signals
-    until they unblock them.
+    """Open a context in which Ctrl-C and SIGTERM wait until it closes, so that
+    everything in it is done completely. Processes that start in it inherit the blocked
+    signals until they unblock them.
     """
     late: list[int] = []
     usual = (
@@ -225,10 +225,10 @@ def deferring_signals() -> Iterator[None]:
 
 
 def interruptibly(call: Callable[[], Any]) -> Any:
-    """Make a call that Ctrl-C and time limits can end, although compiled code ignores
+    """Make a call that Ctrl-C and time limits can stop, although compiled code ignores
     both; return its value.
 
-    An ended call continues in a thread of its own, one of `abandoned`, for which the
+    A stopped call continues in a separate thread, one of `abandoned`, for which the
     interpreter waits when it exits. It must release the interpreter's lock. Outside the
     main thread, which receives Ctrl-C, it is made directly.
     """
@@ -316,7 +316,7 @@ def _called(call: Callable[[], Any], released: threading.Event | None) -> list[A
         # Compiled code must not outlive the interpreter: HiGHS and SuperLU call back
         # into it, and when it refuses, unwinding C++ aborts the process. A thread that
         # is not a daemon would be waited for too, but Ctrl-C during that wait would
-        # then print a traceback and end in the same abort.
+        # then print a traceback and abort in the same way.
         abandoned[:] = [*filter(threading.Thread.is_alive, abandoned), thread]
         atexit.unregister(_await_abandoned)
         atexit.register(_await_abandoned)
@@ -365,8 +365,8 @@ def silent() -> Iterator[int | None]:
 
 
 def _await_abandoned() -> None:
-    """Wait for abandoned calls. Ctrl-C then ends the process silently, unless the
-    program has a handler of its own."""
+    """Wait for abandoned calls. Ctrl-C then terminates the process silently, unless the
+    program has another handler."""
     for stream in (sys.stdout, sys.stderr):
         # AttributeError: closed by the caller.
         with suppress(OSError, ValueError, AttributeError):

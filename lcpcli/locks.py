@@ -1,4 +1,5 @@
-"""Locks on files, which end with the process that holds them, however it ends."""
+"""Locks on files, which are released when the process that holds them exits, however it
+exits."""
 
 from __future__ import annotations
 

@@ -30,11 +30,11 @@ class Option(NamedTuple):
 
     name : as in Python; the command line writes it with dashes.
     kind : int or float.
-    default : the value if none is given; None if it is derived from the problem.
+    default : the value by default; None if it is derived from the problem.
     range : the admissible values, as shown to the user.
     admits : whether a value lies in that range (never called with NaN).
     meaning : one sentence for help.
-    words : the words that the option accepts in place of a number, such as "auto".
+    words : the words that the option accepts instead of a number, such as "auto".
     derived : the name of the function (problem) -> value in the method's module for a
         default of that kind; else "".
     above : the option of the same method whose value this option must exceed; "" if
@@ -185,7 +185,7 @@ THREADS = Option(
 )
 JOBS = Option(
     *("jobs", int, 1, *POSITIVE),
-    "Number of problems solved at the same time, each in its own process; see "
+    "Number of problems solved at the same time, each in a separate process; see "
     "lcp help many.",
 )
 ACCEPT = Option(
@@ -205,7 +205,7 @@ INFINITY = Option(
 EVERY = Option(
     *("every", int, 5, *POSITIVE),
     "Show every Nth iterate; always the first and the last three; CSV and "
-    "--trace have all unless it is given.",
+    "--trace have all unless it is set.",
 )
 
 
@@ -257,7 +257,7 @@ def has_numba() -> bool:
 
 @cache
 def wants_kernels() -> bool:
-    """Return whether the environment asks for the compiled kernels, as it does after
+    """Return whether the environment requests the compiled kernels, as it does after
     `use_kernels()`; raise OptionError if it has another value than 0 or 1, or there is
     no numba."""
     value = os.environ.get(KERNELS, "")

@@ -108,7 +108,8 @@ def test_plot_writes_a_file_or_shows_in_a_notebook(tmp_path: Path) -> None:
     ):
         lcpcli.plot(results[0], "errors.txt")
     with pytest.raises(
-        OptionError, match="trace: newton has kept no iterates; solve with trace=True"
+        OptionError,
+        match="trace: newton has no recorded iterates; solve with trace=True",
     ):
         lcpcli.plot(lcpcli.solve(M, Q, "newton"))
 

@@ -603,7 +603,7 @@ FIRST = (
     AttemptRule(
         *(
             "newton",
-            "while it settles fast",
+            "while it converges fast",
             "there are bounds, and zeros on the diagonal of M",
         ),
         lambda s: s.is_no_p_matrix and s.problem.is_mixed and not s.program,

@@ -115,7 +115,7 @@ def _solvers(record: BenchRecord) -> Section:
         "times, shifted by "
     )
     note += (
-        f"{wording.duration(SHIFT)}; a failure counts as the time limit, "
+        f"{wording.duration(SHIFT)}; a failure is charged the time limit, "
         f"{wording.duration(limit)}."
     )
     return sheet(
@@ -174,7 +174,10 @@ def _compared_with_peers(record: BenchRecord) -> Section:
         "mean: as above."
     )
     return sheet(
-        f"Beside {method}, on the problems that the other takes", header, [rows], note
+        f"Compared with {method}, on the problems that the other takes",
+        header,
+        [rows],
+        note,
     )
 
 
@@ -380,7 +383,7 @@ def figure(record: BenchRecord) -> Picture:
 
 def _panels(record: BenchRecord) -> list[Panel]:
     """Return the panels of the largest problem of each series, those with the most
-    successes and longest curves first. A peer, of which only the end is known, is a
+    successes and longest curves first. A peer, of which only the result is known, is a
     single point."""
     problems = [
         list(group)

@@ -319,7 +319,7 @@ SUITES = {
         methods=("auto",),
     ),
     "stiff": Suite(
-        "ill-conditioned, badly scaled and nearly degenerate problems",
+        "ill-conditioned, badly scaled and almost degenerate problems",
         (
             Grid("beam", 100, 1000, 4000, 20_000),
             Grid("beam", 1000, contrast=(100, 10_000, 1_000_000, 100_000_000), load=10),
@@ -386,7 +386,7 @@ def cases_of(
     """Return the cases of suites, files and folders, each once; a file with M alone is
     followed by the file of q.
 
-    errors : receives what is wrong with files that cannot be read, which are left out;
+    errors : receives what is wrong with files that cannot be read, which are skipped;
         else a ProblemError is raised.
     tell : called with remarks on the problem in a file. infinity : as in `Case`, for
     the files. Raises OptionError for a name that is neither a suite nor a file.

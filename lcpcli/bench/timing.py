@@ -139,12 +139,11 @@ def measure(
 
     The first run provides the curve and is an untimed warm-up, unless its answer claims
     nothing: as times of failures are not used, it is then the only run. Brief runs are
-    warmed up for WARM_UP seconds. There are at least MIN_REPEATS repeats; they end
-    when their median is known, after MAX_REPEATS of them, or when the budget in
-    seconds is spent; a repeat longer than the whole budget is always the last. If no
-    repeat was so long, the curve is that of the fastest of CURVES warm runs. In either
-    case its times are multiplied by one factor, so that the run takes the median of the
-    repeats.
+    warmed up for WARM_UP seconds. There are at least MIN_REPEATS repeats; they stop
+    when their median is known, after MAX_REPEATS of them, or when the budget in seconds
+    is spent; a repeat longer than the whole budget is always the last. If no repeat was
+    so long, the curve is that of the fastest of CURVES warm runs. In either case its
+    times are multiplied by one factor, so that the run takes the median of the repeats.
 
     solve : makes one run; its argument is whether to record the error curve. rest :
         seconds to sleep before each run.

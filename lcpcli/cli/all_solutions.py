@@ -72,7 +72,7 @@ def _search(request: Request, problem: InputProblem, where: str) -> sets.Solutio
         with interrupts.deadline_after(request.limits.time_limit):
             data = problem.exactly()
         time_left = request.limits.time_limit - (clock.seconds() - began)
-    except TimeIsUp:  # zeros, which are not searched, take the place of the numbers
+    except TimeIsUp:  # zeros, which are not searched, replace the numbers
         n, time_left = problem.problem.n, 0.0
         rows: list[dict[int, int]] = [{} for _ in range(n)]
         data = exact_problem.ExactProblem(problem.problem, rows, numbers.zeros(n))

@@ -250,7 +250,7 @@ def _measured(record: BenchRecord, saved: Sequence[str], line: Line) -> bool:
                     append(path, result_formats.line(result_formats.plain(row)))
         except KeyboardInterrupt:
             is_interrupted = True
-    save()  # the measurements in their place
+    save()  # the measurements so far
     return is_interrupted
 
 

@@ -48,7 +48,7 @@ if TYPE_CHECKING:
 
 OF_INSPECTION = TIME_LIMIT._replace(
     default=INSPECTION_SECONDS,
-    meaning="End expensive computations after this many seconds.",
+    meaning="Stop expensive computations after this many seconds.",
 )
 
 
@@ -102,7 +102,7 @@ def check(request: Check) -> int:
             "solution"
         )
         raise OptionError(
-            "FILE [Q_FILE] SOLUTION", f"stands for 2 or 3 files, not {len(paths)}", hint
+            "FILE [Q_FILE] SOLUTION", f"means 2 or 3 files, not {len(paths)}", hint
         )
     if exact:
         reject_conflicting_options(request.option_values, EXACT)

@@ -42,8 +42,8 @@ FROM = (
 )
 GONE = {  # options of earlier versions
     "q": "it has gone: name the file of q after that of M",
-    "warm": "it has gone: give a start near the solution by --z0",
-    "stop": "it has gone: in Python a callback= ends a run",
+    "warm": "it has gone: give a start close to the solution by --z0",
+    "stop": "it has gone: in Python a callback= stops a run",
     "from-qp": FROM,
     "from-game": FROM,
 }
@@ -156,7 +156,7 @@ class Command(click.Command):
             # A flag that says yes may be repeated.
             if not param.is_flag or param.secondary_opts:
                 name = param.opts[-1]
-                reason = f"is given {times} times"
+                reason = f"occurs {times} times"
                 raise OptionError(name, reason, _hint_at_sweep(self.name, name))
         # Of several options for one value only the last would have an effect.
         named: dict[str | None, str] = {}

@@ -39,9 +39,9 @@ STARTS = {
         for method in METHODS.values()
         for name, meaning in method.vectors.items()
     },
-    "z0": "Starting point given as z, with w = Mz + q.  [default: see --x0]",
+    "z0": "Starting point z, with w = Mz + q.  [default: see --x0]",
     "basis": (
-        "Starting point given by states: lower,basic,upper, a list in JSON, or a "
+        "Starting point as a basis: lower,basic,upper, a list in JSON, or a "
         "result.  [default: see --x0]"
     ),
 }
@@ -149,7 +149,7 @@ def option(heading: str, *rows: str | Option, **attributes: Any) -> Declaration:
             how["metavar"] = last
         else:
             flags.append(last)
-            # is_flag=False would let an option stand without its value.
+            # is_flag=False would allow an option without its value.
             if "type" not in how:
                 how["is_flag"] = True
         how |= {"shell_complete": FILES} if "FILE" in last else {}
@@ -258,8 +258,8 @@ METHOD = Choice(meanings(), parse=registry.parse)
 METHOD_NAMES = listed(METHOD.meanings, "or")
 show_option = option(
     "Output",
-    "--show names NAME  Show only the unknowns of this name, or z1, z2, ...; * "
-    "stands for any text, as in 'price *'; "
+    "--show names NAME  Show only the unknowns of this name, or z1, z2, ...; * matches "
+    "any text, as in 'price *'; "
     "repeatable. JSON has all.  [default: as many as fit]",
     multiple=True,
 )
@@ -269,8 +269,8 @@ def several_methods(heading: str, purpose: str, default: Sequence[str]) -> Decla
     """Declare a repeatable --method, for a purpose, and --sweep; see
     `chosen_variants`."""
     one = (
-        f"A method to {purpose}: {METHOD_NAMES}, with options of its own as in "
-        "shi:p=10,k-star=5; repeatable."
+        f"A method to {purpose}: {METHOD_NAMES}, with options as in shi:p=10,k-star=5; "
+        "repeatable."
     )
     every = (
         "Run the methods that have this option once for each value, as in "
@@ -290,8 +290,8 @@ def several_methods(heading: str, purpose: str, default: Sequence[str]) -> Decla
 
 vary_option = option(
     "Method",
-    f"{VARY} OPTION=VALUE,...  Show the error at the end and the time against this "
-    "option, the others as they are; with --plot draw them; repeatable, one option at "
+    f"{VARY} OPTION=VALUE,...  Show the last error and the time against this option, "
+    "the others as they are; with --plot draw them; repeatable, one option at "
     "a time.  [default: none]",
     multiple=True,
 )
@@ -340,7 +340,7 @@ def chosen_variants(
         refuse(
             name in option_names,
             where,
-            f"{flag(name)} is given beside it",
+            f"{flag(name)} cannot be combined with it",
             LEAVE_ONE_OUT,
         )
     variants = list(dict.fromkeys(methods or map(Variant, default)))
@@ -357,7 +357,7 @@ M_AND_Q = (
     "M and q as .json, .npz, .mat, or .csv with the columns [M | q]; M alone, also "
     "as .mtx or .npy"
 )
-BESIDES_FILES = "- is standard input, and the name of a shipped problem stands for it."
+BESIDES_FILES = "- is standard input, and the name of a shipped problem can replace it."
 # The problems that a file may hold.
 OTHERS = "Programs: .mps, .qps, .lp; models: .nl; games: .nfg, .efg."
 bounds_options = option(
@@ -459,7 +459,7 @@ solving = declared(
         MEANINGS,
         option(
             "Output",
-            "--trace  Add the iterates to JSON, or write them as CSV in place of the "
+            "--trace  Add the iterates to JSON, or write them as CSV instead of the "
             "answer.",
         ),
         show_option,
@@ -559,9 +559,7 @@ class Mode:
     refusals: Sequence[Refusal]
 
 
-OWN_METHOD = Refusal(
-    OF_METHOD, "has no effect with {mode}, which has a method of its own"
-)
+OWN_METHOD = Refusal(OF_METHOD, "has no effect with {mode}, which has a fixed method")
 ALL = Mode("--all", [Refusal(Needs.PIECES, hint=LEAVE_ONE_OUT), OWN_METHOD])
 MINIMIZE = Mode(
     "--minimize",
@@ -593,8 +591,8 @@ SEQUENCE = Mode(
     [
         Refusal(
             Needs.METHOD | Needs.ITERATES | Needs.PROCESSES,
-            "has no effect with {mode}, where auto solves each problem from the "
-            "states of the last one",
+            "has no effect with {mode}, where auto solves each problem from the basis "
+            "of the last one",
         )
     ],
 )
@@ -604,7 +602,7 @@ VARIED = Mode(
         Refusal(Needs.ONE_AXIS, hint=LEAVE_ONE_OUT),
         Refusal(
             Needs.CHOICE_OF_ITERATES | Needs.TRAJECTORIES | Needs.UNKNOWNS,
-            "has no effect with {mode}, which shows the ends of runs",
+            "has no effect with {mode}, which shows the results of runs",
         ),
     ],
 )
@@ -613,13 +611,18 @@ RESUME = Mode(
     [
         Refusal(
             Needs.DESTINATION,
-            "has no effect with {mode}, which goes on with its file",
+            "has no effect with {mode}, which continues its file",
         )
     ],
 )
 CLUSTER = Mode(
     "--cluster",
-    [Refusal(Needs.LOCAL, "has no effect with {mode}, which has workers of its own")],
+    [
+        Refusal(
+            Needs.LOCAL,
+            "has no effect with {mode}, which uses the workers of the cluster",
+        )
+    ],
 )
 QUIET = Mode("--quiet", [Refusal(Needs.TEXT)])
 # JSON has all unknowns and, unless --columns names more, the same columns of iterates.

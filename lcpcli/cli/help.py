@@ -346,8 +346,8 @@ def _title(name: str, phrase: str = "") -> str:
 
 
 def _pattern(phrase: str, plural: str = "") -> re.Pattern[str]:
-    """Return a pattern that matches words in a text. plural : a pattern for the end of
-    each of them."""
+    """Return a pattern that matches words in a text. plural : a pattern for the ending
+    of each of them."""
     parts = (re.escape(part) + plural for part in re.split(r"[-\s]+", folded(phrase)))
     return re.compile(r"(?<!\w)" + r"[-\s]+".join(parts) + r"(?!\w)")
 

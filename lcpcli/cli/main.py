@@ -47,7 +47,7 @@ NO_THREAD = "can't start new thread"  # the message of a RuntimeError
 OUTPUT_OPTION = re.compile(r"-q?([fo])(.*)|--(format|output)(?:=(.*))?", re.DOTALL)
 QUIET = re.compile(r"--quiet|-q.*", re.DOTALL)
 
-# Threads that may wait for input without end; the process does not wait for them.
+# Threads that may wait for input forever; the process does not wait for them.
 reading: list[threading.Thread] = []
 
 
@@ -91,8 +91,8 @@ def main() -> None:
         try:
             from lcpcli import interrupts
 
-            # Ctrl-C ends the process silently while there is nothing to report or to
-            # clean up.
+            # Ctrl-C terminates the process silently while there is nothing to report or
+            # to clean up.
             with interrupts.handling(
                 signal.SIGINT,
                 lambda *_: os._exit(Exit.INTERRUPTED),
@@ -167,16 +167,16 @@ def _output_alone() -> Iterator[None]:
 
 
 def leave(code: int) -> NoReturn:
-    """End the process with this exit code: at once, as the interpreter's shutdown takes
-    longer than many a solve once numpy is loaded, but after the functions that are
-    registered for the exit. An exit that has to be orderly is left to the interpreter:
-    where a thread is to be awaited, or a profiler or a debugger watches."""
+    """Terminate the process with this exit code: at once, as the interpreter's shutdown
+    takes longer than many a solve once numpy is loaded, but after the functions that
+    are registered for the exit. The interpreter performs an exit that has to be
+    orderly: where a thread is to be awaited, or a profiler or a debugger watches."""
     from lcpcli.interrupts import abandoned
 
     if not any(map(threading.Thread.is_alive, [*abandoned, *reading])):
         if threading.active_count() > 1 or sys.getprofile() or sys.gettrace():
             sys.exit(code)
-        atexit._run_exitfuncs()  # as in children of multiprocessing, which end alike
+        atexit._run_exitfuncs()  # as children of multiprocessing do
     for stream in (sys.stdout, sys.stderr):
         # AttributeError: closed by the caller.
         with contextlib.suppress(OSError, ValueError, AttributeError):
@@ -321,7 +321,7 @@ def of_usage(error: click.UsageError) -> int:
 
 
 def asks_for_json(arguments: Sequence[str]) -> bool:
-    """Return whether a command line asks for records in JSON, by -f or by the suffix of
+    """Return whether a command line requests records in JSON, by -f or by the suffix of
     -o, and not for silence, whatever else is wrong with it."""
     from lcpcli.cli.command import lcp
     from lcpcli.files.formats import LINES

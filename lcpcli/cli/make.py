@@ -53,7 +53,8 @@ BOOLEANS = {
     "0": False,
 }
 # Unknowns from which on the memory for a problem is estimated, by a smaller one; and
-# how many times that for its numbers is taken at least while it is made and written.
+# and how many times the memory of its numbers it takes at least while it is generated
+# and written.
 LARGE, SMALL = 10**6, 1000
 COPIES_AS_ARRAYS, COPIES_AS_TEXT = 2, 8
 KINDS = {bool: "true or false", int: "an integer", float: "a number"}

@@ -40,7 +40,7 @@ FORMATS = {
     "csv": "a row for each breakpoint, with all digits",
 }
 OF_POINTS = TOL._replace(
-    meaning="A point counts as a solution if its relative residual is at most this."
+    meaning="A point is a solution if its relative residual is at most this."
 )
 
 
@@ -64,7 +64,7 @@ class PathRequest(ManyProblems, Reporting):
         """Return the inputs of all files, and those of each problem."""
         files, quiet = self.files, self.quiet
         is_one = self.direction is not None
-        where, means = "FROM TO", "stands for"
+        where, means = "FROM TO", "means"
         min_files = 2
         hint = (
             "give two problems, or a file with M and two with q, or a problem and "
@@ -115,7 +115,7 @@ class PathRequest(ManyProblems, Reporting):
     ),
     exits={
         **EXITS,
-        Exit.SOLVED: "the path is verified, and reaches its end, a ray or a turn",
+        Exit.SOLVED: "the path is verified up to the last problem, a ray or a turn",
         Exit.NOT_SOLVED: "it is not, or it stops at a limit",
         Exit.NO_SOLUTION: "the first problem is proved to have no solution",
     },
@@ -127,7 +127,7 @@ class PathRequest(ManyProblems, Reporting):
         "FROM TO": "Two problems as for lcp solve, with the "
         "same M and other q or bounds, "
         "or two programs (.mps, .qps, "
-        ".lp, .nl) that differ in costs, in bounds or in sides of rows.",
+        ".lp, .nl) that differ in costs, in bounds or in row sides.",
         "FILE FROM TO": "M, and the q of each problem.",
         "FROM [Q_FILE]": "With --direction, one problem.",
     },
@@ -137,7 +137,7 @@ class PathRequest(ManyProblems, Reporting):
 )
 @option(
     "Problem",
-    "--direction NUMBERS|FILE  In place of TO: q becomes q + t d, with this d.  "
+    "--direction NUMBERS|FILE  Instead of TO: q becomes q + t d, with this d.  "
     "[default: none]",
 )
 @declarations.bounds_options
@@ -145,7 +145,7 @@ class PathRequest(ManyProblems, Reporting):
     "Path",
     "--from start NUMBER  t at the first problem.  [default: 0]",
     "--to stop NUMBER  t at the last problem.  [default: 1; required with --direction]",
-    "--turns  Continue with decreasing t where the path turns.",
+    "--turns  Continue with decreasing t at turning points.",
     "--exact  Prove the path in exact fractions; 0.1 means 1/10.",
     OF_POINTS,
 )
@@ -197,7 +197,7 @@ def path(request: PathRequest) -> int:
 def _span(request: PathRequest) -> tuple[Number, Number]:
     """Return t at the first problem and at the last one."""
     has_no_end = request.direction is not None and request.stop is None
-    refuse(has_no_end, "--direction", "has no end", "add --to, the last t")
+    refuse(has_no_end, "--direction", "has no last t", "add --to, the last t")
     start = _number("--from", request.start or "0", request.exact)
     stop = _number("--to", request.stop or "1", request.exact)
     reason = f"is {float(stop):g}, and the path begins at t = {float(start):g}"

@@ -52,9 +52,9 @@ SECONDS_ALONE = 9.0
 # thread left, or by which a new one has ended.
 NO_PROCESS = (OSError, NotImplementedError, RuntimeError, TimeoutError, BrokenExecutor)
 SECONDS_TO_START = 60.0  # a process, on a machine that is very busy
-# The signal by which a process is asked to end what it solves; None on Windows.
+# The signal that requests a process to stop what it solves; None on Windows.
 STOP: signal.Signals | None = getattr(signal, "SIGUSR1", None)
-SECONDS_TO_EXIT = 10.0  # until it ends by itself
+SECONDS_TO_EXIT = 10.0  # until it exits by itself
 
 
 class Local:
@@ -68,13 +68,13 @@ class Local:
         report then.
 
     `submit` raises ResourceError if a process cannot be started, or not again after one
-    has ended: the other ones then end too, and nothing waits for them.
+    has exited: the other ones then stop too, and nothing waits for them.
     """
 
     max_items: int = sys.maxsize
     kill_error: type[BaseException] = BrokenExecutor
     end_errors: tuple[type[Exception], ...] = ()
-    end = ResourceError("--jobs", "no process is left")
+    end = ResourceError("--jobs", "no process is running")
 
     def __init__(self, size: int) -> None:
         are_safe = (
@@ -118,14 +118,14 @@ class Local:
             return self._executor.submit(_stoppable, *arguments)
         except BrokenExecutor:
             self._executor = self._started("spawn")
-            # A process that ends at once would end again with each problem.
+            # A process that exits at once would exit again with each problem.
             self._executor.submit(int).result(SECONDS_TO_START)
             return self._executor.submit(_stoppable, *arguments)
 
     def check_alive(self) -> None:
-        """End all processes if one was killed, as the executor does unless it waits for
-        the rest of a result. Raises ResourceError if its thread has ended, without
-        which no result arrives."""
+        """Terminate all processes if one was killed, as the executor does unless it
+        waits for the rest of a result. Raises ResourceError if its thread has ended,
+        without which no result arrives."""
         executor: Any = self._executor
         thread = executor._executor_manager_thread
         if thread is not None and not thread.is_alive() and not executor._broken:
@@ -137,8 +137,8 @@ class Local:
             self._kill()
 
     def stop(self) -> bool:
-        """Ask the processes to end what they solve, and to begin nothing more; return
-        whether their results can be awaited."""
+        """Request the processes to stop what they solve, and to begin nothing more;
+        return whether their results can be awaited."""
         if STOP is None:
             return False
         for each in active_children():
@@ -177,7 +177,7 @@ def _stoppable(function: Callable[..., Any], *arguments: Any) -> Any:
 
 
 def _stop(number: int, frame: FrameType | None) -> None:
-    """End within a few seconds, in which the results so far are reported; ignore
+    """Exit within a few seconds, in which the results so far are reported; ignore
     further requests."""
     if _stops:
         return
@@ -190,8 +190,8 @@ def _stop(number: int, frame: FrameType | None) -> None:
 
 
 def _begin(speaks: Any) -> None:
-    """Leave Ctrl-C to the parent, and end with it, however it ends. Messages that each
-    process would repeat come from one of them, the one with the semaphore."""
+    """Leave Ctrl-C to the parent, and exit with it, however it exits. Messages that
+    each process would repeat come from one of them, the one with the semaphore."""
 
     def is_first(_: logging.LogRecord) -> bool:
         if not speaking:
@@ -251,7 +251,7 @@ class Cluster:
                 hint,
             )
         try:
-            # A client for an address of another form would take long to end.
+            # A client for an address of another form would take long to fail.
             get_address_host_port(address)
             self._client = Client(
                 address, set_as_default=False, timeout=SECONDS_TO_CONNECT
@@ -298,7 +298,7 @@ class Cluster:
             self._has_warned = True
 
     def stop(self) -> bool:
-        """Return that running work cannot be asked to end."""
+        """Return that running work cannot be stopped."""
         return False
 
     def close(self) -> None:

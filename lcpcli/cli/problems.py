@@ -77,7 +77,8 @@ NO_BOUNDS: Mapping[str, Any] = dict.fromkeys(fields.BOUND_OPTIONS)
 
 
 class InputProblem(NamedTuple):
-    """A problem from the input: a Problem, or a NonlinearProblem where these are taken.
+    """A problem from the input: a Problem, or a NonlinearProblem where these are
+    accepted.
 
     exactly : reads the numbers of a linear problem as written; None for a nonlinear
     one. remarks : lines on wrong known solutions, which are dropped, on far bounds and
@@ -101,7 +102,7 @@ class Inputs(NamedTuple):
         file, that replace those of the problem, and the size from which on they are
         infinite, by name.
     tables : the formulation of which the files are tables, "" if they are none. quiet :
-        whether remarks on the input are left out.
+        whether remarks on the input are suppressed.
     others : the values of other options that may name files to read, such as starting
         points. ahead : the files that have been read already, by their names.
     as_written : whether numbers are also read as written, as by --exact.
@@ -175,7 +176,7 @@ class Inputs(NamedTuple):
                 f"goes to the same file as {earlier}",
                 "choose another file for one",
             )
-            # An existing log is continued at its end.
+            # An existing log is appended to.
             if output != STANDARD and option != "--resume":
                 from lcpcli.files.atomic_write import refuse_unwritable
 
@@ -368,7 +369,7 @@ def _may_be_table(path: str) -> bool:
 
 def without_wrong_solutions(problem: Problem, file: str) -> tuple[Problem, list[str]]:
     """Return the problem without wrong known solutions, and remarks on these and on a
-    shipped problem in place of a missing file."""
+    shipped problem instead of a missing file."""
     vetted, reasons = problem, list[str]()
     if problem.solutions:
         from lcpcli.verify.point import without_wrong_solutions
@@ -707,8 +708,8 @@ def _value(name: str, text: Any, problem: AnyProblem) -> Any:
 
 
 def with_references(problems: Sequence[AnyProblem], limits: Limits) -> list[AnyProblem]:
-    """Return the problems, linear ones with references for errors if found within the
-    time limit of a run."""
+    """Return the problems, linear ones with references for errors if these are computed
+    within the time limit of a run."""
     from lcpcli.enumeration import others
     from lcpcli.model.problem import Problem
     from lcpcli.solving import proof

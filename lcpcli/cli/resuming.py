@@ -127,8 +127,8 @@ class Past:
         more = ", ..." if len(unmatched) > MAX_NAMED else ""
         return [
             f"--resume: the log has {count(len(unmatched), 'result')} of problems that "
-            f"are not given, or have changed: {names}{more}; delete their lines if "
-            "they are not wanted"
+            f"are not among the inputs, or have changed: {names}{more}; delete their "
+            "lines if they are not wanted"
         ]
 
     def _key(self, source: Source, number: int, digest: str) -> tuple[Any, str]:

@@ -49,7 +49,7 @@ def run(
         require()
     output = Output(request)
     prints = request.output is None and request.resume is None and not output.silent
-    # The run would read its output without end.
+    # The run would read its output forever.
     if prints and any(same_file(STANDARD, path) for path in inputs.paths):
         raise OptionError(
             "standard output",

@@ -66,8 +66,7 @@ AS_PUBLISHED: tuple[str, ...] = ("fixed-point", "shi")
 @declarations.problem_files
 @option(
     "Method",
-    f"-m --method NAME  {declarations.METHOD_NAMES}, with options of its own as "
-    "in shi:p=10.",
+    f"-m --method NAME  {declarations.METHOD_NAMES}, with options as in shi:p=10.",
     type=declarations.METHOD,
     default=AUTO,
     show_default=True,
@@ -89,10 +88,10 @@ AS_PUBLISHED: tuple[str, ...] = ("fixed-point", "shi")
     "--cluster ADDRESS  Have the workers of this Dask scheduler, such as "
     "tcp://host:8786, solve the problems.  "
     "[default: none]",
-    "--sequence  Solve each problem from the states of the previous one, as for "
+    "--sequence  Solve each problem from the basis of the previous one, as for "
     "time steps; see lcp help sequences.",
-    "--resume FILE  Continue the log that -o FILE.jsonl has begun, given the "
-    "same problems.  [default: none]",
+    "--resume FILE  Continue the log that -o FILE.jsonl has begun, with the same "
+    "problems.  [default: none]",
 )
 def solve(request: Solve) -> int:
     """Solve the problem in each FILE, or prove that it has no solution."""

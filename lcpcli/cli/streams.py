@@ -160,7 +160,7 @@ def _summary(
         return line
     if log_path is None:
         return f"{line}; interrupted; with -o FILE.jsonl it could be resumed"
-    return f"{line}; interrupted; go on with --resume {log_path}"
+    return f"{line}; interrupted; continue with --resume {log_path}"
 
 
 def _total(inputs: Inputs) -> int | None:
@@ -225,8 +225,8 @@ def _written(
 
 
 def _last(records: Generator[TaskRecord, None, None]) -> Iterator[TaskRecord]:
-    """Yield what a generator of records has left after Ctrl-C, of which it is told
-    unless it has raised that itself."""
+    """Yield the remaining records of a generator after Ctrl-C, which is passed on to
+    the generator unless it has raised that itself."""
     with suppress(KeyboardInterrupt, StopIteration):
         yield records.throw(KeyboardInterrupt)
         yield from records
@@ -419,7 +419,7 @@ MAX_IN_A_PIECE = 256
 # reader.
 PIECES_EACH = 3
 RECORD_BYTES = 500  # memory of a record without its text, about
-SECONDS_TO_STOP = 5.0  # for the records of runs that are asked to end
+SECONDS_TO_STOP = 5.0  # for the records of runs that are requested to stop
 # Between checks that the processes are alive, while no record comes.
 SECONDS_BETWEEN = 1.0
 KILLED = "the process that solved this problem was killed twice"
@@ -427,7 +427,7 @@ KILLED = "the process that solved this problem was killed twice"
 
 class Ahead:
     """Inputs that a thread reads ahead, up to a number and a size; `news` is set for
-    each of them and at the end."""
+    each of them and when there are no more."""
 
     def __init__(self, input_items: Iterable[InputItem], news: Event) -> None:
         self._input_items = input_items
@@ -441,7 +441,7 @@ class Ahead:
 
     @property
     def is_at_end(self) -> bool:
-        """Return whether all inputs have been taken. Raises the error, if any, that
+        """Return whether all inputs have been consumed. Raises the error, if any, that
         ended the reading."""
         is_at_end = bool(self._endings) and not self._read
         if is_at_end and self._endings[0] is not None:
@@ -476,8 +476,8 @@ class Ahead:
 
 
 def _places_of(input_item: InputItem) -> int:
-    """Return how many of the READ_AHEAD units an input takes while it waits: one, or
-    more by its size, so that all waiting inputs have at most MAX_BYTES together."""
+    """Return how many of the READ_AHEAD positions an input takes while it waits: one,
+    or more by its size, so that all waiting inputs have at most MAX_BYTES together."""
     return min(READ_AHEAD, 1 + input_item.size * READ_AHEAD // MAX_BYTES)
 
 
@@ -500,7 +500,7 @@ def all_records(
 class _Distribution:
     """Inputs that a pool solves.
 
-    It takes no more inputs than keep the processes busy, so that memory is left for
+    It takes no more inputs than keep the processes busy, so that memory remains for
     records that wait for an earlier one.
     """
 
@@ -523,7 +523,7 @@ class _Distribution:
 
     def _last(self) -> Iterator[TaskRecord]:
         """Yield the records that are known once the runs that are under way have been
-        asked to end with their best iterates."""
+        requested to stop with their best iterates."""
         running = [piece.future for piece in self._pieces if piece.records is None]
         for future in running:
             future.cancel()

@@ -74,7 +74,7 @@ def shows_progress(quiet: bool) -> bool:
 
 class Line:
     """A context with the progress of a run: a line on standard error, shown after the
-    first second and erased at the end.
+    first second and erased afterwards.
 
     doing : what is being done, which a thread shows with the time so far; "" for no
         such thread, as it takes a little of the time that a run measures.

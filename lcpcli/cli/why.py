@@ -21,7 +21,7 @@ from lcpcli.interrupts import TimeIsUp, stopping
 from lcpcli.options import TIME_LIMIT
 from lcpcli.report.document import RECORD_MEANINGS
 
-MIN_SECONDS = 1e-6  # of the search, if reading has taken all the time
+MIN_SECONDS = 1e-6  # of the search, if the time was up after reading
 
 
 @dataclass(eq=False, repr=False)
@@ -63,9 +63,9 @@ class Why(OneProblem, Reporting):
     "Explanation",
     "--keep NAME  Never blame this condition for the conflict, though the cheapest "
     "change may be one of its numbers: a name, or a name and what it is, as in 'z1 "
-    "lower bound'; * stands for any text; repeatable.  [default: none]",
+    "lower bound'; * matches any text; repeatable.  [default: none]",
     "--change NAME  Only this number may change in a repair, named likewise; "
-    "repeatable.  [default: q, or costs and sides of rows]",
+    "repeatable.  [default: q, or costs and row sides]",
     "--weights NAME=NUMBER  A change of this number by 1 costs so much; repeatable.  "
     "[default: 1]",
     multiple=True,

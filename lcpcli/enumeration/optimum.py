@@ -335,7 +335,8 @@ class Search:
 
     nodes : the number of nodes of the tree. z, value : the best known solution, and its
         objective. The queue has the nodes that have not been branched on: the last one
-        is taken first until there is a solution, then the one with the smallest bound.
+        is examined first until there is a solution, then the one with the smallest
+        bound.
     """
 
     def __init__(self, data: ExactProblem, costs: Sequence[Fraction]) -> None:

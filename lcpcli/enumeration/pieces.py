@@ -122,7 +122,7 @@ class Piece:
         piece = cls(vertices, rays, lines, tuple(common))
         if not all(piece.states):
             raise ArithmeticError(
-                "a piece that was taken for a set of solutions is not one"
+                "a piece that was treated as a set of solutions is not one"
             )
         return piece
 

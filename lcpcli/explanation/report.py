@@ -39,7 +39,7 @@ from lcpcli.report.result_formats import Report, keys_of, source_record
 from lcpcli.report.result_formats import record as plain_record
 
 SOLVED, UNDECIDED = "solved", "undecided"
-# What the sides of a row, as the tables call them, are in a sentence.
+# How a sentence names what tables call lower side, upper side and side.
 OF_ROWS = {
     "lower side": "the lower bound of row",
     "upper side": "the upper bound of row",

@@ -19,8 +19,8 @@ if TYPE_CHECKING:
     from lcpcli.model.problem import Problem
     from lcpcli.typing import Matrix
 
-# Unknowns up to which matrices are kept dense: 320 kB each, for which dense arithmetic
-# is faster.
+# Unknowns up to which matrices are stored dense: 320 kB each, for which dense
+# arithmetic is faster.
 LARGEST_DENSE = 200
 BOUNDS = ("lower", "upper")
 BOUND_OPTIONS = (*BOUNDS, INFINITY.name)  # the options that say what the bounds are

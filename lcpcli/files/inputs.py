@@ -242,7 +242,7 @@ class _Files:
         return self._ahead.pop(path, None) or InputFile.read(path, expected)
 
     def _with_next(self, file: InputFile) -> InputItem:
-        """Return the problem in a file. The next file is taken as q if this one has M
+        """Return the problem in a file. The next file is used as q if this one has M
         alone, or if the next one has a vector and no problem, so that the error can
         name both; in a folder, only if M is alone and the next file can only be q."""
         if not self._remaining:

@@ -34,7 +34,7 @@ PER_UNKNOWN = 10
 SUM_TOLERANCE = 1e-6
 HINT = "give probabilities, at least 0 and with the sum 1"
 EFFORT = 20.0  # limit on exact arithmetic, in seconds that it usually takes
-MAX_UNKNOWNS = 60  # the largest game for which all states are searched exactly
+MAX_UNKNOWNS = 60  # the largest game for which all bases are searched exactly
 UNSOLVED = "not solved, so there are no strategies"
 REASON = "z solves the problem to the tolerance, but its strategies are {}"
 
@@ -76,7 +76,7 @@ Exact: TypeAlias = Callable[[Effort], Sequence[Fraction] | None]
 
 def accepted(game: Formulation, result: Result, reading: Reading) -> Result:
     """Return the result of `checked` for a game whose exact solutions are searched for
-    close to z, and then among all states.
+    close to z, and then among all bases.
     """
     is_small = result.problem.n <= MAX_UNKNOWNS
     exactly = partial(_exact_solution, game, result) if is_small else None
@@ -131,7 +131,7 @@ def checked(result: Result, reading: Reading, exactly: Exact | None) -> Result:
 
 def _rounded(result: Result, exactly: Exact) -> Vector | None:
     """Return a rounded equilibrium of the game with its payoffs as written, or None if
-    none is found in time.
+    none is computed in time.
     """
     with imports:
         from lcpcli.verify.exact_solution import finitely_rounded

@@ -37,7 +37,7 @@ DEFAULT_SIZE = 10  # unknowns: few enough to be read
 # With more unknowns even the vectors of a problem would take gigabytes.
 SIZE = Option(
     *("n", int, None, *up_to(10**8)),
-    "Approximate number of unknowns; by default 10, or the family's own.",
+    "Approximate number of unknowns; by default 10, or that of the family.",
 )
 SEED = Option("seed", int, 0, *NATURAL, "Seed of the random numbers, if any.")
 
@@ -118,7 +118,8 @@ planted | random, with a hidden solution | any | random, original to lcp
 gaussian | random M and q, with or without a solution | any | random, original to lcp
 indefinite | random, with a degenerate solution | any | \
 after INFORMS J. Comput. 2024.0822
-ray | solvable, but Lemke's method ends on a ray | copositive | random, original to lcp
+ray | solvable, but Lemke's method terminates on a ray | copositive | \
+random, original to lcp
 """
 LESS = {"<": lt, "<=": le}
 RANGES = """

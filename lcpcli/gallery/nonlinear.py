@@ -168,8 +168,8 @@ def _rows(text: str) -> Vector:
 
 
 def bratu(m: int = 75, load: float = 6.0) -> NonlinearProblem:
-    """-u_xx - u_yy = load e^u on the unit square with an obstacle below and above, with
-    sparse J on an m x m grid.
+    """-u_xx - u_yy = load e^u on (0, 1)^2 with an obstacle below and above, with sparse
+    J on an m x m grid.
 
     J. J. Moré, G. Toraldo, SIAM Journal on Optimization 1 (1991) 93-113; E. D. Dolan,
     J. J. Moré and T. S. Munson, Benchmarking optimization software with COPS 3.0

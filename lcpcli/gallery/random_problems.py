@@ -233,7 +233,8 @@ def ray(n: int, seed: int) -> Problem:
     M[0, 1], q[0] = 1, q.min() - 1
     z[:2] = 0, -q[0]
     note = (
-        "It has infinitely many solutions, but Lemke's method from e ends on a ray "
+        "It has infinitely many solutions, but Lemke's method from e terminates on a "
+        "ray "
         "at its first pivot."
     )
     return Problem(M, q, solutions=[z], note=note)
@@ -336,7 +337,7 @@ def kostreva(n: int, _seed: int) -> Problem:
 
 def curtis_han_robinson(_n: int, _seed: int) -> Problem:
     """Pose a problem with the solution (0, 4/19, 11/19) and an x0 from which plain
-    active-set exchanges cycle.
+    principal pivoting cycles.
 
     F. E. Curtis, Z. Han, D. P. Robinson, Comput. Optim. Appl. 60 (2015) 311-341.
     """
@@ -390,8 +391,8 @@ def planted(n: int, seed: int, *, entries: int = 0) -> Problem:
     0 on it and w > 0 elsewhere, uniform in (0.1, 1.1), and let q = w - Mz. Nothing
     shows which of the 2^n sets it is.
 
-    entries : the number of entries in each row of a sparse M, some in the same place; 0
-        for a dense M.
+    entries : the number of entries in each row of a sparse M, some at the same
+        position; 0 for a dense M.
     """
     random = np.random.default_rng([seed, n, entries])
     if entries:

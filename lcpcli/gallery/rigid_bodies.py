@@ -55,8 +55,8 @@ class Scene:
     contacts.
 
     centres, angles, velocities : of the boxes, shapes (b, 2), (b,) and (b, 3), the last
-        with the angular velocity. As attributes they begin with the floor and end with
-        the ceiling, if there is one.
+        with the angular velocity. As attributes they include the floor as the first and
+        the ceiling, if there is one, as the last.
     friction : Coulomb's coefficient. ceiling : its initial height, or None.
     contacts : the contacts of the next problem; if there are none, `advance()` makes a
         step without contacts.
@@ -93,8 +93,7 @@ class Scene:
         With the rows N and T of the k contacts, J = (N, T, -T), the inverse masses W
         and the velocity u after a step with gravity alone, M = [J W J' B; C 0] with B =
         [0; E'] and C = [friction I, -E], and q = (N u + gap / h, T u, -T u, 0): no
-        contact penetrates at the end of the step, if rotations during the step are
-        neglected.
+        contact penetrates after the step, if rotations during the step are neglected.
         """
         k = len(self.contacts)
         rows = self._rows * np.sqrt(self._inverse_masses.ravel())
@@ -163,8 +162,8 @@ class Scene:
     def _between(self, i: int, j: int) -> list[Contact]:
         """Return the contacts of two bodies, at most two. The bodies are separated
         along the axis on which they are farthest apart, the normal of a side of one of
-        them; the contacts are the ends of the closest side of the other one, clipped to
-        that side.
+        them; the contacts are the endpoints of the closest side of the other one,
+        clipped to that side.
         """
         best = -math.inf, i, j, 0, self._axes[i, 0]
         for first, second in ((i, j), (j, i)):

@@ -37,8 +37,8 @@ MIN_NODES = 2
 
 
 class Support(NamedTuple):
-    """The support of a beam: the conditions at its ends, and its deflection in the
-    middle, or at the free end, under a unit load, for unit stiffness and length.
+    """The support of a beam: the conditions at both boundaries, and its deflection in
+    the middle, or where it is free, under a unit load, for unit stiffness and length.
     """
 
     meaning: str
@@ -157,7 +157,7 @@ def frame(
 ) -> Problem:
     """Model a beam of about n / 2 elements with cubic deflections over an obstacle at
     its nodes, as a mixed problem: each deflection z >= 0 above the obstacle before the
-    rotation of its node, which is free, in units of 1 / h.
+    rotation of its node, which is free, times h.
 
     support, contrast, load : as for a beam.
     """
@@ -211,7 +211,7 @@ def _unknown(name: str, valid_names: Iterable[str]) -> OptionError:
 
 
 def _stiffness(parts: int, factor: float) -> Vector:
-    """Return the stiffness of parts of a structure, in turn 1 and a factor for an
+    """Return the stiffness of parts of a structure, alternately 1 and a factor for an
     eighth of them."""
     segments = np.arange(parts) * SEGMENTS // parts
     return np.where(segments % 2 == 1, factor, 1.0)
@@ -219,12 +219,12 @@ def _stiffness(parts: int, factor: float) -> Vector:
 
 def _differences(n: int, supports: tuple[str, str], factor: float) -> Matrix:
     """Return B'EB for the second differences B at the nodes 0, ..., n + 1 of a beam, of
-    which the first and the last are fixed; a free end, or one on a spring, is the node
-    1 or n."""
+    which the first and the last are fixed; a free boundary, or one on a spring, is the
+    node 1 or n."""
     from scipy.sparse import csr_array, diags_array
 
-    # At node i, of the nodes i - 1, i and i + 1; the deflection beyond a clamped end
-    # is that before it, and its curvature counts for half an interval.
+    # At node i, of the nodes i - 1, i and i + 1; the deflection beyond a clamped
+    # boundary is that before it, and its curvature has the weight of half an interval.
     B = np.zeros((3, n + 2))
     B[:] = [[1.0], [-2.0], [1.0]]
     E = _stiffness(n + 2, factor)

@@ -140,7 +140,7 @@ def relays(n: int, seed: int, *, step: float = 0.125) -> Problem:
     """Model the outputs -1 <= z_i <= 1 of n relays, 1 where w_i < 0 and -1 where w_i >
     0, that drive x' = A x + C'z.
 
-    w = C x at the end of an implicit Euler step h: M = h C (I - h A)^-1 C' and q = C (I
+    w = C x after an implicit Euler step h: M = h C (I - h A)^-1 C' and q = C (I
     - h A)^-1 x_0, with A = S - I for a random skew-symmetric S.
     V. Acary, B. Brogliato, Numerical Methods for Nonsmooth Dynamical Systems, Springer
     (2008).
@@ -174,7 +174,7 @@ def bimatrix(n: int, seed: int) -> Problem:
     M = np.zeros((n, n))
     M[:m, m:], M[m:, :m] = A, B.T
     note = (
-        "Lemke's method from e ends on a ray at its first pivot, although every "
+        "Lemke's method from e terminates on a ray at its first pivot, although every "
         "game has an equilibrium."
     )
     return Problem(M, -np.ones(n), note=note)
@@ -234,8 +234,8 @@ def spatial_prices(
 
 
 def obstacle(n: int, _seed: int) -> Problem:
-    """Discretize -Laplace z >= f, z >= 0 with complementarity on the unit square, z = 0
-    on its boundary, times h^2.
+    """Discretize -Laplace z >= f, z >= 0 with complementarity on (0, 1)^2, z = 0 on its
+    boundary, times h^2.
 
     Five-point differences on a grid of m x m interior points with m = sqrt(n), rounded.
     R. Glowinski, Numerical Methods for Nonlinear Variational Problems (1984), chapter
@@ -265,7 +265,7 @@ def torsion(n: int, _seed: int, *, angle: float = 4.0) -> Problem:
     R. Glowinski, as for `obstacle`; with bounds instead of a constraint on the
     gradient: H. Brezis, M. Sibony, Arch. Rational Mech. Anal. 41 (1971) 254-265.
 
-    angle : twist per unit length, which moves q alone; the bar is plastic where z is at
+    angle : twist per length, which moves q alone; the bar is plastic where z is at
         a bound.
     """
     m, h, X, Y = grid(n)
@@ -274,7 +274,7 @@ def torsion(n: int, _seed: int, *, angle: float = 4.0) -> Problem:
     return Problem(
         laplacian_of(m),
         q,
-        note=f"Twist per unit length {angle:g}.",
+        note=f"Twist per length {angle:g}.",
         lower=-distance,
         upper=distance,
     )
@@ -288,8 +288,8 @@ def _membrane(n: int) -> tuple[Matrix, Vector]:
 
 
 def grid(n: int) -> tuple[int, float, Vector, Vector]:
-    """Return m, h and the coordinates of the interior points of the unit square, each
-    of shape (m, m)."""
+    """Return m, h and the coordinates of the interior points of (0, 1)^2, each of shape
+    (m, m)."""
     m = max(1, round(math.sqrt(n)))
     h = 1 / (m + 1)
     return m, h, *np.meshgrid(*2 * [h * np.arange(1, m + 1)])
@@ -321,9 +321,8 @@ def journal_bearing(n: int, _seed: int, *, eccentricity: float = 0.8) -> Problem
     where the film ruptures.
 
     The equation is Reynolds', (h^3 z')' = h', for the film h = 1 + eccentricity cos t,
-    0 < t < 2 pi, with z = 0 at both ends, by central differences at n interior points,
-    times the square of the step.
-    C. W. Cryer, Math. Comp. 25 (1971) 435-443.
+    0 < t < 2 pi, with z = 0 at both boundaries, by central differences at n interior
+    points, times the square of the step. C. W. Cryer, Math. Comp. 25 (1971) 435-443.
 
     eccentricity : offset of the shaft from the centre, as a fraction of the clearance.
     """
@@ -360,7 +359,7 @@ def american_put(
         payoffs are means of both.
     """
     k, t = 2 * rate / volatility**2, volatility**2 * years / 2
-    # The ends are so far from a strike of 1 that z is 0 there.
+    # The boundaries are so far from a strike of 1 that z is 0 there.
     x = np.linspace(-2.0, 2.0, n + 2)
     growth = (k + 1) ** 2 * t / 4
     require(

@@ -66,7 +66,7 @@ Check = Callable[[], None]
 
 @dataclass(frozen=True, eq=False)
 class Verdict:
-    """The verdict on whether a matrix belongs to a class, its entries taken as exact
+    """The verdict on whether a matrix belongs to a class, with its entries as exact
     numbers.
 
     word : YES, NO or UNDECIDED.

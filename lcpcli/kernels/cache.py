@@ -2,16 +2,16 @@
 those made from other sources, are removed, and only one process at a time compiles a
 module.
 
-numba verifies nothing. It unpickles the files it finds, so that a truncated file ends
-every later run with a traceback, and it calls the machine code as it is: of 5 files
-with 200 bytes overwritten, 2 were seen to be used all the same, and 1 ended the process
-by a signal. Its index detects changes in the file of a kernel, but not in the files
-that the kernel uses, whose constants and functions are part of the machine code.
+numba verifies nothing. It unpickles the files it finds, so that a truncated file makes
+every later run fail with a traceback, and it calls the machine code unchecked: of 5
+files with 200 bytes overwritten, 2 were seen to be used all the same, and 1 ended the
+process by a signal. Its index detects changes in the file of a kernel, but not in the
+files that the kernel uses, whose constants and functions are part of the machine code.
 
 In addition to numba's files, `lcpcli.json` has a checksum of each, one of the sources,
 and the modules that have been loaded without compiling anything. A file without a
-checksum is complete, as numba moves it into place: it comes from a process that was
-killed.
+checksum is complete, as numba moves only complete files to their final names: it comes
+from a process that was killed.
 """
 
 from __future__ import annotations
@@ -61,7 +61,8 @@ TAG = f".py{sys.version_info[0]}{sys.version_info[1]}{getattr(sys, 'abiflags', '
 LARGEST, MANY = 2**21, 4
 # Seconds: the longest wait for another process that compiles, and between two checks.
 LONGEST_WAIT, LOOK = 600.0, 0.05
-# Seconds after which a temporary file of numba was left by a process that was killed.
+# A temporary file of numba that is older than this, in seconds, belongs to a process
+# that was killed.
 LEFT_OVER = 3600.0
 HINT = "set NUMBA_CACHE_DIR to a folder that can be written"
 
@@ -164,8 +165,8 @@ class Cache:
     @contextmanager
     def compiling(self, module: str, wait: Callable[[], None] | None) -> Iterator[bool]:
         """Open a context in which no other process compiles a module, and there is
-        enough space for its files. If another process compiles, call `wait` until it
-        ends; yield False if `wait` is None.
+        enough space for its files. If another process compiles, call `wait` until it is
+        finished; yield False if `wait` is None.
         """
         with self._alone(f"lcpcli-{module}.lock", wait) as is_alone:
             if is_alone:

@@ -31,8 +31,8 @@ NUMBERS_AT_ONCE = 1 << 18
 COVER = seeded_cover(0, 2 * MAX_COMPILED)
 # The bounds of LCPs.
 LOWEST, HIGHEST = np.zeros(MAX_COMPILED), np.full(MAX_COMPILED, np.inf)
-# Entries of a sparse M up to which a kernel tests points: Ctrl-C has to wait for its
-# end.
+# Entries of a sparse M up to which a kernel tests points: Ctrl-C has to wait until it
+# returns.
 MAX_JUDGED_ENTRIES = 1_000_000
 # The decisions on a point that meets the tolerance by a kernel.
 EXACT = Extent(AS_IT_IS, is_exact=True)
@@ -65,8 +65,8 @@ from lcpcli.kernels.pivoting_kernels import follow as follow  # noqa: E402
 def direct(
     problem: Problem, tol: float, basic: Mask | None = None
 ) -> DirectAnswer | None:
-    """Return the result of the kernels for block pivoting, as `direct.exchanges` does
-    by numpy.
+    """Return the result of the kernels for block pivoting, as the functions of `direct`
+    do by numpy.
     """
     start = problem.q < 0 if basic is None else basic
     M = np.ascontiguousarray(problem.M)
@@ -79,9 +79,9 @@ def direct(
 def lemke(
     problem: Problem, tol: float, basic: Mask | None = None
 ) -> DirectAnswer | None:
-    """Return the solution of an LCP at a basis, if it is one, or otherwise at the end
-    of Lemke's path; None if neither is a solution by a margin larger than rounding
-    errors, or if `Reduction` would scale M.
+    """Return the solution of an LCP at a basis, if it is one, or otherwise the last
+    vertex of Lemke's path; None if neither is a solution by a margin larger than
+    rounding errors, or if `Reduction` would scale M.
     """
     M, q = np.ascontiguousarray(problem.M), problem.q
     if not (powers := exponents(M)).size or powers.any():
@@ -118,9 +118,9 @@ def _of_mixed() -> ModuleType | None:
 
 
 def mixed(problem: Problem, tol: float) -> DirectAnswer | None:
-    """Return the solution of a mixed problem with few unknowns at which newton or
-    Lemke's path ends; None if neither is a solution by a margin larger than rounding
-    errors, or a bound is far from 0.
+    """Return the solution of a mixed problem with few unknowns that newton or Lemke's
+    path reaches; None if neither is a solution by a margin larger than rounding errors,
+    or a bound is far from 0.
     """
     rows, q, kernels = rows_of(problem), problem.q, _of_mixed()
     if kernels is None:
@@ -179,7 +179,7 @@ def _at(
     evaluations: int,
     n_basic_solutions: int = 0,
 ) -> DirectAnswer | None:
-    """Return the basic solution of these states, if it is a solution by a margin larger
+    """Return the basic solution of this basis, if it is a solution by a margin larger
     than rounding errors. n_basic_solutions : the number of basic solutions computed
     before.
     """

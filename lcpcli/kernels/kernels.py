@@ -398,7 +398,7 @@ def _factorize_thin(A: Any, rows: Any) -> bool:
 
 @compiled
 def _state(t: float, lower: float, upper: float) -> int:
-    """Return the state of z - w = t, as `Box.basis_of` does for t / 2."""
+    """Return the basis status for z - w = t, as `Box.basis_of` does for t / 2."""
     if t <= lower:
         return LOWER
     return UPPER if t >= upper else BASIC
@@ -406,9 +406,9 @@ def _state(t: float, lower: float, upper: float) -> int:
 
 @inlined
 def _system(entries: Any, lower: Any, upper: Any, states: Any, order: Any) -> Any:
-    """Return whether M_BB is nonsingular, z with zeros in place of basic variables, and
-    the system of the basis: the positions of its variables, M_BB or its factors with
-    their row interchanges, and whether these are factors.
+    """Return whether M_BB is nonsingular, z with zeros for basic variables, and the
+    system of the basis: the positions of its variables, M_BB or its factors with their
+    row interchanges, and whether these are factors.
     """
     starts, columns, values = entries
     n, k, position, z = states.size, 0, np.full(states.size, -1), np.empty(states.size)
@@ -463,7 +463,7 @@ def _is_wrong(
     w: float,
     i: int,
 ) -> bool:
-    """Return whether a component violates the condition of its state by more than
+    """Return whether a component violates the condition of its status by more than
     rounding errors.
     """
     starts, columns, values = entries
@@ -483,7 +483,7 @@ def _is_wrong(
 def pivot_blocks(
     begin: Any, columns: Any, values: Any, q: Any, lower: Any, upper: Any, t: Any
 ) -> Any:
-    """Pivot on the infeasible indices, from the states of t = z - w, as `auto` runs
+    """Pivot on the infeasible indices, from the basis of t = z - w, as `auto` runs
     `newton`; return the number of steps and z of the solution. If there is none, return
     minus the number of basic solutions, and an empty z.
     """

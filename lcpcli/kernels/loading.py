@@ -25,7 +25,7 @@ ANNOUNCEMENT = (
     "takes about a minute"
 )
 DAMAGED = "lcpcli: compiled kernels were damaged, and are compiled again"
-LEFT_OUT = "lcpcli: going on without compiled kernels"
+LEFT_OUT = "lcpcli: continuing without compiled kernels"
 WAITING = "lcpcli: waiting for another process, which compiles the kernels"
 KERNELS = 15  # the number of kernels that `compiled` uses
 # The modules are independent of each other, so that processes that start together
@@ -108,17 +108,19 @@ def _load(cache: Cache, modules: Sequence[str]) -> None:
                 module for module in modules_left if not _compiled(cache, module, wait)
             ]
     except TimeoutError:
-        raise OptionError(folder, "is locked by a process that does not end") from None
+        raise OptionError(
+            folder, "is locked by a process that does not finish"
+        ) from None
     except OSError as error:
         reason = f"cannot keep compiled kernels ({error.strerror})"
-        hint = "set NUMBA_CACHE_DIR to a folder with room"
+        hint = "set NUMBA_CACHE_DIR to a folder with enough space"
         raise OptionError(folder, reason, hint) from None
 
 
 def _compiled(cache: Cache, module: str, wait: Callable[[], None] | None) -> bool:
     """Load a module that may have to be compiled. If another process is compiling it,
-    call `wait` until that ends; return False if `wait` is None. A process that is
-    killed leaves the kernels that it has compiled in the cache.
+    call `wait` until that is finished; return False if `wait` is None. A process that
+    is killed leaves the kernels that it has compiled in the cache.
     """
     with cache.compiling(module, wait) as is_alone:
         if not is_alone:
@@ -161,7 +163,7 @@ def compile_all(tell: Callable[[str], None]) -> tuple[int, int, str]:
         import_module, ("lcpcli.kernels.compiled", "lcpcli.kernels.mixed_kernels")
     )
     values = chain.from_iterable(vars(module).values() for module in kernel_modules)
-    # A kernel may stand in both modules.
+    # A kernel may be in both modules.
     dispatchers = [each for each in values if isinstance(each, Dispatcher)]
     kernels = {id(kernel): kernel for kernel in dispatchers}.values()
     n_compiled = sum(bool(kernel.stats.cache_misses) for kernel in kernels)

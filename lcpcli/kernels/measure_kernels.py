@@ -55,7 +55,7 @@ def _rows(begin: Any, columns: Any, values: Any, q: Any, z: Any) -> Any:
 
 @compiled
 def _excess(z: float, w: float, lower: float, upper: float) -> float:
-    """Return by how much w has the wrong sign for a z within its bounds."""
+    """Return by how much w violates its sign condition for a z within its bounds."""
     return max(w if z > lower else -np.inf, -w if z < upper else -np.inf)
 
 
@@ -420,8 +420,8 @@ def compressed(M: Any) -> Any:
 
 @njit(NUMBERS(VECTOR, VECTOR, VECTOR), **OPTIONS)
 def on_bounds(lower: Any, upper: Any, z: Any) -> Any:
-    """Return z with 0 and bounds in place of entries that differ from them by rounding
-    errors.
+    """Return z with entries that differ from 0 or a bound by rounding errors replaced
+    by that.
     """
     max_distance, moved = SMALL_DISTANCE * np.abs(z).max(), np.empty(z.size)
     for i in range(z.size):

@@ -1,5 +1,5 @@
-"""The elimination of free variables, and the states of a mixed problem from those of
-the reduced problem, compiled by numba.
+"""The elimination of free variables, and the basis of a mixed problem from that of the
+reduced problem, compiled by numba.
 """
 
 from __future__ import annotations

@@ -2,10 +2,10 @@
 that numpy runs. Nothing is compiled here, so that the modules of kernels are
 independent of each other.
 
-`exchange`, `shift` and `choose` have a second version here, in passes without temporary
-arrays. Compiled from the functions for numpy, a pivot takes 2 times as long with 10
-unknowns and 4 times with 300, and a call 1.2 times with 30, 1.5 to 1.8 times with 100
-and 2.3 to 2.5 times with 200.
+The pivot, `shift` and the ratio test have a second version here, in passes without
+temporary arrays. Compiled from the functions for numpy, a pivot takes 2 times as long
+with 10 unknowns and 4 times with 300, and a call 1.2 times with 30, 1.5 to 1.8 times
+with 100 and 2.3 to 2.5 times with 200.
 """
 
 from __future__ import annotations
@@ -34,7 +34,7 @@ VECTOR, MATRIX = (types.Array(types.float64, d, "C", readonly=True) for d in (1,
 @overload(tableau.exchange, jit_options=OPTIONS)
 def _exchange(T: Any, row: Any, column: Any) -> Any:  # noqa: ARG001
     """Return the body of `tableau.exchange` that is compiled: one pass over the tableau
-    in place of three."""
+    instead of three."""
 
     def exchange(T: Any, row: Any, column: Any) -> Any:
         pivot, pivot_row = T[row, column], T[row].copy()

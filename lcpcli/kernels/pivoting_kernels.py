@@ -1,4 +1,4 @@
-"""Lemke's path and the basic solution at its end, compiled by numba."""
+"""Lemke's path and the basic solution of its last basis, compiled by numba."""
 
 from __future__ import annotations
 

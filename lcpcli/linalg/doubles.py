@@ -28,7 +28,7 @@ EPS = float(np.finfo(np.float64).eps)  # the distance from 1 to the next number
 SMALLEST_NORMAL = float(np.finfo(np.float64).smallest_normal)
 LARGEST_DOUBLE = float(np.finfo(np.float64).max)
 # All tolerances that represent rounding errors are defined here:
-# The rounding error in a row of w = M z + q is taken to be at most this times |q_i| +
+# The rounding error in a row of w = M z + q is assumed to be at most this times |q_i| +
 # |M_i| |z|, however long the row is, as the errors of its terms largely cancel.
 ROW_ROUNDING = 8 * EPS
 # A number of this size relative to z_j, or to |q_i| + |M_i| |z|, may be the result of
@@ -39,7 +39,7 @@ ROUNDING = 4 * EPS
 SMALL_DISTANCE = 1e-13
 ROUNDED_ZERO = 1e-14  # the same for components that exact arithmetic checks afterwards
 # A violation of this size relative to |q_i| + |M_i| |z|, or to the largest z_j, is
-# taken for rounding where exact arithmetic checks the result.
+# treated as rounding where exact arithmetic checks the result.
 SIGN_ROUNDING = 1e-12
 # Ratio, as an exponent of 2, up to which numbers are normal if the largest is about 1.
 WIDEST = 1020

@@ -162,8 +162,8 @@ def units(M: Matrix, S: Vector | None = None) -> Units:
 
 
 class Base:
-    """A dense M whose units are known, beside which those of other matrices with nearly
-    the same entries are bounded.
+    """A dense M whose scaling factors are known; those of other matrices with almost
+    the same entries are bounded by comparison.
 
     The fit of log2 |M_ij| by sums of a number for its row and one for its column is an
     orthogonal projection, so that it changes by no more than the logarithms do, in the
@@ -728,7 +728,7 @@ class PseudoInverse:
     columns of Q.
 
     If v_i is exactly 0, its computed value is small compared with max |v|. So a_i'v is
-    taken to be 0 if it is small compared with |a|_1 max |v|. Compared with |a|'|v| it
+    treated as 0 if it is small compared with |a|_1 max |v|. Compared with |a|'|v| it
     would never be small: where v_i = 0 for all nonzero a_i, that sum consists of the
     same rounding errors.
 

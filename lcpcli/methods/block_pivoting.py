@@ -5,7 +5,7 @@ M. H. Van Benthem and M. R. Keenan, Fast algorithm for the solution of large-sca
 non-negativity-constrained least squares problems, Journal of Chemometrics 18 (2004)
 441-450, with the safeguard of `newton`, as in J. Kim and H. Park, Fast nonnegative
 matrix factorization: an active-set-like method and comparisons, SIAM Journal on
-Scientific Computing 33 (2011) 3261-3281. Products with M are taken for all columns
+Scientific Computing 33 (2011) 3261-3281. Products with M are computed for all columns
 together. So that few systems are solved, it starts from almost right active sets: for
 right-hand sides that follow each other closely, as in time, from the active set of a
 neighbour's solution; for the others from the active set at which projected gradients

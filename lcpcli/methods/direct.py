@@ -48,7 +48,8 @@ from lcpcli.verify.point import Point
 MAX_UNKNOWNS = 100
 # Unknowns up to which Lemke's path is followed before any method but newton is run.
 MAX_PIVOTED = 300
-# Unknowns up to which a narrow band is taken dense; its sparse factors cost little.
+# Unknowns up to which a narrow band is stored as a dense matrix; its sparse factors
+# cost little.
 MAX_NARROW_AS_DENSE = 150
 # A band is full if its size is at most this multiple of the entries of M, as for
 # problems in one dimension.

@@ -153,7 +153,7 @@ def _ruiz(M: Matrix, symmetric: bool) -> Vector:
         d = np.clip(d / np.sqrt(sizes), start / RUIZ_FARTHEST, start * RUIZ_FARTHEST)
         if (np.abs(sizes - 1) < RUIZ_CLOSE).all():
             break
-    # So that nothing is rounded, and symmetry is kept.
+    # So that nothing is rounded, and symmetry is preserved.
     return np.exp2(np.rint(np.log2(d)))
 
 

@@ -205,7 +205,7 @@ MAX_ACTIVE, DEPENDENT = 1000, 1e-9
 # need.
 MAX_CRASHED, CRASH_DECREASE = 20, 0.5
 # The smallest fraction of a crash step, and the number of steps that are cut back, of
-# which the last is not taken.
+# which the last is not made.
 SHORTEST_CRASH, MAX_DAMPED = 2.0**-4, 4
 # Fraction of the merit that a full step leaves: above it, the step may lead half of the
 # way to a singular solution.

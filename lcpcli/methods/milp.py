@@ -324,7 +324,7 @@ def milp(problem: Problem, x0: Vector) -> Stage:  # noqa: ARG001 (every method h
     come at once; those only to the LP solver's tolerance come last, unless it is proved
     that there is none. NoSolution : with a Farkas proof, or after the exhaustion of all
     complementary sets. Neither depends on rounding or tolerances: alpha = 0 is never
-    taken as a proof, as a tiny alpha may hide a large solution.
+    accepted as a proof, as a tiny alpha may hide a large solution.
     """
     return (yield from _decided(problem, _all_sets))
 
@@ -431,7 +431,7 @@ def _all_sets(system: ComplementarySystem, root: DualSimplex | None) -> Sets:
         for P in _program(system.M, system.q):
             yield "program", P
         return (yield from candidates(system, root))
-    # The time is up in the middle of a linear program: the sets so far are kept.
+    # The time is up in the middle of a linear program: the sets so far remain valid.
     except TimeIsUp:
         return OutOfTime(TIME_LIMIT_REACHED)
 

@@ -15,7 +15,7 @@ With phi(x) = ln(1 + e^(px) + e^(-px)) / p instead of |x|,
 For t = |x|, a = e^(-pt) and delta = phi - t = ln(1 + a + a^2) / p <= ln(3) / p there
 are z~ = 2 max(x, 0) + delta, w~ = 2 max(-x, 0) + delta and phi' = sign(x) (1 - a^2) /
 (1 + a + a^2), without overflow or cancellation. Where p t > WINDOW, a is zero in double
-precision, so that exponentials are taken only for the few components within it.
+precision, so that exponentials are computed only for the few components within it.
 
 With bounds, an extension: z = mid(l, u, 2x) is a sum of such moduli, l/2 + x + |x -
 l/2| for a lower bound alone, (l + u)/2 + |x - l/2| - |x - u/2| for a box, and each is

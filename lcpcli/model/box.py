@@ -102,7 +102,7 @@ def in_range(x: Vector) -> bool:
 
 
 def transformed_bound(bound: Vector, original_bound: Vector | float) -> Vector:
-    """Return a bound in other variables, kept finite where the original bound is
+    """Return a bound in other variables, which is finite where the original bound is
     finite."""
     return np.where(
         np.isfinite(original_bound),
@@ -370,7 +370,7 @@ ORTHANT = Box(np.array(0.0), np.array(np.inf))
 
 class Reference(NamedTuple):
     """The reference point z of one problem, shape (n,), or of each of m problems, shape
-    (m, n); M z + q there, kept as `q`, and bounds on its rounding errors. Where all
+    (m, n); M z + q there, stored as `q`, and bounds on its rounding errors. Where all
     reference points are 0, as for LCPs, z is None and the error 0."""
 
     z: Vector | None

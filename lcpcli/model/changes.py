@@ -277,7 +277,7 @@ class StandardForm(Change):
 
     original : the mixed problem, n unknowns z.
     problem : the LCP, with unknowns p >= 0 for the variables `kept_columns`, then t if
-        some are free, then v for those `boxed`, which are kept too: z = corner + sign p
+        some are free, then v for those `boxed`, which remain: z = corner + sign p
         - t on free ones; w' = sign w + v, - sum of free w, upper - lower - p.
     """
 

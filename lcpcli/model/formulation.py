@@ -128,7 +128,7 @@ class Answer:
 
 
 class Formulation:
-    """What a problem was made from, kept with it as `Problem.origin`.
+    """What a problem was made from, stored with it as `Problem.origin`.
 
     To add one, derive a class from this one and add its row to the table. The package
     calls nothing but these. A class has to define `of_fields`, `data` and `parse`,

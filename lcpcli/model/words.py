@@ -249,7 +249,7 @@ def coefficients(text: str) -> dict[str, Fraction]:
         ):
             raise ProblemError(
                 "objective",
-                f"has {quoted(text[position:].strip())} in place of a term",
+                f"has {quoted(text[position:].strip())} instead of a term",
                 HINT,
             )
         name, position = term["name"].strip('"'), term.end()

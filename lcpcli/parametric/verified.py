@@ -352,7 +352,7 @@ class _Verification:
     def _are_at_bounds(self, states: States) -> bool:
         """Return whether at both endpoints of each piece the components that are not
         basic are at their bounds, but for rounding of t. Elsewhere edges of the path
-        have been taken for points, as they are short compared with the largest z.
+        have been treated as points, as they are short compared with the largest z.
         """
         low, high = self._bounds(self.s)
         from_low, from_high = np.abs(self.z - low), np.abs(high - self.z)

@@ -1,5 +1,5 @@
 """Solvers in Python packages: QuantEcon.py, three solvers of convex quadratic programs,
-and Gambit in its own process.
+and Gambit in a separate process.
 
 The program is to minimize z'Mz / 2 + q'z over z >= 0, or over l <= z <= u; a problem
 made from a program gives that program, with its rows. If M is symmetric, the optimality
@@ -9,7 +9,7 @@ W. Cottle, J.-S. Pang, R. E. Stone, The linear complementarity problem (1992) 1.
 Gambit finds one equilibrium of a game of two players, by Lemke's method in floating
 point: R. Savani, T. L. Turocy, Gambit: the package for computation in game theory,
 https://www.gambit-project.org; B. C. Eaves, The linear complementarity problem,
-Management Science 17 (1971) 612-634. It has no tolerance, and its time limit ends the
+Management Science 17 (1971) 612-634. It has no tolerance, and its time limit kills the
 process.
 """
 
@@ -37,7 +37,9 @@ from lcpcli.model.problem import Problem, conditions_of
 from lcpcli.peers.registry import Claim
 from lcpcli.typing import Matrix
 
-SECONDS_TO_LOAD = 5.0  # pygambit in a process of its own, about, beside its time limit
+# Seconds that pygambit takes to load in a separate process, in addition to its time
+# limit.
+SECONDS_TO_LOAD = 5.0
 # Unknowns up to which a matrix is converted; beyond that, the benchmark would misuse
 # the peer.
 MAX_CONVERTED = 2000
@@ -60,7 +62,7 @@ def is_monotone(problem: Problem) -> bool:
 
 
 def program_of(problem: Problem, infinite: float = np.inf) -> Blocks:
-    """Return the program, to be minimized, with a solver's own infinity; without rows
+    """Return the program, to be minimized, with the infinity of a solver; without rows
     if the problem has no program."""
     conditions, block_form = conditions_of(problem), problem.block_form
     data = None if block_form is None else block_form.blocks(conditions)
@@ -190,7 +192,7 @@ def quantecon(optimize: Any, problem: Problem, *_: Any) -> PeerOutcome:
     )
 
 
-INFINITE_TO_DAQP = 1e30  # bounds of at least this size count as infinite in DAQP
+INFINITE_TO_DAQP = 1e30  # DAQP takes bounds of at least this size to be infinite
 ENDINGS_OF_DAQP = (
     "soft optimal, optimal, , infeasible, cycling, unbounded, iteration limit, not "
     "convex, "
@@ -317,10 +319,10 @@ output = os.dup(1)
 os.dup2(os.open(os.devnull, os.O_WRONLY), 1)
 began = time.perf_counter()
 game = pygambit.Game.from_arrays(*map(np.array, json.load(sys.stdin)))
-found = pygambit.nash.lcp_solve(game, rational=False, stop_after=1).equilibria
+equilibria = pygambit.nash.lcp_solve(game, rational=False, stop_after=1).equilibria
 x, y = [], []
-if found:
-    x, y = ([float(found[0][s]) for s in p.strategies] for p in game.players)
+if equilibria:
+    x, y = ([float(equilibria[0][s]) for s in p.strategies] for p in game.players)
 os.write(output, json.dumps([x, y, time.perf_counter() - began]).encode())
 """
 

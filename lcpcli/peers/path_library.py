@@ -4,13 +4,13 @@ for nonlinear problems.
 S. P. Dirkse, M. C. Ferris, The PATH solver: a non-monotone stabilization scheme for
 mixed complementarity problems, Optim. Methods Softw. 5 (1995) 123-156.
 
-The library asks for F and its Jacobian, for which it is given the functions of the
-problem, as the methods of this package are; the seconds, from the functions to the
-answer, include their evaluations. PATH begins at the start of a nonlinear problem, and
-at the admissible z nearest to 0 for a linear one. The tolerance is PATH's
-convergence_tolerance, absolute; all other options are PATH's own. Without a licence,
-which the environment variable PATH_LICENSE_STRING may hold, the library takes up to 300
-unknowns and 2,000 entries of the Jacobian.
+The library calls for F and its Jacobian the functions of the problem, as the methods of
+this package do; the seconds, from the functions to the answer, include their
+evaluations. PATH begins at the start of a nonlinear problem, and at the z within its
+bounds nearest to 0 for a linear one. The tolerance is PATH's convergence_tolerance,
+absolute; all other options have the defaults of PATH. Without a licence, which the
+environment variable PATH_LICENSE_STRING may hold, the library takes up to 300 unknowns
+and 2,000 entries of the Jacobian.
 """
 
 from __future__ import annotations
@@ -45,9 +45,9 @@ from lcpcli.model.problem import Problem, conditions_of
 from lcpcli.peers.packages import PackageSolver, PeerOutcome
 from lcpcli.typing import Matrix
 
-NO_LIMIT = 1e10  # seconds, in place of infinity
+NO_LIMIT = 1e10  # seconds, instead of infinity
 FILES = {"win32": "path52.dll", "darwin": "libpath52.dylib"}
-INFINITY = 1e20  # PATH's own
+INFINITY = 1e20  # of PATH
 MAX_UNKNOWNS, MAX_ENTRIES = 300, 2000  # without a licence
 ENDINGS = (  # of PATH, by their numbers from 1
     "solution found, no progress, major iteration limit, minor iteration limit, "
@@ -216,7 +216,7 @@ def _called(
 ) -> _Interface:
     """Return what PATH calls for a problem. max_entries : the entries of the
     Jacobian that there is memory for. faults : gets the first error in a call, which
-    PATH cannot pass on; from then on F counts as undefined."""
+    PATH cannot pass on; from then on F is treated as undefined."""
     evaluations = Evaluations(problem)
 
     def guarded(evaluate: Callable[..., int]) -> Callable[..., int]:

@@ -50,7 +50,7 @@ class Claim:
     solved : whether z is claimed to be a solution to within the solver's tolerance.
     seconds : from the arrays of the problem to the answer, without importing and
         compiling; of a method, verified.
-    statement, status : how the run ended, in the solver's own words, and in a word.
+    statement, status : how the run ended, in the words of the solver, and in a word.
     setup_seconds, iterations, evaluations, curve : of a method, as of a `Result`, and
         (k, seconds, error) of some iterates, with the residual for the error if no
         solution is known; None if unknown.

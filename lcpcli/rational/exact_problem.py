@@ -384,7 +384,7 @@ def _like(M: Matrix, rows: list[dict[int, int]]) -> Matrix:
 def exact_parts(parse: Callable[[Doubles], Problem]) -> ExactParts:
     """Return the parts of a problem with its numbers as written in a text."""
     content = written(parse)
-    # A program with a different lower and upper side of a row that round to the same
+    # A program with a row whose lower and upper sides differ but round to the same
     # float has a different number of unknowns in the two readings.
     if content.distinct.n != content.rounded.n:
         return decimal_parts_of(content.rounded)

@@ -30,7 +30,7 @@ class Frame(NamedTuple):
     names : those of all unknowns, for headings. shown_components : the indices of the
         components that are shown, None for those that are omitted.
     signs : the signs by which the components of z in the rows are multiplied. largest :
-        the size of the largest component of z at the end of a run.
+        the size of the largest component of the last z of a run.
     unit : the unit of times, its length in seconds and its name. marks_selected :
         whether the second point of shi has the step "selected".
     """
@@ -210,8 +210,8 @@ OF_EVERY_METHOD = ("k", "z", "residual", "error", TIME, "step")
 
 
 def selected_columns(names: Sequence[str], methods: Sequence[str]) -> list[Column]:
-    """Return the columns of these names for runs of some methods; "all" stands for
-    those of every method and of these."""
+    """Return the columns of these names for runs of some methods; "all" means those of
+    every method and of these."""
     all_columns = table()
     if ALL not in names:
         return [all_columns[name] for name in dict.fromkeys(names)]

@@ -136,8 +136,8 @@ class Figure(NamedTuple):
 
     title : the title of its file. commands : the commands that draw it, by `--option
         FILE`.
-    meaning : what help says of this option; "" for a figure that takes the place of
-        another one, as cones do with --all.
+    meaning : what help says of this option; "" for a figure that replaces another one,
+        as cones do with --all.
     made_by : the function that makes its `Picture`, in lcpcli.report or in
         lcpcli.bench. drawn_by : the function that draws this, in lcpcli.report.figures.
         in_plane : whether it is for LCPs with two unknowns.

@@ -94,7 +94,7 @@ def _linear_tables(
             _table(("", ""), _facts(diagnosis) if diagnosis.problem.n else []),
             _table(("class of M", "", "because"), classes),
             guaranteed,
-            _table(("auto tries", "", "reason"), plan, texts=(1, 2)),
+            _table(("auto attempts", "", "reason"), plan, texts=(1, 2)),
         ]
     shown = [
         ("condition", _condition(diagnosis)),
@@ -105,14 +105,15 @@ def _linear_tables(
         ),
         *_presolve(diagnosis.presolve),
         (
-            "auto tries",
+            "auto attempts",
             ", ".join(
                 dict.fromkeys(attempt.method for attempt in diagnosis.plan or ())
             ),
         ),
         (
             "the rest",
-            f"--all shows {len(classes)} classes, sizes, rates and why auto tries what",
+            f"--all shows {len(classes)} classes, sizes, rates and why auto attempts "
+            "what",
         ),
     ]
     return [_table(("", ""), shown if diagnosis.problem.n else []), guaranteed]
@@ -240,7 +241,7 @@ def _contraction(rate: Rate | None, diagnosis: Inspection) -> str:
         is_small = diagnosis.problem.n <= MAX_WITH_NORM
         return (
             f"{start} "
-            f"{'omega I + M is singular, or nearly' if is_small else 'rate unknown'}"
+            f"{'omega I + M is singular, or almost so' if is_small else 'rate unknown'}"
         )
     if rate.iterations is None:
         return f"{start} |T| = {rate.factor:.4g}, no contraction"

@@ -41,7 +41,7 @@ if TYPE_CHECKING:
 def proofs(result: Result) -> list[str]:
     """Return a line with the certificate and the numbers that make it a proof; or lines
     with the exact vectors, as far as they fit, and with the proof or its absence if no
-    message states it."""
+    message contains it."""
     exact = result.exact
     problem = result.problem
     certificate = result.certificate

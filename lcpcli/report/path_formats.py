@@ -36,7 +36,7 @@ def title(path: Path) -> str:
 
 
 def verdict(path: Path) -> str:
-    """Return how the path ends, its breakpoints, and whether it is verified."""
+    """Return how the path terminates, its breakpoints, and whether it is verified."""
     if not path.t.size:
         return path.message
     has_fractions = path.verified and path.exact is not None
@@ -57,7 +57,7 @@ def changes(path: Path) -> list[list[StateChange]]:
 
 def notes_on(path: Path, names: Sequence[str], max_changes: float) -> list[str]:
     """Return for each breakpoint what happens there: which variables enter and leave
-    the basis, a jump to it, a turn at it, and the end."""
+    the basis, a jump to it, a turning point, and the last point."""
     problem, block_form = path.problem, path.problem.block_form
     # Multipliers of a maximization are shown with the other sign.
     reversed_ones = range(0) if block_form is None else block_form.reversed(problem.n)
@@ -101,8 +101,8 @@ class Points(NamedTuple):
 
 class Moving(NamedTuple):
     """The only number that differs between two problems: the name of the row or
-    variable, what the number is for it (row for both sides of a row that is an
-    equation), and its values in both problems."""
+    variable, what the number is for it (row for the right-hand side of an equation),
+    and its values in both problems."""
 
     name: str
     what: str
@@ -478,9 +478,9 @@ def _columns(
     width: int | None,
     selection: Sequence[str],
 ) -> tuple[list[list[str]], bool]:
-    """Return the columns of a table with their headings, and whether unknowns are left
-    out: t, the number that moves, what changes, as many components of z (x and y of a
-    program) as fit in the width, w if all fit, and the objective of a program.
+    """Return the columns of a table with their headings, and whether unknowns are
+    omitted: t, the number that moves, what changes, as many components of z (x and y of
+    a program) as fit in the width, w if all fit, and the objective of a program.
     selection : as names for `build`."""
     path = terms.path
     blocks = terms.block_form
@@ -579,7 +579,7 @@ def _remarks(terms: Terms, format_name: str, elided: bool) -> list[str]:
         )
     if not FORMATS[format_name].is_printed:
         if path.end == TURN:
-            remarks.append("with --turns the path goes on, with t decreasing")
+            remarks.append("with --turns the path continues, with t decreasing")
         if elided:
             remarks.append(f"see all {path.problem.n} components with --format csv")
     return remarks

@@ -41,11 +41,12 @@ class Curve(NamedTuple):
 
     name : the method or peer, by which colour, marker and line style are chosen. label
         : the name of the run in the legend.
-    k : the numbers of the iterates; an iterate whose number is None is left out where k
+    k : the numbers of the iterates; an iterate whose number is None is skipped where k
         is the abscissa.
     seconds, errors : of each iterate the run time, and the error or residual; None
         where it was not measured.
-    solved : whether the run solved the problem; a cross marks the end of any other one.
+    solved : whether the run solved the problem; a cross marks the last iterate of any
+        other one.
     x : the iterates of a problem in two unknowns, if they were recorded.
     """
 
@@ -240,8 +241,8 @@ def paths_of(runs: Sequence[Sequence[Result]]) -> Picture:
 
 
 def variations(drawn: Sequence[Variation], runs: Sequence[Sequence[Result]]) -> Picture:
-    """Return a picture with one row per option: the error at the end of the runs, and
-    their time, against its values."""
+    """Return a picture with one row per option: the last error of the runs, and their
+    time, against its values."""
     provenance = [
         f"{wording.title_and_size(runs_of_problem[0].problem)}: "
         f"{wording.made_by(runs_of_problem)}"
@@ -267,9 +268,7 @@ def require_room(
     problems: int, option: str = PLOT, max_problems: int = MAX_PANELS
 ) -> None:
     if problems > max_problems:
-        reason = (
-            f"would draw {problems} problems, and a page has room for {max_problems}"
-        )
+        reason = f"would draw {problems} problems, and a page can hold {max_problems}"
         raise ParameterError(option, reason, "draw fewer at a time")
 
 
@@ -379,7 +378,7 @@ def plot(
         if result.trace is None and result.curve is None:
             raise ParameterError(
                 "trace",
-                f"{result.method} has kept no iterates",
+                f"{result.method} has no recorded iterates",
                 "solve with trace=True",
             )
         group = next(

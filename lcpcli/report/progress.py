@@ -1,5 +1,5 @@
 """The progress of a run on a terminal: a line of text with the time so far, and a bar
-where the total is known; it is erased at the end."""
+where the total is known; it is erased when the run stops."""
 
 from __future__ import annotations
 

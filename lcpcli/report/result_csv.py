@@ -26,10 +26,10 @@ STATES: Part = ("state",), lambda result: [[state] for state in result.basis]
 def answers(
     results: Sequence[Result], compared: bool, shown: Sequence[str] = ()
 ) -> Rows:
-    """Return the answers: component, z, w (fractions if proved), the state if a problem
-    has bounds, and the names of components and their meaning;
-    compared results have problem and method first. shown : the names of the unknowns
-    that have a row, as for `wording.selected_components`."""
+    """Return the answers: component, z, w (fractions if proved), the basis status if a
+    problem has bounds, and the names of components and their meaning; compared results
+    have problem and method first. shown : the names of the unknowns that have a row, as
+    for `wording.selected_components`."""
     parts = [
         *[STATES] * any(result.problem.bounds for result in results),
         *[(("name",), _names)] * any(chain(*map(_named, results))),
@@ -56,8 +56,8 @@ def answers(
 
 
 def part(result: Result, source: str) -> Rows:
-    """Return the rows of one of many problems, with state and name, and comments on the
-    result."""
+    """Return the rows of one of many problems, with basis status and name, and comments
+    on the result."""
     names = [[name] for name in result.problem.names]
     comments = [*wording.provenance([result])[1:], *wording.headline(result)]
     return _rows(result, [source], [STATES, (("name",), lambda _: names)]), comments

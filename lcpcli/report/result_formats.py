@@ -235,9 +235,9 @@ def written(rows: Iterable[Sequence[Any]], comments: Iterable[str] = ()) -> str:
 
 
 class _Lines(StringIO):
-    """Lines of CSV that end by a line feed. The writer quotes cells with a character of
-    its line terminator, so a terminator with # and \\r has it quote all cells that
-    would begin a comment or lose a carriage return."""
+    """Lines of CSV, each with a final line feed. The writer quotes cells with a
+    character of its line terminator, so a terminator with # and \\r has it quote all
+    cells that would begin a comment or lose a carriage return."""
 
     END = "#\r\n"
 

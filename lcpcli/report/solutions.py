@@ -139,7 +139,9 @@ def _best(
         for values in (best_solution.z, best_solution.w)
     )
     rows = ([headings[i], cell(z[i]), cell(w[i])] for i in selected) if z else iter(())
-    facts.append(f"{count(best_solution.nodes, 'node')} of the tree over the states")
+    facts.append(
+        f"{count(best_solution.nodes, 'node')} of the tree over the basis statuses"
+    )
     listing = Listing(["", "z", "w"], [rows], len(selected) if z else 0, [])
     table, remarks = _listed(listing)
     return (
@@ -203,7 +205,7 @@ def _pieces(
 
 def _listed(listing: Listing) -> Listed:
     """Return the table of as many rows as are worth typesetting, and the remarks, also
-    on rows that are left out."""
+    on rows that are omitted."""
     header, groups, total, remarks = listing
     if not header:
         return Table([], []), remarks

@@ -35,7 +35,7 @@ PIPE_COMPONENTS = 12
 # Runs whose failures are explained, a line or two each; more, as in a sweep, would be
 # too many.
 MAX_EXPLAINED = 5
-NONE = "-"  # in place of the costs to a level that is not reached
+NONE = "-"  # instead of the costs to a level that is not reached
 
 
 def shown_components(n: int, width: int | None) -> Indices | None:
@@ -170,7 +170,7 @@ def _iterates(
     max_length: float,
 ) -> Table:
     """Return the table of the iterates; without x, which distinguishes it from the next
-    ones, the start is left out unless there is nothing else. max_length : the length
+    ones, the start is omitted unless there is nothing else. max_length : the length
     from which a name is too long for a column."""
     problem = results[0].problem
     components = results[0].trace.components if results[0].trace else None
@@ -308,22 +308,24 @@ def _title(problem: Problem, verdict: str) -> str:
         parts.append(f"{len(problem.solutions)} {problem.reference} solutions")
     if verdict:
         parts.append(
-            "known to end in a ray" if verdict == "ray" else f"known to be {verdict}"
+            "known to terminate on a ray"
+            if verdict == "ray"
+            else f"known to be {verdict}"
         )
     return f"{wording.title(problem)}: {', '.join(parts)}"
 
 
 SHORT = {"iteration_limit": "k limit", "time_limit": "t limit"}  # for crowded rows
 STAR = "*"  # before the shortest of several times
-FALSE = "FALSE"  # in place of the status of a run whose claim does not hold
+FALSE = "FALSE"  # instead of the status of a run whose claim does not hold
 
 
 def summary_of_costs(results: Sequence[Result], width: int | None) -> Table:
     """Return a row for each run: the iterations and the time to each level of error, if
     these are recorded, else the evaluations and the residual; those to the verified
-    end, all times in one unit; and a column for each option that a run does not share.
-    A table wider than the terminal, if there is one, leaves out levels, the coarsest
-    first."""
+    result, all times in one unit; and a column for each option that a run does not
+    share. A table wider than the terminal, if there is one, leaves out levels, the
+    coarsest first."""
     are_noted = any(
         result.curve is not None and result.curve.levels for result in results
     )
@@ -377,7 +379,7 @@ def _summary(
 
 
 def _cost(cost: tuple[int, float] | None, length: float) -> tuple[str, str]:
-    """Return iterations and time, in a unit of this length in seconds; dashes for an
+    """Return iterations and time, divided by a length in seconds; dashes for an
     error that was not attained."""
     if cost is None:
         return NONE, NONE

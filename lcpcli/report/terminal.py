@@ -28,7 +28,7 @@ REPEATED = 0.7
 # These styles are legible on light and dark backgrounds.
 STYLES = {"solved": "green", "FALSE": "bold red"}
 REMARK = "magenta"
-# The styles of a page, in place of colours that need a dark background.
+# The styles of a page, instead of colours that need a dark background.
 PAGE = {
     "markdown.code": "bold",
     "markdown.code_block": "none",

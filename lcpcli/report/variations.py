@@ -1,6 +1,5 @@
-"""The error at the end of a run, and its time, against the value of an option: tables
-and the data of a figure, of options that are varied one at a time on several
-problems."""
+"""The last error of a run, and its time, against the value of an option: tables and the
+data of a figure, of options that are varied one at a time on several problems."""
 
 from __future__ import annotations
 
@@ -114,7 +113,7 @@ def _section(variation: Variation) -> Section:
         Table([variation.option, *theory, *names], [errors], words=()),
         Table([variation.option, *names], [times], words=(), notes=notes),
     ]
-    title = f"{variation.option}: {variation.measure} at the end, and time in {unit}"
+    title = f"{variation.option}: {variation.measure} of the result, and time in {unit}"
     return Section(title, tables=tables)
 
 

@@ -104,7 +104,7 @@ def named(
     sparing: bool = False,
 ) -> str:
     """Return a vector, or its entries with their names if there are any. sparing :
-    whether zeros are left out."""
+    whether zeros are omitted."""
     if not names:
         return vector(values, cell)
     pairs = [

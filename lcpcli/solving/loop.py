@@ -389,7 +389,7 @@ class Loop:
         late = self.stopwatch.total - self.limits.time_limit
         if status is Status.TIME_LIMIT and late > TOLD:
             reason = "; ".join(filter(None, (reason, EXCEEDED.format(late))))
-        if self.k < 0 and self.traces:  # interrupted before anything was kept
+        if self.k < 0 and self.traces:  # interrupted before anything was recorded
             self._add_to_traces(self.start._replace(x=self.last))
         for trace in self.traces:
             trace.close(self.criterion)

@@ -204,7 +204,7 @@ class Result:
 
     def plot(self, file: str | os.PathLike[str] | None = None) -> Any:
         """Draw the iterates in a `Picture`, as `lcpcli.plot` does; the run must have
-        kept them, with trace=True."""
+        recorded them, with trace=True."""
         return views.plotting.plot(self, file)
 
     @property

@@ -79,9 +79,9 @@ class TraceRow:
         defined in this step. In a callback, all that the method has.
 
     >>> import lcpcli
-    >>> kept: list[lcpcli.TraceRow] = []
-    >>> result = lcpcli.solve([[2, 1], [1, 2]], [-5, -6], callback=kept.append)
-    >>> kept[-1].k, kept[-1].z.round(6).tolist(), kept[-1].method
+    >>> rows: list[lcpcli.TraceRow] = []
+    >>> result = lcpcli.solve([[2, 1], [1, 2]], [-5, -6], callback=rows.append)
+    >>> rows[-1].k, rows[-1].z.round(6).tolist(), rows[-1].method
     (1, [1.333333, 2.333333], 'newton')
     """
 
@@ -184,7 +184,7 @@ class Trace:
     keeps_x : whether to keep the x of each row, with all of its components.
     columns : "x", and names of quantities of methods' steps, which `lcp help METHOD`
         lists, or "all": what each row has besides. It is computed for the rows that
-        are kept; x and other vectors have the components of z.
+        are recorded; x and other vectors have the components of z.
     rows, milestones : what has been recorded.
 
     >>> import lcpcli
@@ -281,7 +281,7 @@ class Trace:
         self, every: int, most: int | None, components: Indices | None
     ) -> Trace:
         """Return a trace with those rows and components that a trace with these
-        settings would have kept of the run."""
+        settings would have recorded of the run."""
         rows, last = self.rows[:-3], self.rows[-3:]
         chosen = Trace(
             every,
@@ -306,7 +306,7 @@ class Trace:
         return chosen
 
     def _part(self, vector: Vector) -> Vector:
-        """Return the components of a vector that are kept."""
+        """Return the components of a vector that are recorded."""
         return vector if self.components is None else vector[self.components]
 
     def _asked_of(self, row: TraceRow) -> dict[str, Any]:

@@ -39,9 +39,9 @@ from lcpcli.rational.numbers import rounded
 from lcpcli.rational.tree import Unknowns
 from lcpcli.typing import Indices, Mask, Matrix, Vector
 
-# A column with |A'y| below this times |A|'|y| is taken for one with A'y = 0.
+# A column with |A'y| below this times |A|'|y| is treated as one with A'y = 0.
 ACTIVE_COLUMN = 1e-8
-SNAP = 1e-9  # entries of y below this times the largest one are taken for 0
+SNAP = 1e-9  # entries of y below this times the largest one are treated as 0
 # The largest relative distance of each entry of y from the exact proof of which it is
 # an approximation.
 PROOF_RTOL = 1e-6

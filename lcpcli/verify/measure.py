@@ -73,7 +73,7 @@ from lcpcli.typing import Indices, Mask, Vector
 if TYPE_CHECKING:
     from lcpcli.model.right_hand_sides import Block
 
-# The terms at the reference point are taken to be at least this fraction of the terms
+# The terms at the reference point are assumed to be at least this fraction of the terms
 # |q| + |M| |z|.
 FINEST = 0.01
 # If the terms exceed the cap by this factor, their rounding errors reach the eighth

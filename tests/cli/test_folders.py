@@ -211,7 +211,7 @@ def test_interrupted_sequence_goes_on_from_its_log(
     with monkeypatch.context() as patch:
         patch.setattr(solver.Solver, "next", interrupted)
         outcome = lcp("solve", "steps", "--sequence", "-o", "log.jsonl")
-    told = "lcp: 2 problems: 2 solved; interrupted; go on with --resume log.jsonl\n"
+    told = "lcp: 2 problems: 2 solved; interrupted; continue with --resume log.jsonl\n"
     assert (outcome.code, outcome.err) == (130, told)
     assert_refused(
         lcp("solve", "steps", "--resume", "log.jsonl"),

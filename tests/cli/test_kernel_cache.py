@@ -189,7 +189,7 @@ def test_where_there_is_no_room_for_kernels_a_run_goes_on_without_them(
     own = os.environ | {"NUMBA_CACHE_DIR": str(tmp_path / "cache"), KERNELS: "1"}
     done = python(program, "solve", str(file), "--format", "json", env=own)
     assert (done.returncode, json.loads(done.stdout)["solved"]) == (0, True)
-    assert done.stderr.startswith("lcpcli: going on without compiled kernels: ")
+    assert done.stderr.startswith("lcpcli: continuing without compiled kernels: ")
     assert (fault in done.stderr, done.stderr.count("\n")) == (True, 1)
     many = tmp_path / "many.jsonl"
     many.write_text(f"{GOOD}\n" * 20)

@@ -146,7 +146,7 @@ def test_ended_program_leaves_what_is_solved_and_no_process_and_goes_on_from_its
         _, told = process.communicate(timeout=PATIENCE)
     assert (process.returncode, len(others)) == (code, 2 if jobs == "2" else 0)
     expected = (
-        "" if code == -9 else f"lcp: .*; interrupted; go on with --resume {log}\n"
+        "" if code == -9 else f"lcp: .*; interrupted; continue with --resume {log}\n"
     )
     assert re.fullmatch(expected, told.decode())
     until(lambda: not any(Path(f"/proc/{pid}").exists() for pid in others))

@@ -55,8 +55,8 @@ solve good.json --newton
 solve good.json -max-iterations 1
     => -max-iterations: {NO_OPTION:lcp solve}; {DID_YOU_MEAN:--max-iterations}
 compare good.json --method fixed-point --warm 0.1
-    => --warm: {NO_OPTION:lcp compare}; it has gone: give a start near the solution by
-    --z0
+    => --warm: {NO_OPTION:lcp compare}; it has gone: give a start close to the solution
+    by --z0
 solve good.json --method newton-raphson
     => --method: {UNKNOWN:'newton-raphson'}; {DID_YOU_MEAN:newton}
 solve good.json --format xml
@@ -176,7 +176,7 @@ compare good.json --sweep k-star=2.5
 compare good.json --sweep rho=0.1,0.95
     => --sweep: rho: {OUT_OF_RANGE:0.95}; {IT_MUST_BE:{OF_RHO}}
 compare good.json --sweep p=1,10 --p 5
-    => --sweep: --p is given beside it; {LEAVE_ONE_OUT}
+    => --sweep: --p cannot be combined with it; {LEAVE_ONE_OUT}
 compare good.json --method shi:p=3 --sweep p=1,10
     => --sweep: p is also set by shi:p=3; {LEAVE_ONE_OUT}
 compare good.json --method newton --sweep p=1,10
@@ -344,7 +344,8 @@ solve good.json none.json --every 3 => --every: {BUT_IN_JSON}; {GIVE_JSON}
 solve good.json none.json --format latex
     => --format: latex is for one problem only; {OR_COMPARE}
 solve good.json none.json --jobs 2 --cluster tcp://nowhere:1
-    => --jobs: {NO_EFFECT:--cluster, which has workers of its own}; {LEAVE_IT_OUT}
+    => --jobs: {NO_EFFECT:--cluster, which uses the workers of the
+    cluster}; {LEAVE_IT_OUT}
 solve good.json none.json --resume nowhere/log.jsonl
     => nowhere/log.jsonl: there is no folder FOLDER/nowhere; {CREATE_FIRST}
 solve good.json none.json --resume l6.csv
@@ -353,7 +354,7 @@ solve good.json none.json --resume q.csv => q.csv: {NO_LOG}; {A_LOG}
 {"M": [[2]], "q": [-1] > bad.json
 solve good.json none.json --resume bad.json => bad.json: {NO_LOG}; {A_LOG}
 solve good.json none.json --resume log.jsonl -o b.jsonl
-    => --output: {NO_EFFECT:--resume, which goes on with its file}; {LEAVE_IT_OUT}
+    => --output: {NO_EFFECT:--resume, which continues its file}; {LEAVE_IT_OUT}
 solve steps --sequence --format json --method lemke
     => --method: {STATES_OF_LAST}; {LEAVE_IT_OUT}
 solve steps --sequence --format json --jobs 1
@@ -406,9 +407,9 @@ solve murty.json --minimize z1 --all => --minimize: {NO_EFFECT:--all}; {LEAVE_ON
 solve murty.json --minimize z1 --maximize z2
     => --maximize: {NO_EFFECT:--minimize}; {LEAVE_ONE_OUT}
 solve murty.json --maximize z1 --method lemke
-    => --method: {NO_EFFECT:--maximize, which has a method of its own}; {LEAVE_IT_OUT}
+    => --method: {NO_EFFECT:--maximize, which has a fixed method}; {LEAVE_IT_OUT}
 solve murty.json --maximize z1 --trace
-    => --trace: {NO_EFFECT:--maximize, which has a method of its own}; {LEAVE_IT_OUT}
+    => --trace: {NO_EFFECT:--maximize, which has a fixed method}; {LEAVE_IT_OUT}
 solve murty.json --minimize z1 --plot a.svg
     => --plot: {NO_EFFECT:--minimize}; {LEAVE_IT_OUT}
 solve murty.json --minimize foo => --minimize: {NAMES:'foo'}; {USE_NAMES:2}
@@ -441,7 +442,7 @@ path first.json
 path first.json last.json other.json --direction 1,1 --to 1
     => --direction: takes 1 or 2 files, not 3; give one problem: a file, or a file with
     M and one with q
-path first.json --direction 1,1 => --direction: has no end; add --to, the last t
+path first.json --direction 1,1 => --direction: has no last t; add --to, the last t
 path first.json --direction 1,1,1 --to 1
     => --direction: {ENTRIES:3 entries|2 unknowns}; {AGREE}
 path first.json --direction 1,x --to 1 => 1,x: {NO_SUCH_FILE}; {CHECK_PATH}
@@ -540,7 +541,7 @@ compare market.nl linear.nl
 solve market.nl --method josephy-newton:restarts=-1
     => --method: restarts: {OUT_OF_RANGE:-1}; {IT_MUST_BE:{WHOLE:0}}
 solve choice.nl --method lemke
-    => --method: {NO_EFFECT:the model's objective, which has a method of its own};
+    => --method: {NO_EFFECT:the model's objective, which has a fixed method};
     {LEAVE_IT_OUT}
 solve market.nl --all => market.nl: {NONLINEAR}; {HELP_MODELS}
 solve market.nl --minimize z1 => market.nl: {NONLINEAR}; {HELP_MODELS}

@@ -211,7 +211,7 @@ def test_objectives_are_sums_in_which_terms_of_one_unknown_add_up() -> None:
     assert coefficients("-z1+.5 z2 - 1e1*z1") == {"z1": -11, "z2": Fraction(1, 2)}
     for wrong in ("", "z1 +", "z1 z2", "3", "z1 + 3", "z1 * z2", "2 +"):
         with pytest.raises(
-            errors.ProblemError, match=r"objective: has .* in place of a term"
+            errors.ProblemError, match=r"objective: has .* instead of a term"
         ):
             coefficients(wrong)
 

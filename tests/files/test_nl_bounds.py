@@ -19,7 +19,7 @@ from .nl_writing import model
 
 FREE, NONNEGATIVE, CAPACITY = (3,), (2, 0), (0, 0, 3)
 EQUATION, LOWER, UPPER, BOTH = (4, 0), 1, 2, 3
-STATED = "which states fewer bounds than the variable has"
+STATED = "which has fewer bounds than the variable has"
 
 
 def at(kinds: int, variable: int) -> tuple[int, int, int]:

@@ -551,7 +551,8 @@ MORE_KEYS = contents(
 "lower": 2, "upper": 1 => lower[0]: {ABOVE:2|upper[0]|1}; {IN_ORDER}{FROM_0}
 "b": [1] => b: is short for row_lower, which is passed too; {LEAVE_ONE_OUT}
 "free": [0], "lower": 1
-    => free: is given beside lower; leave it out, and give null for no bound in lower
+    => free: cannot be combined with lower; leave it out, and give null for no bound in
+    lower
 "free": [2] => free[0]: is 2; indices are integers from 0 to 1
 "sense": "maximise" => sense: {IS:'maximise'}; give min or max
 "constant": "one" => constant: {IS:the text 'one'}; {A_NUMBER}
@@ -704,7 +705,7 @@ DIETS = contents(
     "diet.mps",
     r"""
 G protein -> G protein\n L fat
-    => line 6: declares 'fat' a second time; give each row a name of its own
+    => line 6: declares 'fat' a second time; give each row another name
 milk fat 1 -> milk fat 1\n bread protein 1
     => line 10: {SECOND_ENTRY:'bread'|'protein'}; {KEEP_ONE}
 UP b bread 4 -> UP b bread 4\nQUADOBJ\n bread milk 1\n milk bread 5
@@ -814,7 +815,7 @@ STRATEGIC_FORM = contents(
 { 1 1 }\n1 1/0 => {HAS_NO_FRACTION:'1/0'}; {FRACTIONS}
 { 1 1 }\n1e400 0 => A[0][0]: {NOT_FINITE}; {FINITE}{FROM_0}
 { 1 1 }\n{ 1 2 }\n1 => {IN_PLACE_OF:'1'|an outcome}; give two payoffs in braces
-{ 1 1 }\n{ { "" 1 2 } }\n2 => names outcome 2 of 1; name one that is given
+{ 1 1 }\n{ { "" 1 2 } }\n2 => names outcome 2 of 1; name one of those listed
 { 0 1 } => has a player without strategies; give each at least one
 """,
     made='NFG 1 R "a game" {{ "Alice" "Bob" }}\n{}'.format,
@@ -872,9 +873,9 @@ p "" 1 1 { "b" "a" } 0
     => line 3: lists other actions for information set 1 of player 1 than before;
     {CORRECT_ONE}
 p "" 1 1 0 t "" 0 t "" 0 t "" 0
-    => line 3: has no perfect recall: other own moves lead to information set 1 of
-    player 1 than before; give an information set to each history of a player's own
-    moves
+    => line 3: has no perfect recall: other moves of this player lead to information
+    set 1 of player 1 than before; give an information set to each history of a
+    player's moves
 """,
     made=('EFG 2 R "a game" {{ "Ann" "Bob" }}\np "" 1 1 "" {{ "a" "b" }} 0\n{}').format,
 )
@@ -932,7 +933,7 @@ o44\nv0 -> n0 and r\n5\n1\n1 -> r\n4\n0
     => v0: has bounds but no row that it complements; complement it with a row, or take
     its bounds out: equations do not keep them
 b\n2\n0 -> b\n1\n2
-    => v0: is complemented with a lower bound, but has an upper bound; state the bounds
+    => v0: is complemented with a lower bound, but has an upper bound; write the bounds
     of the variable in its complementarity condition
 b\n2\n0 -> b\n0\n2\n1 => v0: has the bounds 2 and 1; {CORRECT_THEM}
 o44\nv0 -> o3\nv0\nn0 => C0: divides by the constant 0; correct the model

@@ -591,11 +591,11 @@ REFUSED = calls(
     "ProblemError",
     """
 from_findex(A, B, 0, [1, 1], [-1, 1])
-    => findex[1]: is 1, its own index; give the index of a normal unknown, or -1 for \
-none{FROM_0}
+    => findex[1]: is 1, the index of this unknown; give the index of a normal \
+unknown, or -1 for none{FROM_0}
 from_findex(A, B, 0, [1, 1], [-1, 2])
-    => findex[1]: is 2, but the indices of 2 unknowns end at 1; give the index of a \
-normal unknown, or -1 for none{FROM_0}
+    => findex[1]: is 2, but the indices of 2 unknowns are at most 1; give the index of \
+a normal unknown, or -1 for none{FROM_0}
 from_findex(np.eye(3), [1, 1, 1], -1, 1, [1, 2, -1])
     => findex[0]: is 1, a tangential unknown itself; give the index of a normal \
 unknown, or -1 for none{FROM_0}
@@ -642,8 +642,8 @@ FILES = contents(
     "slide.json",
     """
 {"findex": [-1, 1], "A": [[1, 0], [0, 1]], "b": [1, 1], "hi": 1}
-    => findex[1]: is 1, its own index; give the index of a normal unknown, or -1 for \
-none{FROM_0}
+    => findex[1]: is 1, the index of this unknown; give the index of a normal \
+unknown, or -1 for none{FROM_0}
 {"findex": [-1, 0], "A": [[1, 0], [0, 1]], "b": [1, 1], "lo": [0, 0], "hi": [1, 0.5]}
     => lo[1]: is 0, but findex makes it minus hi[1], -0.5; {AGREE}{FROM_0}
 {"findex": [-1, 0], "b": [1, 2]} => A: {MISSING}; add the key A

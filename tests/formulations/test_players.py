@@ -208,7 +208,7 @@ def test_check_takes_fractions_of_all_players(
         (
             {"H": [[-1, 1, 1], [1, 2, 1], [1, 1, 2]]},
             "H",
-            "makes the cost of Ann not convex in its own variables",
+            "makes the cost of Ann not convex in the variables of this player",
         ),
         ({"owner": [0]}, "owner", "has 1 entry for 0 rows"),
         ({"owner": 3}, "owner", "is a number"),

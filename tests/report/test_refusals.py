@@ -63,7 +63,7 @@ solve --all empty.json --plot figure.svg => --plot: {NO_PLANE:0}; {LEAVE_IT_OUT}
 solve two.json two.json --paths a.svg => --paths: {ONE_PICTURE}; {OR_COMPARE}
 solve two.json --all --paths a.svg => --paths: {OWN_METHOD}; {LEAVE_IT_OUT}
 compare two.json two.json two.json two.json two.json two.json two.json --paths a.svg
-    => --paths: would draw 7 problems, and a page has room for 6; draw fewer at a time
+    => --paths: would draw 7 problems, and a page can hold 6; draw fewer at a time
 solve two.json --paths a.svg --plot a.svg
     => --paths: {SAME_FILE:--plot}; {OTHER_FOR_ONE}
 """,

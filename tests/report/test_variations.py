@@ -127,9 +127,11 @@ def test_words_are_shown_and_not_drawn(lcp: Lcp, in_folder: Path) -> None:
 
 BESIDE = {
     "--sweep=omega=1": "--sweep: has no effect with --vary; leave one out",
-    "--columns=k": "--columns: has no effect with --vary, which shows the ends of runs",
+    "--columns=k": (
+        "--columns: has no effect with --vary, which shows the results of runs"
+    ),
     "--every=2": "--every: has no effect with --vary",
-    "--p=3": "--vary: --p is given beside it; leave one out",
+    "--p=3": "--vary: --p cannot be combined with it; leave one out",
 }
 
 
@@ -202,7 +204,7 @@ def test_a_comparison_says_nothing_where_it_knows_nothing(lcp: Lcp) -> None:
 def test_kinks_count_where_z_and_w_are_both_0() -> None:
     problem = families.make("degenerate", 20)
     found = explanation(problem, ["shi"])
-    assert found.causes == ["z_i = w_i = 0 for 10 of 20 i, near which F bends"]
+    assert found.causes == ["z_i = w_i = 0 for 10 of 20 i, close to which F has a kink"]
     assert found.guarantee == "newton is guaranteed to solve it, as M is a P-matrix"
     assert explanation(problem, ["fixed-point"]).causes == []
 

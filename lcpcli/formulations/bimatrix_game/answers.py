@@ -162,7 +162,7 @@ def joined(game: Game, parts: Mapping[str, Sequence[Fraction]]) -> list[Fraction
     return values
 
 
-@np.errstate(all="ignore")  # overflow counts as infinite
+@np.errstate(all="ignore")  # overflow gives infinity
 def verified(game: Game, proposed: Proposed) -> Verification:
     """Verify z, or strategies: a z whose two parts are nonnegative and have the sum 1
     each.

@@ -364,7 +364,7 @@ def _costs_of_short(payoffs: Vector) -> Vector | None:
 @np.errstate(all="ignore")
 def _costs_of_doubles(payoffs: Vector) -> Vector:
     """Return the costs for any floats. Only those payoffs are converted to decimals for
-    which half a unit in the last place decides how the cost is rounded.
+    which half an ulp decides how the cost is rounded.
 
     A cost is s + t minus the difference of the payoff from its decimal, where s + t is
     exact by Knuth's TwoSum.

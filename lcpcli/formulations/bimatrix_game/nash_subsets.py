@@ -86,7 +86,7 @@ class NashSubset:
 
 @dataclass(frozen=True)
 class Equilibria:
-    """The equilibria of a two-player game, as far as they were found.
+    """The equilibria of a two-player game, as far as they are known.
 
     extreme : the extreme equilibria. subsets : the maximal Nash subsets, each of them
         complete; if all are listed, their union is the set of equilibria. complete :

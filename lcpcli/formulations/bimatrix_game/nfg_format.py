@@ -130,7 +130,7 @@ def _payoffs(cells: list[Any], players: int) -> list[Payoffs]:
         if len(payoffs) != 1:
             raise ProblemError(
                 "",
-                f"has {quoted(str(outcome))} in place of an outcome",
+                f"has {quoted(str(outcome))} instead of an outcome",
                 f"give {_number(players)} payoffs in braces",
             )
         outcomes += payoffs
@@ -139,7 +139,7 @@ def _payoffs(cells: list[Any], players: int) -> list[Payoffs]:
         raise ProblemError(
             "",
             f"names outcome {max(numbers)} of {len(outcomes) - 1}",
-            "name one that is given",
+            "name one of those listed",
         )
     return [outcomes[number] for number in numbers]
 
@@ -171,7 +171,7 @@ def _text(token: Any) -> str:
     refuse(
         not _is_text(token),
         "",
-        f"has {quoted(str(token))} in place of a name",
+        f"has {quoted(str(token))} instead of a name",
         "put names in quotes",
     )
     return re.sub(r"\\(.)", r"\1", token[1:-1])

@@ -34,7 +34,7 @@ STICKING = "sticking"
 SLIDING = "sliding"
 STATES = (STICKING, SLIDING, SEPARATED)
 MAX_CONTACTS = 100  # contacts in a table, a few screens
-UNSOLVED = "not solved, so the states of the contacts are not known"
+UNSOLVED = "not solved, so it is not known which contacts slide"
 JAMMED = (
     "jammed: no impulses within the cones of friction lead to velocities that the "
     "contacts allow; b is outside what impulses can reach"
@@ -44,8 +44,8 @@ WITHOUT_SOLUTION = (
     "slide or are separated"
 )
 NEARLY_JAMMED = (
-    "jammed, up to rounding of the matrix: as it stands there are impulses, but too "
-    "large to satisfy the laws of contact to the tolerance"
+    "jammed, up to rounding of the matrix: for the matrix as stored there are "
+    "impulses, but too large to satisfy the laws of contact to the tolerance"
 )
 # Impulses within the cones of friction with velocities that the contacts allow exist
 # just when the conditions are feasible.
@@ -72,12 +72,13 @@ class ContactState:
 
 
 class Impulses(Answer):
-    """The impulses, velocities and contact states that a solution represents.
+    """The impulses and velocities that a solution represents, and what each contact
+    does.
 
     x, w : the impulses or forces, and the velocities A x + b, or W x + q with
         restitution, 0 if they are at the level of rounding errors, in the order of A;
         None, as are the contacts, if the problem is not solved.
-    contacts : their states, in the order of their normal unknowns.
+    contacts : each contact, in the order of their normal unknowns.
     statement : how many contacts stick, slide and are separated, or why that is not
         known.
     exact : x and w in fractions if z is proved, else None.
@@ -160,9 +161,9 @@ def _numbers(values: Sequence[Any], indices: Sequence[int]) -> str:
     return ", ".join(wording.number(values[i]) for i in indices)
 
 
-@np.errstate(all="ignore")  # overflow counts as infinite
+@np.errstate(all="ignore")  # overflow gives infinity
 def answer(contact: Contact, result: Result) -> Impulses:
-    """Return the impulses, the velocities and the states of contacts if the result is
+    """Return the impulses and velocities, and what each contact does, if the result is
     solved."""
     if not result.solved:
         why = WITHOUT_SOLUTION_BY_STATUS.get(result.status, UNSOLVED)
@@ -213,7 +214,7 @@ def _negligible(contact: Contact, x: Vector, rounding: Vector, tol: float) -> Ve
 
 class Motion(NamedTuple):
     """Impulses x in the plane or in space, the velocities w = A x + b, and the terms of
-    its rows, |A| |x| + |b|, in which a tangential x_t counts as mu x_f if that is
+    its rows, |A| |x| + |b|, in which a tangential x_t is treated as mu x_f if that is
     larger, as it is the difference of beta and mu x_f in z.
     """
 
@@ -288,7 +289,7 @@ def _states(
     small: Sequence[Any],
     rounding: Sequence[Any],
 ) -> list[ContactState]:
-    """Return the states of all contacts.
+    """Return whether each contact is separated, sticks or slides.
 
     small, rounding : the impulses and velocities up to which they are considered 0.
     """
@@ -343,7 +344,7 @@ def _is_solved(contact: Contact, z: Vector, tol: float) -> bool:
 
 def point_of(contact: Contact, motion: Motion) -> Vector:
     """Return the z of an x in the plane. Its beta and lambda are exactly 0, or beta is
-    at the end of its range, if they differ from that only by rounding errors.
+    at its upper limit, if they differ from that only by rounding errors.
     """
     friction = contact.friction
     tangents = friction.tangents[:, 0]

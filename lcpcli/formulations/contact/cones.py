@@ -100,7 +100,7 @@ def stewart_trinkle(
     """Return the form of Stewart and Trinkle, z = (the unknowns that are not
     tangential, beta by pairs and directions, lambda).
 
-    directions : shape (m, 1) or (m, 2), unit vectors.
+    directions : shape (m, 1) or (m, 2), of length 1.
     """
     n = b.size
     k = friction.normals.size
@@ -131,7 +131,7 @@ def stewart_trinkle(
 
 def polygon(facets: int) -> Vector:
     """Return the vertices of a regular polygon in the unit circle, shape (facets, 2),
-    each with its exact opposite; for 2 facets the ends of a segment, shape (2, 1).
+    each with its exact opposite; for 2 facets the endpoints of a segment, shape (2, 1).
     """
     if facets == 2:
         return np.array([[1.0], [-1.0]])
@@ -205,7 +205,7 @@ def _matrix(
     """Return a matrix, dense or sparse as `like`, with entries at these rows and
     columns.
 
-    parts : rows, columns and values; if the values are left out, they are `values`.
+    parts : rows, columns and values; if there are no values, they are `values`.
     """
     if not is_sparse(like):
         M = np.zeros(shape)

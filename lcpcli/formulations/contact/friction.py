@@ -87,7 +87,7 @@ def from_findex(
     ODE and DART hold A x = b + w: give them as from_findex(A, -b, lo, hi, findex). With
     -1 everywhere this is the mixed problem with M = A and q = b. Otherwise it is
     exactly the law of Coulomb, not a box from the step before; its matrix need not be
-    copositive, so that Lemke's method may end in a ray, whatever A is.
+    copositive, so that Lemke's method may terminate on a ray, whatever A is.
     `Result.answer` has x, w, and whether each contact is separated, sticks or slides.
     Raises ProblemError, which names the entry at fault.
 
@@ -520,10 +520,12 @@ def _friction_indices(findex: Any, n: int) -> Indices:
     )
     for i, value in enumerate(values.tolist()):
         if not (value.is_integer() and NONE <= value < n):
-            last = f"the indices of {count(n, 'unknown')} end at {n - 1}"
+            last = f"the indices of {count(n, 'unknown')} are at most {n - 1}"
             raise ProblemError(f"findex[{i}]", f"is {value:g}, but {last}", NAME_NORMAL)
         if value == i:
-            raise ProblemError(f"findex[{i}]", f"is {i}, its own index", NAME_NORMAL)
+            raise ProblemError(
+                f"findex[{i}]", f"is {i}, the index of this unknown", NAME_NORMAL
+            )
         if value >= 0 and values[int(value)] >= 0:
             reason = f"is {value:g}, a tangential unknown itself"
             raise ProblemError(f"findex[{i}]", reason, NAME_NORMAL)

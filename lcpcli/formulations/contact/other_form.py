@@ -1,5 +1,5 @@
-"""The form of Stewart and Trinkle, which is solved if a method ends on a ray of the
-compact form: its matrix is copositive, so that Lemke's method ends with a solution
+"""The form of Stewart and Trinkle, which is solved if a method terminates on a ray of
+the compact form: its matrix is copositive, so that Lemke's method yields a solution
 under the conditions of their theorem.
 """
 
@@ -21,7 +21,7 @@ METHODS = "auto", "lemke"
 ENDS = Status.RAY, Status.STALLED, Status.BREAKDOWN
 
 
-@np.errstate(all="ignore")  # overflow counts as infinite
+@np.errstate(all="ignore")  # overflow gives infinity
 def retried(contact: Contact, result: Result) -> Result:
     """Return a result of the same method for the other form, as a result of the problem
     itself; the original result if that is not solved either, or in space, where there

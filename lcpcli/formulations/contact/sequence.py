@@ -1,5 +1,5 @@
-"""Contact over time: the problem of the next step, and the states of the contacts that
-persist.
+"""Contact over time: the problem of the next step, and the basis that follows from the
+contacts that persist.
 """
 
 from __future__ import annotations
@@ -29,9 +29,9 @@ ABSENT = -1  # the position of an unknown that does not exist
 def following(
     before: Contact, like: Problem, states: States | None, data: Mapping[str, Any]
 ) -> tuple[Problem, States | None]:
-    """Return the problem with other data, each by default as before, and the states of
-    its unknowns: the states before for a contact, or with friction indices an unknown,
-    with the same id, and states without impulse for new ones.
+    """Return the problem with other data, each by default as before, and its basis: the
+    statuses before for the unknowns of a contact, or with friction indices an unknown,
+    with the same id, and statuses without impulse for new ones.
     """
     refuse_unknown("", data, KEYS[before.key], "the data of contacts")
     contact = _with(before, data)
@@ -123,7 +123,7 @@ def _transferred_states(
     states: States,
     ids: tuple[Sequence[Hashable], Sequence[Hashable]],
 ) -> States:
-    """Return the states of the unknowns of a problem from those of the problem before.
+    """Return the basis of a problem from that of the problem before.
     ids : those of before, and of now."""
     low, high = problem.box.vectors(problem.n)
     new = np.full(problem.n, LOWER, dtype=np.int8)

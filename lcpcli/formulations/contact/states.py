@@ -1,11 +1,11 @@
 """The next step of contacts in the plane, starting from their states in the previous
 one: if they separate, stick or slide as before, the solution follows from one linear
-system in the impulses that are not at an end of their range.
+system in the impulses that are not at a limit of their range.
 
-Contacts with wrong signs change their states together, a few times, as in block
-principal pivoting (L. F. Portugal, J. J. Judice, L. N. Vicente, Math. Comp. 63 (1994)
-625-643). Nothing guarantees that this terminates: otherwise the general methods solve
-the problem.
+Contacts that violate their conditions change their states together, a few times, as in
+block principal pivoting (L. F. Portugal, J. J. Judice, L. N. Vicente, Math. Comp. 63
+(1994) 625-643). Nothing guarantees that this terminates: otherwise the general methods
+solve the problem.
 """
 
 from __future__ import annotations
@@ -31,9 +31,9 @@ CORRECTIONS = 2
 
 
 class _Step:
-    """The contacts, and the states of all unknowns: `states` of those that are not
-    tangential, and BASIC of others; `slip_signs` of the tangential ones, -1 and 1 at an
-    end of their range, 0 between the ends.
+    """The contacts, and the basis statuses of all unknowns: `states` of those that are
+    not tangential, and BASIC for others; `slip_signs` of the tangential ones, -1 and 1
+    at the limits of their range, 0 between them.
     """
 
     def __init__(self, contact: Contact, states: States) -> None:
@@ -49,7 +49,7 @@ class _Step:
         self.lower[self.tangents], self.upper[self.tangents] = -np.inf, np.inf
 
     def impulses(self) -> Vector | None:
-        """Return x for these states, or None if it is not unique."""
+        """Return x for these statuses, or None if it is not unique."""
         normals, tangents = self.normals, self.tangents
         is_free = self.states == BASIC
         x: Vector = np.where(self.states == UPPER, self.upper, self.lower)
@@ -80,8 +80,8 @@ class _Step:
         return x
 
     def exchanged(self, motion: Motion) -> bool:
-        """Change the states whose signs are wrong by more than rounding errors, and
-        return whether there are any.
+        """Change the statuses whose conditions are violated by more than rounding
+        errors, and return whether there are any.
         """
         x, w = motion.x, motion.w
         small, rounding = self._small(x), ROW_ROUNDING * motion.terms
@@ -139,8 +139,8 @@ def _solved(block: Vector, row: Vector) -> Vector | None:
 
 @np.errstate(all="ignore")
 def followed(contact: Contact, states: States) -> Proposal | None:
-    """Return the z of contacts by the states of its unknowns in the previous step; None
-    if these do not lead to a solution.
+    """Return the z of contacts from the basis of the previous step; None if this does
+    not lead to a solution.
     """
     is_dense = isinstance(contact.A, np.ndarray)
     if not (is_dense and contact.is_planar and contact.contacts):

@@ -133,7 +133,7 @@ def profile_of(
     return equilibria.CheckedProfile(behavior, behavior.are_best(game, tol))
 
 
-@np.errstate(all="ignore")  # overflow counts as infinite
+@np.errstate(all="ignore")  # overflow gives infinity
 def verified(game: ExtensiveGame, proposed: Proposed) -> Verification:
     """Verify z, or the probabilities of all actions."""
     if len(proposed.values) == proposed.problem.n:

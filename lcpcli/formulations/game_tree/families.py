@@ -72,7 +72,7 @@ def bargaining(n: int, _seed: int, *, discount: float = 0.75) -> Problem:
     + 3 k^2 + k + 4 unknowns.
 
     The seller knows its cost i - 1, the buyer its value i, for i from 1 to k, each with
-    the same probability. The seller asks for one of the prices 1 to k; the buyer
+    the same probability. The seller demands one of the prices 1 to k; the buyer
     accepts, or offers one of them, which the seller accepts or rejects, and then gains
     count for less, by the factor discount.
     K. Chatterjee, W. Samuelson, Operations Research 31 (1983) 835-851, for offers at

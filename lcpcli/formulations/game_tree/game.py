@@ -110,7 +110,7 @@ class ExtensiveGame(Formulation):
     actions. u contains the cost of the game to its player, and then the cost of the
     continuation after each information set.
 
-    Costs are positive, so that M is copositive, and Lemke's method ends at a solution.
+    Costs are positive, so that M is copositive, and Lemke's method leads to a solution.
     They are the largest payoff plus the range of the payoffs, minus the payoff,
     multiplied by a factor that makes all costs integers, if double precision represents
     these, and by a power of two.

@@ -100,7 +100,7 @@ class Player:
         )
 
     def moves(self, index: int) -> range:
-        """Return the sequences that end with an action of this information set."""
+        """Return the sequences whose last action is one of this information set."""
         return range(first := self.first[index], first + len(self.sets[index].actions))
 
 
@@ -209,7 +209,7 @@ class _Reading:
         self.position += 1
         token = self.tokens[self.position - 1]
         if pattern is not None and not pattern.fullmatch(token):
-            raise self.error(f"has {quoted(token)} in place of {of}", hint)
+            raise self.error(f"has {quoted(token)} instead of {of}", hint)
         return token
 
     @property
@@ -364,11 +364,12 @@ class _Reading:
         elif player.before[index] != before:
             named = f"information set {player.sets[index].number} of player {owner + 1}"
             reason = (
-                f"has no perfect recall: other own moves lead to {named} than before"
+                f"has no perfect recall: other moves of this player lead to {named} "
+                "than before"
             )
             raise self.error(
                 reason,
-                "give an information set to each history of a player's own moves",
+                "give an information set to each history of a player's moves",
                 position,
             )
 

@@ -6,8 +6,8 @@ the bounds stops at the first bound that it meets, and one coefficient at a time
 freed, by the sign of its multiplier: C. L. Lawson, R. J. Hanson, Solving Least Squares
 Problems (1974), chapter 23; with upper bounds P. B. Stark, R. L. Parker,
 Bounded-variable least squares, Computational Statistics 10 (1995) 129-141. |A x - b|
-decreases, so that no set of free coefficients comes twice. The first set is found by
-exchanges of many coefficients at a time: L. F. Portugal, J. J. Judice, L. N. Vicente, A
+decreases, so that no set of free coefficients comes twice. The first set is determined
+by block pivots on many coefficients: L. F. Portugal, J. J. Judice, L. N. Vicente, A
 comparison of block pivoting and interior-point algorithms for linear least squares
 problems with nonnegative variables, Mathematics of Computation 63 (1994) 625-643.
 
@@ -34,7 +34,7 @@ from lcpcli.typing import Indices, Matrix, States, Vector
 # A multiplier is a sum of products; one that is at most this many times the sum of
 # their absolute values may be rounding error of 0.
 ROUNDING_OF_MULTIPLIERS = 16 * EPS
-# Residuals that are all at most this many times |A| |x| + |b| are taken for 0.
+# Residuals that are all at most this many times |A| |x| + |b| are treated as 0.
 ROUNDING_OF_RESIDUALS = 4 * EPS
 # The relative errors of coefficients and multipliers that have not been refined.
 UNREFINED = 64 * EPS
@@ -44,7 +44,8 @@ LARGE_RESIDUAL = 1e-3
 MAX_REFINEMENTS = 6
 # Steps for each coefficient, after which rounding errors must have led into a cycle.
 MAX_STEPS = 6
-# How many exchanges in a row may fail to reduce the number of wrong coefficients.
+# How many successive block pivots may fail to reduce the number of infeasible
+# coefficients.
 MAX_FAILED_EXCHANGES = 3
 MAX_EXCHANGES = 50
 MAX_REFINED_POINTS = 20
@@ -52,14 +53,14 @@ MAX_REFINED_POINTS = 20
 
 @dataclass
 class Minimizer:
-    """The state of the method, for a scaled problem (see `Scaled`).
+    """The current iterate of the method, for a scaled problem (see `Scaled`).
 
     x, r, y : the coefficients, the residuals b - A x, and the multipliers of the
         equations.
     states : LOWER, BASIC or UPPER for each coefficient; BASIC means free. A coefficient
         without bounds may also be LOWER, with the value 0, if its column depends
         linearly on those of the free ones.
-    steps : how many sets of free coefficients were tried.
+    steps : how many sets of free coefficients were examined.
     """
 
     x: Vector
@@ -119,7 +120,7 @@ def minimize(data: Data) -> Minimizer | None:
 
 def start_of(data: Data) -> tuple[Vector, States]:
     """Return the x of the box that is closest to 0 among those with each coefficient at
-    a bound, and the states of the coefficients; those without bounds are 0. None of
+    a bound, and the statuses of the coefficients; those without bounds are 0. None of
     them is free.
     """
     is_upper = np.abs(data.upper) < np.abs(data.lower)
@@ -129,7 +130,7 @@ def start_of(data: Data) -> tuple[Vector, States]:
 
 
 def _of_states(data: Data, x: Vector, states: States) -> Minimizer:
-    """Return the point x with these states, with its residual and without
+    """Return the point x with these statuses, with its residual and without
     multipliers.
     """
     return Minimizer(x, data.b - data.A @ x, np.zeros(data.d.size), states)
@@ -159,11 +160,11 @@ def _clear(data: Data, point: Minimizer, norms: Vector) -> Minimizer | None:
 
 
 def _projected(data: Data, start: Minimizer, x: Vector) -> Minimizer:
-    """Return the point to which exchanges led, projected onto the bounds; or `start`
+    """Return the point to which block pivots led, projected onto the bounds; or `start`
     itself, if that is better.
 
-    The exchanges use A'A, which may lose half of the digits. That is harmless, as the
-    point is only a start for the active-set method.
+    The block pivots use A'A, which may lose half of the digits. That is harmless, as
+    the point is only a start for the active-set method.
     """
     lower, upper = data.lower, data.upper
     x = np.clip(x, lower, upper)
@@ -177,8 +178,8 @@ def _projected(data: Data, start: Minimizer, x: Vector) -> Minimizer:
 
 
 class Exchanged(NamedTuple):
-    """Where exchanges end: x, states, and how many coefficients violate a bound or have
-    a multiplier of the wrong sign.
+    """The result of block pivots: x, statuses, and how many coefficients violate a
+    bound or the sign condition on their multiplier.
     """
 
     x: Vector
@@ -189,9 +190,9 @@ class Exchanged(NamedTuple):
 def exchanges(
     gram: Matrix, side: Vector, lower: Vector, upper: Vector, states: States
 ) -> Exchanged | None:
-    """Return the point to which exchanges of all wrong coefficients lead, computed from
-    A'A (`gram`) and A'b (`side`); None if the matrix of the free coefficients is not
-    positive definite.
+    """Return the point to which block pivots on all infeasible coefficients lead,
+    computed from A'A (`gram`) and A'b (`side`); None if the matrix of the free
+    coefficients is not positive definite.
     """
     solve = lapack().dposv
     min_wrong = lower.size + 1
@@ -227,9 +228,9 @@ def exchanges(
 
 
 def _descended(data: Data, minimizer: Minimizer, noise: Vector) -> Minimizer | None:
-    """Return the point at which alternately minimizing over the free coefficients and
-    freeing one more ends; None if it does not end after `MAX_STEPS` steps for each
-    coefficient.
+    """Return the point to which alternately minimizing over the free coefficients and
+    freeing one more leads; None if it does not terminate after `MAX_STEPS` steps for
+    each coefficient.
 
     noise : bounds on the rounding errors of the multipliers.
     """
@@ -278,8 +279,8 @@ def _step(data: Data, minimizer: Minimizer, columns: FreeColumns) -> bool:
 def _freed(
     data: Data, minimizer: Minimizer, columns: FreeColumns, noise: Vector
 ) -> bool:
-    """Free the coefficient at a bound whose multiplier has the wrong sign and is the
-    largest of these, and return True; return False if no multiplier has the wrong sign
+    """Free the coefficient at a bound whose multiplier violates its sign condition and
+    is the largest of these, and return True; return False if no multiplier violates it
     by more than rounding error.
     """
     states = minimizer.states

@@ -49,7 +49,7 @@ MAX_NAMED = 6  # coefficients named in a sentence
 # Uniqueness is examined by the dense inverse of a system of this order, which is the
 # number of measurements, free coefficients and equations.
 MAX_EXAMINED = 3000
-UNSOLVED = "the fit was not found"
+UNSOLVED = "the fit is not known"
 INFEASIBLE = "no x within the bounds satisfies the equations"
 KEYS = (
     "x",
@@ -284,7 +284,7 @@ def _norm(values: Vector) -> tuple[float, float]:
     return norm, 4 * EPS * norm
 
 
-@np.errstate(all="ignore")  # overflow counts as infinite
+@np.errstate(all="ignore")  # overflow gives infinity
 def verified(origin: LeastSquares, proposed: Proposed) -> Verification:
     """Verify z; or coefficients x alone, with the residuals b - A x and the multipliers
     of the equations that satisfy the conditions of the free coefficients best.

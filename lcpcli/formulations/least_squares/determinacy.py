@@ -26,8 +26,8 @@ SEVERAL = "several"
 ROUNDED = "up to rounding"
 # The relative errors that the data and the computed minimizer are assumed to have.
 ROUNDING_OF_DATA = 4 * EPS
-# Entries of a null vector of A that are below this, relative to the largest, are taken
-# for rounding errors of 0.
+# Entries of a null vector of A that are below this, relative to the largest, are
+# treated as rounding errors of 0.
 ZERO = 1e-13
 # Rows whose smallest singular value is above this, relative to the largest, are
 # linearly independent: singular values have rounding errors of size EPS.
@@ -126,7 +126,7 @@ def _improvable(data: Data, minimizer: Minimizer) -> list[int]:
 
     There is one if the column of a coefficient without bounds depends on others but for
     a few rounding errors: `minimize` leaves that coefficient at 0, as it cannot tell
-    its slope from rounding, where the columns, as they stand, are independent.
+    its slope from rounding, where the columns, as stored, are independent.
     """
     free = minimizer.free
     factors = minimizer.factors(data)
@@ -207,7 +207,7 @@ def _along_bounds(
     weights = np.zeros((1, moving.size))
     weights[0, minimizer.free.size :] = 1.0
     columns = both[:, moving] * signs
-    # A last row in place of the equation has the same minimizer but for a factor.
+    # A last row instead of the equation has the same minimizer but for a factor.
     rows = np.vstack((columns, weights))
     sides, high = np.zeros(len(rows)), np.full(moving.size, np.inf)
     sides[-1] = 1.0
@@ -258,7 +258,7 @@ def _is_exact(data: Data, direction: Vector) -> bool:
 def _moved(data: Data, x: Vector, along: Vector) -> Vector:
     """Return the point x + t v for the direction v (`along`), where t v is as large as
     x, or shorter if a bound is met before. If x cannot move in the direction v, the
-    direction -v is tried.
+    direction -v is used.
     """
     largest = np.abs(x[along != 0]).max(initial=0.0)
     length = (largest or 1.0) / np.abs(along).max()
@@ -271,7 +271,7 @@ def _moved(data: Data, x: Vector, along: Vector) -> Vector:
 
 
 def states_of(data: Data, x: Vector) -> States:
-    """Return the state of each coefficient at a point within the bounds."""
+    """Return the status of each coefficient at a point within the bounds."""
     states = np.where(x >= data.upper, UPPER, BASIC)
     states_at_bounds: States = np.where(x <= data.lower, LOWER, states).astype(np.int8)
     return states_at_bounds

@@ -23,9 +23,9 @@ from lcpcli.clock import imports
 from lcpcli.linalg.doubles import EPS
 from lcpcli.typing import Matrix, Vector
 
-# A column is taken for dependent on those before it if its pivot in R is below this,
+# A column is treated as dependent on those before it if its pivot in R is below this,
 # times the root of the number of rows, relative to the norm of the column; and singular
-# values of E below this, relative to the largest, are taken for 0.
+# values of E below this, relative to the largest, are treated as 0.
 DEPENDENT = 8 * EPS
 
 

@@ -64,8 +64,8 @@ class Data(NamedTuple):
     d: Vector
 
     def conditions(self) -> Conditions:
-        """Return the optimality conditions in z = (r, x, y), which `LeastSquares`
-        states.
+        """Return the optimality conditions in z = (r, x, y), as written in
+        `LeastSquares`.
         """
         m, k = self.b.size, self.d.size
         n = self.lower.size
@@ -214,7 +214,7 @@ def _equations(E: Any, d: Any, n: int) -> tuple[Matrix, Vector]:
 
 @dataclass(frozen=True)
 class LeastSquares(Formulation):
-    """The least-squares problem whose minimizers are given by z = (r, x, y):
+    """The least-squares problem whose minimizers are described by z = (r, x, y):
 
         r free,              r + A x - b = 0,
         lower <= x <= upper, w = -A'r - E'y,

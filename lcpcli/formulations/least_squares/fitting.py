@@ -100,12 +100,12 @@ def lsq(
     Returns
     -------
     Result : its status is "solved" if the optimality conditions hold to the tolerance,
-        in the units of each row and column, or "infeasible" if no x satisfies bounds
-        and equations. `answer` has x, residual (b - A x), norm, multipliers and
-        support; proved says whether x is "unique", one of "several", with another
-        minimizer in `answer.other`, or determined only "up to rounding" of the data.
-        Of several b, a `Batch` of such results, which share factors; its x has all
-        coefficients, shape (k, n).
+        relative to the scaling of each row and column, or "infeasible" if no x
+        satisfies bounds and equations. `answer` has x, residual (b - A x), norm,
+        multipliers and support; proved says whether x is "unique", one of "several",
+        with another minimizer in `answer.other`, or determined only "up to rounding" of
+        the data. Of several b, a `Batch` of such results, which share factors; its x
+        has all coefficients, shape (k, n).
 
     Raises
     ------

@@ -2,10 +2,10 @@
 method changes by one column at a time.
 
 Without equations the factors Q and R are updated: a column that is added is made
-orthogonal to those before it twice, and one that is removed is taken out by rotations:
-J. W. Daniel, W. B. Gragg, L. Kaufman, G. W. Stewart, Reorthogonalization and stable
-algorithms for updating the Gram-Schmidt QR factorization, Math. Comp. 30 (1976)
-772-795. With equations, of which there are few, the factors are computed again.
+orthogonal to those before it twice, and one is removed by rotations: J. W. Daniel, W.
+B. Gragg, L. Kaufman, G. W. Stewart, Reorthogonalization and stable algorithms for
+updating the Gram-Schmidt QR factorization, Math. Comp. 30 (1976) 772-795. With
+equations, of which there are few, the factors are computed again.
 """
 
 from __future__ import annotations
@@ -87,7 +87,7 @@ class Recomputed:
 
 
 class Updated:
-    """Columns with updated factors. Q and R have room for as many columns as can be
+    """Columns with updated factors. Q and R have space for as many columns as can be
     independent; the unused ones are those of 0 and of the identity.
     """
 

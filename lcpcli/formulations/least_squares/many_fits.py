@@ -1,4 +1,4 @@
-"""Fits of many right-hand sides b with the same A, by exchanges for all of them at
+"""Fits of many right-hand sides b with the same A, by block pivots for all of them at
 once.
 
 The free coefficients of each fit are guessed by means of A'A, whose systems are solved
@@ -166,15 +166,15 @@ def together(fits: Fits, z: Vector) -> Mask:
 
 
 def _exchanged(system: _System) -> tuple[States, Vector, Vector, Vector]:
-    """Return the states of the coefficients, the inverses of the systems of the free
-    ones, x and y, to which exchanges of all wrong coefficients lead. For some fits the
-    exchanges may not have ended at a solution; the caller has to check that.
+    """Return the statuses of the coefficients, the inverses of the systems of the free
+    ones, x and y, to which block pivots on all infeasible coefficients lead. For some
+    fits the pivoting may not have reached a solution; the caller has to check that.
     """
     k, n = system.lower.shape
     size = len(system.K)
     states = np.zeros((k, n), dtype=np.int8)
     inverses, solutions = np.empty((k, size, size)), np.empty((k, size))
-    others = np.arange(k)  # the fits whose states have changed
+    others = np.arange(k)  # the fits whose bases have changed
     for _ in range(MAX_ROUNDS):
         part = system.part(others)
         states_of_part = states[others]

@@ -14,7 +14,7 @@ ROUNDING_OF_ROWS = 1000 * EPS
 # With equations, the terms of A x may be this many times the largest |b|, and those of
 # E x this many times |d|. Larger terms cancel, which may hide a contradiction.
 MAX_CANCELLATION = 1e6
-REASON = "each row holds to 2e-13 of its own terms"
+REASON = "each row holds to 2e-13 of its terms"
 
 
 @np.errstate(all="ignore")

@@ -1,6 +1,6 @@
-"""Fits with a sparse A: exchanges of many coefficients at a time by A'A, and
-corrections by residuals of A itself. They succeed if the signs of all coefficients and
-multipliers are certain after that (see `many_fits`).
+"""Fits with a sparse A: block pivots on many coefficients by A'A, and corrections by
+residuals of A itself. They succeed if the signs of all coefficients and multipliers are
+certain after that (see `many_fits`).
 """
 
 from __future__ import annotations

@@ -71,7 +71,7 @@ def run(stub: str, arguments: Sequence[str]) -> int:
     """
     stem = stub.removesuffix(".nl")
     path, written = f"{stem}.nl", f"{stem}.sol"
-    # An old answer would be taken for the answer of this run if it is refused or
+    # An old answer would be mistaken for the answer of this run if it is refused or
     # killed.
     if os.path.isfile(written):
         with suppress(OSError):

@@ -92,7 +92,7 @@ class NlModel:
     fixed : the values of the variables that are no unknowns, by number.
     objective : "min" or "max" and the node of an expression; None if there is no
         objective, or a constant one.
-    remark : which bounds hold though no condition states them; "" if there are none.
+    remark : which bounds hold though no condition contains them; "" if there are none.
     """
 
     def __init__(self, segments: Segments, is_exact: bool = False) -> None:
@@ -252,7 +252,7 @@ class NlModel:
             )
         if name in ("+", "-", "sum", "negative"):
             first, *others = ([], *arguments) if name == "negative" else arguments
-            for part in others:  # added in place, as sums may have many terms
+            for part in others:  # added to `first` itself, as sums may have many terms
                 first += (
                     [(node, -factor) for node, factor in part]
                     if name in ("-", "negative")
@@ -351,12 +351,12 @@ class Conditions:
 
     The bounds of unknowns without a condition are moved to the unknowns to which
     equations tie them; then it is decided which bounds each condition means. Raises
-    ProblemError if a condition states a bound that its variable does not have.
+    ProblemError if a condition contains a bound that its variable does not have.
 
-    stated : which bounds the condition of an unknown states (LOWER, UPPER or BOTH).
+    stated : which bounds the condition of an unknown contains (LOWER, UPPER or BOTH).
     bounds : the bounds of the unknowns.
     read : the bounds of the variables that have bounds which their condition does not
-        state, and which are nevertheless enforced.
+        contain, and which are nevertheless enforced.
     """
 
     def __init__(
@@ -432,7 +432,7 @@ class Conditions:
         upper = f" <= {_double(high):g}" if high < inf else ""
         text = (
             f"{lower}{self.names[x]}{upper} is complementary to the expression of "
-            "its condition, which states "
+            "its condition, which has "
         )
         more = (
             f", and likewise for {count(len(others), 'other variable')}"
@@ -450,7 +450,7 @@ class Conditions:
                 WORDS.get(each, f"the kind {each} of bounds")
                 for each in (stated, actual)
             )
-            hint = "state the bounds of the variable in its complementarity condition"
+            hint = "write the bounds of the variable in its complementarity condition"
             raise ProblemError(
                 self.names[x], f"is complemented with {said}, but has {has}", hint
             )
@@ -514,7 +514,7 @@ class Conditions:
     def _drop_implied(self, x: int, stated: int = 0) -> bool:
         """Drop the bounds of x that are not stated and that other conditions imply, by
         the bounds of their unknowns or the signs of their functions. Return whether x
-        is left with exactly the stated bounds.
+        has exactly the stated bounds afterwards.
         """
         (low, high), exact_bounds = self.bounds[x], self._ends(x)
         domains = [

@@ -11,9 +11,9 @@ derivatives.
 An array of m intervals has the shape (2, m), with lower bounds in the first row, and is
 rounded outward. IEEE 754 rounds sums, products, quotients and square roots correctly,
 so that the adjacent floating-point numbers are bounds; for other functions the relative
-error may be ERROR, which is twice the 4 units in the last place that numpy states. nan
-means that the function is not defined everywhere in the interval (R. E. Moore, R. B.
-Kearfott and M. J. Cloud, Introduction to Interval Analysis, 2009).
+error may be ERROR, which is twice the 4 ulps that numpy documents. nan means that the
+function is not defined everywhere in the interval (R. E. Moore, R. B. Kearfott and M.
+J. Cloud, Introduction to Interval Analysis, 2009).
 """
 
 from __future__ import annotations
@@ -447,7 +447,7 @@ class Graph:
         self._values: list[Constant | None] = []
         self._known: dict[Sum | Operation, int] = {}
         self._restricted: set[int] = set()  # nodes that are not defined everywhere
-        self._shared: set[int] = set()  # sums that stay nodes of their own
+        self._shared: set[int] = set()  # sums that stay separate nodes
         self._gradients: dict[int, dict[int, int]] = {}
         self._has_branches = False
 

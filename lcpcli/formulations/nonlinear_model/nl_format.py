@@ -147,7 +147,7 @@ def read_nl(path: str | os.PathLike[str]) -> NonlinearProblem:
 
     The model must be square: each row either complements a variable, or is an equation,
     of which there are as many as other variables that are not fixed; these must be
-    free, and are paired with them. Names are taken from a file .col beside it. Fixed
+    free, and are paired with them. Names are taken from a file .col next to it. Fixed
     variables that no row complements are no unknowns. `lcpcli.read` reads linear
     models.
 
@@ -324,7 +324,8 @@ def paired(n: int, rows: Indices, columns: Indices, values: Vector) -> Indices:
         from scipy.sparse import csr_array
         from scipy.sparse.csgraph import min_weight_full_bipartite_matching
 
-    # The costs are integers: with rounding errors in them, the matching may not end.
+    # The costs are integers: with rounding errors in them, the matching may not
+    # terminate.
     sizes = np.rint(
         np.log2(np.clip(np.nan_to_num(np.abs(values), nan=LEAST), LEAST, 1 / LEAST))
     )

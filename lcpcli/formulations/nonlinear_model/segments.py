@@ -58,7 +58,7 @@ class TextTokens:
 
     def code(self) -> str:
         """Return the letter with which a segment or a term of an expression begins; ""
-        at the end of the file.
+        after the last one.
         """
         if self._next == len(self._words):
             return ""
@@ -80,7 +80,7 @@ class TextTokens:
         try:
             return convert(word)
         except ValueError:
-            raise self.error(f"has {quoted(word)} in place of {what}", COUNTS) from None
+            raise self.error(f"has {quoted(word)} instead of {what}", COUNTS) from None
 
     def integer(self) -> int:
         return int(self._as(whole, "an integer"))
@@ -331,8 +331,7 @@ class Segments:
         self.objectives = dict[int, tuple[int, list[Term]]]()
         self.slopes = dict[int, Linear]()  # the linear parts of the objectives
         self.sides, self.bounds = list[Side](), list[Side]()  # of rows and of variables
-        # For each complementing variable its row, and which bounds the condition
-        # states.
+        # For each complementing variable its row, and which bounds the condition has.
         self.complements = dict[int, tuple[int, int]]()
         self.start = Linear()  # values of variables
         while code := tokens.code():
@@ -407,7 +406,7 @@ class Segments:
             reason = f"imports the function {quoted(tokens.name())}"
             raise tokens.error(reason, "write it with the operators of AMPL")
         else:
-            raise tokens.error(f"has {quoted(code)} in place of a segment", COUNTS)
+            raise tokens.error(f"has {quoted(code)} instead of a segment", COUNTS)
 
     def _index(self, size: float, noun: str, first: int = 0) -> int:
         if not 0 <= (number := self._tokens.integer() - first) < size:
@@ -437,13 +436,11 @@ class Segments:
             variable = self._index(self.header.variables, "variable", 1)
             other, _ = self.complements.setdefault(variable, (row, bounds))
             reason = f"complements v{variable}, and so does C{other}"
-            refuse(
-                other != row, f"C{row}", reason, "give each row a variable of its own"
-            )
+            refuse(other != row, f"C{row}", reason, "give each row another variable")
             return 0, 0
         if kind not in SIDES:
             raise tokens.error(
-                f"has {quoted(kind)} in place of the kind of a bound",
+                f"has {quoted(kind)} instead of the kind of a bound",
                 "the kinds are 0 to 5",
             )
         low, high = (
@@ -484,7 +481,7 @@ class Segments:
 
     def _constant(self, letter: str, what: str = "a number") -> Any:
         if letter not in STORED:
-            reason = f"has {quoted(letter)} in place of {what}"
+            reason = f"has {quoted(letter)} instead of {what}"
             raise self._tokens.error(reason if letter else ENDS_TOO_EARLY, CUT_OFF)
         return self._tokens.number(letter)
 
@@ -508,7 +505,7 @@ class Segments:
         header, both = self.header, len(self.slopes.keys() & self.objectives.keys())
         for what, number, declared in (
             ("expressions of rows (C)", len(self.rows), header.rows),
-            ("sides of rows (r)", len(self.sides), header.rows),
+            ("row sides (r)", len(self.sides), header.rows),
             ("bounds of variables (b)", len(self.bounds), header.variables),
             ("entries of rows (J)", self._entries, header.entries),
             ("common expressions (V)", len(self.common), header.common),

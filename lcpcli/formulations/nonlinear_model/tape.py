@@ -1,4 +1,4 @@
-"""Evaluation of functions that are given as expressions: one tape, for several
+"""Evaluation of functions that are defined by expressions: one tape, for several
 arithmetics.
 
 The nodes of the graph are put into levels such that the arguments of a node have lower
@@ -16,7 +16,7 @@ import numpy as np
 from lcpcli.formulations.nonlinear_model.graph import Arithmetic, Graph, Sum
 from lcpcli.typing import Indices, Vector
 
-SUM = "sum"  # takes the place of an operator in groups of sums
+SUM = "sum"  # replaces an operator in groups of sums
 
 
 class Group(NamedTuple):

@@ -1,5 +1,5 @@
 """What a z says about a game of players with quadratic costs: what each player does,
-its cost, and what it would gain by a best response, which is found by solving the
+its cost, and what it would gain by a best response, which is computed by solving the
 problem of that player alone.
 """
 
@@ -44,7 +44,8 @@ class PlayersEquilibrium(Profile):
         the others as they are, would lower its cost; 0 if that is only rounding error,
         infinite if its cost is unbounded below.
     statement : whether x is an equilibrium.
-    y : the multipliers of the rows; a row with several multipliers has them in turn.
+    y : the multipliers of the rows; a row with several multipliers has them one after
+        the other.
     exact : strategies and costs as fractions if z is proved, otherwise None.
     """
 
@@ -129,9 +130,9 @@ class _Examination:
     def best(
         self, player: int, part: slice, x: Vector, g: Vector
     ) -> tuple[float, Vector]:
-        """Return the least cost of a player, given what the others do, and a point
-        where it is attained; minus infinity if the cost is unbounded below, nan if the
-        problem of the player was not solved.
+        """Return the least cost of a player, for fixed decisions of the others, and a
+        point where it is attained; minus infinity if the cost is unbounded below, nan
+        if the problem of the player was not solved.
         """
         blocks, copies = self.blocks, self.game.copies
         H, numbers = dense(blocks.Q[part, part]), [i for i, _ in copies]

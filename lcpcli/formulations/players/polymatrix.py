@@ -53,8 +53,8 @@ def from_polymatrix(
 
     payoffs : for pairs (i, j) of players, by index or name, the matrix of what i gets
         from j, of shape (actions of i, actions of j); the payoff of i is the sum over
-        all j. A pair that is left out has zeros. Payoffs may be fractions, also texts
-        like "1/3", and doubles count as their shortest decimals.
+        all j. A missing pair has zeros. Payoffs may be fractions, also texts like
+        "1/3", and floats are read as their shortest decimals.
     players, actions : optional names of the players, and for each player of its
         actions.
     texts : name, source and note of the problem.
@@ -195,7 +195,7 @@ def _sizes(
 
 @dataclass(frozen=True, eq=False)
 class Polymatrix(Formulation):
-    """The game whose equilibria are given by z = (x, v), with costs C_ij = k_ij -
+    """The game whose equilibria are described by z = (x, v), with costs C_ij = k_ij -
     payoffs: for each player i
 
         0 <= x_i,  sum over j of C_ij x_j - v_i e >= 0,  v_i free,  e'x_i = 1.

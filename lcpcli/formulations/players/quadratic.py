@@ -67,7 +67,7 @@ def from_players(
     **texts: Any,
 ) -> Problem:
     """Return the conditions of an equilibrium of players each of whom minimizes its
-    cost, given what the others do.
+    cost, for fixed decisions of the others.
 
     sizes : how many unknowns each player has; they follow each other in x.
     H, c : shapes (k, k) and (k,). The rows of a player are the gradient of its cost:
@@ -293,7 +293,7 @@ class Players(BlockForm):
 
     def require_convex(self, H: Matrix) -> None:
         """Raise ProblemError for the first player whose cost is not a convex function
-        of its own unknowns."""
+        of that player's unknowns."""
         with imports:
             from lcpcli.inspection.classes import definiteness
             from lcpcli.inspection.verdict import NO
@@ -311,7 +311,10 @@ class Players(BlockForm):
                 hint = "give the gradient of its cost, with a symmetric part"
                 raise ProblemError(f"H[{one}][{other}]", reason, f"{hint} {FROM_0}")
             if definiteness(block).semidefinite == NO:
-                reason = f"makes the cost of {name} not convex in its own variables"
+                reason = (
+                    f"makes the cost of {name} not convex in the variables of this "
+                    "player"
+                )
                 hint = "its part of H has to be positive semidefinite"
                 raise ProblemError("H", reason, hint)
 

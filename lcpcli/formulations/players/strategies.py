@@ -181,7 +181,7 @@ def accepted(game: Polymatrix, result: Result) -> Result:
     return equilibria.accepted(game, result, partial(checked_profile_at, game))
 
 
-@np.errstate(all="ignore")  # overflow counts as infinite
+@np.errstate(all="ignore")  # overflow gives infinity
 def verified(game: Polymatrix, proposed: Proposed) -> Verification:
     """Verify z, or the probabilities of all actions."""
     if len(proposed.values) == proposed.problem.n:

@@ -65,7 +65,7 @@ class Minimum(Answer):
         active bounds.
     activities, slacks : the values Ax of the rows, and their distances from the nearer
         of their bounds, negative where a row is violated.
-    objective : the value at x, in the program's own sense and with its constant.
+    objective : the value at x, in the sense of the program and with its constant.
     exact : x and y as fractions if they are proved, otherwise None.
     unique_multipliers : whether there are no other multipliers; None if it would take
         too long to find out, rounding errors hide it, or the program is not known to be
@@ -229,7 +229,7 @@ class Minimum(Answer):
 
     def cells(self) -> Mapping[str, Sequence[Any]]:
         """Return columns with an entry for each component of z: whether it belongs to
-        x, y or s; its value in the program's own sense; for a variable, the multiplier
+        x, y or s; its value in the sense of the program; for a variable, the multiplier
         of its bounds; for a row, its activity and its slack.
         """
         if self.x is None or self.y is None:
@@ -393,8 +393,8 @@ def _exact(data: Blocks, z: list[Fraction], w: list[Fraction]) -> Measures:
 
 
 def _end(side: float, activity: Fraction) -> Fraction | float:
-    """Return the side of a row in the data of an exact solution with this activity,
-    which are the decimals, or the doubles themselves."""
+    """Return a row side in the data of an exact solution with this activity, which are
+    the decimals, or the doubles themselves."""
     if not math.isfinite(side):
         return side
     return activity if Fraction(side) == activity else shortest_decimal(side)

@@ -56,13 +56,13 @@ OBJECTIVE_CLAUSES = {"min": "above the minimum", "max": "below the maximum"}
 
 @dataclass(frozen=True)
 class Multipliers(Answer):
-    """The multipliers of the rows that were found for a proposed x."""
+    """The multipliers of the rows that were computed for a proposed x."""
 
     program: Program
     y: Vector
 
     def lines(self) -> list[str]:
-        return [f"found y = {wording.named(self.y.tolist(), self.program.rows)}"]
+        return [f"computed y = {wording.named(self.y.tolist(), self.program.rows)}"]
 
 
 def verified(program: Program, proposed: Proposed) -> Verification:
@@ -108,7 +108,7 @@ def _around(value: Vector, lower: Vector, upper: Vector) -> tuple[Vector, Vector
 
 class _Proposal:
     """A proposed point of a program: its x, and whether its multipliers y have to be
-    found.
+    computed.
     """
 
     def __init__(self, origin: Program, problem: Problem, values: Vector) -> None:
@@ -160,7 +160,7 @@ class _Proposal:
         return optimum.y * unit / heights, -t * (slope + t * curvature / 2)
 
     def with_step(self) -> Vector:
-        """Return the z that consists of x and the multipliers found by the linear
+        """Return the z that consists of x and the multipliers computed by the linear
         program.
         """
         return self.origin.z_of(self.x, self.step[0], self.data)
@@ -174,7 +174,7 @@ class _Proposal:
     ) -> Iterator[Any]:
         """Yield each z that the proposed values may mean. `completed` makes it from x
         and y, and `search` finds y if it is missing; for a maximum, both signs of y are
-        tried.
+        tested.
         """
         ranges, n = self.origin.ranges, self.problem.n
         x, y = values[: self.k], values[self.k : n - ranges]
@@ -195,7 +195,8 @@ class _Proposal:
 
     def verified(self, of_readings: Iterator[Verification], tol: float) -> Verification:
         """Return the first verification that is accepted, or the first of all if none
-        is, with a statement about x, and with the multipliers if they had to be found.
+        is, with a statement about x, and with the multipliers if they had to be
+        computed.
         """
         verification = next(of_readings)
         verification = (

@@ -46,7 +46,7 @@ def data_of(problem: Problem, program: Program) -> Blocks:
 @np.errstate(all="ignore")
 def conclusion(problem: Problem, result: Result, program: Program) -> Conclusion:
     """Return what a result on the conditions of a program says about the program. If
-    Ctrl-C has ended the run, computations that take long are left out. What holds for
+    Ctrl-C has ended the run, computations that take long are skipped. What holds for
     every solution of the problem is cached in the problem.
     """
     noun, data = WORDS[program.sense], data_of(problem, program)
@@ -119,7 +119,7 @@ def kind_of_point(data: Blocks, program: Program) -> Conclusion:
     Q: whether it is definite, semidefinite, or neither.
 
     This may hold up to rounding: if Q + d diag(Q) is semidefinite, x minimizes the
-    program with this matrix in place of Q, as its conditions are violated by at most d
+    program with this matrix instead of Q, as its conditions are violated by at most d
     times the sum of the absolute values of their terms.
     """
     noun, definite = WORDS[program.sense], DEFINITE[program.sense]

@@ -257,7 +257,7 @@ def transport(n: int, seed: int) -> Problem:
     multipliers, about n unknowns.
 
     The supplies, integers from 10 to 20, are enough for the demands from 5 to 10,
-    at costs from 1 to 100 a unit.
+    each at a cost from 1 to 100.
     F. L. Hitchcock, J. Math. Phys. 20 (1941) 224-230. The numbers are random.
     """
     from scipy.sparse import eye_array, kron, vstack

@@ -56,8 +56,8 @@ class Optima(Meaning):
     def objective(
         self, z: Values, shift: tuple[int, Fraction] | None = None
     ) -> Fraction:
-        """Return the exact value of the objective at the x of z, in the program's own
-        sense and with its constant.
+        """Return the exact value of the objective at the x of z, in the sense of the
+        program and with its constant.
 
         shift : an index i and a number that is added to the i-th coefficient of the
             linear term.

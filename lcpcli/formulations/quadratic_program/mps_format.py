@@ -2,11 +2,11 @@
 QMATRIX; others are read as LP files, which HiGHS converts to MPS: files with warnings
 are refused, and numbers have up to 15 digits.
 
-What programs interpret differently is refused: an entry or a bound given twice, and a
-negative upper bound without a lower bound, which some take to mean no lower bound.
-Bounds, right-hand sides and ranges of 1e20 or more are infinite. Programs are written
-as free MPS: QUADOBJ has one triangle of Q, and the right-hand side of the objective is
-minus its constant.
+What programs interpret differently is refused: an entry or a bound that occurs twice,
+and a negative upper bound without a lower bound, which some take to mean no lower
+bound. Bounds, right-hand sides and ranges of 1e20 or more are infinite. Programs are
+written as free MPS: QUADOBJ has one triangle of Q, and the right-hand side of the
+objective is minus its constant.
 """
 
 from __future__ import annotations
@@ -89,7 +89,7 @@ NOT_NONE = (
     "has a bound of 1e20 or more, which means no bound, where one is needed",
     "give a smaller one",
 )
-# The columns in which the words of a line stand in fixed format.
+# The columns that the words of a line occupy in fixed format.
 FIXED = ((1, 3), (4, 12), (14, 22), (24, 36), (39, 47), (49, 61))
 
 
@@ -212,7 +212,7 @@ class _Reader:
         if words[1] in self._kinds:
             raise self._error(
                 f"declares {quoted(words[1])} a second time",
-                "give each row a name of its own",
+                "give each row another name",
             )
         self._kinds[words[1]] = words[0].upper()
 
@@ -324,7 +324,7 @@ class _Reader:
 
     def _require_number(self, text: str, is_infinite: bool = False) -> None:
         if not (is_infinite or NUMBER.fullmatch(text)):
-            raise self._error(f"has {quoted(text)} in place of a number", GIVE_NUMBER)
+            raise self._error(f"has {quoted(text)} instead of a number", GIVE_NUMBER)
 
     def _objective(self) -> str:
         return next((row for row, kind in self._kinds.items() if kind == "N"), "")

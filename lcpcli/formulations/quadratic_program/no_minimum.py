@@ -41,8 +41,8 @@ be an optimum; that the program is infeasible, or unbounded, or one of the two."
 # Work for each of two LPs, and for exact arithmetic, in the seconds that it usually
 # takes.
 FEASIBILITY_EFFORT = 0.5
-# A point is rounded to fractions with denominators up to this, and tried, before it is
-# tried as it is.
+# A point is first tested after rounding to fractions with denominators up to this, and
+# then as it is.
 SIMPLE_DENOMINATOR = 10**6
 MAX_FRACTIONS = 10_000  # entries of A up to which rational arithmetic is quick enough
 EXTREMES = {"min": ("minimum", "below"), "max": ("maximum", "above")}
@@ -168,8 +168,8 @@ def _feasibility(
 
 
 def _exact_proof(problem: Problem, y: Vector | None, columns: int = 0) -> Vector | None:
-    """Return the exact Farkas vector that is found by rounding y, after its first
-    `columns` components are set to 0; None if no such vector is found.
+    """Return the exact Farkas vector obtained by rounding y, after its first `columns`
+    components are set to 0; None if the rounded vector is none.
     """
     if y is None:
         return None
@@ -220,8 +220,8 @@ class Constraints(NamedTuple):
         exactly at some point close to x.
 
         An enclosure of the solutions (x', s') of the homogeneous equations Ax' = s' b
-        near (x, 1) exists if the equations are independent, and no inequality may be
-        violated at x' / s', whatever the solution in the enclosure is.
+        close to (x, 1) exists if the equations are independent, and no inequality may
+        be violated at x' / s', whatever the solution in the enclosure is.
         """
         equal = np.flatnonzero(self.low == self.high)
         if not is_enclosable(equal.size, x.size + 1):

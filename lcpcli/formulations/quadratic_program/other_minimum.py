@@ -8,8 +8,8 @@ equivalent to d'g = 0 for the gradient g = Qx + c.
 
 So x is the only minimizer if Qd = 0, with these rows and bounds as equations, implies d
 = 0. Otherwise there is another minimizer if some d leaves all other active rows and
-bounds active; if there is no such d, an LP looks for one that may leave them. Another
-minimizer is verified as a solution of the conditions, as x was.
+bounds active; if there is no such d, an LP searches for one that may leave them.
+Another minimizer is verified as a solution of the conditions, as x was.
 """
 
 from __future__ import annotations
@@ -58,8 +58,8 @@ def has_other_minimum(
     tol: float,
     exactly: bool,
 ) -> bool:
-    """Return whether a minimizer other than the x of z is found, and linear algebra
-    confirms that there is more than one.
+    """Return whether there is a minimizer other than the x of z, which is computed, and
+    linear algebra confirms that there is more than one.
 
     tol : the tolerance with which another minimizer is verified.
     exactly : whether rational arithmetic has to confirm it for the decimals of the
@@ -69,8 +69,8 @@ def has_other_minimum(
     if problem.n > MAX_UNKNOWNS or not x.size:
         return False
     C = problem.units.diagonals()[1][: x.size]
-    # The units of M do not tell the size of x, to which distances are relative; where
-    # one x_j is far larger than its unit, others may not be.
+    # The scaling of M does not determine the size of x, to which distances are
+    # relative; where one x_j is far larger than its C_j, others may not be.
     C = C * min(np.abs(x / C).max() or 1.0, 1.0)
     rows, free = _may_leave(x, y, data)
     if _is_regular(_scaled(stacked(data, rows, free), C[free])):
@@ -216,7 +216,7 @@ def _farthest(objective: Vector, x: Vector, data: Blocks, C: Vector) -> Vector |
 
 
 def _may_move(x: Vector, other: Vector, data: Blocks, C: Vector, exactly: bool) -> bool:
-    """Return whether there is a minimizer beside x in about the direction of another
+    """Return whether there is a minimizer besides x in about the direction of another
     point, which may seem to be one by rounding alone: whether, at the point between
     them, Qd = 0, c'd = 0 and the active rows and bounds admit a d that is not 0, for
     the decimals of the data in rational arithmetic, or up to rounding, and one such d

@@ -63,7 +63,7 @@ class Program(BlockForm):
         return problem
 
     def fields(self, problem: Problem, *, in_text: bool) -> dict[str, Any] | None:
-        """Return the fields of the program, in its own sense, without default
+        """Return the fields of the program, in its original sense, without default
         values."""
         del in_text
         data = self.blocks(conditions_of(problem))

@@ -68,7 +68,7 @@ def from_qp(
     row_upper and lower <= x <= upper.
 
     Q : shape (k, k), symmetric, also only up to k eps max|Q| as rounding leaves it, for
-        which (Q + Q') / 2 is taken; dense, nested sequences or scipy sparse; None for a
+        which (Q + Q') / 2 is used; dense, nested sequences or scipy sparse; None for a
         linear program. If Q is positive semidefinite, the solutions of the conditions
         are the minimizers, else they are the stationary points.
     c : shape (k,).
@@ -77,11 +77,11 @@ def from_qp(
         They are equal for an equation.
     b : the same as row_lower, for a program with Ax >= b.
     lower, upper : numbers or of shape (k,), by default 0 and no bound.
-    free : indices of the x_i without bounds, given in place of lower and upper.
+    free : indices of the x_i without bounds, instead of lower and upper.
     sense : "min", or "max", for which Q should be negative semidefinite.
     rows, columns : optional names of the rows of A and of the variables.
-    infinity : bounds of at least this size, often 1e20, also those of rows, count as
-        infinite; by default only infinite bounds do.
+    infinity : bounds of at least this size, often 1e20, also those of rows, are treated
+        as infinite; by default only infinite bounds do.
     texts : name, source and note of the problem.
 
     The unknowns are z = (x, y, s), where y are the multipliers of the rows and s = Ax
@@ -138,7 +138,7 @@ def _free_indices(free: Any, lower: BoundLike, upper: BoundLike, k: int) -> Indi
     if upper is not None or not (isinstance(lower, (int, float)) and lower == 0):
         other = "lower" if upper is None else "upper"
         hint = f"leave it out, and give null for no bound in {other}"
-        raise ProblemError("free", f"is given beside {other}", hint)
+        raise ProblemError("free", f"cannot be combined with {other}", hint)
     is_wrong = (indices < 0) | (indices >= k) | (indices != np.floor(indices))
     if is_wrong.any():
         i = int(is_wrong.argmax())
@@ -173,8 +173,8 @@ def from_qpsolvers(
         None.
     lb, ub : numbers or of shape (k,); None, or infinite, for no bound, so that x is
         free by default.
-    infinity : lb, ub and h of at least this size, often 1e20, count as infinite; by
-        default only infinite ones do.
+    infinity : lb, ub and h of at least this size, often 1e20, are treated as infinite;
+        by default only infinite ones do.
     texts : name, source and note of the problem.
 
     The multipliers in `Result.answer` are those of the m rows of G, followed by those
@@ -218,7 +218,7 @@ def from_osqp(
     P : shape (k, k), symmetric, up to rounding as Q of `from_qp` is, or its upper
         triangle; dense, nested sequences or scipy sparse; None for a linear program.
     q : shape (k,).
-    A : shape (m, k), or None if there are no rows. Bounds on x are given as rows;
+    A : shape (m, k), or None if there are no rows. Bounds on x are written as rows;
         otherwise x is free.
     l, u : numbers or of shape (m,); None, or a size of 1e20 or more, for no bound.
     texts : name, source and note of the problem.

@@ -3,8 +3,8 @@ variables.
 
 A multiplier is the derivative of the optimal value with respect to its bound only if it
 is unique. In general, the value v(b) of a program min f(x) with bounds b is a convex
-function of b. Its one-sided derivatives are given by the least and the greatest of all
-optimal multipliers:
+function of b. Its one-sided derivatives are determined by the least and the greatest of
+all optimal multipliers:
 
     v'(b; -e_i) = -min y_i,    v'(b; e_i) = max y_i,
 
@@ -143,7 +143,7 @@ def sensitivities(
     of its conditions; None if it takes too long to see whether multipliers are unique,
     or rounding hides it.
 
-    tol : how near to its side a row may be, relative to its terms, where it is active.
+    tol : how close to its side a row may be, relative to its terms, where it is active.
     """
     with suppress(_Unclear):
         optimum = _up_to_rounding(problem, program, data, z, tol)
@@ -230,7 +230,7 @@ def _active(
     multipliers: Vector,
 ) -> _Signs:
     """Return at which sides values are: those of a known multiplier, and those that are
-    near. distances : up to which they are, and up to which they may be."""
+    close to one. distances : up to which they are, and up to which they may be."""
     low, high = sides
     max_zero, far = distances
     positive, negative = multipliers > 0, multipliers < 0

@@ -42,13 +42,13 @@ def solve_qp(
     **options: Unpack[RunOptions],
 ) -> Vector | None:
     """Return the x of shape (k,) that minimizes x'Px / 2 + q'x subject to Gx <= h, Ax =
-    b and lb <= x <= ub; None if none is found, with a warning if only a stationary
-    point is found, because P is not positive semidefinite.
+    b and lb <= x <= ub; None if none is computed, with a warning if only a stationary
+    point is, because P is not positive semidefinite.
 
-    The program and infinity are given as in `from_qpsolvers`, the method and its
-    options as in `run`. `run(from_qpsolvers(...)).answer` has the multipliers, the
-    objective, the stationary point, or why there is no x. Raises LCPError, which names
-    the argument at fault.
+    The program and infinity are as in `from_qpsolvers`, the method and its options as
+    in `run`. `run(from_qpsolvers(...)).answer` has the multipliers, the objective, the
+    stationary point, or why there is no x. Raises LCPError, which names the argument at
+    fault.
 
     >>> import lcpcli
     >>> P, q, G, h = [[2, 0], [0, 2]], [-3, 1], [[-1, -1]], [-1]
@@ -83,7 +83,7 @@ def _minimizer(result: Result) -> Vector | None:
     if is_minimizer:
         return result.z[:k]
     warnings.warn(
-        "P is not positive semidefinite, and only a stationary point was found",
+        "P is not positive semidefinite, and x is only a stationary point",
         stacklevel=3,
     )
     return None

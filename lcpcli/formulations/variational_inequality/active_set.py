@@ -4,8 +4,8 @@ method. At any time, x solves the inequality with the active constraints as equa
 A violated constraint is made active by increasing its multiplier; active constraints
 whose multipliers become 0 on the way are dropped. For a symmetric H this is the dual
 method of D. Goldfarb, A. Idnani, Math. Program. 27 (1983) 1-33. For other H no
-objective proves that the method ends; if it does not, a method for general problems is
-used.
+objective proves that the method terminates; if it does not, a method for general
+problems is used.
 """
 
 from __future__ import annotations
@@ -26,7 +26,7 @@ SATISFIED = 1e-12
 # A slope up to this, relative to the largest entry of H^-1, is rounding error of 0: the
 # constraint depends linearly on the active ones.
 DEPENDENT = 1e-11
-MIN_MULTIPLIER = 1e-300  # in place of 0, which would divide 0
+MIN_MULTIPLIER = 1e-300  # instead of 0, which would divide 0
 
 
 class ActiveSetSolution(NamedTuple):
@@ -82,7 +82,7 @@ def _constraints(blocks: Blocks) -> _Constraints | None:
 @np.errstate(all="ignore")
 def solution(blocks: Blocks) -> ActiveSetSolution | None:
     """Return the solution; None unless H + H' is positive definite and the method
-    ends.
+    terminates.
     """
     H, k = blocks.Q, blocks.c.size
     if is_sparse(H) or is_sparse(blocks.A) or k + len(blocks.A) > MAX_CONSTRAINTS:
@@ -155,8 +155,8 @@ class _System:
 def _active(
     constraints: _Constraints, inverse: Vector, x: Vector
 ) -> tuple[Vector | None, int]:
-    """Return the active constraints at the solution, or None if the method does not end
-    there, and the number of steps.
+    """Return the active constraints at the solution, or None if the method does not
+    reach it, and the number of steps.
     """
     system = _System(inverse, constraints.C)
     m = constraints.c.size

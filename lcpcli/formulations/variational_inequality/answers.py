@@ -33,7 +33,7 @@ from lcpcli.verify.exact_solution import from_point
 EFFORT = 0.5
 # x may differ by this, relative to the largest |x_i|, from an exact solution.
 AGREEMENT = 1e-7
-MAX_UNKNOWNS = 200  # up to here exact arithmetic is tried
+MAX_UNKNOWNS = 200  # up to here exact arithmetic is used
 AGREES = "it agrees to seven digits with a solution in rational arithmetic"
 EMPTY = "C is empty"
 UNDECIDED, POSITIVE = "not decided", "H + H' is positive definite"
@@ -272,7 +272,7 @@ class _Examination:
                     return Claim(False, self.other((first, vertex[: self.k])))
         if not search.complete or first is None:
             return Claim(None)
-        return Claim(True, "all other choices of states are excluded")
+        return Claim(True, "all other complementary bases are excluded")
 
     def other(self, both: Sequence[Sequence[Fraction]]) -> str:
         """Return in words that solution of two that is farther from x."""

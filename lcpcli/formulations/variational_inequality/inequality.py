@@ -56,7 +56,8 @@ def from_avi(
     b : the same as row_lower, for Ax >= b.
     lower, upper : numbers or of shape (k,), by default 0 and no bound.
     rows, columns : optional names of the rows of A and of the variables.
-    infinity : bounds of at least this size, also those of rows, count as infinite.
+    infinity : bounds of at least this size, also those of rows, are treated as
+        infinite.
     texts : name, source and note of the problem.
 
     The unknowns are z = (x, y, s), where y are the multipliers of the rows and s = Ax
@@ -99,7 +100,7 @@ def from_avi(
 @dataclass(frozen=True)
 class Inequality(BlockForm):
     """The variational inequality whose conditions are those of `Blocks`, with H and h
-    in place of Q and c."""
+    instead of Q and c."""
 
     variables: int
     ranges: int = 0

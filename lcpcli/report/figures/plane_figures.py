@@ -137,7 +137,7 @@ COLUMN = WIDTH / 2  # inches
 # Lengths in the axes, in points.
 # From the origin to the frame: a little less than half the width of a column, 126.
 REACH = 124.0
-# From the origin to the end of an axis or arrow, to q, to a label.
+# From the origin to the tip of an axis or arrow, to q, to a label.
 AXIS, VECTOR, Q, LABEL = 91.0, 84.0, 91.0, 97.0
 # Vectors of closer directions have one label, as two would touch.
 ALIKE = math.radians(15)
@@ -313,7 +313,7 @@ def _cone(axes: Axes, cone: Cone, color: str, fill: float) -> None:
 
 
 def _labels(axes: Axes, directions: dict[str, float | None]) -> None:
-    """Write the names of vectors beyond their ends, those of close directions together,
+    """Write the names of vectors beyond their tips, those of close directions together,
     and those of zero vectors at the origin."""
     names: dict[float, list[str]] = {}
     for name, direction in directions.items():

@@ -4,8 +4,8 @@ The figure of convergence has one row per problem, with the error against run ti
 the left and against the iteration on the right. Curves have few markers, a ring around
 each point beyond the axes, and a cross where a run failed. That of a benchmark has the
 performance profile, error against run time, and the growth of time with n. That of a
-path has z(t), or x of a program, and the objective, or the frontier if the side of a
-row of a quadratic program varies.
+path has z(t), or x of a program, and the objective, or the frontier if a row side of a
+quadratic program varies.
 """
 
 from __future__ import annotations
@@ -60,17 +60,17 @@ AXIS_MARGIN = 0.04  # of the length of an axis
 UNEVEN = 20
 
 
-# Relative to the start: a smaller error, below rounding, is drawn at the lower end,
+# Relative to the start: a smaller error, below rounding, is drawn at the lower limit,
 # like 0.
 SMALLEST_ERROR = 1e-17
-# Relative to the start: a larger error, of a divergent run, is drawn at the upper end,
-# like inf.
+# Relative to the start: a larger error, of a divergent run, is drawn at the upper
+# limit, like inf.
 LARGEST_ERROR = 1e4
 # Relative to the length of the data: margins on both sides, where values off the scale
 # are drawn.
 MARGIN = 0.06
 MIN_MARGIN = 0.12  # decades: the margin of data that hardly vary
-# No axis goes beyond these ends, so that matplotlib stays within double precision.
+# No axis goes beyond these limits, so that matplotlib stays within double precision.
 SMALLEST_END, LARGEST_END = 1e-250, 1e250
 
 
@@ -86,7 +86,7 @@ class Range(NamedTuple):
 
 # The position of an iterate, and whether its value lies off the scale.
 DrawnPoint = tuple[float, float, bool]
-ALL_ZERO = Range(1e-17, 1e-15)  # at whose lower edge a point without any error stands
+ALL_ZERO = Range(1e-17, 1e-15)  # at whose lower edge a point without any error is drawn
 
 
 def errors(curves: Iterable[Curve]) -> Range:
@@ -211,7 +211,7 @@ def _draw(
 
 def _log_axis(axes: Axes, which: str, span: Range, margin: float = AXIS_MARGIN) -> None:
     """Make the x or y axis logarithmic over a range, with a fraction of its length as a
-    margin for markers at the ends."""
+    margin for markers at both limits."""
     beyond = (span.high / span.low) ** margin
     axes.set(
         **{
@@ -423,7 +423,7 @@ PROBLEMS = [style.METHODS["shi"], style.METHODS["fixed-point"], *style.SPARE]
 
 
 def draw_variations(drawn: Sequence[Variation]) -> Figure:
-    """Draw for each option the error at the end of the runs and their time against its
+    """Draw for each option the last error of the runs and their time against its
     values, with a line for each problem, and the error that theory expects."""
     figure = Figure(figsize=(WIDTH, min(ROW * len(drawn), style.PAGE_HEIGHT)))
     labels = list(
@@ -605,7 +605,7 @@ def _objective(
     axes: Axes, terms: path_formats.Terms, across: Any, label: str, is_frontier: bool
 ) -> None:
     """Draw the objective of a program, a parabola on each piece, against what moves, or
-    the frontier in its place."""
+    instead the frontier."""
     path, parts = (
         terms.path,
         max(min(SAMPLES, MAX_SAMPLES // max(len(across) - 1, 1)) - 1, 1),

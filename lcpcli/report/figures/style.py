@@ -29,7 +29,7 @@ from lcpcli.errors import visible
 
 FONT = 8  # points, as in the captions of a journal
 SMALL_FONT = 7  # points, of ticks, legends and notes: a point less than the titles
-PNG_DPI = 300  # the resolution that journals ask for
+PNG_DPI = 300  # the resolution that journals require
 FAMILY = "DejaVu Sans"  # comes with matplotlib: the same picture on every machine
 GREY = "0.35"  # of notes, and of signs that represent any method
 WIDTH = 7.0  # inches, as all lengths of figures here: two columns of a journal
@@ -77,8 +77,8 @@ SETTINGS: dict[str, Any] = {
 
 @dataclass(frozen=True)
 class LineStyle:
-    """The look of a method: a solid line, as dashes would put gaps into a curve that
-    zigzags."""
+    """The line style of a method: a solid line, as dashes would put gaps into a curve
+    that zigzags."""
 
     color: str
     marker: Any
@@ -136,11 +136,11 @@ SHADES = 1024
 
 
 def styles_of(entries: Iterable[tuple[str, str]]) -> LineStyles:
-    """Return the look of each (name, label), which depends on the name; several labels
-    of one name share its hue. Two have the same marker, full and half full; more have
-    different markers, and colours from light to dark; the runs of a grid a colour for
-    each value of one option, and a marker for each of the other one. Names that are not
-    of methods take the spare looks in the order in which they appear."""
+    """Return the line style of each (name, label), which depends on the name; several
+    labels of one name share its hue. Two have the same marker, full and half full; more
+    have different markers, and colours from light to dark; the runs of a grid a colour
+    for each value of one option, and a marker for each of the other one. Names that are
+    not of methods take the spare styles in the order in which they appear."""
     labels: dict[str, list[str]] = {}
     for name, label in dict.fromkeys(entries):
         labels.setdefault(name, []).append(label)
