@@ -27,6 +27,8 @@ MAX_FACTORIZED = 20_000
 # The last class in `verdict.CLASSES` for which one of the remedies is guaranteed.
 LAST_CLASS = "copositive_plus"
 REMEDIES = ("newton", "interior", "lemke")
+# Classes with a solution for each q and all bounds for which a remedy is guaranteed.
+SOLVABLE = ("p_matrix", "positive_definite", "strictly_copositive")
 # Condition number from which linear convergence takes thousands of iterations.
 SLOW_CONDITION = 1e3
 DEGENERATE = 1e-9  # a w_i below this, relative to the terms of its row, is considered 0
@@ -49,7 +51,7 @@ def explanation(problem: Problem, methods: Sequence[str]) -> Explanation:
     classes: Mapping[str, Verdict] = {}
     if problem.n <= MAX_CLASSIFIED:
         classes = classify(problem.M, LAST_CLASS, MAX_STEPS)
-    guarantee = _guarantee(classes)
+    guarantee = _guarantee(classes, problem)
     if "p_matrix" in classes and classes["p_matrix"].word == NO:
         cause = f"M is not a P-matrix ({classes['p_matrix'].evidence})"
         theorem = f"as the theorems on {listed(methods)} require"
@@ -62,13 +64,19 @@ def explanation(problem: Problem, methods: Sequence[str]) -> Explanation:
     return Explanation(causes, need, guarantee)
 
 
-def _guarantee(classes: Mapping[str, Verdict]) -> str:
-    """Return which method is guaranteed to solve a problem with M of these classes; ""
-    if none is."""
-    for name in REMEDIES:
-        for class_name in METHODS[name].guaranteed:
-            if class_name in classes and classes[class_name].word == YES:
-                return f"{name} is guaranteed to solve it, as M is {called(class_name)}"
+def _guarantee(classes: Mapping[str, Verdict], problem: Problem) -> str:
+    """Return which method is guaranteed to solve a problem with M of these classes, or
+    to prove that it has no solution; "" if none is."""
+    members = {name for name, verdict in classes.items() if verdict.word == YES}
+    for method_name in REMEDIES:
+        sufficient = theory.sufficient_classes(METHODS[method_name], problem)
+        for class_name in filter(members.__contains__, sufficient):
+            finds = "solve it"
+            if class_name not in SOLVABLE:
+                finds += " or to prove that it has no solution"
+            return (
+                f"{method_name} is guaranteed to {finds}, as M is {called(class_name)}"
+            )
     return ""
 
 

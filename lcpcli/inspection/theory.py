@@ -128,17 +128,7 @@ def _guarantee(
         )
         below = "M is an H+-matrix with no diagonal entry above 1"
         return Guarantee(YES, below) if largest <= OMEGA.value else Guarantee(NO, above)
-    gains = method.guaranteed
-    if method is METHODS["lemke"] and "free" in problem.box.kinds:
-        gain = gains.get("row_sufficient")
-        gains = {"positive_semidefinite": gain} if gain else {}
-    elif method is METHODS["lemke"] and "upper bound" in problem.box.kinds:
-        # The classes that are invariant under sign changes of variables.
-        gains = {
-            name: gain
-            for name, gain in gains.items()
-            if name in ("p_matrix", "row_sufficient")
-        }
+    gains = sufficient_classes(method, problem)
     if not gains:
         return Guarantee(UNDECIDED, "no theorem about it is known here")
     for name, gain in gains.items():  # the first class to which M belongs decides
@@ -159,6 +149,23 @@ def _guarantee(
         f"M is {'not' if len(gains) == 1 else 'neither'} "
         f"{' nor '.join(map(called, gains))}",
     )
+
+
+def sufficient_classes(method: Method, problem: Problem) -> Mapping[str, str]:
+    """Return the classes of M for which a method is guaranteed to solve a problem with
+    these bounds or to prove that it has no solution, with what is known for each."""
+    gains = method.guaranteed
+    kinds = problem.box.kinds
+    if method is not METHODS["lemke"]:
+        return gains
+    if "free" in kinds:
+        gain = gains.get("row_sufficient")
+        return {"positive_semidefinite": gain} if gain else {}
+    if "upper bound" in kinds:
+        # The classes that are invariant under sign changes of variables.
+        invariant = ("p_matrix", "row_sufficient")
+        return {name: gain for name, gain in gains.items() if name in invariant}
+    return gains
 
 
 def _is_copositive_for_q(classes: Mapping[str, Verdict], problem: Problem) -> bool:

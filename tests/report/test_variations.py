@@ -209,6 +209,26 @@ def test_kinks_count_where_z_and_w_are_both_0() -> None:
     assert explanation(problem, ["fixed-point"]).causes == []
 
 
+@pytest.mark.parametrize("seed", range(40))
+def test_a_method_named_as_guaranteed_solves_the_problem_or_proves_it_has_none(
+    seed: int,
+) -> None:
+    rng = np.random.default_rng(seed)
+    n = int(rng.integers(1, 5))
+    problem = Problem(
+        rng.integers(-1, 4, (n, n)).astype(float),
+        rng.integers(-3, 3, n).astype(float),
+        lower=rng.choice([0, 0, -np.inf], n),
+        upper=rng.choice([np.inf, np.inf, 3], n),
+    )
+    guarantee = explanation(problem, ["fixed-point"]).guarantee
+    if guarantee:
+        name = guarantee.split()[0]
+        result = run(problem, method=name)
+        proved = " or to prove that it has no solution" in guarantee
+        assert result.status.name in ("SOLVED", "INFEASIBLE" if proved else "SOLVED")
+
+
 NO_SMOOTHING = "(no smoothing in double precision)"
 
 
