@@ -83,6 +83,7 @@ SUBPACKAGES: dict[str, set[str]] = {
         "model",
         "rational",
         "verify",
+        "inspection",
         "solving",
         "enumeration",
         "parametric",

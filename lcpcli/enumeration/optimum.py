@@ -304,7 +304,9 @@ def _index(data: ExactProblem, name: Any) -> int:
         (each for each in (names, positions) if name and name in each), None
     )
     if matching_names is None:
-        hint = f"use names of unknowns, or {positions[0]} to {positions[-1]}"
+        hint = "leave it out: the problem has no unknowns"
+        if positions:
+            hint = f"use names of unknowns, or {positions[0]} to {positions[-1]}"
         raise ProblemError(
             "objective",
             f"names {name!r}",

@@ -138,11 +138,11 @@ def matching(named: Sequence[T], patterns: Iterable[str], option: str) -> list[T
         ]
         if not matches:
             valid_names = dict.fromkeys(label for both in labels for label in both)
-            hint = likely(
-                pattern,
-                valid_names,
-                f"write a name, or a name and what it is, as in {quoted(labels[0][1])}",
-            )
+            advice = "leave it out: the problem has none"
+            if labels:
+                example = quoted(labels[0][1])
+                advice = f"write a name, or a name and what it is, as in {example}"
+            hint = likely(pattern, valid_names, advice)
             reason = f"{quoted(pattern)} names nothing in this problem"
             raise ParameterError(option, reason, hint)
         chosen.update(matches)

@@ -208,7 +208,7 @@ class _Search:
         is_least = is_impossible or (repair is not None and repair.is_least)
         if self._z is not None:
             status, repair = SOLVED, None
-            is_complete = self._has_ranges
+            is_complete = self._has_ranges or not self.system.n
         elif conflict is not None or is_least:
             status = UNSOLVABLE
             is_complete = conflict is not None and conflict.irreducible and is_least

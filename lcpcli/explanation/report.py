@@ -30,6 +30,9 @@ from lcpcli.explanation.contradictions import point_without
 from lcpcli.explanation.ranges import End, Range
 from lcpcli.explanation.repair import Repair
 from lcpcli.files.contents import NO_SOURCE, Source
+from lcpcli.inspection.classes import definiteness
+from lcpcli.inspection.verdict import YES
+from lcpcli.linalg.matrices import symmetric_part
 from lcpcli.model.words import in_stated_sense, reversed_names
 from lcpcli.rational.exact_problem import ExactProblem
 from lcpcli.rational.numbers import approximate, brief, text
@@ -149,13 +152,24 @@ def message(explanation: Explanation, cell: Cell = brief) -> str:
             "neither a conflict nor a solution is known"
         )
     if explanation.status == SOLVED:
-        said = "the problem has a solution, and each range is known"
-        return (
-            said
-            if explanation.complete
-            else "the problem has a solution, and not all ranges are known"
-        )
+        known = "each range is" if explanation.complete else "not all ranges are"
+        return f"the problem has a solution, and {known} known{_where(explanation)}"
     return "; ".join([*_blame(explanation), *_cure(explanation, cell)])
+
+
+def _where(explanation: Explanation) -> str:
+    """Return a clause on the solutions of which the ranges are; "" if of all.
+
+    The solutions of a monotone problem form one polyhedron. Otherwise there may be
+    several, and the optimal partition is that of the one around z.
+    """
+    problem = explanation.data.problem
+    if not problem.n or explanation.z is None:
+        return ""
+    if definiteness(symmetric_part(problem.M)).semidefinite == YES:
+        return ""
+    shown = wording.vector(in_stated_sense(problem, explanation.z), brief)
+    return f", for the solutions near z = {shown} alone, as M may not be monotone"
 
 
 def _near(explanation: Explanation) -> str:

@@ -77,6 +77,7 @@ FUNCTIONS = 64  # evaluations of F that take as long as a small linearization
 PIVOTS, QUADRATIC = 32, 150
 FINE = 1e-12  # a natural residual that is not reduced any further
 SMALL = 1e-6  # a natural residual that may be rounding
+UNDEFINED = "the derivatives of F are not finite at z"
 STATIONARY = "z is almost a stationary point of the merit function, but no solution"
 SLOW = "the merit function decreases too slowly"
 NO_FURTHER = "no step decreases the residual further"
@@ -644,6 +645,8 @@ class _MultistartNewton(_JosephyNewton):
         if size(best.gaps) > NEARLY_SOLVED * self.reference:
             if self.is_long:
                 reason = LONG
+            elif not is_finite(row_maxima(self.evaluations.jacobian(best.z))):
+                reason = UNDEFINED
             elif is_slow(merits):
                 reason = SLOW
             else:

@@ -416,6 +416,18 @@ def test_stalls_do_not_blame_a_right_jacobian() -> None:
     )
 
 
+@pytest.mark.parametrize("value", [np.nan, np.inf])
+def test_derivatives_that_are_not_finite_are_the_reason_of_a_stall(
+    value: float,
+) -> None:
+    result = lcpcli.solve_mcp(
+        lambda z: z**2 - 2, lambda _: np.full((2, 2), value), lower=0, z0=[1.0, 1.0]
+    )
+    assert not result.solved
+    assert "the derivatives of F are not finite at z" in result.message
+    assert "stationary" not in result.message
+
+
 def test_differences_where_F_is_infinite_are_undefined_and_no_breakdown() -> None:
     unit = 1e-10  # far less than the steps of differences
     result = lcpcli.solve_mcp(

@@ -106,6 +106,8 @@ class Updated:
         self.Q[:, :p], self.R[:p, :p] = Q[:, :p], R[:p]
 
     def step(self, x: Vector, r: Vector) -> Step:  # noqa: ARG002
+        if not self.indices.size:  # LAPACK refuses matrices of order 0
+            return Step(np.zeros(0), r, np.zeros(0))
         turned = self.Q.T @ r
         dx = lapack().dtrtrs(self.R, turned)[0][: self.indices.size]
         return Step(dx, r - self.Q @ turned, np.zeros(0))
