@@ -264,9 +264,13 @@ class Contact(Formulation):
         bounds: dict[str, Any] = {"lower": lower, "upper": upper}
         if lower.size and not lower.any() and upper.min() == math.inf:
             bounds = {}  # those of an LCP, which need no check
-        problem = Problem(M, q, **bounds, **texts)
+        try:
+            problem = Problem(M, q, **bounds, **texts)
+        except ProblemError:
+            self._finite(self._form)
+            raise
         # This skips the check of `Problem` that the formulation fits M and q.
-        return problem.having(origin=self)
+        return Problem.of_fields(vars(problem), origin=self)
 
     @property
     def number_of_ids(self) -> int:
@@ -322,7 +326,7 @@ class Contact(Formulation):
         these, to be replaced by others."""
         return [None, None]
 
-    @property
+    @cached_property
     def is_planar(self) -> bool:
         return self.friction.tangents.shape[1:] == (1,)
 
@@ -332,7 +336,7 @@ class Contact(Formulation):
             return self.stewart_trinkle()
         parts = self.A, self.b, self.lower, self.upper, self.friction
         with np.errstate(over="ignore", invalid="ignore"):
-            return self._finite(cones.compact(*parts))
+            return cones.compact(*parts)
 
     def stewart_trinkle(self) -> Form:
         """Return the form of Stewart and Trinkle, which may have another M."""
@@ -555,7 +559,9 @@ def of_delassus(
         reason = f"has {count(q.size, 'entry')} for contacts of {width} each"
         raise ProblemError("q", reason, MAKE_AGREE)
     matrix = readonly_matrix(as_square("W", W, q.size)[0], W)
-    coefficients = as_vector("mu", as_bound("mu", mu, contacts, "contact", 0.0))
+    coefficients = _same_coefficients(mu, contacts) if type(mu) is float else None
+    if coefficients is None:
+        coefficients = as_vector("mu", as_bound("mu", mu, contacts, "contact", 0.0))
     for k in np.flatnonzero(coefficients < 0)[:1].tolist():
         raise ProblemError(f"mu[{k}]", f"is {coefficients[k]:g}", FROM_ZERO)
     normals, tangents, lower, upper = _unknowns(contacts, width)
@@ -564,6 +570,17 @@ def of_delassus(
     impact = _impact(q, normals, *law)
     b = q if impact is None else as_vector("q", q + impact.shift)
     return Contact(matrix, b, lower, upper, friction, edges, "W", impact=impact)
+
+
+@lru_cache(maxsize=16)  # as in a sequence mu is often the same
+def _same_coefficients(mu: float, contacts: int) -> Vector | None:
+    """Return the coefficient of all contacts as a vector, read-only; None if it is
+    none."""
+    if not 0 <= mu < math.inf:
+        return None
+    coefficients = np.full(contacts, mu)
+    coefficients.setflags(write=False)
+    return coefficients
 
 
 @lru_cache(maxsize=16)  # as in a sequence the number of contacts is often the same

@@ -143,7 +143,7 @@ def followed(contact: Contact, states: States) -> Proposal | None:
     not lead to a solution.
     """
     is_dense = isinstance(contact.A, np.ndarray)
-    if not (is_dense and contact.is_planar and contact.contacts):
+    if not (is_dense and contact.is_planar and contact.friction.normals.size):
         return None
     step = _Step(contact, states)
     for number in range(1, MAX_SYSTEMS + 1):
