@@ -571,9 +571,9 @@ def _with_doubtful_points_exact(
                 problem, [point], point.criterion.tol, IF_EXACT, step.basis
             )
         if accepted_point is not None and not accepted_point.solved:
-            ending = yield from exactly(
-                problem, MethodSequence(step.x, step.evaluations), tree
-            )
+            continued = MethodSequence(step.x)
+            continued.last = continued.last._replace(evaluations=step.evaluations)
+            ending = yield from exactly(problem, continued, tree)
             if not isinstance(ending, Stalled):
                 return ending
         elif accepted_point is not None and accepted_point.point is not point:

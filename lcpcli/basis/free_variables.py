@@ -25,7 +25,7 @@ z_F = -M_FF^{-1} (M_FB z_B + q_F) by sparse factors, the reduced problem is w_B 
 from __future__ import annotations
 
 from copy import copy
-from typing import Any, NamedTuple
+from typing import Any, NamedTuple, TypeAlias
 
 import numpy as np
 
@@ -59,6 +59,9 @@ class NonfixedVariables(NamedTuple):
     reflection_signs: Vector
     bounded: Indices
     free: Indices
+
+
+Pair: TypeAlias = tuple[Vector, Vector]
 
 
 class Eliminated(NamedTuple):
@@ -140,15 +143,14 @@ def nonfixed_variables(M: Vector, lower: Vector, upper: Vector) -> NonfixedVaria
     )
 
 
-def eliminated(
-    nonfixed: NonfixedVariables, rows: Vector, columns: Vector
-) -> Eliminated:
+def eliminated(nonfixed: NonfixedVariables, factors: Pair) -> Eliminated:
     """Eliminate the free variables from the A of those that are not fixed, which has
     these row and column factors and may be changed, with the bounded variables a - b
     instead of u, and inequalities in both directions for the equations G z_B + g =
     0."""
-    A, bounded, free = nonfixed.A, nonfixed.bounded, nonfixed.free
-    m = bounded.size
+    rows, columns = factors
+    A, bounded = nonfixed.A, nonfixed.bounded
+    free, m = nonfixed.free, bounded.size
     if not free.size:
         none, wide = np.empty((0, 0)), np.empty((0, m))
         return Eliminated(
@@ -171,7 +173,8 @@ def eliminated(
     X = E @ A_FB
     K = A[bounded][:, bounded] - A_BF @ X
     size = CANCELLED * max(largest(A), largest(X), largest(K))
-    K, of_equations, Y = cleaned(K, size), np.empty((m, s)), np.empty((s, m))
+    K = cleaned(K, size)
+    of_equations, Y = np.empty((m, s)), np.empty((s, m))
     if s and m:
         G, H = cleaned(U.T @ A_FB, size), cleaned(A_BF @ V, size)
         R = combinations(G, H)
@@ -180,11 +183,8 @@ def eliminated(
         K = K - of_equations @ G
         Y = np.linalg.pinv(finite(H), SMALLEST) @ K
         whole = np.zeros((m + 2 * s, m + 2 * s))
-        whole[:m, :m], whole[:m, m : m + s], whole[:m, m + s :] = (
-            cleaned(K - H @ Y, size),
-            H,
-            -H,
-        )
+        whole[:m, :m] = cleaned(K - H @ Y, size)
+        whole[:m, m : m + s], whole[:m, m + s :] = H, -H
         whole[m : m + s, :m], whole[m + s :, :m] = G, -G
         K = whole
     elif s:
@@ -256,12 +256,11 @@ def reduced(
     lower: Vector,
     upper: Vector,
     nonfixed: NonfixedVariables,
-    rows: Vector,
-    columns: Vector,
+    factors: Pair,
 ) -> tuple[Vector, Vector, Vector]:
     """Return K, k and d of a problem from its variables that are not fixed, whose A has
     these row and column factors."""
-    elimination = eliminated(nonfixed, rows, columns)
+    elimination = eliminated(nonfixed, factors)
     corner = np.zeros(q.size)
     for i in range(q.size):
         if lower[i] > -np.inf:
@@ -277,11 +276,8 @@ def direction(
 ) -> Vector:
     """Return the distances of the variables that are not fixed from the corner of the
     box, if free ones have this offset."""
-    v, m, s = (
-        np.zeros(nonfixed.variable_indices.size),
-        nonfixed.bounded.size,
-        elimination.V.shape[1],
-    )
+    v = np.zeros(nonfixed.variable_indices.size)
+    m, s = nonfixed.bounded.size, elimination.V.shape[1]
     v[nonfixed.bounded] = y[:m]
     if nonfixed.free.size:
         v[nonfixed.free] = offset - elimination.X @ y[:m]
@@ -345,15 +341,16 @@ class Reduction:
     """
 
     def __init__(self, M: Vector, box: Box) -> None:
-        self.M, self.n, self.box = M, M.shape[0], box
+        self.M = M
+        self.n = M.shape[0]
+        self.box = box
         self.corner = np.broadcast_to(box.corner, self.n)
         lower, upper = box.vectors(self.n)
         self._nonfixed = nonfixed_variables(M, lower, upper)
         A, self.variable_indices, self.reflection_signs, self.bounded, self.free = (
             self._nonfixed
         )
-        rows, columns = scaled(A, exponents(A))
-        self._elimination = eliminated(self._nonfixed, rows, columns)
+        self._elimination = eliminated(self._nonfixed, scaled(A, exponents(A)))
         self.K, self.rows, self.columns = self._elimination[:3]
         self.units = np.append(
             self.rows[self.bounded], np.ones(len(self.K) - self.bounded.size)
@@ -412,7 +409,8 @@ class Reduction:
     def multipliers(self, u: Vector) -> Vector:
         """Return the y of all rows, with M_F' y as close to 0 as possible for free
         variables F, for multipliers u of the reduced rows."""
-        y, B, s = np.zeros(self.n), self.bounded, self._elimination.V.shape[1]
+        y, B = np.zeros(self.n), self.bounded
+        s = self._elimination.V.shape[1]
         y[self.variable_indices[B]] = (
             self.reflection_signs[B] * self.rows[B] * u[: B.size]
         )
@@ -447,11 +445,9 @@ class WithoutFree:
         M, box = problem.M, problem.box
         lower, upper = box.vectors(problem.n)
         is_free = ~(np.isfinite(lower) | np.isfinite(upper))
-        self._problem, self._free, self.bounded = (
-            problem,
-            is_free.nonzero()[0],
-            (~is_free).nonzero()[0],
-        )
+        self._problem = problem
+        self._free = is_free.nonzero()[0]
+        self.bounded = (~is_free).nonzero()[0]
         if not self._free.size or self.bounded.size > MAX_REDUCED:
             raise SingularMatrix
         rows, others = M[self._free], M[self.bounded]

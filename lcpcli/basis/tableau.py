@@ -37,8 +37,9 @@ class Tableau(NamedTuple):
     """(basic variables) = T (nonbasic variables) + constants, with the values that the
     basic ones have at present.
 
-    T : shape (n, n + 1). values, lower, upper : of the basic variables and their
-    bounds, shape (n,). basic, nonbasic : their numbers, shapes (n,) and (n + 1,).
+    T : shape (n, n + 1). d : the upper bounds of y, shape (n,). values, lower, upper :
+    of the basic variables and their bounds, shape (n,). basic, nonbasic : their
+    numbers, shapes (n,) and (n + 1,).
     column : of the nonbasic variable of each pair, shape (n,); both variables of one
     pair are nonbasic, and its other one enters next. at_upper : which y_i stay at d_i
     if nonbasic, shape (n,).
@@ -47,6 +48,7 @@ class Tableau(NamedTuple):
     """
 
     T: Vector
+    d: Vector
     values: Vector
     lower: Vector
     upper: Vector
@@ -58,18 +60,31 @@ class Tableau(NamedTuple):
     growth: Vector
 
 
-def tableau_of(M: Vector, q: Vector, cover: Vector) -> Tableau:
+def tableau_of(M: Vector, q: Vector, d: Vector, cover: Vector) -> Tableau:
     """Return the tableau with all w_i basic, and z_0 = 0 in the last column."""
     n = q.size
     T = np.empty((n, n + 1))
     T[:, :n] = M
     T[:, n] = cover
     numbers = np.arange(2 * n + 1)
-    basic, nonbasic, column = numbers[:n].copy(), numbers[n:].copy(), numbers[:n].copy()
-    lower, upper, at_upper = np.zeros(n), np.full(n, np.inf), np.zeros(n, np.bool_)
-    noise, growth = NOISE * np.abs(q), np.array([np.abs(T).max() if n else 0.0])
+    basic, nonbasic = numbers[:n].copy(), numbers[n:].copy()
+    column = numbers[:n].copy()
+    lower, upper = np.zeros(n), np.full(n, np.inf)
+    at_upper = np.zeros(n, np.bool_)
+    noise = NOISE * np.abs(q)
+    growth = np.array([np.abs(T).max() if n else 0.0])
     return Tableau(
-        T, q.copy(), lower, upper, basic, nonbasic, column, at_upper, noise, growth
+        T,
+        d.copy(),
+        q.copy(),
+        lower,
+        upper,
+        basic,
+        nonbasic,
+        column,
+        at_upper,
+        noise,
+        growth,
     )
 
 
@@ -91,7 +106,6 @@ def exchange(T: Vector, row: int, column: int) -> None:
 
 def choose(
     tableau: Tableau,
-    d: Vector,
     entering: int,
     step_sign: float,
     cover_row: int,
@@ -115,7 +129,7 @@ def choose(
     ratios.fill(np.inf)
     np.divide(slack, rate, where=moves, out=ratios)
     variable = tableau.nonbasic[entering]
-    bound_flip_ratio = d[variable - n] if n <= variable < 2 * n else np.inf
+    bound_flip_ratio = tableau.d[variable - n] if n <= variable < 2 * n else np.inf
     min_ratio = min(np.minimum.reduce(ratios), bound_flip_ratio)
     if min_ratio == np.inf:
         return UNBOUNDED, 0.0
@@ -168,12 +182,12 @@ def shift(tableau: Tableau, entering: int, step_sign: float, step: float) -> flo
 
 
 def move(
-    tableau: Tableau, d: Vector, entering: int, step_sign: float, row: int, step: float
+    tableau: Tableau, entering: int, step_sign: float, row: int, step: float
 ) -> tuple[int, float]:
     """Let the variable of a column enter and that of a row leave, or let the first one
     pass to its other bound; return the column that enters next, with the direction in
     which its variable moves, or NO_ROW once z_0 has left."""
-    n = tableau.values.size
+    n, d = tableau.values.size, tableau.d
     at_upper, variable = tableau.at_upper, int(tableau.nonbasic[entering])
     fastest = shift(tableau, entering, step_sign, step)
     if row == NO_ROW:
@@ -209,7 +223,7 @@ def move(
 
 
 def begin(
-    tableau: Tableau, d: Vector, cover: Vector, lexicographic: bool
+    tableau: Tableau, cover: Vector, lexicographic: bool
 ) -> tuple[int, int, float]:
     """Let z_0 enter at its smallest value with all w_i >= 0; return its row, the column
     that enters next, and the sign of its step."""
@@ -218,13 +232,13 @@ def begin(
     # Some row, also where numbers overflow.
     tied = ~(ratios > min_ratio + (TIE * abs(min_ratio) if lexicographic else 0.0))
     row = int(tied.nonzero()[0][-1])  # the last one is the lexicographic minimum
-    entering, step_sign = move(tableau, d, d.size, 1.0, row, -float(ratios[row]))
+    n = cover.size
+    entering, step_sign = move(tableau, n, 1.0, row, -float(ratios[row]))
     return row, entering, step_sign
 
 
 def follow(
     tableau: Tableau,
-    d: Vector,
     entering: int,
     step_sign: float,
     cover_row: int,
@@ -234,10 +248,10 @@ def follow(
     """Follow the path for at most max_pivots pivots; return how it ended, their number,
     the column that enters next, and the sign of its step."""
     for pivots in range(max_pivots):
-        row, step = choose(tableau, d, entering, step_sign, cover_row, lexicographic)
+        row, step = choose(tableau, entering, step_sign, cover_row, lexicographic)
         if row == UNBOUNDED:
             return RAY, pivots, entering, step_sign
-        entering, step_sign = move(tableau, d, entering, step_sign, row, step)
+        entering, step_sign = move(tableau, entering, step_sign, row, step)
         if entering == NO_ROW:
             return SOLVED, pivots + 1, entering, step_sign
     return PAUSED, max_pivots, entering, step_sign
@@ -251,10 +265,10 @@ def path(
     states = np.full(k.size, LOWER, np.int8)
     if not (k < 0.0).any():
         return SOLVED, 0, states
-    tableau = tableau_of(K, k, cover)
-    row, entering, step_sign = begin(tableau, d, cover, False)
+    tableau = tableau_of(K, k, d, cover)
+    row, entering, step_sign = begin(tableau, cover, False)
     status, pivots, entering, step_sign = follow(
-        tableau, d, entering, step_sign, row, False, max_pivots - 1
+        tableau, entering, step_sign, row, False, max_pivots - 1
     )
     states[tableau.at_upper] = UPPER
     for variable in tableau.basic:
@@ -263,7 +277,7 @@ def path(
     return status, pivots + 1, states
 
 
-def refactorize(tableau: Tableau, A: Vector, q: Vector, d: Vector) -> None:
+def refactorize(tableau: Tableau, A: Vector, q: Vector) -> None:
     """Compute T and the values again from A = [M c] and q; raise LinAlgError if the
     basis is singular."""
     n = q.size
@@ -282,7 +296,7 @@ def refactorize(tableau: Tableau, A: Vector, q: Vector, d: Vector) -> None:
         elsewhere,
         A[np.ix_(S, N)] - elsewhere @ across,
     )
-    y = np.append(np.where(tableau.at_upper, d, 0.0), 0.0)
+    y = np.append(np.where(tableau.at_upper, tableau.d, 0.0), 0.0)
     y[C] = 0.0
     at_bounds = q + A @ np.where(np.isfinite(y), y, 0.0)
     y[C] = -inverse @ at_bounds[R]

@@ -141,14 +141,8 @@ def mixed(problem: Problem, tol: float) -> DirectAnswer | None:
     M = np.ascontiguousarray(dense(problem.M))
     nonfixed = kernels.nonfixed_variables(M, lower, upper)
     try:
-        K, k, d = kernels.reduced(
-            M,
-            q,
-            lower,
-            upper,
-            nonfixed,
-            *free_variables.scaled(nonfixed.A, exponents(nonfixed.A)),
-        )
+        factors = free_variables.scaled(nonfixed.A, exponents(nonfixed.A))
+        K, k, d = kernels.reduced(M, q, lower, upper, nonfixed, factors)
     except np.linalg.LinAlgError:
         return None
     n_basic_solutions = max(-steps, 0)

@@ -20,7 +20,9 @@ nonfixed_variables = njit((MATRIX, VECTOR, VECTOR), cache=True, **OPTIONS)(
     free_variables.nonfixed_variables
 )
 reduced = njit(
-    (MATRIX, *3 * (VECTOR,), NONFIXED, NUMBERS, NUMBERS), cache=True, **OPTIONS
+    (MATRIX, *3 * (VECTOR,), NONFIXED, types.UniTuple(NUMBERS, 2)),
+    cache=True,
+    **OPTIONS,
 )(free_variables.reduced)
 recovered_basis = njit((NONFIXED, types.int64, STATES), cache=True, **OPTIONS)(
     free_variables.recovered_basis

@@ -57,7 +57,8 @@ def _shift(tableau: Any, entering: Any, step_sign: Any, step: Any) -> Any:  # no
     """Return the body of `tableau.shift` that is compiled: one pass."""
 
     def shift(tableau: Any, entering: Any, step_sign: Any, step: Any) -> Any:
-        fastest, values, noise = 0.0, tableau.values, tableau.noise
+        values, noise = tableau.values, tableau.noise
+        fastest = 0.0
         for i in range(values.size):
             change = tableau.T[i, entering] * step_sign
             rate = abs(change)
@@ -74,7 +75,6 @@ def _shift(tableau: Any, entering: Any, step_sign: Any, step: Any) -> Any:  # no
 @overload(tableau.choose, jit_options=OPTIONS)
 def _choose(
     tableau: Any,  # noqa: ARG001
-    d: Any,  # noqa: ARG001
     entering: Any,  # noqa: ARG001
     step_sign: Any,  # noqa: ARG001
     cover_row: Any,  # noqa: ARG001
@@ -84,13 +84,13 @@ def _choose(
 
     def choose(
         tableau: Any,
-        d: Any,
         entering: Any,
         step_sign: Any,
         cover_row: Any,
         lexicographic: Any,
     ) -> Any:
-        n, noise, values = tableau.values.size, tableau.noise, tableau.values
+        n, d = tableau.values.size, tableau.d
+        noise, values = tableau.noise, tableau.values
         variable, min_rate = tableau.nonbasic[entering], SMALL * tableau.growth[0]
         bound_flip_ratio = d[variable - n] if n <= variable < 2 * n else np.inf
         distances, min_ratio = np.empty(n), bound_flip_ratio
@@ -112,7 +112,8 @@ def _choose(
             return cover_row, distances[cover_row] / fall
         if bound_flip_ratio <= min_ratio:
             return NO_ROW, bound_flip_ratio
-        row, fastest, tied = 0, 0.0, np.zeros(n, np.bool_)
+        row, fastest = 0, 0.0
+        tied = np.zeros(n, np.bool_)
         for i in range(n):
             rate = abs(tableau.T[i, entering])
             tied[i] = rate > min_rate and distances[i] - min_ratio * rate <= noise[i]

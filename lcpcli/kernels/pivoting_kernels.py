@@ -14,10 +14,9 @@ from lcpcli.model.box import BASIC, LOWER
 
 STATES = types.Array(types.int8, 1, "C", readonly=True)
 
-TABLEAU = typeof(tableau.tableau_of(np.eye(1), np.ones(1), np.ones(1)))
+TABLEAU = typeof(tableau.tableau_of(np.eye(1), *np.ones((3, 1))))
 FOLLOWED = (
     TABLEAU,
-    VECTOR,
     types.int64,
     types.float64,
     types.int64,

@@ -89,7 +89,8 @@ def krylov(problem: Problem, x0: Vector, symmetric: bool) -> Stage:
     this method, or no P-matrix.
     """
     box = problem.box
-    inexact = Inexact(problem.M, problem.q, box, box.z_of(x0), symmetric)
+    start = KrylovStart(box.z_of(x0))
+    inexact = Inexact(problem.M, problem.q, box, start, symmetric)
     smallest_residual = inexact.size
     stagnant = 0
     pivoting = block_principal_pivoting(inexact, inexact.basis)
@@ -114,6 +115,15 @@ def krylov(problem: Problem, x0: Vector, symmetric: bool) -> Stage:
     )
 
 
+class KrylovStart(NamedTuple):
+    """How pivoting with Krylov methods starts: from a z, with preconditioners, and with
+    products with M, if there are any."""
+
+    z: Vector
+    precondition: Preconditioners | None = None
+    operator: Operator | None = None
+
+
 class Inexact:
     """A problem whose basic solutions are approximated by a Krylov method, perhaps
     preconditioned.
@@ -127,28 +137,27 @@ class Inexact:
         M: Matrix,
         q: Vector,
         box: Box,
-        z: Vector,
+        start: KrylovStart,
         symmetric: bool,
-        precondition: Preconditioners | None = None,
-        operator: Operator | None = None,
     ) -> None:
         self.M = M
         self.q = q
         self.box = box
-        self.z = z
+        self.z = start.z
         self.diagonal = M.diagonal()
-        self._operator = operator or Operator(M)
+        self._operator = start.operator or Operator(M)
         self.is_symmetric = symmetric
         self._method, self._cost = (
             (conjugate_gradients, 1) if symmetric else (bicgstab, 2)
         )
         # The buffer of the products, if one at a time is needed.
         self._image = np.empty(q.size) if symmetric else None
-        self._precondition, self.products = precondition, 0
+        self._precondition = start.precondition
+        self.products = 0
         self._solve: Solve = identity
         self._measure()
         with np.errstate(divide="ignore", invalid="ignore"):
-            self.basis = box.basis_of(0.5 * (z - self.w / self.diagonal))
+            self.basis = box.basis_of(0.5 * (self.z - self.w / self.diagonal))
 
     def _measure(self) -> None:
         self.w = self._operator(self.z)
@@ -226,15 +235,6 @@ SETTLED_CHANGES, SETTLED_SIZE = 0.002, 0.03
 REUSE_CHANGE = 0.03
 
 
-class ActiveSetStart(NamedTuple):
-    """How `active_set` starts: from a z, with preconditioners, and with products with
-    M, if there are any."""
-
-    z: Vector
-    precondition: Preconditioners
-    operator: Operator | None = None
-
-
 # Without it: an obstacle with 10,000 unknowns takes twice as long.
 def multilevel(problem: Problem, symmetric: bool) -> Stage:
     """Pivot by `active_set` from the basis that coarse versions of the problem suggest.
@@ -248,18 +248,18 @@ def multilevel(problem: Problem, symmetric: bool) -> Stage:
     return active_set(problem, partial(_coarse_start, problem), symmetric)
 
 
-def _coarse_start(problem: Problem) -> ActiveSetStart:
+def _coarse_start(problem: Problem) -> KrylovStart:
     hierarchy = Hierarchy(problem.M)
     if hierarchy.is_stuck:
         raise SingularMatrix("coarsening M does not make it much smaller")
     z = FullApproximation(hierarchy, problem.q, problem.box).solution()
     cycles = VCycles(hierarchy)  # in single precision, and without the hierarchy
     operator = hierarchy.levels[0].operator if hierarchy.levels else None
-    return ActiveSetStart(z, cycles, operator)
+    return KrylovStart(z, cycles, operator)
 
 
 def active_set(
-    problem: Problem, start_factory: Callable[[], ActiveSetStart], symmetric: bool
+    problem: Problem, start_factory: Callable[[], KrylovStart], symmetric: bool
 ) -> Stage:
     """Pivot on all infeasibilities, with a few preconditioned products a step; between
     two steps, pivot close to these only, which moves the edge of the active set by
@@ -272,10 +272,7 @@ def active_set(
     residual of the last one is at rounding level. Raises SingularMatrix if a system is
     singular.
     """
-    z, precondition, operator = start_factory()
-    inexact = Inexact(
-        problem.M, problem.q, problem.box, z, symmetric, precondition, operator
-    )
+    inexact = Inexact(problem.M, problem.q, problem.box, start_factory(), symmetric)
     basis = inexact.basis
     min_infeasible = problem.n + 1
     nonmonotone_steps_left = ROUNDS_PATIENCE
@@ -332,7 +329,11 @@ def _pivot_locally(inexact: Inexact, basic_solution: BasicSolution) -> States:
     inexact.z[local_indices] = 0.0
     q = inexact.q[local_indices] + rows @ inexact.z
     local_problem = Inexact(
-        rows[:, local_indices], q, box.part(local_indices), z, inexact.is_symmetric
+        rows[:, local_indices],
+        q,
+        box.part(local_indices),
+        KrylovStart(z),
+        inexact.is_symmetric,
     )
     start = local_problem.size
     try:
@@ -428,7 +429,7 @@ def sparse_route(
     ending = yield from sequence.run_stage("multilevel", multilevel(problem, symmetric))
     if isinstance(ending, Breakdown):
         z = problem.box.z_of(sequence.last.x)
-        stage = active_set(problem, lambda: ActiveSetStart(z, Factors(M)), symmetric)
+        stage = active_set(problem, lambda: KrylovStart(z, Factors(M)), symmetric)
         ending = yield from sequence.run_stage("multilevel", stage)
     if isinstance(ending, Stalled):
         stage = finish(problem, sequence.last.x, stages.ended(ending))

@@ -354,8 +354,8 @@ def exchanges(
             continue
         is_start = False
         if not count:
-            answer = _refine_and_test(problem, z, P, block, residual, w, tol, steps)
-            return answer._replace(is_single=True) if is_single else answer
+            is_sure = _refine_and_test(problem, solution, P, block, residual, tol)
+            return DirectAnswer(z, is_sure, steps, is_single=is_single)
         if guard is None and count < min_infeasible:
             min_infeasible = count
         elif not (
@@ -464,16 +464,15 @@ def _gives_up(guard: Safeguard, problem: Problem) -> bool:
 
 def _refine_and_test(
     problem: Problem,
-    z: Vector,
+    solution: Made,
     P: Indices,
     block: Vector,
     residual: Vector,
-    w: Vector,
     tol: float,
-    steps: int,
-) -> DirectAnswer:
-    """Return the answer z, refined once if its residual w_P is more than rounding; w is
-    0 there."""
+) -> bool:
+    """Refine z of a basic solution in place once if its residual w_P is more than
+    rounding, w being 0 there; return whether it is proved to solve the problem."""
+    z, w, _ = solution
     M, q = problem.M, problem.q
     size, absolute = np.abs(q), np.abs(M)
     row_magnitudes = absolute.dot(z)
@@ -488,14 +487,12 @@ def _refine_and_test(
         row_magnitudes = absolute.dot(z)
         row_magnitudes += size
     elif _is_sure(size, errors, violations, tol):
-        return DirectAnswer(z, True, steps)
+        return True
     np.negative(w, out=w)
     w[P] = np.abs(residual)
     w += row_errors(M, z, row_magnitudes)
     undecided_rows = np.logical_not(w <= tol * size).nonzero()[0]
-    return DirectAnswer(
-        z, _are_small(problem, z, w, row_magnitudes, undecided_rows, tol), steps
-    )
+    return _are_small(problem, z, w, row_magnitudes, undecided_rows, tol)
 
 
 def _is_sure(size: Vector, errors: Vector, violations: Vector, tol: float) -> bool:

@@ -20,7 +20,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Any, Literal
+from typing import Any, Literal, NamedTuple
 
 import numpy as np
 
@@ -215,6 +215,14 @@ POOR_FACTORS, USELESS_FACTORS = 1e-7, 1e-2
 GMRES_STEPS = 8
 
 
+class _Refined(NamedTuple):
+    """An x with its residual b - (M + D) x, and the weighted norm of this."""
+
+    x: Vector
+    residual: Vector
+    size: float
+
+
 class RefinedShiftedSolver:
     """Systems with one M and its regularization rho, within a range; `solve` also
     returns the remaining residual."""
@@ -257,10 +265,10 @@ class RefinedShiftedSolver:
         if not np.isfinite(of_factors):
             raise SingularMatrix
         self._of_factors = max(self._of_factors, of_factors / size)
-        x, r, residual_size = self._iterative_refinement(
-            x, r, b, goal, self._systems.solve
+        refined = self._iterative_refinement(
+            _Refined(x, r, self._norm(r)), b, goal, self._systems.solve
         )
-        if residual_size > max(10 * goal, DOUBTFUL_RESIDUAL * size):
+        if refined.size > max(10 * goal, DOUBTFUL_RESIDUAL * size):
             self._used_gmres = True
             weights, by_factors = self._weights, self._systems.solve
 
@@ -271,12 +279,12 @@ class RefinedShiftedSolver:
                 )
                 return gmres(A, weights * r, GMRES_STEPS, inverse, 0.1 * goal)
 
-            x, r, residual_size = self._iterative_refinement(x, r, b, goal, by_gmres, 1)
-        if residual_size > 10 * goal:
+            refined = self._iterative_refinement(refined, b, goal, by_gmres, 1)
+        if refined.size > 10 * goal:
             self._remaining_residual = max(
-                self._remaining_residual, residual_size / size
+                self._remaining_residual, refined.size / size
             )
-        return x, r
+        return refined.x, refined.residual
 
     def _first(self, b: Vector) -> tuple[Vector, Vector, float]:
         """Return the x of the factors, its residual, and the norm of its residual in
@@ -287,31 +295,28 @@ class RefinedShiftedSolver:
 
     def _iterative_refinement(
         self,
-        x: Vector,
-        r: Vector,
+        start: _Refined,
         b: Vector,
         goal: float,
         solve: Solve,
         max_refinements: int = SYSTEM_REFINEMENTS,
-    ) -> tuple[Vector, Vector, float]:
-        """Return x, its residual and the norm of the residual after at most
-        max_refinements refinements, while these converge fast."""
-        residual_size = self._norm(r)
+    ) -> _Refined:
+        """Return x after at most max_refinements refinements, while these converge
+        fast."""
+        last = start
         for _ in range(max_refinements):
-            if residual_size <= goal:
+            if last.size <= goal:
                 break
-            better = x + solve(r)
-            residual = b - self._product(better)
+            x = last.x + solve(last.residual)
+            residual = b - self._product(x)
             size = self._norm(residual)
-            if not size < residual_size:
+            if not size < last.size:
                 break
-            rate = size / residual_size
-            x = better
-            r = residual
-            residual_size = size
+            rate = size / last.size
+            last = _Refined(x, residual, size)
             if rate > SLOW_REFINEMENT:
                 break
-        return x, r, residual_size
+        return last
 
     def _product(self, x: Vector) -> Vector:
         product = self._times(x)

@@ -353,14 +353,14 @@ class LemkePath:
             else seeded_cover(int(cover), reduction.units.size)
         )
         self.lexicographic = lexicographic
-        self.tableau = tableau_of(reduction.K, self.k, self.cover)
+        self.tableau = tableau_of(reduction.K, self.k, reduction.d, self.cover)
         self.pivots = 0
         self.age = 0
         self.row = 0
         self.end = SOLVED
         if (self.k < 0).any():
             self.row, self.entering, self.way = begin(
-                self.tableau, reduction.d, self.cover, lexicographic
+                self.tableau, self.cover, lexicographic
             )
             self.pivots = 1
             self.age = 1
@@ -380,11 +380,7 @@ class LemkePath:
                 min(pivots_to_refresh, last - self.pivots),
             )
             path_state = self.follow(
-                self.tableau,
-                self.reduction.d,
-                *entering_state,
-                self.lexicographic,
-                max_pivots,
+                self.tableau, *entering_state, self.lexicographic, max_pivots
             )
             self.end, pivots, self.entering, self.way = path_state
             self.pivots, self.age = self.pivots + pivots, self.age + pivots
@@ -394,10 +390,7 @@ class LemkePath:
 
     def _refresh(self) -> None:
         refactorize(
-            self.tableau,
-            np.column_stack((self.reduction.K, self.cover)),
-            self.k,
-            self.reduction.d,
+            self.tableau, np.column_stack((self.reduction.K, self.cover)), self.k
         )
         self.age = 0
 

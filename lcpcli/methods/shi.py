@@ -54,6 +54,11 @@ SMOOTHING = (
     "smoothing error"
 )
 LOWEST = "no step decreases |F~| any further in double precision"
+STATIONARY = (
+    "f = |F~|^2 / 2 is stationary at a point that is not a zero of F~: J is singular "
+    "there"
+)
+UNDERFLOW = "|F~|^2 underflows; multiply q and the start by the same large number"
 DESCENT = (SELECTED, STEEPEST_AT_MULTIPLE, STEEPEST)
 
 
@@ -87,6 +92,7 @@ def shi(
     small.
     """
     p, k_star = default_p(problem) if p is None else p, int(k_star)
+    wolfe = WolfeConditions(rho, sigma)
     smoothed = Smoothed(problem, p)
     before: SmoothedPoint | None = None
     point = smoothed.at(x0)
@@ -95,7 +101,8 @@ def shi(
         k, g = 0, smoothed.gradient(point)
         way = Direction(SELECTED, -g)
     else:
-        k, before, point = 1, point, smoothed.at(x1)
+        k = 1
+        before, point = point, smoothed.at(x1)
         evaluations += 1
         selected = partial(Selected, point, before)
         yield Iterate(point.x, point.F, SELECTED, evaluations, quantities=selected)
@@ -107,13 +114,10 @@ def shi(
         if not (math.isfinite(point.f) and math.isfinite(slope)):
             return Breakdown("|F~|^2 overflows; divide q and the start by their size")
         if slope == 0:
-            return Breakdown(
-                "f = |F~|^2 / 2 is stationary at a point that is not a zero of "
-                "F~: J is singular there"
-            )
+            return Breakdown(STATIONARY)
         # A parabola with this slope has its minimum 0 there.
         first_trial = -2 * point.f / slope
-        outcome = search(smoothed, point, way.s, slope, first_trial, rho, sigma)
+        outcome = search(smoothed, point, way.s, slope, first_trial, wolfe)
         if isinstance(outcome, int):
             if way.step in DESCENT:
                 return _smoothed_solution(problem, p, point.F) or Stalled(LOWEST)
@@ -122,19 +126,17 @@ def shi(
             # F rises along s, by a kink or rounding: only d remains.
             way = way._replace(step=STEEPEST, s=-g, alpha=None, multiple=None)
             continue
-        accepted, gamma, gradient, trials = outcome
-        evaluations += trials
-        points = before, point, accepted
-        all_trials = trials + failed_trials
-        step = partial(Step, way, points, g, slope, gamma, all_trials)
-        before, point, g, failed_trials = point, accepted, gradient, 0
+        evaluations += outcome.trials
+        if failed_trials:
+            outcome = outcome._replace(trials=outcome.trials + failed_trials)
+            failed_trials = 0
+        step = partial(Step, way, (before, point), g, slope, outcome)
+        before, point, g = point, outcome.point, outcome.gradient
         k += 1
         yield Iterate(point.x, point.F, way.step, evaluations, quantities=step)
         way = _select(k, k_star, point.F, way.s, point.F - before.F, g)
     if point.F.any():
-        return Breakdown(
-            "|F~|^2 underflows; multiply q and the start by the same large number"
-        )
+        return Breakdown(UNDERFLOW)
     return _smoothed_solution(problem, p, point.F) or Finished()
 
 
@@ -194,11 +196,9 @@ def direction(F: Vector, v: Vector, y: Vector, g: Vector) -> Direction:
     the same positive number, |u|, so that neither can overflow: up to this, they are mu
     F / |F| and nu v / |v| with mu = -sign <v, y> and nu = -cos(y, F) |cos(v, y)|.
     """
-    size_F, size_v, size_y = (
-        math.sqrt(float(F @ F)),
-        math.sqrt(float(v @ v)),
-        math.sqrt(float(y @ y)),
-    )
+    size_F = math.sqrt(float(F @ F))
+    size_v = math.sqrt(float(v @ v))
+    size_y = math.sqrt(float(y @ y))
     if 0 in (size_F, size_v, size_y):
         return Direction(STEEPEST, -g)
     cosines = cos_vy, cos_yF = (
@@ -282,10 +282,9 @@ class Step(Selected):
     """The quantities of a step in the paper's terms: those of `direction` without its
     normalization; None where they are not defined.
 
-    points : x_(k-1), or None for the first step, x_k, where the step starts, and
-        x_(k+1). g : grad f(x_k). slope, gamma : <g, s> and the accepted length, for the
-        normalized s. trials : the number of trial lengths, also along an abandoned
-        direction.
+    points : x_(k-1), or None for the first step, and x_k, where the step starts. g :
+        grad f(x_k). slope : <g, s> for the normalized s, to which the accepted length
+        refers too.
     """
 
     _from: SmoothedPoint
@@ -293,17 +292,19 @@ class Step(Selected):
     def __init__(
         self,
         direction: Direction,
-        points: tuple[SmoothedPoint | None, SmoothedPoint, SmoothedPoint],
+        points: tuple[SmoothedPoint | None, SmoothedPoint],
         g: Vector,
         slope: float,
-        gamma: float,
-        trials: int,
+        accepted: Accepted,
     ) -> None:
-        super().__init__(points[2], points[1])
-        self._before, self._from, _ = points
+        super().__init__(accepted.point, points[1])
+        self._before, self._from = points
         # Without its s, which the next step overwrites.
         self.step, _, self._alpha, self._multiple, self._cosines = direction
-        self._g, self._slope, self._gamma, self.trials = g, slope, gamma, trials
+        self._g = g
+        self._slope = slope
+        self._gamma = accepted.length
+        self.trials = accepted.trials
 
     @cached_property
     def _sizes(self) -> tuple[float, float, float]:
@@ -358,7 +359,8 @@ class Step(Selected):
     def s(self) -> Vector:
         if self._multiple is None:
             return self.d
-        u, v, alpha = self.u, self.v, self._alpha
+        u, v = self.u, self.v
+        alpha = self._alpha
         if self._is_along_F or u is None or v is None:
             return math.copysign(1.0, -float(self._from.F @ self._g)) * self._from.F
         if alpha is None:
@@ -500,24 +502,39 @@ class Smoothed:
         return y
 
 
+class WolfeConditions(NamedTuple):
+    """The two conditions of step 2.7 on the end of a step, the weak Wolfe conditions
+
+    f(x + gamma s) <= f(x) + gamma rho <grad f(x), s>         (sufficient decrease)
+    <grad f(x + gamma s), s> >= sigma <grad f(x), s>                (curvature).
+    """
+
+    rho: float
+    sigma: float
+
+
+class Accepted(NamedTuple):
+    """The point to which a step leads, its length, the gradient of f there, and the
+    number of trial lengths, also along an abandoned direction."""
+
+    point: SmoothedPoint
+    length: float
+    gradient: Vector
+    trials: int
+
+
 def search(
     smoothed: Smoothed,
     start: SmoothedPoint,
     s: Vector,
     slope: float,
     gamma: float,
-    rho: float,
-    sigma: float,
-) -> tuple[SmoothedPoint, float, Vector, int] | int:
+    wolfe: WolfeConditions,
+) -> Accepted | int:
     """Return the point to which a step from start along s leads, where f has the slope
-    <grad f, s> < 0, with first trial length gamma > 0; its length, the gradient of f
-    there, and the number of trial lengths; only that number if they become too short to
-    change x: the decrease is below rounding.
-
-    The point satisfies the two conditions of step 2.7, the weak Wolfe conditions
-
-        f(x + gamma s) <= f(x) + gamma rho <grad f(x), s>         (sufficient decrease)
-        <grad f(x + gamma s), s> >= sigma <grad f(x), s>                (curvature).
+    <grad f, s> < 0, with first trial length gamma > 0, and which satisfies the Wolfe
+    conditions; only the number of trial lengths if they become too short to change x:
+    the decrease is below rounding.
 
     Any other trial becomes a limit of the bracket: the upper one if it violates the
     decrease, else the lower one. The bracket expands while it has no upper limit; from
@@ -526,14 +543,12 @@ def search(
     (Nocedal and Wright 2006, section 3.5). Gradients are computed only where the
     decrease holds.
     """
-    low, f_low, slope_low, high, f_high, first = (
-        0.0,
-        start.f,
-        slope,
-        math.inf,
-        math.inf,
-        gamma,
-    )
+    rho, sigma = wolfe
+    # The bracket, with f at its limits, and the slope at the lower one.
+    low, f_low = 0.0, start.f
+    high, f_high = math.inf, math.inf
+    slope_low = slope
+    first = gamma
     for trial in range(1, MAX_TRIALS + 1):
         x = gamma * s
         x += start.x
@@ -547,9 +562,10 @@ def search(
             g = smoothed.gradient(point)
             slope_here = float(g @ s)
             if slope_here >= sigma * slope:
-                return point, gamma, g, trial
+                return Accepted(point, gamma, g, trial)
             halve = gamma - low < 0.5 * (high - low)
-            low, f_low, slope_low = gamma, point.f, slope_here
+            low, f_low = gamma, point.f
+            slope_low = slope_here
         if high == math.inf:
             flattening = slope_low / slope
             gamma = low * (

@@ -310,9 +310,8 @@ def in_given_variables(
     """Pass on the stage with x, F and, in its ending, the proof, if any, of the
     original problem. polishing : as in `MethodSequence`."""
     ending_of = partial(_ending_in_given_variables, change)
-    return MethodSequence(None, 0, change, polishing, ending_of, ()).run_stage(
-        "", stage
-    )
+    sequence = MethodSequence(None, change, polishing, ending_of, ())
+    return sequence.run_stage("", stage)
 
 
 def moved_back(
@@ -320,7 +319,7 @@ def moved_back(
 ) -> Stage:
     """Pass on the stage with x and F of the original problem, as `in_given_variables`,
     and its ending as it is."""
-    return MethodSequence(None, 0, change, polishing, faults=()).run_stage("", stage)
+    return MethodSequence(None, change, polishing, faults=()).run_stage("", stage)
 
 
 def _ending_in_given_variables(change: Change, ending: Ending) -> Ending:
@@ -381,14 +380,13 @@ class MethodSequence:
     def __init__(
         self,
         x0: Vector | None = None,
-        evaluations: int = 0,
         change: Change | None = None,
         polishing: BasicSolutions | None = None,
         ending_of: Callable[[Ending], Ending] | None = None,
         faults: tuple[type[Exception], ...] = FAULTS,
     ) -> None:
         start = NOWHERE if x0 is None else x0
-        self.last = Iterate(start, None, "", evaluations)
+        self.last = Iterate(start, None, "", 0)
         self._change = None if change is None or change.is_identity else change
         self._polishing = polishing
         self._ending_of = ending_of

@@ -567,12 +567,11 @@ def bounds_of_each(
     rows_of: Callable[[str, Any], Vector | None],
     lower: Any,
     upper: Any,
-    m: int,
-    n: int,
+    shape: tuple[int, int],
     infinity: float,
     of: str,
 ) -> tuple[Vector, Vector] | None:
-    """Return both bounds of m problems, of shape (m, n); None if they are 0 and
+    """Return both bounds of m problems, of this shape (m, n); None if they are 0 and
     infinity, as of an LCP. rows_of : returns the bounds of each problem, or None for a
         bound that is the same for all. of : the noun for a problem in messages."""
     bounds = []
@@ -581,8 +580,9 @@ def bounds_of_each(
         ("upper", upper, math.inf),
     ):
         rows = rows_of(field, bound)
-        rows = as_bound(field, bound, n, "unknown", absent) if rows is None else rows
-        bounds.append(np.broadcast_to(with_infinity(rows, infinity), (m, n)))
+        if rows is None:
+            rows = as_bound(field, bound, shape[1], "unknown", absent)
+        bounds.append(np.broadcast_to(with_infinity(rows, infinity), shape))
     low, high = bounds
     refuse_crossed(low, high, of)
     return (low, high) if low.any() or (high < math.inf).any() else None

@@ -59,7 +59,7 @@ class Columns:
         self._bounds = None
         if has_columns("lower", lower) or has_columns("upper", upper):
             self._bounds = bounds_of_each(
-                self._rows_of, lower, upper, self.k, self.n, infinity, "column"
+                self._rows_of, lower, upper, (self.k, self.n), infinity, "column"
             )
             lower, upper = 0.0, math.inf
         shape = tuple[int, ...](getattr(M, "shape", ()))
@@ -293,7 +293,7 @@ class Stack:
         self.box = self.like.box.mapped(lambda bound: np.broadcast_to(bound, (m, n)))
         if of_each:
             bounds_by_row = bounds_of_each(
-                self._rows_of, lower, upper, m, n, infinity, "problem"
+                self._rows_of, lower, upper, (m, n), infinity, "problem"
             )
             self.box = (
                 ORTHANT if bounds_by_row is None else Box(*map(_copy, bounds_by_row))

@@ -49,7 +49,7 @@ from lcpcli.linalg.units import (
 from lcpcli.model.box import Box, of_masks
 from lcpcli.model.changes import scale
 from lcpcli.model.problem import Problem
-from lcpcli.typing import Indices, Mask, Matrix, Vector
+from lcpcli.typing import Indices, Mask, Vector
 
 DOUBLE_DIGITS = 16  # decimal digits of a double precision number
 # Random right-hand sides: they estimate the standard deviation to a factor of about
@@ -169,9 +169,10 @@ class _States:
         few digits.
     """
 
-    def __init__(self, M: Matrix, basic: Mask) -> None:
+    def __init__(self, problem: Problem, basic: Mask) -> None:
         """Raise SingularMatrix if M_BB is singular and its rank is not clear."""
-        self.M = M
+        self.problem = problem
+        self.M = M = problem.M
         self.basic = basic
         self.B = np.flatnonzero(basic)
         self.determined = np.ones(basic.size, dtype=bool)
@@ -256,7 +257,7 @@ def _motions(problem: Problem, z: Vector, w: Vector, basic: Mask) -> _Motions | 
     with a rank that is not clear.
     """
     try:
-        states = _States(problem.M, basic)
+        states = _States(problem, basic)
         distances = state_slacks(problem.box, z, w, basic)
         violations = np.where(basic | (distances < 0), w, 0.0)
         changes = _changes(problem, z, violations, basic)
@@ -288,7 +289,7 @@ def _motions(problem: Problem, z: Vector, w: Vector, basic: Mask) -> _Motions | 
             break
         if not new.any():
             break
-        exchanges = _Exchanges(problem, z, states, moves, kinks, at_bound)
+        exchanges = _Exchanges(states, z, moves, kinks, at_bound)
         sizes, free = exchanges.largest_sizes(), exchanges.free
     return _Motions(
         alone[0] + MEDIAN * alone[1],
@@ -323,14 +324,9 @@ class _Exchanges:
     """
 
     def __init__(
-        self,
-        problem: Problem,
-        z: Vector,
-        states: _States,
-        moves: Vector,
-        kinks: Mask,
-        at_bound: Mask,
+        self, states: _States, z: Vector, moves: Vector, kinks: Mask, at_bound: Mask
     ) -> None:
+        problem = states.problem
         basic = states.basic
         box = problem.box
         P = np.flatnonzero(kinks)

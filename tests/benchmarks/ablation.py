@@ -512,7 +512,7 @@ SWITCHES: tuple[Switch, ...] = (
         "methods.interior_steps:RefinedShiftedSolver.solve",
         edited(
             (
-                "if residual_size > max(10 * goal, DOUBTFUL_RESIDUAL * size):",
+                "if refined.size > max(10 * goal, DOUBTFUL_RESIDUAL * size):",
                 "if False:",
             )
         ),

@@ -361,14 +361,14 @@ def test_a_tableau_that_is_computed_anew_is_that_of_the_pivots() -> None:
         B = random.standard_normal((n, n))
         M, q = B @ B.T + np.eye(n), -random.random(n) - 0.1
         d, cover = np.where(random.random(n) < 0.7, 0.05, np.inf), np.ones(n)
-        made = tableau.tableau_of(M, q, cover)
-        row, *following = tableau.begin(made, d, cover, False)
+        made = tableau.tableau_of(M, q, d, cover)
+        row, *following = tableau.begin(made, cover, False)
         end = tableau.PAUSED
         while end == tableau.PAUSED:
-            end, _, *following = tableau.follow(made, d, *following, row, False, 1)
+            end, _, *following = tableau.follow(made, *following, row, False, 1)
             T, values = made.T.copy(), made.values.copy()
             n_upper += np.count_nonzero(made.at_upper)
-            tableau.refactorize(made, np.column_stack((M, cover)), q, d)
+            tableau.refactorize(made, np.column_stack((M, cover)), q)
             assert np.abs(made.T - T).max() <= 1e-9
             assert np.abs(made.values - values).max() <= 1e-9
         assert end == tableau.SOLVED
