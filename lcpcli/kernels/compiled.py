@@ -88,19 +88,18 @@ def lemke(
         return None
     box = LOWEST[: q.size], HIGHEST[: q.size]
     if basic is not None:
-        direct_answer = _at(problem, M, box, tol, of_masks(basic), "newton", 1)
-        if direct_answer is not None:
-            return direct_answer
+        acceptance = _at(problem, M, box, tol, of_masks(basic))
+        if acceptance is not None:
+            return _answer(acceptance, "newton", 1)
     if not (q < 0).any():
         return None
     termination, pivots, states = path(
         M, q, HIGHEST[: q.size], COVER[: q.size], max(MIN_REFRESHED, q.size)
     )
-    return (
-        _at(problem, M, box, tol, states, "lemke", pivots)
-        if termination == tableau.SOLVED
-        else None
-    )
+    if termination != tableau.SOLVED:
+        return None
+    acceptance = _at(problem, M, box, tol, states)
+    return None if acceptance is None else _answer(acceptance, "lemke", pivots)
 
 
 @cache
@@ -129,12 +128,12 @@ def mixed(problem: Problem, tol: float) -> DirectAnswer | None:
         np.ascontiguousarray(problem.lower),
         np.ascontiguousarray(problem.upper),
     )
-    is_solution, reference, t = reference_of(*rows, q, lower, upper)
+    is_solution, reference, t = reference_of(rows, q, lower, upper)
     if not t.size:
         return None
-    if is_solution and surely_solves(*rows, q, lower, upper, tol, reference):
+    if is_solution and surely_solves(rows, q, lower, upper, tol, reference):
         return DirectAnswer(reference, True, 0)
-    steps, z = pivot_blocks(*rows, q, lower, upper, t)
+    steps, z = pivot_blocks(rows, q, lower, upper, t)
     acceptance = _accepted(problem, rows, box, z, tol) if z.size else None
     if acceptance is not None:
         return DirectAnswer(acceptance.point.z, True, steps, point=acceptance.point)
@@ -151,36 +150,30 @@ def mixed(problem: Problem, tol: float) -> DirectAnswer | None:
     )
     if termination != tableau.SOLVED:
         return None
-    return _at(
-        problem,
-        M,
-        box,
-        tol,
-        kernels.recovered_basis(nonfixed, q.size, states),
-        "lemke",
-        pivots + n_basic_solutions,
-        n_basic_solutions,
-    )
+    states = kernels.recovered_basis(nonfixed, q.size, states)
+    acceptance = _at(problem, M, box, tol, states)
+    if acceptance is None:
+        return None
+    evaluations = pivots + n_basic_solutions
+    return _answer(acceptance, "lemke", evaluations, n_basic_solutions)
 
 
 def _at(
-    problem: Problem,
-    M: Vector,
-    box: Vectors,
-    tol: float,
-    states: States,
-    method: str,
-    evaluations: int,
-    n_basic_solutions: int = 0,
-) -> DirectAnswer | None:
-    """Return the basic solution of this basis, if it is a solution by a margin larger
-    than rounding errors. n_basic_solutions : the number of basic solutions computed
-    before.
+    problem: Problem, M: Vector, box: Vectors, tol: float, states: States
+) -> Acceptance | None:
+    """Return the decision on the basic solution of this basis, if it is a solution by
+    a margin larger than rounding errors; otherwise None.
     """
     z = basic_solution(M, problem.q, *box, states)
-    acceptance = _accepted(problem, rows_of(problem), box, z, tol, states)
-    if acceptance is None:
-        return None
+    return _accepted(problem, rows_of(problem), box, z, tol, states)
+
+
+def _answer(
+    acceptance: Acceptance, method: str, evaluations: int, n_basic_solutions: int = 0
+) -> DirectAnswer:
+    """Return the answer of a method that has ended at a solution. n_basic_solutions :
+    the number of basic solutions computed before.
+    """
     point, final_basis = acceptance.point, acceptance.basis
     return DirectAnswer(
         point.z, True, 1 + n_basic_solutions, method, evaluations, final_basis, point
@@ -208,9 +201,9 @@ def _accepted(
     larger than rounding errors, perhaps after distances from bounds are removed that
     may be rounding errors of 0; otherwise None. rows : M in compressed sparse rows.
     """
-    if not surely_solves(*rows, problem.q, *box, tol, z):
+    if not surely_solves(rows, problem.q, *box, tol, z):
         z = on_bounds(*box, z)
-        if not surely_solves(*rows, problem.q, *box, tol, z):
+        if not surely_solves(rows, problem.q, *box, tol, z):
             return None
     point = Point.of_solution(Criterion(problem, tol), z)
     acceptance = accepted(problem, [point], tol, EXACT, states)
@@ -226,7 +219,7 @@ def solves(problem: Problem, z: Vector, tol: float) -> bool:
     lower, upper = conditions_of(problem)[2:]
     return bool(
         surely_solves(
-            *rows_of(problem), problem.q, lower, upper, tol, np.ascontiguousarray(z)
+            rows_of(problem), problem.q, lower, upper, tol, np.ascontiguousarray(z)
         )
     )
 
@@ -241,7 +234,7 @@ def test_sparse(
         return None, None
     bounds = conditions_of(problem)[2:]
     answer, rows, unit_arrays = acceptance_test(
-        *rows_of(problem), problem.q, *bounds, tol, np.ascontiguousarray(z)
+        rows_of(problem), problem.q, *bounds, tol, np.ascontiguousarray(z)
     )
     if unit_arrays[-1]:
         rho, gamma, parts, count = unit_arrays

@@ -14,7 +14,7 @@ sparse rows: where each row begins, the columns and the values.
 
 from __future__ import annotations
 
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from numba import njit, types
@@ -107,13 +107,27 @@ def _solve(A: Any, rows: Any, k: int, b: Any) -> None:
         b[i] = total / A[i, i]
 
 
-@inlined
-def _basic_solution(
-    M: Any, q: Any, basic: Any, A: Any, rows: Any, P: Any, z: Any, b: Any
-) -> int:
-    """Write the z of a basis into z, and factors of M_PP into A; return the order of
-    M_PP, or -1 if it is singular.
+class Workspace(NamedTuple):
+    """The arrays of one basic solution; the parts for its k basic variables come first.
+
+    A, rows : the factors of M_PP, shape (n, n), and their row interchanges, shape (n,).
+    P : the indices of the basic variables. z : shape (n,). b : the right-hand side, or
+    z_P.
     """
+
+    A: Any
+    rows: Any
+    P: Any
+    z: Any
+    b: Any
+
+
+@inlined
+def _basic_solution(M: Any, q: Any, basic: Any, work: Any) -> int:
+    """Compute the z of a basis, and factors of M_PP; return the order of M_PP, or -1 if
+    it is singular.
+    """
+    A, rows, P, z, b = work
     k = 0
     for i in range(q.size):
         z[i] = 0.0
@@ -155,11 +169,7 @@ def _block_pivoting(
     q: Any,
     basic: Any,
     is_start: bool,
-    A: Any,
-    rows: Any,
-    P: Any,
-    z: Any,
-    b: Any,
+    work: Any,
 ) -> tuple[int, int]:
     """Pivot on the infeasible indices, from a basis, as `newton` does with its
     safeguard; return the order of the last M_PP, -1 if there is no solution, and the
@@ -168,7 +178,9 @@ def _block_pivoting(
     is_start : whether the basis is a warm start, which is replaced by the basis of q <
         0 if it is not close to that of a solution.
     """
-    n, k, steps, is_single = q.size, 0, 0, False
+    P, z, b = work.P, work.z, work.b
+    n, k = q.size, 0
+    steps, is_single = 0, False
     min_violations = n + 1
     patience = direct.BLOCK_PATIENCE
     single_pivots_left = direct.FEW_INDEX_STEPS
@@ -179,7 +191,7 @@ def _block_pivoting(
         z[:] = 0.0
         return 0, 0
     while True:
-        k = _basic_solution(M, q, basic, A, rows, P, z, b)
+        k = _basic_solution(M, q, basic, work)
         steps += 1
         if k < 0 and not is_start:
             return k, steps
@@ -231,12 +243,11 @@ def _is_capped(M: Any, q: Any, i: int, violation: float, tol: float) -> bool:
 
 
 @inlined
-def _refine_and_test(
-    M: Any, q: Any, tol: float, k: int, A: Any, rows: Any, P: Any, z: Any, b: Any
-) -> int:
+def _refine_and_test(M: Any, q: Any, tol: float, k: int, work: Any) -> int:
     """Refine z by its residual, with the factors of M_PP; return CERTAIN if it solves
     the problem for all possible rounding errors, otherwise CANDIDATE.
     """
+    A, rows, P, z, b = work
     n = q.size
     for a in range(k):
         total = q[P[a]]
@@ -303,17 +314,12 @@ def solve_one(
     largest : the largest |M_ij|.
     """
     n = q.size
-    A = np.empty((n, n))
-    rows = np.empty(n, np.int64)
-    P = np.empty(n, np.int64)
-    z = np.empty(n)
-    b = np.empty(n)
-    k, steps = _block_pivoting(M, q, basic.copy(), is_start, A, rows, P, z, b)
+    P, z = np.empty(n, np.int64), np.empty(n)
+    work = Workspace(np.empty((n, n)), np.empty(n, np.int64), P, z, np.empty(n))
+    k, steps = _block_pivoting(M, q, basic.copy(), is_start, work)
     if k < 0:
         return direct.NOTHING, steps, z
-    verdict_code = (
-        _refine_and_test(M, q, tol, k, A, rows, P, z, b) if k else direct.CERTAIN
-    )
+    verdict_code = _refine_and_test(M, q, tol, k, work) if k else direct.CERTAIN
     is_long = n > 0 and max(largest, np.abs(q).max()) > LONG_NUMBER
     is_open = n <= FEW_UNKNOWNS and (
         is_long or (_hides_terms(q, largest, z) and not _is_sure(M, q, k, P, z))
@@ -351,6 +357,9 @@ FEW_ROWS = 48  # rows of M_BB up to which LAPACK takes longer
 DENSE = 0.2
 CORRECTIONS = 2  # corrections of a solution by its residual
 PLACES = types.Array(types.uint32, 1, "C", readonly=True)
+# M in compressed sparse rows: a plain tuple, as numba takes ten times as long to find
+# the type of a named one in each call from Python.
+ENTRIES = types.Tuple((PLACES, PLACES, VECTOR))
 
 
 @compiled
@@ -453,46 +462,39 @@ def _correct(entries: Any, q: Any, system: Any, z: Any, w: Any) -> Any:
 
 
 @inlined
-def _is_wrong(
-    entries: Any,
-    q: Any,
-    lower: float,
-    upper: float,
-    state: int,
-    z: Any,
-    w: float,
-    i: int,
-) -> bool:
+def _is_wrong(problem: Any, states: Any, z: Any, w: Any, i: int) -> bool:
     """Return whether a component violates the condition of its status by more than
     rounding errors.
     """
-    starts, columns, values = entries
-    violation = -w if state == LOWER else w
+    (starts, columns, values), q, lower, upper = problem
+    state = states[i]
+    violation = -w[i] if state == LOWER else w[i]
     if state == BASIC:
-        violation = max(lower - z[i], z[i] - upper)
-    if not violation > 0.0 or lower == upper:
-        return violation != violation
+        violation = max(lower[i] - z[i], z[i] - upper[i])
+    if not violation > 0.0 or lower[i] == upper[i]:
+        return bool(violation != violation)
     terms, largest = abs(q[i]), 0.0
     for at in range(starts[i], starts[i + 1]):
         terms += abs(values[at] * z[columns[at]])
         largest = max(largest, abs(values[at]))
-    return bool(violation * (largest if state == BASIC else 1.0) > ROW_ROUNDING * terms)
+    scale = largest if state == BASIC else 1.0
+    return bool(violation * scale > ROW_ROUNDING * terms)
 
 
-@njit(types.Tuple((COUNT, NUMBERS))(PLACES, PLACES, *(VECTOR,) * 5), **OPTIONS)
-def pivot_blocks(
-    begin: Any, columns: Any, values: Any, q: Any, lower: Any, upper: Any, t: Any
-) -> Any:
+@njit(types.Tuple((COUNT, NUMBERS))(ENTRIES, *(VECTOR,) * 4), **OPTIONS)
+def pivot_blocks(entries: Any, q: Any, lower: Any, upper: Any, t: Any) -> Any:
     """Pivot on the infeasible indices, from the basis of t = z - w, as `auto` runs
     `newton`; return the number of steps and z of the solution. If there is none, return
     minus the number of basic solutions, and an empty z.
     """
-    entries = begin, columns, values
+    begin, columns, values = entries
+    problem = entries, q, lower, upper
     # Columns with few entries come first, which keeps factors sparse.
     order = np.argsort(np.bincount(columns, minlength=q.size), kind="mergesort")
     diagonal = np.zeros(q.size)
     n, steps, patience = q.size, 0, direct.BLOCK_PATIENCE
-    max_changes, is_single, is_hasty = np.inf, False, False
+    max_changes = np.inf
+    is_single, is_hasty = False, False
     states = np.empty(n, np.int8)
     next_states = np.empty(n, np.int8)
     wrong = np.zeros(n, np.bool_)
@@ -518,7 +520,7 @@ def pivot_blocks(
             return 1 - steps, np.zeros(0)
         count, changes, first = 0, 0, n
         for i in range(n):
-            wrong[i] = _is_wrong(entries, q, lower[i], upper[i], states[i], z, w[i], i)
+            wrong[i] = _is_wrong(problem, states, z, w, i)
             count, first = count + wrong[i], min(first, i) if wrong[i] else first
             next_state = states[i]
             if wrong[i] and next_state != BASIC:

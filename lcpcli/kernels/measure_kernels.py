@@ -10,7 +10,7 @@ kernels of other files.
 
 from __future__ import annotations
 
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from numba import njit, types
@@ -29,14 +29,17 @@ VECTOR = types.Array(types.float64, 1, "C", readonly=True)
 NUMBERS, PARTS, PLACES = (
     types.Array(each, 1, "C") for each in (types.float64, types.int64, types.uint32)
 )
-ROWS = INDICES, INDICES, VECTOR
+# M in compressed sparse rows: a plain tuple, as numba takes ten times as long to find
+# the type of a named one in each call from Python.
+ENTRIES = types.Tuple((INDICES, INDICES, VECTOR))
 SOLVES, FAILS, UNDECIDED = 1, -1, 0
 
 
 @compiled
-def _rows(begin: Any, columns: Any, values: Any, q: Any, z: Any) -> Any:
+def _rows(entries: Any, q: Any, z: Any) -> Any:
     """Return M z + q and |M| |z| + |q|, and whether all of them are finite and no
     product may have underflowed."""
+    begin, columns, values = entries
     n, is_sure = q.size, True
     w, terms = q.copy(), np.abs(q)
     for i in range(n):
@@ -69,9 +72,7 @@ def _largest_gap(z: Any, w: Any, lower: Any, upper: Any) -> float:
 
 
 @compiled
-def _reference(
-    begin: Any, columns: Any, values: Any, q: Any, lower: Any, upper: Any
-) -> Any:
+def _reference(entries: Any, q: Any, lower: Any, upper: Any) -> Any:
     """Return the reference point and its M z + q and |M| |z| + |q|, and whether these
     are finite and free of underflow.
     """
@@ -84,11 +85,12 @@ def _reference(
             corner[i] = lower[i]
         elif upper[i] < np.inf:
             corner[i] = upper[i]
-    w, terms, is_sure = q.copy(), np.abs(q), True
+    w, terms = q.copy(), np.abs(q)
+    is_sure = True
     if nearest.any():
-        w, terms, is_sure = _rows(begin, columns, values, q, nearest)
+        w, terms, is_sure = _rows(entries, q, nearest)
     if (nearest != corner).any():
-        other, other_terms, other_is_sure = _rows(begin, columns, values, q, corner)
+        other, other_terms, other_is_sure = _rows(entries, q, corner)
         is_sure &= other_is_sure
         if _largest_gap(corner, other, lower, upper) < _largest_gap(
             nearest, w, lower, upper
@@ -97,23 +99,25 @@ def _reference(
     return nearest, w, terms, is_sure
 
 
+class Reference(NamedTuple):
+    """The reference point z, its q_ref = M z + q, lower bounds on |q_ref|, and the rows
+    in which it is too inaccurate."""
+
+    z: Any
+    q_ref: Any
+    min_q_ref: Any
+    is_rough: Any
+
+
 @compiled
-def _sizes(
-    units: Any,
-    lower: Any,
-    upper: Any,
-    z: Any,
-    reference: Any,
-    q_ref: Any,
-    min_q_ref: Any,
-    is_rough: Any,
-) -> Any:
+def _sizes(units: Any, lower: Any, upper: Any, z: Any, at: Any) -> Any:
     """Return log2 of k for each connected component of M, as
     `Measure.component_sizes` does: k is the largest scaled violation at the reference
     point or distance of a z_i at a bound from it; NaN if q_ref is too inaccurate.
 
-    min_q_ref : lower bounds on |q_ref|.
+    at : the `Reference`.
     """
+    reference, q_ref, min_q_ref, is_rough = at
     n, (rho, gamma, parts, count) = z.size, units
     sizes = np.full(count, -np.inf)
     of_reference = np.full(count, -np.inf)
@@ -155,9 +159,10 @@ def _root(parents: Any, i: int) -> int:
 
 
 @compiled
-def _components(begin: Any, columns: Any, values: Any) -> Any:
+def _components(entries: Any) -> Any:
     """Return the components of the rows and, after them, of the columns, shape (2 n,),
     and their number."""
+    begin, columns, values = entries
     n = begin.size - 1
     parents = np.arange(2 * n)
     numbers = np.full(2 * n, -1)
@@ -178,12 +183,13 @@ def _components(begin: Any, columns: Any, values: Any) -> Any:
     return parts, count
 
 
-@njit(types.Tuple((NUMBERS, NUMBERS, PARTS, types.int64))(*ROWS), **OPTIONS)
-def units_of(begin: Any, columns: Any, values: Any) -> Any:
+@njit(types.Tuple((NUMBERS, NUMBERS, PARTS, types.int64))(ENTRIES), **OPTIONS)
+def units_of(entries: Any) -> Any:
     """Return log2 of R and of C, the components of rows and columns, shape (2 n,), and
     their number, as `units.units` does up to a constant for each component; 0
     components if conjugate gradients do not converge.
     """
+    begin, columns, values = entries
     n = begin.size - 1
     sums, counts = np.zeros(2 * n), np.zeros(2 * n)
     used = values != 0.0
@@ -198,7 +204,8 @@ def units_of(begin: Any, columns: Any, values: Any) -> Any:
     step = np.empty(2 * n)
     direction = np.zeros(2 * n)
     image = np.empty(2 * n)
-    before, goal, has_converged = 0.0, CONVERGED_ERROR, False
+    before, goal = 0.0, CONVERGED_ERROR
+    has_converged = False
     for k in range(FEW_CG_STEPS):
         largest = size = total = 0.0
         for v in range(2 * n):
@@ -223,18 +230,18 @@ def units_of(begin: Any, columns: Any, values: Any) -> Any:
         for v in range(2 * n):
             x[v] += size / total * direction[v]
             residual[v] -= size / total * image[v]
-    parts, count = _components(begin, columns, values)
+    parts, count = _components(entries)
     return x[:n].copy(), x[n:].copy(), parts, count if has_converged else 0
 
 
-@njit(types.Tuple((types.boolean, NUMBERS, NUMBERS))(*ROWS, *(VECTOR,) * 3), **OPTIONS)
-def reference_of(
-    begin: Any, columns: Any, values: Any, q: Any, lower: Any, upper: Any
-) -> Any:
+@njit(
+    types.Tuple((types.boolean, NUMBERS, NUMBERS))(ENTRIES, *(VECTOR,) * 3), **OPTIONS
+)
+def reference_of(entries: Any, q: Any, lower: Any, upper: Any) -> Any:
     """Return whether the reference point z of a mixed problem seems to solve it, z, and
     z - w, which is empty if a bound is far from 0.
     """
-    z, w, _, _ = _reference(begin, columns, values, q, lower, upper)
+    z, w, _, _ = _reference(entries, q, lower, upper)
     t, solves = z - w, True
     for i in range(z.size):
         for bound in (abs(lower[i]), abs(upper[i])):
@@ -295,24 +302,15 @@ def _are_within_caps(
 
 @compiled
 def _acceptance_test(
-    begin: Any,
-    columns: Any,
-    values: Any,
-    q: Any,
-    lower: Any,
-    upper: Any,
-    tol: float,
-    z: Any,
+    entries: Any, q: Any, lower: Any, upper: Any, tol: float, z: Any
 ) -> Any:
     """Return whether z solves the problem, as a code; whether it is decided without
     doubt which rows fail; what is known of the rows; and the scaling factors of M,
     empty where they were not needed.
     """
     n, units = q.size, (np.empty(0), np.empty(0), np.empty(0, np.int64), 0)
-    reference, q_ref, at_reference, is_sure = _reference(
-        begin, columns, values, q, lower, upper
-    )
-    w, full_terms, is_sure_too = _rows(begin, columns, values, q, z)
+    reference, q_ref, at_reference, is_sure = _reference(entries, q, lower, upper)
+    w, full_terms, is_sure_too = _rows(entries, q, z)
     terms = full_terms.copy()
     error = ROW_ROUNDING * full_terms
     min_q_ref = np.abs(q_ref)
@@ -320,15 +318,14 @@ def _acceptance_test(
     is_rough = np.zeros(n, np.bool_)
     is_sure &= is_sure_too
     if reference.any():
-        far_w, far_terms, is_sure_too = _rows(
-            begin, columns, values, q_ref, z - reference
-        )
+        far_w, far_terms, is_sure_too = _rows(entries, q_ref, z - reference)
         is_sure &= is_sure_too
         terms, error, min_q_ref, q_error, is_rough = _with_reference(
             w, full_terms, far_w, far_terms, q_ref, at_reference
         )
     is_closed = is_solution = is_small = True
-    fails, worst, is_reference = False, np.empty(n), not (z != reference).any()
+    fails, worst = False, np.empty(n)
+    is_reference = not (z != reference).any()
     for i in range(n):
         excess = _excess(z[i], w[i], lower[i], upper[i])
         allowed = max(tol * terms[i], ROUNDING * full_terms[i])
@@ -345,43 +342,28 @@ def _acceptance_test(
     elif is_sure and is_closed:
         answer = SOLVES
     elif is_sure:
-        units = units_of(begin, columns, values)
-        sizes = _sizes(units, lower, upper, z, reference, q_ref, min_q_ref, is_rough)
+        units = units_of(entries)
+        at = Reference(reference, q_ref, min_q_ref, is_rough)
+        sizes = _sizes(units, lower, upper, z, at)
         rows = terms, full_terms, min_q_ref
         if units[3] and _are_within_caps(worst, rows, sizes, units, tol):
             answer = SOLVES
     return answer, is_known, (w, terms, full_terms, error), units
 
 
-@njit(types.boolean(*ROWS, *(VECTOR,) * 3, types.float64, VECTOR), **OPTIONS)
+@njit(types.boolean(ENTRIES, *(VECTOR,) * 3, types.float64, VECTOR), **OPTIONS)
 def surely_solves(
-    begin: Any,
-    columns: Any,
-    values: Any,
-    q: Any,
-    lower: Any,
-    upper: Any,
-    tol: float,
-    z: Any,
+    entries: Any, q: Any, lower: Any, upper: Any, tol: float, z: Any
 ) -> bool:
     """Return whether a z within its bounds solves the problem for all possible rounding
     errors in w.
     """
-    return bool(
-        _acceptance_test(begin, columns, values, q, lower, upper, tol, z)[0] == SOLVES
-    )
+    return bool(_acceptance_test(entries, q, lower, upper, tol, z)[0] == SOLVES)
 
 
-@njit((*ROWS, *(VECTOR,) * 3, types.float64, VECTOR), **OPTIONS)
+@njit((ENTRIES, *(VECTOR,) * 3, types.float64, VECTOR), **OPTIONS)
 def acceptance_test(
-    begin: Any,
-    columns: Any,
-    values: Any,
-    q: Any,
-    lower: Any,
-    upper: Any,
-    tol: float,
-    z: Any,
+    entries: Any, q: Any, lower: Any, upper: Any, tol: float, z: Any
 ) -> Any:
     """Return SOLVES or FAILS if that holds for all possible rounding errors in w of a z
     within its bounds, otherwise UNDECIDED; `measure.Rows`, shape (4, n), if they are
@@ -389,7 +371,7 @@ def acceptance_test(
     components if it was not needed.
     """
     answer, is_known, values_of_rows, units = _acceptance_test(
-        begin, columns, values, q, lower, upper, tol, z
+        entries, q, lower, upper, tol, z
     )
     rows = np.empty((4 if is_known and answer != SOLVES else 0, z.size))
     for k in range(len(rows)):

@@ -97,7 +97,7 @@ def test_the_compiled_checks_say_nothing_else_than_the_measure(
         lcpcli.run(problem).z * (1 + 10.0**size * random.standard_normal(n))
     )
     if problem.is_mixed and surely_solves(
-        *rows_of(problem), problem.q, *problem.box.vectors(n), 1e-10, z
+        rows_of(problem), problem.q, *problem.box.vectors(n), 1e-10, z
     ):
         assert Point(Criterion(problem), z).solves()
     sparse = Problem(
@@ -266,5 +266,5 @@ def test_a_violation_is_not_small_in_the_units_of_another_row() -> None:
     )
     assert not solves(problem, z, 1e-4)
     assert not surely_solves(
-        *rows_of(problem), problem.q, *map(np.array, problem.box.vectors(2)), 1e-4, z
+        rows_of(problem), problem.q, *map(np.array, problem.box.vectors(2)), 1e-4, z
     )
