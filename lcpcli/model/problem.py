@@ -67,6 +67,11 @@ class Facts:
     def __init__(self, M: Matrix, block_form: BlockForm | None) -> None:
         self._M, self._form = M, block_form
 
+    def __getstate__(self) -> dict[str, Any]:
+        """Leave the M before out of copies and pickles."""
+        without = "_before", "base"
+        return {key: value for key, value in vars(self).items() if key not in without}
+
     def follow(self, before: Facts) -> None:
         """Let the units of M before in a sequence bound those of this one."""
         if is_sparse(self._M) or is_sparse(before._M):
