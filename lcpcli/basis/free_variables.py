@@ -380,9 +380,9 @@ class Reduction:
 
     def recover(self, y: Vector, basic: Mask, at_upper: Mask) -> tuple[Vector, States]:
         """Return z of the original problem and its basis for y and its basis."""
-        states = of_masks(basic, at_upper & ~basic)
+        basis = of_masks(basic, at_upper & ~basic)
         return self.corner + self.direction(y, self.offset), recovered_basis(
-            self._nonfixed, self.n, states
+            self._nonfixed, self.n, basis
         )
 
     def direction(self, y: Vector, offset: Vector | None = None) -> Vector:

@@ -144,14 +144,14 @@ def states_of(
             [None if bound is None else Fraction(0) for bound in bounds]
             for bounds in (lower, upper)
         )
-    states = list[tuple[str, ...]]()
+    statuses = list[tuple[str, ...]]()
     for k, (row, value, low, high) in enumerate(
         zip(data.rows, z, lower, upper, strict=True)
     ):
         # w_k up to a positive factor.
         w = sum(row.get(j, 0) * factor for j, factor in used) + constants[k] * d
         if low is not None and data.lower[k] == data.upper[k]:
-            states.append((FIXED,) if value == low else ())
+            statuses.append((FIXED,) if value == low else ())
             continue
         is_within = (low is None or value >= low) and (high is None or value <= high)
         conditions = (
@@ -159,8 +159,8 @@ def states_of(
             (BASIC, w == 0 and is_within),
             (UPPER, w <= 0 and high is not None and value == high),
         )
-        states.append(tuple(WORDS[state] for state, holds in conditions if holds))
-    return tuple(states)
+        statuses.append(tuple(WORDS[state] for state, holds in conditions if holds))
+    return tuple(statuses)
 
 
 def combined(
@@ -226,17 +226,17 @@ def pieces(data: ExactProblem, check: Callable[[], None]) -> Iterator[Piece]:
         return
     unknowns = Unknowns(data, check)
     # Branching on the last statuses first takes fewer nodes if there are many pieces.
-    unknowns.allow([states[::-1] for states in unknowns.choices])
+    unknowns.allow([statuses[::-1] for statuses in unknowns.choices])
     root = unknowns.root()
     if root is None:
         return
     starts = [root.copy(), root.copy()]
     if z is not None:
-        states = states_of(data, tuple(z))
+        statuses = states_of(data, tuple(z))
         bits = sum(
             bit
             for bit, (k, state) in unknowns.meaning.items()
-            if WORDS[state] in states[k]
+            if WORDS[state] in statuses[k]
         )
         _choose_common(unknowns, starts[0], bits)
     late: list[Node] = []
@@ -276,14 +276,16 @@ def _listed(
     points, *others = listed
     rays, lines = (tuple(map(unknowns.direction, each)) for each in others)
     directions = [*rays, *lines, *(tuple(-value for value in line) for line in lines)]
-    states = [states_of(unknowns.data, each, is_direction=True) for each in directions]
+    statuses = [
+        states_of(unknowns.data, each, is_direction=True) for each in directions
+    ]
     vertices = []
     for values in points:
         unknowns.check()
         vertex, vertex_states = states_at(values)
         vertices.append(vertex)
-        states.append(vertex_states)
-    return Piece.of(states, tuple(vertices), rays, lines)
+        statuses.append(vertex_states)
+    return Piece.of(statuses, tuple(vertices), rays, lines)
 
 
 def _largest(unknowns: Unknowns, root: Node, node: Node) -> tuple[Node, int]:

@@ -104,20 +104,18 @@ class Position(RationalPivoting):
         data, n = system.data, system.n
         problem, w = data.problem, rounded(data.w(z))
         is_fixed = np.equal(*problem.box.vectors(n))
-        states = basic_states(problem, rounded(z), w, is_fixed)
-        if states is None:  # there is a line of solutions
-            states = problem.box.basis_at(rounded(z), w)
+        basis = basic_states(problem, rounded(z), w, is_fixed)
+        if basis is None:  # there is a line of solutions
+            basis = problem.box.basis_at(rounded(z), w)
         # Beyond the range of doubles z_i is rounded to a bound that is not there.
         has_no_upper = np.array([high is None for high in data.upper], bool)
-        states[(states == box.UPPER) & has_no_upper] = box.BASIC
+        basis[(basis == box.UPPER) & has_no_upper] = box.BASIC
         bounds = list(enumerate(zip(data.lower, data.upper, strict=True)))
         dictionary, columns = system.dictionary(_forms(data), effort)
         fixed = {n + i for i, (low, high) in bounds if low is not None and low == high}
         dictionary.signed = {*_forms(data)} - fixed
-        entering_forms = [
-            system.form_of_z(i) for i in columns if states[i] == box.BASIC
-        ]
-        for i, state in enumerate(states.tolist()):
+        entering_forms = [system.form_of_z(i) for i in columns if basis[i] == box.BASIC]
+        for i, state in enumerate(basis.tolist()):
             entries = zip(dictionary.cobasic, dictionary.rows[n + i][1:], strict=True)
             candidates = [
                 form for form, value in entries if value and form in entering_forms
@@ -127,8 +125,8 @@ class Position(RationalPivoting):
                 dictionary.pivot(n + i, dictionary.cobasic.index(candidates[0]) + 1)
                 continue
             if state == box.BASIC:  # the row depends on others
-                states[i] = box.LOWER if system.form_of_z(i) == i else box.UPPER
-            if states[i] == box.UPPER:
+                basis[i] = box.LOWER if system.form_of_z(i) == i else box.UPPER
+            if basis[i] == box.UPPER:
                 dictionary.negate(n + i)
                 if system.form_of_z(i) == i:
                     dictionary.pivot(2 * n + i, dictionary.cobasic.index(i) + 1)
@@ -136,7 +134,7 @@ class Position(RationalPivoting):
         is_feasible = min(values, default=0) >= 0 and not any(
             dictionary.value(n + i) for i, (low, high) in bounds if low is high
         )
-        return cls(system, dictionary, states.tolist()) if is_feasible else None
+        return cls(system, dictionary, basis.tolist()) if is_feasible else None
 
     def column(self, field: str, i: int, sign: int) -> dict[int, int]:
         """Return how the basic forms change, multiplied by `divisor`, as a number

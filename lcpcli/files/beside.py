@@ -273,17 +273,17 @@ def read_states(text: str, problem: Problem) -> list[str]:
     if not is_file and not set(typed_words) & set(WORDS.values()):
         reason = f"{text!r} is neither a file nor a basis"
         raise ParameterError("basis", reason, "write lower,basic,upper or name a file")
-    states = typed_words
+    basis = typed_words
     if is_file:
         file = InputFile.read(text, STATES_HINT)
-        states = file.within(_states_in, file, problem)
+        basis = file.within(_states_in, file, problem)
     try:
-        basis_of_words(problem, states)
+        basis_of_words(problem, basis)
     except ProblemError as error:
         if is_file:
             raise error.inside(("--basis", source_name(text))) from None
         raise ProblemError(f"--{error.where}", error.fault, error.hint) from None
-    return states
+    return basis
 
 
 @np.errstate(all="ignore")
@@ -293,16 +293,14 @@ def _states_in(file: InputFile, problem: Problem) -> list[str]:
     refuse(not file.kind.has_results, "", "has no basis", STATES_HINT)
     if not file.kind.is_table:
         data = _first_in(file.content)
-        states: Any = data.get("basis") if isinstance(data, dict) else data
-        if isinstance(states, list):
-            return states
-        is_result = (
-            states is None and isinstance(data, dict) and {"z", "w"} <= set(data)
-        )
+        basis: Any = data.get("basis") if isinstance(data, dict) else data
+        if isinstance(basis, list):
+            return basis
+        is_result = basis is None and isinstance(data, dict) and {"z", "w"} <= set(data)
         refuse(
             not is_result,
             "basis",
-            IS_MISSING if states is None else f"is {kind(states)}",
+            IS_MISSING if basis is None else f"is {kind(basis)}",
             STATES_HINT,
         )
     z, w = _result_in(file, problem.n)

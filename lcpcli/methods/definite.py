@@ -207,10 +207,10 @@ class _Run:
             self._exchanges.count += 1
             mu = steps.mu(at)
             yield self._exchanges.shown(at.z.high, f"mu {mu:.0e}, {length:.2f}")
-            states, are_clear = self._states(at, before)
-            if (are_clear or mu < VANISHED_MU) and states.tobytes() != checked_basis:
-                checked_basis = states.tobytes()
-                yield from self._exchanges.from_states(states)
+            basis, are_clear = self._states(at, before)
+            if (are_clear or mu < VANISHED_MU) and basis.tobytes() != checked_basis:
+                checked_basis = basis.tobytes()
+                yield from self._exchanges.from_states(basis)
                 if self._exchanges.is_solved:
                     return Finished()
             if mu < VANISHED_MU:
@@ -238,8 +238,8 @@ class _Run:
             nearer = at.z.high - lower <= upper - at.z.high
             masks[0] &= ~both | nearer
             masks[1] &= ~both | ~nearer
-        states = of_masks(~(masks[0] | masks[1]), masks[1])
-        return states, bool(unclear <= max(FEW_UNCLEAR, UNCLEAR_SHARE * active.size))
+        basis = of_masks(~(masks[0] | masks[1]), masks[1])
+        return basis, bool(unclear <= max(FEW_UNCLEAR, UNCLEAR_SHARE * active.size))
 
 
 class Exchanges:
@@ -254,39 +254,39 @@ class Exchanges:
         self.count = 0
         self.is_solved = False
 
-    def from_states(self, states: States) -> Iterator[Iterate]:
+    def from_states(self, basis: States) -> Iterator[Iterate]:
         """Yield the basic solutions from this basis on, while they have few
         infeasibilities."""
         box = self.problem.box
         min_infeasible = self.problem.n + 1
         stagnant = 0
         while stagnant <= MAX_STAGNANT:
-            basic = states == BASIC
-            z, w = self.systems.basic(self.problem.q, box.nonbasic(states), basic)
-            violations = self._violations(z, w, states)
+            basic = basis == BASIC
+            z, w = self.systems.basic(self.problem.q, box.nonbasic(basis), basic)
+            violations = self._violations(z, w, basis)
             wrong = violations > 0.0
             count = int(np.count_nonzero(wrong))
             self.count += 1
             self.is_solved = not count
-            yield self._finished(z.high, states)
+            yield self._finished(z.high, basis)
             if not count or count > MAX_WRONG * self.problem.n:
                 return
             stagnant += count >= min_infeasible
             if count > min_infeasible:
                 wrong = np.arange(wrong.size) == violations.argmax()
             min_infeasible = min(count, min_infeasible)
-            states = box.exchanged(states, wrong, z.high)
+            basis = box.exchanged(basis, wrong, z.high)
 
-    def _violations(self, z: DoubleDouble, w: Vector, states: States) -> Vector:
+    def _violations(self, z: DoubleDouble, w: Vector, basis: States) -> Vector:
         """Return the infeasibilities beyond rounding, relative to the largest z or w,
         as the diagonal of M is about 1."""
         box = self.problem.box
-        basic = states == BASIC
+        basic = basis == BASIC
         lower, upper = box.vectors(z.high.size)
         below, above = (self._distance(z, bound, basic) for bound in (lower, upper))
         sizes = float(np.abs(z.high).max()), float(np.abs(w).max())
         of_z = np.maximum(below, -above) - ZERO_Z * sizes[0]
-        of_w = box.violations(z.high, w, states) - ZERO_W * sizes[0]
+        of_w = box.violations(z.high, w, basis) - ZERO_W * sizes[0]
         return np.where(basic, of_z / (sizes[0] or 1.0), of_w / (sizes[1] or 1.0))
 
     def _distance(self, z: DoubleDouble, bound: Vector, basic: Mask) -> Vector:
@@ -296,7 +296,7 @@ class Exchanges:
         finite = basic & np.isfinite(bound)
         return np.where(finite, -(distance.high + distance.low), -np.sign(bound) * 0.0)
 
-    def _finished(self, z: Vector, states: States) -> Iterate:
+    def _finished(self, z: Vector, inner_basis: States) -> Iterate:
         """Return a basic solution as an iterate: z as it is, whatever rounding leaves
         of w."""
         within, original_problem = self.within, self.within.original
@@ -305,7 +305,7 @@ class Exchanges:
             np.full(original_problem.n, LOWER),
         )
         original_z[within.kept_columns] = self.problem.box.project(z) * within.units
-        basis[within.kept_columns] = states
+        basis[within.kept_columns] = inner_basis
         x = original_problem.box.x_within(
             original_z, original_problem.w(original_z), basis
         )

@@ -339,9 +339,9 @@ class Run:
             v[within.kept_columns] / within.units
             for v in (z if initial_guess is None else initial_guess, z)
         )
-        states = inner.box.basis_of((z - times(z) - inner.q) / 2)
+        basis = inner.box.basis_of((z - times(z) - inner.q) / 2)
         z = np.where(
-            states == BASIC, inner.box.project(start), inner.box.nonbasic(states)
+            basis == BASIC, inner.box.project(start), inner.box.nonbasic(basis)
         )
         if (
             not self._count
@@ -350,7 +350,7 @@ class Run:
             self._count += 1
             yield self._shown(z, FINISH)._replace(signs_final=False)
         for point in islice(
-            self._exchanged(start, states, max_residual=max_residual, shift=shift),
+            self._exchanged(start, basis, max_residual=max_residual, shift=shift),
             rounds,
         ):
             yield point._replace(signs_final=point.signs_final or self._is_solved)
@@ -361,7 +361,7 @@ class Run:
     def _exchanged(
         self,
         z: Vector,
-        states: States,
+        basis: States,
         last: bool = False,
         max_residual: float = FAR_RESIDUAL,
         shift: float = PROXIMAL_SHIFT,
@@ -377,7 +377,7 @@ class Run:
         )
         with suppress(SingularMatrix):
             for basic_solution in islice(
-                block_principal_pivoting(proximal, states), EXCHANGE_ROUNDS
+                block_principal_pivoting(proximal, basis), EXCHANGE_ROUNDS
             ):
                 size = largest(inner.box.gaps(basic_solution.z, basic_solution.w))
                 if not size <= max(WORSE_FACTOR * smallest_residual, max_residual):

@@ -154,9 +154,9 @@ class ComplementarySystem:
             return False
         with imports:
             from lcpcli.verify.exact_solution import exact_basis
-        states = of_masks(basic, ~(basic | at_lower))
+        basis = of_masks(basic, ~(basic | at_lower))
         proved_basis = exact_basis(
-            ExactProblem.of_basis(original_problem, states), states
+            ExactProblem.of_basis(original_problem, basis), basis
         )
         return proved_basis is None or (proved_basis.unique and not proved_basis.solves)
 

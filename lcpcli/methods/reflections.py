@@ -150,9 +150,9 @@ def _walk(
                     return Breakdown("the iteration overflows")
                 if rank == 0:
                     yield Iterate(x, None, "", steps, signs_final=False)
-                states = problem.box.basis_of(x).tobytes()
-                if states not in visited_bases:
-                    visited_bases.add(states)
+                basis = problem.box.basis_of(x).tobytes()
+                if basis not in visited_bases:
+                    visited_bases.add(basis)
                     pivoting = from_states(problem, problem.box.basis_of(x))
                     while isinstance(step := advance(pivoting), Iterate):
                         if (

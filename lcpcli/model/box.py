@@ -116,8 +116,8 @@ def of_masks(basic: Mask, upper: Mask | None = None) -> States:
     basic, and LOWER elsewhere."""
     if upper is None:
         return -(~basic).view(np.int8)
-    states: States = upper.view(np.int8) - (~(basic | upper)).view(np.int8)
-    return states
+    basis: States = upper.view(np.int8) - (~(basic | upper)).view(np.int8)
+    return basis
 
 
 def in_words(states: States) -> list[str]:

@@ -487,11 +487,11 @@ class Relaxed(Change):
     @np.errstate(invalid="ignore")  # of infinite bounds, which have not moved
     def back(self, x: Vector) -> Vector:
         relaxed, box = self.problem, self.original.box
-        states = relaxed.box.basis_of(x)
+        basis = relaxed.box.basis_of(x)
         lower, upper = box.vectors(x.size)
-        x = np.where(states == BASIC, x, x - (self.original.q - relaxed.q) / 2)
-        at_lower = self.moved_sides.lower & (states == LOWER)
-        at_upper = self.moved_sides.upper & (states == UPPER)
+        x = np.where(basis == BASIC, x, x - (self.original.q - relaxed.q) / 2)
+        at_lower = self.moved_sides.lower & (basis == LOWER)
+        at_upper = self.moved_sides.upper & (basis == UPPER)
         x = np.where(at_lower, x + (lower - relaxed.lower) / 2, x)
         return np.where(at_upper, x + (upper - relaxed.upper) / 2, x)
 

@@ -65,24 +65,24 @@ def basic_states(
     w_B = 0, until another component reaches a bound or its w reaches 0, as a point is
     moved to a vertex of its polyhedron.
     """
-    states = problem.box.basis_at(z, w)
-    states[problem.box.fixed] = np.where(w[problem.box.fixed] < 0, UPPER, LOWER)
-    states[is_fixed] = LOWER
+    basis = problem.box.basis_at(z, w)
+    basis[problem.box.fixed] = np.where(w[problem.box.fixed] < 0, UPPER, LOWER)
+    basis[is_fixed] = LOWER
     units = scale(problem)
     low, high = units.problem.box.vectors(problem.n)
     z, w = units.z_inside(z), units.w_inside(w)
     for _ in range(4 * problem.n + 1):
         raise_if_timed_out()
-        null = _null_vector(units.problem.M, states)
+        null = _null_vector(units.problem.M, basis)
         if null is None:
-            return states
-        basic = states == BASIC
+            return basis
+        basic = basis == BASIC
         change = product(units.problem.M, null)
-        gaps = np.where(basic, null, np.where(states == UPPER, -change, change))
+        gaps = np.where(basic, null, np.where(basis == UPPER, -change, change))
         gaps[is_fixed] = 0.0
         gaps[np.abs(gaps) <= ROUNDING_RTOL * np.abs(gaps).max()] = 0.0
         below = np.where(
-            basic, z - low, np.maximum(np.where(states == UPPER, -w, w), 0.0)
+            basic, z - low, np.maximum(np.where(basis == UPPER, -w, w), 0.0)
         )
         with np.errstate(divide="ignore", invalid="ignore"):
             above = np.where(basic, high - z, np.inf)
@@ -100,9 +100,9 @@ def basic_states(
         step = (1 - 2 * int(side)) * steps[side, k]
         z, w = z + step * null, w + step * change
         if not basic[k]:
-            states[k] = BASIC
+            basis[k] = BASIC
         else:
-            states[k] = LOWER if step * gaps[k] < 0 else UPPER
+            basis[k] = LOWER if step * gaps[k] < 0 else UPPER
     return None
 
 
@@ -408,20 +408,20 @@ class _Following:
                 terminations.UNSOLVED,
                 f"{ENDS[terminations.UNSOLVED]}: {result.message}",
             )
-        states = basic_states(
+        basis = basic_states(
             self.family.problem, result.z, result.w, self.family.is_fixed
         )
-        if states is None:
+        if basis is None:
             return _Termination(
                 terminations.UNSOLVED,
                 f"{ENDS[terminations.UNSOLVED]} whose basic variables it determines",
             )
         if self.exact is None:
-            pivoting = Pivoting(self.family, states)
+            pivoting = Pivoting(self.family, basis)
             return self._along(
                 0.0, pivoting.units.z_outside(pivoting.z), pivoting.edges()
             )
-        exactly = ExactPivoting(self.exact, states)
+        exactly = ExactPivoting(self.exact, basis)
         if not exactly.is_feasible:
             return _Termination(
                 terminations.UNSOLVED,
@@ -514,9 +514,9 @@ class _Following:
                 for endpoint in (before, point)
             )
             is_verified = all(
-                self.exact.satisfies(states, endpoint.s, endpoint.z, endpoint.w)
-                for states, endpoint in endpoints
-                if states is not None
+                self.exact.satisfies(basis, endpoint.s, endpoint.z, endpoint.w)
+                for basis, endpoint in endpoints
+                if basis is not None
             )
         else:
             breakpoints = Breakpoints(
@@ -551,9 +551,9 @@ class _Following:
             )
             z, w = ([rounded(row) for row in rows] for rows in (z, w))
         t = np.array([point.t for point in points])
-        states = [point.states for point in points[1:]]
+        bases = [point.states for point in points[1:]]
         is_verified = (
             bool(points) and self._are_solutions and points[0].t == float(family.start)
         )
-        arrays = _rows(z, family), _rows(w, family), _rows(states, family, np.int8)
+        arrays = _rows(z, family), _rows(w, family), _rows(bases, family, np.int8)
         return Path(family, t, *arrays, "", "", is_verified, 0.0, exact=exact)

@@ -169,9 +169,9 @@ class Pivoting:
                 if not (self.system.age and pivot < DOUBTFUL_PIVOT * direction.size):
                     break
                 self.system.refresh()
-            states = self.states.copy()
+            basis = self.states.copy()
             if entering.kind == Z:
-                states[entering.at] = BASIC
+                basis[entering.at] = BASIC
             rise = float(np.sign(direction.t))
             if leaving is None:
                 y = (
@@ -181,7 +181,7 @@ class Pivoting:
                 )
                 ray = self.units.z_outside(direction.z), self.units.w_inside(y)
                 yield Edge(
-                    states,
+                    basis,
                     rise,
                     False,
                     self.t / self.span,
@@ -196,7 +196,7 @@ class Pivoting:
             if leaving.kind == T:  # no pivot: the basis without t may be singular
                 s = float(leaving.sign > 0)
                 yield Edge(
-                    states,
+                    basis,
                     rise,
                     is_point,
                     s,
@@ -213,7 +213,7 @@ class Pivoting:
             )
             s = float(rise > 0) if is_last else self.t / self.span
             yield Edge(
-                states, rise, is_point, s, self.units.z_outside(self.z), is_last=is_last
+                basis, rise, is_point, s, self.units.z_outside(self.z), is_last=is_last
             )
             if is_last:
                 return
@@ -590,9 +590,9 @@ class ExactPivoting(pivoting.RationalPivoting):
         """Yield the edges of the path one after another."""
         last = {self.parameter, self.parameter + 1}
         for pivot in self.follow(self.parameter, last):
-            states = np.array(pivot.states, np.int8)
+            basis = np.array(pivot.states, np.int8)
             yield Edge(
-                states,
+                basis,
                 pivot.rise,
                 pivot.is_point,
                 *self.vertex(),

@@ -122,7 +122,7 @@ class _Verification:
         """Return the z of some breakpoints for these s: each component is exactly at
         the bound where it is on an adjacent piece, and otherwise within its bounds.
         """
-        before, after = (states[some] for states in self.adjacent_states)
+        before, after = (bases[some] for bases in self.adjacent_states)
         low, high = self._bounds(s)
         z = np.where(
             (before == LOWER) | (after == LOWER), low, np.clip(self.z[some], low, high)
@@ -231,13 +231,13 @@ class _Verification:
         bases of the adjacent pieces.
         """
         adjacent = {
-            states.tobytes(): states for states in self.states[max(k - 1, 0) : k + 1]
+            basis.tobytes(): basis for basis in self.states[max(k - 1, 0) : k + 1]
         }.values()
         for t, _ in self._moved(k, k + 1, steps):
             yield from (
                 (t, z[np.newaxis])
-                for states in adjacent
-                for z in block_pivoting_points(self.family.at(t), states)
+                for basis in adjacent
+                for z in block_pivoting_points(self.family.at(t), basis)
             )
 
     def _moved(
@@ -329,16 +329,16 @@ class _Verification:
         allowed = max(self.tol, ROUNDING) * (
             sizes + np.where(_keeps_sign(Q), np.abs(Q), 0.0)
         )
-        states = self.states[: n_breakpoints - 1]
-        if not self._are_at_bounds(states):
+        bases = self.states[: n_breakpoints - 1]
+        if not self._are_at_bounds(bases):
             return False
         w = np.where(self.family.is_fixed, 0.0, self.w)
         for offset in (0, 1):
-            breakpoints = slice(offset, len(states) + offset)
+            breakpoints = slice(offset, len(bases) + offset)
             violations = np.where(
-                states == LOWER,
+                bases == LOWER,
                 -w[breakpoints],
-                np.where(states == UPPER, w[breakpoints], np.abs(w[breakpoints])),
+                np.where(bases == UPPER, w[breakpoints], np.abs(w[breakpoints])),
             )
             is_wrong = ~(violations <= allowed[breakpoints])
             for k in np.flatnonzero(is_wrong.any(axis=1)).tolist():

@@ -65,8 +65,8 @@ class Unknowns:
         other.cover = Cover(bits)
         other.allow(
             [
-                [state for state in states if bits & self.bit(k, state)]
-                for k, states in enumerate(self.choices)
+                [state for state in statuses if bits & self.bit(k, state)]
+                for k, statuses in enumerate(self.choices)
             ]
         )
         return other
@@ -76,13 +76,13 @@ class Unknowns:
         self.choices = choices
         self.meaning = {
             self.bit(k, state): (k, state)
-            for k, states in enumerate(choices)
-            for state in states
+            for k, statuses in enumerate(choices)
+            for state in statuses
         }
         self.bits = sum(self.meaning)
         self.masks = [
-            sum(self.bit(k, state) for state in states)
-            for k, states in enumerate(choices)
+            sum(self.bit(k, state) for state in statuses)
+            for k, statuses in enumerate(choices)
         ]
 
     def w(self, k: int) -> int:
@@ -228,8 +228,8 @@ class Unknowns:
         bits = self.states_at_point(node)
         open_ = [
             k
-            for k, states in enumerate(self.choices)
-            if states and node.states[k] is None
+            for k, statuses in enumerate(self.choices)
+            if statuses and node.states[k] is None
         ]
         # Unknowns with the fewest statuses at the point come first, the last of them
         # foremost: games with many equilibria then take the fewest nodes.

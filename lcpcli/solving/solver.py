@@ -136,8 +136,8 @@ class Solver:
             solves that problem (see `Formulation.update`).
         """
         if M is None:
-            like, states = self._like, self._last_states()
-            problem, self._moved = like.formulation.update(like, states, data)
+            like, basis = self._like, self._last_states()
+            problem, self._moved = like.formulation.update(like, basis, data)
             if problem.M is self.M:
                 self._like = problem
             else:

@@ -92,26 +92,26 @@ def minimize(data: Data) -> Minimizer | None:
     within the bounds satisfies the equations, or if rounding errors make the method
     cycle.
     """
-    x, states = start_of(data)
+    x, statuses = start_of(data)
     exchanged = None
     if data.d.size:
         none = data.E[:0], data.d[:0]
         of_equations = Data(data.E, data.d, data.lower, data.upper, *none)
-        start = _of_states(of_equations, x, states)
+        start = _of_states(of_equations, x, statuses)
         feasible = _descended(of_equations, start, _noise(of_equations, start))
         if feasible is None or not _are_satisfied(data, feasible.x):
             return None
-        x, states = feasible.x, feasible.states
+        x, statuses = feasible.x, feasible.states
     elif len(data.A) >= x.size:
         gram = data.A.T @ data.A
-        exchanged = exchanges(gram, data.A.T @ data.b, data.lower, data.upper, states)
+        exchanged = exchanges(gram, data.A.T @ data.b, data.lower, data.upper, statuses)
         if exchanged is not None and not exchanged.n_infeasible:
             point = _of_states(data, exchanged.x, exchanged.states)
             norms = np.sqrt(gram.diagonal())
             clear = _clear(data, point, norms)
             if clear is not None:
                 return clear
-    start = _of_states(data, x, states)
+    start = _of_states(data, x, statuses)
     if exchanged is not None:
         start = _projected(data, start, exchanged.x)
     minimizer = _descended(data, start, _noise(data, start))
@@ -129,11 +129,11 @@ def start_of(data: Data) -> tuple[Vector, States]:
     return x, np.where(is_upper, UPPER, LOWER).astype(np.int8)
 
 
-def _of_states(data: Data, x: Vector, states: States) -> Minimizer:
+def _of_states(data: Data, x: Vector, statuses: States) -> Minimizer:
     """Return the point x with these statuses, with its residual and without
     multipliers.
     """
-    return Minimizer(x, data.b - data.A @ x, np.zeros(data.d.size), states)
+    return Minimizer(x, data.b - data.A @ x, np.zeros(data.d.size), statuses)
 
 
 def _are_satisfied(data: Data, x: Vector) -> bool:
@@ -171,8 +171,8 @@ def _projected(data: Data, start: Minimizer, x: Vector) -> Minimizer:
     if not np.isfinite(x).all():
         return start
     is_inside = (lower < x) & (x < upper)
-    states = np.where(is_inside, BASIC, np.where(x <= lower, LOWER, UPPER))
-    minimizer = _of_states(data, x, states.astype(np.int8))
+    statuses = np.where(is_inside, BASIC, np.where(x <= lower, LOWER, UPPER))
+    minimizer = _of_states(data, x, statuses.astype(np.int8))
     is_better = minimizer.r @ minimizer.r < start.r @ start.r
     return minimizer if is_better and minimizer.factors(data).is_regular else start
 
@@ -188,7 +188,7 @@ class Exchanged(NamedTuple):
 
 
 def exchanges(
-    gram: Matrix, side: Vector, lower: Vector, upper: Vector, states: States
+    gram: Matrix, side: Vector, lower: Vector, upper: Vector, statuses: States
 ) -> Exchanged | None:
     """Return the point to which block pivots on all infeasible coefficients lead,
     computed from A'A (`gram`) and A'b (`side`); None if the matrix of the free
@@ -198,11 +198,11 @@ def exchanges(
     min_wrong = lower.size + 1
     failures = 0
     has_none = np.isinf(lower) & np.isinf(upper)
-    states = np.where(has_none, np.int8(BASIC), states)
+    statuses = np.where(has_none, np.int8(BASIC), statuses)
     is_movable = lower < upper
     for _ in range(MAX_EXCHANGES):
-        free = (states == BASIC).nonzero()[0]
-        x = np.where(states == UPPER, upper, lower)
+        free = (statuses == BASIC).nonzero()[0]
+        x = np.where(statuses == UPPER, upper, lower)
         x[free] = 0.0
         of_free = side[free]
         if x.any():
@@ -213,7 +213,7 @@ def exchanges(
                 return None
         slopes = gram @ x - side
         below, above = x < lower, x > upper
-        is_infeasible = below | above | ((slopes * states > 0) & is_movable)
+        is_infeasible = below | above | ((slopes * statuses > 0) & is_movable)
         number = int(np.count_nonzero(is_infeasible))
         if number < min_wrong:
             min_wrong, failures = number, 0
@@ -223,8 +223,8 @@ def exchanges(
             break
         # LOWER, BASIC and UPPER are -1, 0 and 1.
         others = above.view(np.int8) - below.view(np.int8)
-        states = np.where(is_infeasible, others, states)
-    return Exchanged(x, states, number)
+        statuses = np.where(is_infeasible, others, statuses)
+    return Exchanged(x, statuses, number)
 
 
 def _descended(data: Data, minimizer: Minimizer, noise: Vector) -> Minimizer | None:
@@ -283,13 +283,13 @@ def _freed(
     is the largest of these, and return True; return False if no multiplier violates it
     by more than rounding error.
     """
-    states = minimizer.states
+    statuses = minimizer.states
     slopes = data.A.T @ minimizer.r
     if data.d.size:
         slopes += data.E.T @ minimizer.y
     # LOWER, BASIC and UPPER are -1, 0 and 1.
-    gains = -slopes * states
-    is_loose = np.isinf(data.lower) & np.isinf(data.upper) & (states != BASIC)
+    gains = -slopes * statuses
+    is_loose = np.isinf(data.lower) & np.isinf(data.upper) & (statuses != BASIC)
     gains = np.where(is_loose, np.abs(slopes), gains)
     gains[(gains <= noise) | (data.lower == data.upper)] = 0.0
     while gains.size:
@@ -298,7 +298,7 @@ def _freed(
             break
         # Otherwise the multiplier is rounding error, or the column depends on others.
         if columns.add(j, minimizer.x, minimizer.r, float(slopes[j])):
-            states[j] = BASIC
+            statuses[j] = BASIC
             return True
         gains[j] = 0.0
     return False

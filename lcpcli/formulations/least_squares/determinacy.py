@@ -87,10 +87,10 @@ def _uncertain(data: Data, minimizer: Minimizer) -> Mask:
     """
     A = data.A
     E = data.E
-    states = minimizer.states
-    free, fixed = minimizer.free, (states != BASIC).nonzero()[0]
+    statuses = minimizer.states
+    free, fixed = minimizer.free, (statuses != BASIC).nonzero()[0]
     factors = minimizer.factors(data)
-    uncertain = np.zeros(states.size, dtype=bool)
+    uncertain = np.zeros(statuses.size, dtype=bool)
     if not factors.is_regular:
         uncertain[:] = True
         return uncertain & (data.lower < data.upper)
@@ -272,6 +272,8 @@ def _moved(data: Data, x: Vector, along: Vector) -> Vector:
 
 def states_of(data: Data, x: Vector) -> States:
     """Return the status of each coefficient at a point within the bounds."""
-    states = np.where(x >= data.upper, UPPER, BASIC)
-    states_at_bounds: States = np.where(x <= data.lower, LOWER, states).astype(np.int8)
+    statuses = np.where(x >= data.upper, UPPER, BASIC)
+    states_at_bounds: States = np.where(x <= data.lower, LOWER, statuses).astype(
+        np.int8
+    )
     return states_at_bounds

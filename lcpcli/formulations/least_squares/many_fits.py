@@ -144,10 +144,10 @@ def together(fits: Fits, z: Vector) -> Mask:
     sides = np.frexp(np.abs(data.b).max(axis=0, initial=0.0))[1][:, np.newaxis]
     system = _system(fits, scaled, sides)
     try:
-        states, inverses, x, y = _exchanged(system)
+        statuses, inverses, x, y = _exchanged(system)
     except np.linalg.LinAlgError:
         return none
-    free = states == BASIC
+    free = statuses == BASIC
     for _ in range(CORRECTIONS):
         r = system.b - x @ system.A.T
         rest = np.hstack((r @ system.A + y @ system.E, system.d - x @ system.E.T))
@@ -156,7 +156,7 @@ def together(fits: Fits, z: Vector) -> Mask:
         x = x + step[:, :n]
         y = y - step[:, n:]
     r = system.b - x @ system.A.T
-    clear = _are_clear(system, states, inverses, x, r, y)
+    clear = _are_clear(system, statuses, inverses, x, r, y)
     back = sides - scaled.columns
     coefficients = np.clip(np.ldexp(x, back), data.lower, data.upper)
     residuals, multipliers = np.ldexp(r, sides), np.ldexp(y, sides - scaled.rows)
@@ -172,12 +172,12 @@ def _exchanged(system: _System) -> tuple[States, Vector, Vector, Vector]:
     """
     k, n = system.lower.shape
     size = len(system.K)
-    states = np.zeros((k, n), dtype=np.int8)
+    statuses = np.zeros((k, n), dtype=np.int8)
     inverses, solutions = np.empty((k, size, size)), np.empty((k, size))
     others = np.arange(k)  # the fits whose bases have changed
     for _ in range(MAX_ROUNDS):
         part = system.part(others)
-        states_of_part = states[others]
+        states_of_part = statuses[others]
         free = states_of_part == BASIC
         inverses[others] = _inverses(system.K, free)
         x = np.where(
@@ -197,9 +197,9 @@ def _exchanged(system: _System) -> tuple[States, Vector, Vector, Vector]:
         is_changed = changed.any(axis=1)
         if not is_changed.any():
             break
-        states[others] = np.where(turned, BASIC, states_of_part)
+        statuses[others] = np.where(turned, BASIC, states_of_part)
         others = others[is_changed]
-    return states, inverses, solutions[:, :n], -solutions[:, n:]
+    return statuses, inverses, solutions[:, :n], -solutions[:, n:]
 
 
 def _inverses(K: Matrix, free: Mask) -> Vector:
@@ -218,13 +218,13 @@ def _inverses(K: Matrix, free: Mask) -> Vector:
 
 
 def _are_clear(
-    system: _System, states: States, inverses: Vector, x: Vector, r: Vector, y: Vector
+    system: _System, statuses: States, inverses: Vector, x: Vector, r: Vector, y: Vector
 ) -> Mask:
     """Return for each fit whether the signs of all coefficients and multipliers are
     correct in spite of rounding errors (as `active_set.are_clear` does for one fit).
     """
     n, norms = x.shape[1], column_norms(system.A)
-    free = states == BASIC
+    free = statuses == BASIC
     sizes = np.sqrt(np.einsum("ij,ij->i", r, r))
     of_b = np.sqrt(np.einsum("ij,ij->i", system.b, system.b))
     terms = of_b + np.abs(x) @ norms
@@ -236,7 +236,7 @@ def _are_clear(
     errors = rows * (terms + largest * of_free * sizes)[:, np.newaxis]
     gaps = np.minimum(x - system.lower, system.upper - x)
     clear = (gaps > UNREFINED * errors) | ~free
-    slopes = (r @ system.A + y @ system.E) * states
+    slopes = (r @ system.A + y @ system.E) * statuses
     noise = norms * (terms + largest * sizes)[:, np.newaxis]
     noise += np.abs(y) @ np.abs(system.E)
     clear &= (slopes > UNREFINED * noise) | free | (system.lower == system.upper)

@@ -32,13 +32,13 @@ def minimize_sparse(data: Data) -> Minimizer | None:
     A, b, lower, upper, *_ = data
     if data.d.size or lower.size > MAX_COEFFICIENTS or A.shape[0] < lower.size:
         return None
-    _, states = start_of(data)
+    _, statuses = start_of(data)
     gram = (A.T @ A).toarray()
-    exchanged = exchanges(gram, A.T @ b, lower, upper, states)
+    exchanged = exchanges(gram, A.T @ b, lower, upper, statuses)
     if exchanged is None or exchanged.n_infeasible:
         return None
-    states = exchanged.states.astype(np.int8)
-    point = Minimizer(exchanged.x, b - A @ exchanged.x, np.zeros(0), states, 1)
+    statuses = exchanged.states.astype(np.int8)
+    point = Minimizer(exchanged.x, b - A @ exchanged.x, np.zeros(0), statuses, 1)
     free = point.free
     rows = np.zeros(0)
     if free.size:
