@@ -300,6 +300,8 @@ def _searched(
     return ending
 
 
+# Its options are those of `auto`, and what `_searched` and `small` add, each of which
+# passes on the others as they are.
 def _search(
     problem: Problem,
     sequence: MethodSequence,

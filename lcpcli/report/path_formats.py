@@ -19,6 +19,7 @@ from lcpcli.files.contents import NO_SOURCE
 from lcpcli.interrupts import in_time
 from lcpcli.model.block_form import Blocks
 from lcpcli.model.box import BASIC, LOWER, UPPER, WORDS
+from lcpcli.model.formulation import unnamed
 from lcpcli.model.problem import Problem, conditions_of
 from lcpcli.parametric.path import INFEASIBLE, REACHED, TURN, Path, StateChange
 from lcpcli.rational.exact_problem import ExactProblem
@@ -152,7 +153,9 @@ class EndpointProblems:
             for letter, row_names in (("y", rows), ("s", sides))
         )
         columns = wording.short_names(
-            self.block_form.columns or [""] * self.block_form.variables, max_length, "x"
+            self.block_form.columns or unnamed(self.block_form.variables),
+            max_length,
+            "x",
         )
         return [
             *columns,

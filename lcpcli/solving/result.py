@@ -148,6 +148,8 @@ class Result:
     seconds = _derived(lambda result: sum(result.parts.values(), 0.0))
     success = _derived(lambda result: result.solved)  # the name that scipy uses
 
+    # As many parameters as fields that differ: a record of them would take as long to
+    # make as the result.
     @classmethod
     def of_solution(
         cls,

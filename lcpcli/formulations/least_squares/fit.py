@@ -37,6 +37,7 @@ from lcpcli.model.formulation import (
     Conditions,
     Formulation,
     names_of,
+    unnamed,
 )
 from lcpcli.model.formulations import TEXTS
 from lcpcli.model.problem import Problem, conditions_of
@@ -325,7 +326,7 @@ class LeastSquares(Formulation):
         m = self.measurements
         k = n - m - self.coefficients
         if purpose != LABELS:
-            return ["", *[""] * (m - 1), *self.coefficient_names(), *[""] * k]
+            return ["", *[""] * (m - 1), *self.coefficient_names(), *unnamed(k)]
         r, y = (
             [f"{letter}{i + 1}" for i in range(size)]
             for letter, size in (("r", m), ("y", k))
