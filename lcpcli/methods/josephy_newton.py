@@ -62,7 +62,7 @@ MAX_NOISE_ESTIMATES = 3  # how often the noise of F is estimated in a run
 # of finite differences do not help.
 FAR = 1e8
 # Steps that do not decrease the merit, or only within noise, after which the residual
-# may be noise.
+# may be noise; or to points of a tiny residual that are not accepted as solutions.
 FRUITLESS = 4
 # Relative to the natural residual at the start: a residual that may be noise of F.
 MAX_NOISY = 1e-2
@@ -71,6 +71,7 @@ MAX_UNKNOWNS_WORK_LIMITED = 200
 MAX_LINEARIZATIONS = 1000  # of a small problem in about a second
 # Unknowns from which on the cubic work of a linearization exceeds the rest.
 CUBIC = 130
+COSTLY = 300  # unknowns from which on a linearization takes much longer than a system
 FUNCTIONS = 64  # evaluations of F that take as long as a small linearization
 # Pivots that take as long as a small linearization, and unknowns from which on passes
 # over the tableau dominate their time.
@@ -100,15 +101,18 @@ class _Attempt(NamedTuple):
     is_perturbed : whether it begins with the largest perturbation, and all its steps
         decrease the merit.
     seed : the seed of another start; 0 for the start of the problem.
+    is_short : whether, with more than COSTLY unknowns, it ends where a linearization
+        has no solution: smoothed steps take less time than perturbed linearizations.
     """
 
     first: str = ""
     is_perturbed: bool = False
     seed: int = 0
+    is_short: bool = False
 
 
 ATTEMPTS = (
-    _Attempt("crash"),
+    _Attempt("crash", is_short=True),
     _Attempt("smoothed"),
     _Attempt(),
     _Attempt(is_perturbed=True),
@@ -166,6 +170,8 @@ def josephy_newton(
         trial = search.start(attempt, start)
         if trial is None:
             continue
+        is_large = start.size > COSTLY and restarts >= len(ATTEMPTS)
+        search.is_short = attempt.is_short and is_large
         if number:
             yield search.iterate(trial, "restart")
         for reached in getattr(search, attempt.first)(trial) if attempt.first else ():
@@ -202,6 +208,8 @@ NEAR = 1e-4
 # Unknowns up to which the equations of the active set are solved, and relative singular
 # values that are treated as 0.
 MAX_ACTIVE, DEPENDENT = 1000, 1e-9
+# The decrease of the merit that such a step needs; most of the merit may be rounding.
+ACTIVE_DECREASE = 0.25
 # Crash steps before the first linearization, and the decrease of the merit that they
 # need.
 MAX_CRASHED, CRASH_DECREASE = 20, 0.5
@@ -260,6 +268,8 @@ class _JosephyNewton:
         self.reference = self._perturbation = 0.0
         self.basis: States | None = None
         self.undefined: int | None = None
+        self._is_active = False  # whether the last step was one of the active set
+        self.is_short = False  # whether the attempt is, as in `_Attempt`
         self.linearizations = self._fruitless = 0
 
     @np.errstate(all="ignore")
@@ -355,6 +365,12 @@ class _JosephyNewton:
         """
         relative_residual = size(trial.gaps) / self.reference if self.reference else 0.0
         is_near_solution, short = relative_residual <= NEAR, list[_Solved]()
+        # Where one such step was better than those to solutions, more of them follow.
+        if is_near_solution and self._is_active:
+            if reached := self._active_step(trial, J):
+                return "active", reached
+            is_near_solution = False
+        self._is_active = False
         for perturbation, is_longer in self._kinds(relative_residual):
             if is_longer and short:
                 break
@@ -371,7 +387,10 @@ class _JosephyNewton:
                 short = [next_step]
                 break
             short += [] if next_step is None else [next_step]
+            if self.is_short and not is_near_solution:
+                return None
             if is_near_solution and (reached := self._active_step(trial, J)):
+                self._is_active = True
                 return "active", reached
             is_near_solution = False
         if not short:
@@ -468,10 +487,10 @@ class _JosephyNewton:
             d[moving] = np.linalg.lstsq(
                 rows[:, moving], -(trial.F[moving] + rows @ d), rcond=DEPENDENT
             )[0]
-            return next(
-                self.along(trial.z, d, SHORTEST_CRASH, trial.merit, CRASH_DECREASE),
-                (0.0, None),
-            )[1]
+            for t, reached in self.along(
+                trial.z, d, SHORTEST_CRASH, trial.merit, ACTIVE_DECREASE
+            ):
+                return self._farther(trial, d, reached) if t == 1 else reached
         return None
 
     def _is_differentiable(self, trial: TrialPoint) -> bool:
@@ -593,7 +612,7 @@ class _MultistartNewton(_JosephyNewton):
         value, with steps that all decrease it."""
         best = trial
         nonmonotone_steps = 0
-        noisy_steps = 0
+        noisy_steps = tiny_steps = 0
         while True:
             merits, first = [trial.merit], SLACK * trial.merit if memory > 1 else 0.0
             while trial.merit and not (is_slow(merits) or self.is_long):
@@ -616,9 +635,12 @@ class _MultistartNewton(_JosephyNewton):
                     0 if trial.merit < best.merit else nonmonotone_steps + 1
                 )
                 noisy_steps += self._is_within_noise(trial)
+                tiny_steps += size(trial.gaps) <= FINE * min(1.0, self.reference)
                 best = trial if trial.merit < best.merit else best
                 merits.append(trial.merit)
                 yield self.iterate(trial, step)
+                if tiny_steps == FRUITLESS:  # rows of tiny terms are still violated
+                    return self._ending(best, merits)
                 if FRUITLESS in (nonmonotone_steps, noisy_steps):
                     if self._is_noise(best):
                         break
@@ -627,7 +649,7 @@ class _MultistartNewton(_JosephyNewton):
                 return Finished()
             if self._is_noise(best):
                 return Finished(NO_FURTHER)
-            if self.is_long:
+            if self.is_long or self.is_short:
                 return self._ending(best, merits)
             if size(trial.z) <= FAR * max(
                 1.0, size(self.evaluations.problem.x0)

@@ -700,3 +700,16 @@ def test_an_unknown_of_size_1e8_solves_an_equation_of_its_logarithm() -> None:
     result = lcpcli.solve_mcp(lambda z: [np.log(z[0] / 1e8) - 2.5], x0=[1e8])
     assert result.solved
     assert result.z[0] == pytest.approx(1e8 * np.exp(2.5), rel=1e-9)
+
+
+@pytest.mark.parametrize("scale", [1e-6, 1.0, 1e6])
+def test_a_run_ends_where_the_residual_is_rounding_whatever_the_unit_of_F_is(
+    scale: float,
+) -> None:
+    random = np.random.default_rng(0)
+    A = scale * (random.random((6, 6)) + 6 * np.eye(6))
+    b = scale * random.random(6)
+    F, J = lambda z: A @ z - b, lambda _: A
+    result = lcpcli.solve_mcp(F, J, lower=None, x0=np.zeros(6))
+    assert result.solved
+    assert result.iterations == 1
