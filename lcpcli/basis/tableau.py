@@ -4,8 +4,8 @@ large z_0 down to z_0 = 0.
 R. W. H. Sargent, An efficient implementation of the Lemke algorithm and its extension
 to deal with upper and lower bounds, Mathematical Programming Study 7 (1978) 36-54: a
 basic y_i leaves at either bound, an entering one may pass to its other bound, and w_i
-<= 0 while y_i = d_i. Variables have numbers: i stands for w_i, n + i for y_i, 2 n for
-z_0.
+<= 0 while y_i = d_i. Variables have numbers: i is the number of w_i, n + i that of y_i,
+2 n that of z_0.
 
 All but `refactorize` is written for numpy in a form that numba compiles as well, so
 that both make the same decisions; the pivot, the ratio test and `shift` are compiled

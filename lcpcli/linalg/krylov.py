@@ -105,8 +105,8 @@ def gmres(
 
 
 class StoppingCriterion(NamedTuple):
-    """An iteration for A x = b ends when the residual b - A x is at most `max_residual`
-    in this measure, or after `max_iterations`.
+    """An iteration for A x = b stops when the residual b - A x is at most
+    `max_residual` in this measure, or after `max_iterations`.
     """
 
     max_residual: float

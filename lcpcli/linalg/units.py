@@ -89,8 +89,8 @@ THIN = 4
 FEW_SYMMETRIC, LARGEST_ELIMINATED = 10_000, 100_000  # rows
 # Bandwidth up to which band factors take less time than conjugate gradients.
 BAND = 5
-# The relative change of all entries, in the Euclidean norm, from which on units are
-# computed anew.
+# The relative change of all entries, in the Euclidean norm, from which on scaling
+# factors are computed anew.
 FAR_CHANGE = 0.3
 # Rows up to which dense normal equations take no longer than conjugate gradients.
 MAX_DENSE = 48
@@ -179,7 +179,8 @@ class Base:
     @np.errstate(all="ignore")
     def digits_to(self, M: Vector) -> float:
         """Return a bound on how many binary digits rho_i - rho_k of M differs by, for
-        rows of one component; infinite if other entries are 0, or M is not near.
+        rows of one component; infinite if other entries are 0, or M is not close to the
+        known one.
         """
         if not np.array_equal(M != 0, self._used):
             return math.inf

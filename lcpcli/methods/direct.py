@@ -470,8 +470,8 @@ def _refine_and_test(
     residual: Vector,
     tol: float,
 ) -> bool:
-    """Refine z of a basic solution in place once if its residual w_P is more than
-    rounding, w being 0 there; return whether it is proved to solve the problem."""
+    """Refine z of a basic solution once, overwriting it, if its residual w_P is more
+    than rounding, w being 0 there; return whether it is proved to solve the problem."""
     z, w, _ = solution
     M, q = problem.M, problem.q
     size, absolute = np.abs(q), np.abs(M)

@@ -503,7 +503,7 @@ class Smoothed:
 
 
 class WolfeConditions(NamedTuple):
-    """The two conditions of step 2.7 on the end of a step, the weak Wolfe conditions
+    """The two conditions of step 2.7 on the next point (weak Wolfe conditions):
 
     f(x + gamma s) <= f(x) + gamma rho <grad f(x), s>         (sufficient decrease)
     <grad f(x + gamma s), s> >= sigma <grad f(x), s>                (curvature).

@@ -61,7 +61,7 @@ class Facts:
     """
 
     kind: Any = None
-    # The facts about the last dense M of a sequence whose units are known.
+    # The facts about the last dense M of a sequence whose scaling factors are known.
     _before: Facts | None = None
 
     def __init__(self, M: Matrix, block_form: BlockForm | None) -> None:

@@ -285,7 +285,7 @@ class Loop:
         return explanation(self.problem, self.method)
 
     def _ended(self, ending: Ending) -> tuple[Status, str]:
-        """Return the status and the reason when the method itself ends: those that a
+        """Return the status and the reason when the method itself stops: those that a
         certificate justifies, once it is verified on M and q."""
         if isinstance(ending, stages.NoSolution):
             with imports:
@@ -361,8 +361,8 @@ class Loop:
         return row_of(iterate, self.method, max(self.k, 0), z, at, asks)
 
     def _calls_for_the_end(self, iterate: Iterate, callback: Callback) -> bool:
-        """Return whether the callback asks for the end of the run after this iterate;
-        its own time does not count."""
+        """Return whether the callback stops the run after this iterate; its own time
+        does not count."""
         if not in_range(iterate.x):
             return False
         with imports:

@@ -495,8 +495,8 @@ def decision(measure: Measure, z: Vector, w: Vector, tol: float) -> bool | None:
 
 def least_caps(problem: Problem, violations: Vector, rows: Indices) -> Vector | None:
     """Return lower bounds on the caps of these rows, for a dense M without zeros or
-    near one before in a sequence, and the violations at the reference point; otherwise
-    None.
+    close to one before in a sequence, and the violations at the reference point;
+    otherwise None.
     """
     near = problem.facts.near_units
     if near is not None:

@@ -194,7 +194,8 @@ def answer(contact: Contact, result: Result) -> Impulses:
 def _states_of_motion(
     contact: Contact, motion: Motion, tol: float
 ) -> list[ContactState]:
-    """Return the states of all contacts by impulses and velocities to a tolerance."""
+    """Return whether each contact is separated, sticks or slides, by impulses and
+    velocities to a tolerance."""
     x, rounding = motion.x, tol * motion.terms
     small = _negligible(contact, x, rounding, tol).tolist()
     return _states(contact, x.tolist(), motion.w.tolist(), small, rounding.tolist())
