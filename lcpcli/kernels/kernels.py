@@ -357,8 +357,8 @@ FEW_ROWS = 48  # rows of M_BB up to which LAPACK takes longer
 DENSE = 0.2
 CORRECTIONS = 2  # corrections of a solution by its residual
 PLACES = types.Array(types.uint32, 1, "C", readonly=True)
-# M in compressed sparse rows: a plain tuple, as numba takes ten times as long to find
-# the type of a named one in each call from Python.
+# M in compressed sparse rows: a plain tuple, as numba converts the arrays of no named
+# one to read-only arrays.
 ENTRIES = types.Tuple((PLACES, PLACES, VECTOR))
 
 

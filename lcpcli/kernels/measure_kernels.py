@@ -29,8 +29,8 @@ VECTOR = types.Array(types.float64, 1, "C", readonly=True)
 NUMBERS, PARTS, PLACES = (
     types.Array(each, 1, "C") for each in (types.float64, types.int64, types.uint32)
 )
-# M in compressed sparse rows: a plain tuple, as numba takes ten times as long to find
-# the type of a named one in each call from Python.
+# M in compressed sparse rows: a plain tuple, as numba converts the arrays of no named
+# one to read-only arrays.
 ENTRIES = types.Tuple((INDICES, INDICES, VECTOR))
 SOLVES, FAILS, UNDECIDED = 1, -1, 0
 
