@@ -168,7 +168,7 @@ STAGES: dict[str, tuple[str, str, Any, list[dict[str, Any]]]] = {
     ),
     "the second of many": (
         f"solve {EXAMPLE} {EXAMPLE}",
-        "cli.problems.Request.run",
+        "cli.problems.Runs.results",
         1,
         [SOLVED],
     ),
