@@ -13,7 +13,7 @@ if TYPE_CHECKING:
 
 Vector: TypeAlias = "NDArray[np.float64]"
 Indices: TypeAlias = "NDArray[np.intp]"
-States: TypeAlias = "NDArray[np.int8]"  # LOWER, BASIC or UPPER of model/box.py
+BasisStatus: TypeAlias = "NDArray[np.int8]"  # LOWER, BASIC or UPPER of model/box.py
 Mask: TypeAlias = "NDArray[np.bool_]"
 # A dense float64 array or a scipy.sparse.csr_array; scipy ships no annotations.
 Matrix: TypeAlias = Any

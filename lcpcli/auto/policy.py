@@ -60,7 +60,7 @@ from lcpcli.rational.elimination import Effort
 from lcpcli.rational.exact_problem import ExactProblem
 from lcpcli.rational.numbers import rounded, rounded_direction
 from lcpcli.rational.tree import solution_search
-from lcpcli.typing import States, Vector
+from lcpcli.typing import BasisStatus, Vector
 from lcpcli.verify import measure
 from lcpcli.verify.acceptance import AS_IT_IS, PROVED, Extent, accepted
 from lcpcli.verify.certificate import (
@@ -117,7 +117,7 @@ def auto(
     x0: Vector,
     *,
     presolve: bool = True,
-    states: bool = False,
+    is_basic_start: bool = False,
     is_warm_start: bool = False,
     recorded_stages: stages.RecordedStages | None = None,
 ) -> Stage:
@@ -131,8 +131,9 @@ def auto(
     x0 : start (z - w) / 2, shape (n,); pivoting methods use only its signs.
     presolve : whether the problem to which presolve reduces a mixed problem is solved
         first.
-    states : whether x0 represents the basis of a likely solution: pivoting starts from
-        this basis, and unless it is almost right, x0 is not used any further.
+    is_basic_start : whether x0 represents the basis of a likely solution: pivoting
+        starts from this basis, and unless it is almost right, x0 is not used any
+        further.
     is_warm_start : whether x0 is close to a solution, whose basis is then attempted
         first where M has zeros on the diagonal.
     recorded_stages : first attempts in the table that have been made already, by
@@ -154,22 +155,27 @@ def auto(
                 change,
                 x0,
                 partial(
-                    auto, presolve=presolve, states=states, is_warm_start=is_warm_start
+                    auto,
+                    presolve=presolve,
+                    is_basic_start=is_basic_start,
+                    is_warm_start=is_warm_start,
                 ),
             )
     search = partial(_searched, presolve=presolve, is_warm_start=is_warm_start)
     if problem.has_far_sides:
-        return _relaxed_first(problem, x0, search, states)
+        return _relaxed_first(problem, x0, search, is_basic_start)
     # Iterates of the other stages are in other variables; piqp has ended.
     if recorded_stages and problem.reference_z is not None:
         recorded_stages = {
             name: made for name, made in recorded_stages.items() if name == "piqp"
         }
-    return small(problem, x0, search, states, recorded_stages)
+    return small(problem, x0, search, is_basic_start, recorded_stages)
 
 
 # Without it: bounds of 1e19 leave a problem in 22 unknowns unsolved.
-def _relaxed_first(problem: Problem, x0: Vector, search: Search, states: bool) -> Stage:
+def _relaxed_first(
+    problem: Problem, x0: Vector, search: Search, is_basic_start: bool
+) -> Stage:
     """Solve the problem without its far sides by all methods but milp. Those that the
     answer violates, or with which a proof would not hold, are included in the next
     relaxation: a relaxation without a solution proves nothing. They are first moved
@@ -188,7 +194,9 @@ def _relaxed_first(problem: Problem, x0: Vector, search: Search, states: bool) -
         if not isinstance(change, Relaxed):
             break
         inner = MethodSequence(change.start(x0))
-        stage = inner.run_stage("", first(change.problem, inner.last.x, states=states))
+        stage = inner.run_stage(
+            "", first(change.problem, inner.last.x, is_basic_start=is_basic_start)
+        )
         ending = yield from sequence.run_stage("", stages.moved_back(change, stage))
         if isinstance(ending, Finished) and change.moved_sides.number:
             yield _at_basic_solution(
@@ -217,7 +225,9 @@ def _relaxed_first(problem: Problem, x0: Vector, search: Search, states: bool) -
             change = relaxed(problem, change.sides, is_moved=False)
         else:
             change = relaxed(problem, change.sides.without(change.sides))
-    return (yield from sequence.run_stage("", small(problem, x0, search, states)))
+    return (
+        yield from sequence.run_stage("", small(problem, x0, search, is_basic_start))
+    )
 
 
 def _at_basic_solution(sequence: MethodSequence, change: Change) -> Iterate:
@@ -252,7 +262,7 @@ def _at_basic_solution(sequence: MethodSequence, change: Change) -> Iterate:
     return sequence.last
 
 
-def _with_values_of_rows(problem: Problem, z: Vector, basis: States) -> Vector:
+def _with_values_of_rows(problem: Problem, z: Vector, basis: BasisStatus) -> Vector:
     """Return z with those basic z_j changed that occur in one row, of a basic z_i,
     alone, so that w_i = 0 there."""
     M, z = problem.M, np.where(basis == BASIC, z, problem.box.nonbasic(basis))
@@ -306,7 +316,7 @@ def _search(
     problem: Problem,
     sequence: MethodSequence,
     presolve: bool,
-    states: bool = False,
+    is_basic_start: bool = False,
     is_warm_start: bool = False,
     milp: bool = True,
     recorded_stages: stages.RecordedStages | None = None,
@@ -321,7 +331,7 @@ def _search(
     """
     x0, criterion = sequence.last.x, Criterion(problem)
     first = list[Part]()
-    if states:
+    if is_basic_start:
         first = [Part("newton", from_start(problem, problem.box.basis_of(x0)))]
         x0 = np.zeros(problem.n)
     elif is_warm_start and not problem.M.diagonal().all():
@@ -512,29 +522,33 @@ def small(
     problem: Problem,
     x0: Vector,
     search: Search,
-    states: bool = False,
+    is_basic_start: bool = False,
     recorded_stages: stages.RecordedStages | None = None,
 ) -> Stage:
     """Solve a problem of at most FEW_UNKNOWNS: where pivoting finds no solution, exact
     arithmetic decides at once, or alternates with the other methods, which `search`
     runs. For a larger problem only `search` is run.
 
-    states : whether x0 represents the basis of a likely solution.
+    is_basic_start : whether x0 represents the basis of a likely solution.
     """
     if problem.n > measure.FEW_UNKNOWNS:
-        return search(problem, x0, states=states, recorded_stages=recorded_stages)
-    return _solve_few_unknowns(problem, x0, search, states, recorded_stages)
+        return search(
+            problem, x0, is_basic_start=is_basic_start, recorded_stages=recorded_stages
+        )
+    return _solve_few_unknowns(problem, x0, search, is_basic_start, recorded_stages)
 
 
 def _solve_few_unknowns(
     problem: Problem,
     x0: Vector,
     search: Search,
-    states: bool,
+    is_basic_start: bool,
     recorded_stages: stages.RecordedStages | None,
 ) -> Stage:
     tree, sequence = Tree(problem), MethodSequence(x0)
-    pivoting = partial(_pivoting, recorded_stages=recorded_stages, states=states)
+    pivoting = partial(
+        _pivoting, recorded_stages=recorded_stages, is_basic_start=is_basic_start
+    )
     ending = yield from _with_doubtful_points_exact(
         problem, sequence, stages.from_reference(problem, x0, pivoting), tree
     )
@@ -543,7 +557,7 @@ def _solve_few_unknowns(
     ending = yield from exactly(problem, sequence, tree)
     if not isinstance(ending, Stalled):
         return ending
-    start = np.zeros(problem.n) if states else sequence.last.x
+    start = np.zeros(problem.n) if is_basic_start else sequence.last.x
     others = search(problem, start, is_decided=tree.continues_search)
     last = yield from _with_doubtful_points_exact(problem, sequence, others)
     if _is_proof(last):
@@ -592,16 +606,18 @@ def _pivoting(
     problem: Problem,
     sequence: MethodSequence,
     recorded_stages: stages.RecordedStages | None,
-    states: bool,
+    is_basic_start: bool,
 ) -> Stage:
     ending: Ending = Finished()
     first = (
         [Part("newton", from_start(problem, problem.box.basis_of(sequence.last.x)))]
-        if states
+        if is_basic_start
         else []
     )
     structure = Structure(
-        problem, np.zeros(problem.n) if states else sequence.last.x, recorded_stages
+        problem,
+        np.zeros(problem.n) if is_basic_start else sequence.last.x,
+        recorded_stages,
     )
     before = takewhile(lambda phase: phase != (EXACT,), phases(structure))
     rounds = chain.from_iterable(

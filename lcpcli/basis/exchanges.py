@@ -35,7 +35,7 @@ from lcpcli.linalg.matrices import (
 )
 from lcpcli.model.box import BASIC, Box
 from lcpcli.model.problem import Problem
-from lcpcli.typing import Indices, Mask, States, Vector
+from lcpcli.typing import BasisStatus, Indices, Mask, Vector
 
 
 class BasicSolution(NamedTuple):
@@ -46,7 +46,7 @@ class BasicSolution(NamedTuple):
     is_solution : whether there is no infeasibility beyond rounding.
     """
 
-    basis: States
+    basis: BasisStatus
     z: Vector
     w: Vector
     wrong: Mask
@@ -58,7 +58,7 @@ class BasicSolution(NamedTuple):
 
 
 def block_principal_pivoting(
-    problem: Any, basis: States
+    problem: Any, basis: BasisStatus
 ) -> Generator[BasicSolution, Indices | None, None]:
     """Yield the basic solution of a basis, then the one after a block pivot on its
     infeasibilities, and so on. The caller may choose the indices of the next pivot by
@@ -108,7 +108,7 @@ class BasisSolver(ABC):
         block_principal_pivoting  # raises SingularMatrix as `at` does
     )
 
-    def at(self, basis: States) -> BasicSolution:
+    def at(self, basis: BasisStatus) -> BasicSolution:
         """Return the basic solution of a basis, refined once by its residual w_B if it
         is a solution; raise SingularMatrix, with a clause for the user, if M_BB is
         singular or numbers overflow."""
@@ -124,7 +124,7 @@ class BasisSolver(ABC):
             ) from None
 
     def _accurate_basic_solution(
-        self, basis: States, z: Vector, indices: Indices, w_basic: Vector
+        self, basis: BasisStatus, z: Vector, indices: Indices, w_basic: Vector
     ) -> BasicSolution:
         """Return the basic solution with these basic indices, for z at its bounds
         elsewhere, and w_basic, the w of these indices at z_basic = 0."""
@@ -160,7 +160,7 @@ class BasisSolver(ABC):
         return basic_solution
 
     def _with_infeasibilities(
-        self, basis: States, z: Vector, w: Vector
+        self, basis: BasisStatus, z: Vector, w: Vector
     ) -> BasicSolution:
         """Return the basic solution of these z and w, with its infeasibilities."""
         violations = self.box.violations(z, w, basis)
@@ -270,7 +270,7 @@ class CorrectedSolutions(BasicSolutions):
         self._M, self.initial_guess = M, initial_guess
 
     @np.errstate(all="ignore")
-    def at(self, basis: States) -> BasicSolution:
+    def at(self, basis: BasisStatus) -> BasicSolution:
         z = self.box.nonbasic(basis)
         B = (basis == BASIC).nonzero()[0]
         initial_guess = self.initial_guess

@@ -34,7 +34,7 @@ from lcpcli.linalg.factors import SingularMatrix, finite, sparse_lu
 from lcpcli.linalg.matrices import product
 from lcpcli.model.box import BASIC, LOWER, Box, of_masks
 from lcpcli.model.problem import Problem
-from lcpcli.typing import Indices, Mask, States, Vector
+from lcpcli.typing import BasisStatus, Indices, Mask, Vector
 
 # The row and column factors of bounded variables are made the same if the largest of
 # their ratios is at most this multiple of the smallest one.
@@ -288,13 +288,15 @@ def direction(
     return nonfixed.reflection_signs * elimination.columns * v
 
 
-def recovered_basis(nonfixed: NonfixedVariables, n: int, states: States) -> States:
+def recovered_basis(
+    nonfixed: NonfixedVariables, n: int, statuses: BasisStatus
+) -> BasisStatus:
     """Return the basis of all n variables for that of y; reflected ones are at the
     other bound."""
     basis, bounded = np.full(n, LOWER, np.int8), nonfixed.bounded
     basis[nonfixed.variable_indices[nonfixed.free]] = BASIC
     basis[nonfixed.variable_indices[bounded]] = (
-        states[: bounded.size] * nonfixed.reflection_signs[bounded]
+        statuses[: bounded.size] * nonfixed.reflection_signs[bounded]
     ).astype(np.int8)
     return basis
 
@@ -378,7 +380,9 @@ class Reduction:
         k, self.offset = constants(self._nonfixed, self._elimination, w)
         return k
 
-    def recover(self, y: Vector, basic: Mask, at_upper: Mask) -> tuple[Vector, States]:
+    def recover(
+        self, y: Vector, basic: Mask, at_upper: Mask
+    ) -> tuple[Vector, BasisStatus]:
         """Return z of the original problem and its basis for y and its basis."""
         basis = of_masks(basic, at_upper & ~basic)
         return self.corner + self.direction(y, self.offset), recovered_basis(
@@ -464,15 +468,15 @@ class WithoutFree:
             K, k, lower=lower[self.bounded], upper=upper[self.bounded]
         )
 
-    def recover(self, z: Vector, basis: States) -> tuple[Vector, States]:
+    def recover(self, z: Vector, basis: BasisStatus) -> tuple[Vector, BasisStatus]:
         """Return z of the original problem, and its basis, for those of the bounded
         variables."""
-        original_z, states = (
+        original_z, statuses = (
             np.empty(self._problem.n),
             np.full(self._problem.n, BASIC, np.int8),
         )
-        original_z[self.bounded], states[self.bounded] = z, basis
+        original_z[self.bounded], statuses[self.bounded] = z, basis
         original_z[self._free] = -self._lu.solve(
             product(self._columns, z) + self._problem.q[self._free]
         )
-        return original_z, states
+        return original_z, statuses

@@ -19,7 +19,7 @@ from typing import NamedTuple
 import numpy as np
 
 from lcpcli.model.box import BASIC, LOWER, UPPER
-from lcpcli.typing import Indices, Mask, States, Vector
+from lcpcli.typing import BasisStatus, Indices, Mask, Vector
 
 SOLVED, RAY, PAUSED = 1, 2, 3
 # Returned instead of a row: the variable passes to its other bound, or is unbounded.
@@ -259,22 +259,22 @@ def follow(
 
 def path(
     K: Vector, k: Vector, d: Vector, cover: Vector, max_pivots: int
-) -> tuple[int, int, States]:
+) -> tuple[int, int, BasisStatus]:
     """Follow the path of a problem for at most max_pivots pivots; return how it ended,
     their number, and the basis of y."""
-    states = np.full(k.size, LOWER, np.int8)
+    statuses = np.full(k.size, LOWER, np.int8)
     if not (k < 0.0).any():
-        return SOLVED, 0, states
+        return SOLVED, 0, statuses
     tableau = tableau_of(K, k, d, cover)
     row, entering, step_sign = begin(tableau, cover, False)
     status, pivots, entering, step_sign = follow(
         tableau, entering, step_sign, row, False, max_pivots - 1
     )
-    states[tableau.at_upper] = UPPER
+    statuses[tableau.at_upper] = UPPER
     for variable in tableau.basic:
         if k.size <= variable < 2 * k.size:
-            states[variable - k.size] = BASIC
-    return status, pivots + 1, states
+            statuses[variable - k.size] = BASIC
+    return status, pivots + 1, statuses
 
 
 def refactorize(tableau: Tableau, A: Vector, q: Vector) -> None:

@@ -310,7 +310,7 @@ def _choose_common(unknowns: Unknowns, node: Node, bits: int) -> None:
     must have solutions with these statuses.
     """
     for k, mask in enumerate(unknowns.masks):
-        if (bits & mask).bit_count() == 1 and node.states[k] is None:
+        if (bits & mask).bit_count() == 1 and node.statuses[k] is None:
             chosen = unknowns.choose(node, *unknowns.meaning[bits & mask])
             assert chosen
 

@@ -86,10 +86,10 @@ class Position(RationalPivoting):
     """A basis of a solution, with the forms of `RationalPivoting`."""
 
     def __init__(
-        self, system: System, dictionary: Dictionary, states: Sequence[int]
+        self, system: System, dictionary: Dictionary, statuses: Sequence[int]
     ) -> None:
         self.system = system
-        super().__init__(system.n, dictionary, states)
+        super().__init__(system.n, dictionary, statuses)
 
     @classmethod
     def of(cls, system: System, z: Values, effort: Effort) -> Position | None:
@@ -165,7 +165,7 @@ class Position(RationalPivoting):
 
     def at(self, dictionary: Dictionary) -> Position:
         """Return the same basis with another dictionary."""
-        other = Position(self.system, dictionary, self.states)
+        other = Position(self.system, dictionary, self.statuses)
         other._signed_at = list(self._signed_at)
         return other
 
@@ -371,7 +371,7 @@ class Position(RationalPivoting):
                 return None
             first = first or {*self.dictionary.cobasic}
             i, is_w = pivot.leaving % self.n, pivot.leaving // self.n == 1
-            following = i if self.states[i] == box.LOWER else 2 * self.n + i
+            following = i if self.statuses[i] == box.LOWER else 2 * self.n + i
             # Otherwise both bounds of a component have become equal.
             if (following if is_w else self.n + i) not in self.dictionary.cobasic:
                 return None

@@ -19,7 +19,7 @@ from lcpcli.methods.direct import CERTAIN, MAX_COMPILED, DirectAnswer
 from lcpcli.methods.lemke import MIN_REFRESHED, seeded_cover
 from lcpcli.model.box import of_masks
 from lcpcli.model.problem import Problem, conditions_of
-from lcpcli.typing import Indices, Mask, States, Vector
+from lcpcli.typing import BasisStatus, Indices, Mask, Vector
 from lcpcli.verify.acceptance import AS_IT_IS, Acceptance, Extent, accepted
 from lcpcli.verify.measure import Rows
 from lcpcli.verify.point import Criterion, Point
@@ -93,12 +93,12 @@ def lemke(
             return _answer(acceptance, "newton", 1)
     if not (q < 0).any():
         return None
-    termination, pivots, states = path(
+    termination, pivots, statuses = path(
         M, q, HIGHEST[: q.size], COVER[: q.size], max(MIN_REFRESHED, q.size)
     )
     if termination != tableau.SOLVED:
         return None
-    acceptance = _at(problem, M, box, tol, states)
+    acceptance = _at(problem, M, box, tol, statuses)
     return None if acceptance is None else _answer(acceptance, "lemke", pivots)
 
 
@@ -145,13 +145,13 @@ def mixed(problem: Problem, tol: float) -> DirectAnswer | None:
     except np.linalg.LinAlgError:
         return None
     n_basic_solutions = max(-steps, 0)
-    termination, pivots, states = path(
+    termination, pivots, statuses = path(
         K, k, d, COVER[: k.size], max(MIN_REFRESHED, k.size)
     )
     if termination != tableau.SOLVED:
         return None
-    states = kernels.recovered_basis(nonfixed, q.size, states)
-    acceptance = _at(problem, M, box, tol, states)
+    statuses = kernels.recovered_basis(nonfixed, q.size, statuses)
+    acceptance = _at(problem, M, box, tol, statuses)
     if acceptance is None:
         return None
     evaluations = pivots + n_basic_solutions
@@ -159,13 +159,13 @@ def mixed(problem: Problem, tol: float) -> DirectAnswer | None:
 
 
 def _at(
-    problem: Problem, M: Vector, box: Vectors, tol: float, states: States
+    problem: Problem, M: Vector, box: Vectors, tol: float, statuses: BasisStatus
 ) -> Acceptance | None:
     """Return the decision on the basic solution of this basis, if it is a solution by
     a margin larger than rounding errors; otherwise None.
     """
-    z = basic_solution(M, problem.q, *box, states)
-    return _accepted(problem, rows_of(problem), box, z, tol, states)
+    z = basic_solution(M, problem.q, *box, statuses)
+    return _accepted(problem, rows_of(problem), box, z, tol, statuses)
 
 
 def _answer(
@@ -195,7 +195,7 @@ def _accepted(
     box: Vectors,
     z: Vector,
     tol: float,
-    states: States | None = None,
+    statuses: BasisStatus | None = None,
 ) -> Acceptance | None:
     """Return the decision on a z within its bounds if it is a solution by a margin
     larger than rounding errors, perhaps after distances from bounds are removed that
@@ -206,7 +206,7 @@ def _accepted(
         if not surely_solves(rows, problem.q, *box, tol, z):
             return None
     point = Point.of_solution(Criterion(problem, tol), z)
-    acceptance = accepted(problem, [point], tol, EXACT, states)
+    acceptance = accepted(problem, [point], tol, EXACT, statuses)
     return acceptance if acceptance is not None and acceptance.solved else None
 
 

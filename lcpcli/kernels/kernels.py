@@ -414,19 +414,24 @@ def _state(t: float, lower: float, upper: float) -> int:
 
 
 @inlined
-def _system(entries: Any, lower: Any, upper: Any, states: Any, order: Any) -> Any:
+def _system(entries: Any, lower: Any, upper: Any, statuses: Any, order: Any) -> Any:
     """Return whether M_BB is nonsingular, z with zeros for basic variables, and the
     system of the basis: the positions of its variables, M_BB or its factors with their
     row interchanges, and whether these are factors.
     """
     starts, columns, values = entries
-    n, k, position, z = states.size, 0, np.full(states.size, -1), np.empty(states.size)
+    n, k, position, z = (
+        statuses.size,
+        0,
+        np.full(statuses.size, -1),
+        np.empty(statuses.size),
+    )
     for i in order:
-        if states[i] == BASIC:
+        if statuses[i] == BASIC:
             z[i] = 0.0
             position[i], k = k, k + 1
         else:
-            z[i] = lower[i] if states[i] == LOWER else upper[i]
+            z[i] = lower[i] if statuses[i] == LOWER else upper[i]
     A, rows, used = np.zeros((k, k)), np.empty(k, np.int64), 0
     for i in range(n):
         if position[i] >= 0:
@@ -462,12 +467,12 @@ def _correct(entries: Any, q: Any, system: Any, z: Any, w: Any) -> Any:
 
 
 @inlined
-def _is_wrong(problem: Any, states: Any, z: Any, w: Any, i: int) -> bool:
+def _is_wrong(problem: Any, statuses: Any, z: Any, w: Any, i: int) -> bool:
     """Return whether a component violates the condition of its status by more than
     rounding errors.
     """
     (starts, columns, values), q, lower, upper = problem
-    state = states[i]
+    state = statuses[i]
     violation = -w[i] if state == LOWER else w[i]
     if state == BASIC:
         violation = max(lower[i] - z[i], z[i] - upper[i])
@@ -495,7 +500,7 @@ def pivot_blocks(entries: Any, q: Any, lower: Any, upper: Any, t: Any) -> Any:
     n, steps, patience = q.size, 0, direct.BLOCK_PATIENCE
     max_changes = np.inf
     is_single, is_hasty = False, False
-    states = np.empty(n, np.int8)
+    statuses = np.empty(n, np.int8)
     next_states = np.empty(n, np.int8)
     wrong = np.zeros(n, np.bool_)
     single_pivots_left = (
@@ -507,11 +512,11 @@ def pivot_blocks(entries: Any, q: Any, lower: Any, upper: Any, t: Any) -> Any:
                 diagonal[i] = values[at]
         is_hasty |= diagonal[i] == 0.0
         single_pivots_left = single_pivots_left if diagonal[i] > 0.0 else 0
-        states[i] = _state(t[i], lower[i], upper[i])
+        statuses[i] = _state(t[i], lower[i], upper[i])
         next_states[i] = _state(0.0, lower[i], upper[i])
     min_violations = n + 1
     while True:
-        is_regular, z, system = _system(entries, lower, upper, states, order)
+        is_regular, z, system = _system(entries, lower, upper, statuses, order)
         w = _w(entries, q, z)
         if is_regular:
             is_regular, w = _correct(entries, q, system, z, w)
@@ -520,9 +525,9 @@ def pivot_blocks(entries: Any, q: Any, lower: Any, upper: Any, t: Any) -> Any:
             return 1 - steps, np.zeros(0)
         count, changes, first = 0, 0, n
         for i in range(n):
-            wrong[i] = _is_wrong(problem, states, z, w, i)
+            wrong[i] = _is_wrong(problem, statuses, z, w, i)
             count, first = count + wrong[i], min(first, i) if wrong[i] else first
-            next_state = states[i]
+            next_state = statuses[i]
             if wrong[i] and next_state != BASIC:
                 next_state = BASIC
             elif wrong[i]:
@@ -545,4 +550,4 @@ def pivot_blocks(entries: Any, q: Any, lower: Any, upper: Any, t: Any) -> Any:
             return -steps, np.zeros(0)
         for i in range(n):
             if wrong[i] and (not is_single or i == first):
-                states[i] = next_states[i]
+                statuses[i] = next_states[i]

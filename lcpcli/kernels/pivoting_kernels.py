@@ -32,13 +32,13 @@ exponents = njit((MATRIX,), cache=True, **OPTIONS)(free_variables.exponents)
 
 
 @njit((MATRIX, VECTOR, VECTOR, VECTOR, STATES), cache=True, **OPTIONS)
-def basic_solution(M: Any, q: Any, lower: Any, upper: Any, states: Any) -> Any:
+def basic_solution(M: Any, q: Any, lower: Any, upper: Any, statuses: Any) -> Any:
     """Return the basic solution z of a basis, projected on the bounds, shape (n,); the
     least-norm one if M_BB is singular.
     """
     z, nothing = np.zeros(q.size), np.zeros(q.size)
     for i in range(q.size):
-        if states[i] != BASIC:
-            z[i] = lower[i] if states[i] == LOWER else upper[i]
-    exchanges.solve_basic(M, q, nothing, z, (states == BASIC).nonzero()[0], nothing)
+        if statuses[i] != BASIC:
+            z[i] = lower[i] if statuses[i] == LOWER else upper[i]
+    exchanges.solve_basic(M, q, nothing, z, (statuses == BASIC).nonzero()[0], nothing)
     return np.minimum(np.maximum(z, lower), upper)

@@ -51,7 +51,7 @@ from lcpcli.methods.stages import (
 from lcpcli.model.box import BASIC, Box
 from lcpcli.model.changes import in_units
 from lcpcli.model.problem import Problem
-from lcpcli.typing import Mask, Matrix, States, Vector
+from lcpcli.typing import BasisStatus, Mask, Matrix, Vector
 
 REDUCTION = 0.1  # of the residual, by one inexact solve
 FINAL_REDUCTION = 1e-3  # of the residual, once P is unchanged from the last step
@@ -171,7 +171,7 @@ class Inexact:
         terms += np.abs(self.q)
         return terms
 
-    def at(self, basis: States) -> BasicSolution:
+    def at(self, basis: BasisStatus) -> BasicSolution:
         """Approximate the basic solution of a basis; raise SingularMatrix if that takes
         too long."""
         unchanged = self.products > 1 and np.array_equal(basis, self.basis)
@@ -185,7 +185,7 @@ class Inexact:
         return self.basic_solution_of(basis)
 
     def approach(
-        self, basis: States, target: float, max_steps: int, measure: Measure = norm
+        self, basis: BasisStatus, target: float, max_steps: int, measure: Measure = norm
     ) -> float:
         """Move z towards the basic solution of a basis in at most max_steps steps,
         until the measure of the residual is at most the target; return this measure."""
@@ -212,7 +212,7 @@ class Inexact:
         self._measure()
         return residual_size
 
-    def basic_solution_of(self, basis: States) -> BasicSolution:
+    def basic_solution_of(self, basis: BasisStatus) -> BasicSolution:
         """Return the last z and w after a step of Jacobi's method, with their
         infeasibilities; a basic z_i at its lower bound is treated as below it."""
         basic = basis == BASIC
@@ -311,7 +311,7 @@ def active_set(
 
 # Without it: an obstacle with 250,000 unknowns takes 12 steps for 5, in 1.15 times the
 # time.
-def _pivot_locally(inexact: Inexact, basic_solution: BasicSolution) -> States:
+def _pivot_locally(inexact: Inexact, basic_solution: BasicSolution) -> BasisStatus:
     """Pivot on the infeasibilities, and then with the variables close to them alone,
     until their basis hardly changes; return the basis."""
     box, basis = (

@@ -31,7 +31,7 @@ from lcpcli.methods.direct import Safeguard
 from lcpcli.methods.newton import MAX_LEAST_INDEX_STEPS, gradient_steps
 from lcpcli.model.box import BASIC, LOWER, Box
 from lcpcli.model.right_hand_sides import Block
-from lcpcli.typing import Indices, Mask, States, Vector
+from lcpcli.typing import BasisStatus, Indices, Mask, Vector
 
 # Number of successive problems of which the first one is solved first; the others start
 # from its solution.
@@ -65,7 +65,7 @@ class Frame:
             else replace(self, q=self.q[rows], box=self.box.part(rows))
         )
 
-    def at(self, basis: States) -> BasicSolution:
+    def at(self, basis: BasisStatus) -> BasicSolution:
         """Return the basic solutions of the bases; they are not finite where M_PP is
         singular or numbers overflow."""
         M, z = self.block.M, self.box.nonbasic(basis)
@@ -128,7 +128,7 @@ class ManyPivotingResult:
     """
 
     z: Vector
-    basis: States
+    basis: BasisStatus
     steps: Indices
     ended: Mask
     by_gradient: Mask
@@ -148,7 +148,7 @@ def solve_many_by_pivoting(
     R, C : the row and column scaling with which sizes are compared, shape (n,).
     """
 
-    def pivot(rows: Indices, basis: States) -> None:
+    def pivot(rows: Indices, basis: BasisStatus) -> None:
         """Pivot some rows of the frame from their bases, and write the solutions into
         `pivoting_result`."""
         guard, pivoting = (
@@ -226,7 +226,7 @@ def _are_near(q: Vector, rows: Indices, others: Indices) -> Mask:
     )
 
 
-def _start(frame: Frame, R: Vector, C: Vector) -> tuple[States, Mask]:
+def _start(frame: Frame, R: Vector, C: Vector) -> tuple[BasisStatus, Mask]:
     """Return the bases to start from, and for which problems projected gradients, which
     did not diverge, have determined them, instead of the reference points. Gradients
     continue while each check counts at most SETTLING_FACTOR times the status changes of

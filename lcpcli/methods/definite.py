@@ -55,7 +55,7 @@ from lcpcli.methods.stages import (
 )
 from lcpcli.model.box import BASIC, LOWER, of_masks
 from lcpcli.model.problem import Problem
-from lcpcli.typing import Mask, Matrix, States, Vector
+from lcpcli.typing import BasisStatus, Mask, Matrix, Vector
 
 MADE_FOR_IT = "interior"  # the method that begins with this one
 # A condition number from which on methods without factors need hundreds of iterations
@@ -220,7 +220,7 @@ class _Run:
 
     def _states(
         self, at: PrimalDualPoint, before: PrimalDualPoint
-    ) -> tuple[States, bool]:
+    ) -> tuple[BasisStatus, bool]:
         """Return the basis that the indicators of the last step show, and whether
         almost all of them are clear."""
         of_s, of_w = at.s / before.s, at.w / before.w
@@ -254,7 +254,7 @@ class Exchanges:
         self.count = 0
         self.is_solved = False
 
-    def from_states(self, basis: States) -> Iterator[Iterate]:
+    def from_states(self, basis: BasisStatus) -> Iterator[Iterate]:
         """Yield the basic solutions from this basis on, while they have few
         infeasibilities."""
         box = self.problem.box
@@ -277,7 +277,7 @@ class Exchanges:
             min_infeasible = min(count, min_infeasible)
             basis = box.exchanged(basis, wrong, z.high)
 
-    def _violations(self, z: DoubleDouble, w: Vector, basis: States) -> Vector:
+    def _violations(self, z: DoubleDouble, w: Vector, basis: BasisStatus) -> Vector:
         """Return the infeasibilities beyond rounding, relative to the largest z or w,
         as the diagonal of M is about 1."""
         box = self.problem.box
@@ -296,7 +296,7 @@ class Exchanges:
         finite = basic & np.isfinite(bound)
         return np.where(finite, -(distance.high + distance.low), -np.sign(bound) * 0.0)
 
-    def _finished(self, z: Vector, inner_basis: States) -> Iterate:
+    def _finished(self, z: Vector, inner_basis: BasisStatus) -> Iterate:
         """Return a basic solution as an iterate: z as it is, whatever rounding leaves
         of w."""
         within, original_problem = self.within, self.within.original

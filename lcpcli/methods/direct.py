@@ -34,7 +34,7 @@ from lcpcli.linalg.matrices import (
 )
 from lcpcli.model.box import BASIC, Box
 from lcpcli.model.problem import Problem
-from lcpcli.typing import Indices, Mask, Matrix, States, Vector
+from lcpcli.typing import BasisStatus, Indices, Mask, Matrix, Vector
 from lcpcli.verify.final_states import (
     HIDDEN_TERM,
     LONG_NUMBER,
@@ -106,7 +106,7 @@ class DirectAnswer(NamedTuple):
     steps: int
     method: str = "newton"
     evaluations: int | None = None
-    end: States | None = None
+    end: BasisStatus | None = None
     point: Point | None = None
     is_single: bool = False
 

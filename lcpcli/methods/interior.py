@@ -51,7 +51,7 @@ from lcpcli.methods.stages import (
 )
 from lcpcli.model.box import BASIC, of_masks
 from lcpcli.model.problem import Problem
-from lcpcli.typing import States, Vector
+from lcpcli.typing import BasisStatus, Vector
 
 FINISH, BEST = "finish", "best"
 MAX_INTERIOR_STEPS = 150  # of an attempt: a few times the tens that it usually takes
@@ -361,7 +361,7 @@ class Run:
     def _exchanged(
         self,
         z: Vector,
-        basis: States,
+        basis: BasisStatus,
         last: bool = False,
         max_residual: float = FAR_RESIDUAL,
         shift: float = PROXIMAL_SHIFT,
@@ -412,7 +412,7 @@ class _ProximalSolutions:
         self._shift = shift
 
     @np.errstate(all="ignore")
-    def at(self, basis: States) -> BasicSolution:
+    def at(self, basis: BasisStatus) -> BasicSolution:
         """Return the basic solution of a basis; raise SingularMatrix if z is not
         finite."""
         basic = (basis == BASIC).nonzero()[0]
@@ -460,7 +460,7 @@ def _are_short(lengths: list[float]) -> bool:
     )
 
 
-def _active(within: SlackForm, at: PrimalDualPoint) -> States:
+def _active(within: SlackForm, at: PrimalDualPoint) -> BasisStatus:
     """Return the active set: a variable is at a bound, the closer one of two, where its
     slack is below its multiplier."""
     count = within.low.size

@@ -43,7 +43,7 @@ from lcpcli.linalg.matrices import (
 from lcpcli.methods.stages import Ending, Finished, Iterate, Stage, Stalled
 from lcpcli.model.box import Box
 from lcpcli.model.evaluations import Evaluations
-from lcpcli.typing import Matrix, States, Vector
+from lcpcli.typing import BasisStatus, Matrix, Vector
 
 # A step has to get below the largest of so many last merits, unless an attempt is
 # monotone.
@@ -87,7 +87,8 @@ LONG = (
 )
 
 Linear = Callable[
-    [Matrix, Vector, Box, "States | None", bool], "tuple[Vector, States] | None"
+    [Matrix, Vector, Box, "BasisStatus | None", bool],
+    "tuple[Vector, BasisStatus] | None",
 ]
 """The solver of linearizations: called with M, q, the bounds, the basis to start from,
 and whether to continue longer than before, it returns the solution and its basis, or
@@ -241,7 +242,7 @@ class TrialPoint(NamedTuple):
     gaps: Vector
 
 
-_Solved = tuple[float, float, TrialPoint, States]
+_Solved = tuple[float, float, TrialPoint, BasisStatus]
 """A perturbation, a part t of the step to the solution of the linearization, the trial
 point to which it leads, and the basis of the solution."""
 
@@ -266,7 +267,7 @@ class _JosephyNewton:
         self._linear = linear
         self.box = evaluations.problem.box
         self.reference = self._perturbation = 0.0
-        self.basis: States | None = None
+        self.basis: BasisStatus | None = None
         self.undefined: int | None = None
         self._is_active = False  # whether the last step was one of the active set
         self.is_short = False  # whether the attempt is, as in `_Attempt`

@@ -48,7 +48,7 @@ from lcpcli.methods.stages import (
 )
 from lcpcli.model.problem import Problem
 from lcpcli.rational.pivoting import IntegerTableau
-from lcpcli.typing import Mask, States, Vector
+from lcpcli.typing import BasisStatus, Mask, Vector
 from lcpcli.verify.certificate import RAY as PROVES_NOTHING
 from lcpcli.verify.certificate import Proof, first_proof
 
@@ -184,7 +184,7 @@ def path_to_end(
     return path
 
 
-def _end_of(problem: Problem, path: LemkePath) -> tuple[Vector, States]:
+def _end_of(problem: Problem, path: LemkePath) -> tuple[Vector, BasisStatus]:
     """Return x and the basis of the solution to which the path leads."""
     z_on_path, _, basis = path.point()
     z, is_accurate = solution_of_basis(problem, path.reduction.M, z_on_path, basis)
@@ -277,7 +277,7 @@ def _iterate(
     variables: tuple[str | None, ...],
     pivots: int,
     z0: float,
-    basis: States | None = None,
+    basis: BasisStatus | None = None,
 ) -> Iterate:
     """Return the iterate after a pivot, whose step names the variables that enter and
     leave the basis."""
@@ -394,7 +394,7 @@ class LemkePath:
         )
         self.age = 0
 
-    def point(self) -> tuple[Vector, Vector, States]:
+    def point(self) -> tuple[Vector, Vector, BasisStatus]:
         """Return the current z and w of the original problem, and the basis."""
         t, m = self.tableau, self.k.size
         is_y = (t.basic >= m) & (t.basic < 2 * m)
@@ -428,7 +428,7 @@ LITERAL_STEPS = 8  # block pivots on infeasibilities after a path
 
 
 def solution_of_basis(
-    problem: Problem, M: Vector, initial_guess: Vector, basis: States
+    problem: Problem, M: Vector, initial_guess: Vector, basis: BasisStatus
 ) -> tuple[Vector, bool]:
     """Return z of the basis at which a path has ended close to an initial guess, for M
     as a dense array, and whether it violates no row beyond rounding.
@@ -451,7 +451,7 @@ def solution_of_basis(
     return first, False
 
 
-def feasible_basic_solution(problem: Problem, basis: States) -> Stage:
+def feasible_basic_solution(problem: Problem, basis: BasisStatus) -> Stage:
     """Yield the basic solution of a basis, such as the last one of a path for another
     q, if it is feasible: if it violates no row beyond rounding."""
     try:
@@ -464,7 +464,7 @@ def feasible_basic_solution(problem: Problem, basis: States) -> Stage:
     return Finished()
 
 
-def from_last_basis(problem: Problem, basis: States) -> Stage:
+def from_last_basis(problem: Problem, basis: BasisStatus) -> Stage:
     """Pivot from the solution basis of a similar problem; where this problem has
     several solutions with this basis, as if an equation follows from others, yield one
     of them."""
@@ -477,7 +477,7 @@ def from_last_basis(problem: Problem, basis: States) -> Stage:
 
 
 def _of_basis(
-    problem: Problem, basis: States, initial_guess: Vector | None = None
+    problem: Problem, basis: BasisStatus, initial_guess: Vector | None = None
 ) -> Iterate:
     """Return the basic solution of a basis; of several, that close to the initial
     guess."""
@@ -486,7 +486,7 @@ def _of_basis(
 
 
 def _at(
-    problem: Problem, z: Vector, evaluations: int, basis: States, step: str = ""
+    problem: Problem, z: Vector, evaluations: int, basis: BasisStatus, step: str = ""
 ) -> Iterate:
     """Return the iterate at a z, moved within its bounds, with a basis."""
     z = problem.box.project(z)

@@ -62,7 +62,7 @@ from lcpcli.model.changes import StandardForm, scale
 from lcpcli.model.problem import Problem
 from lcpcli.rational.exact_problem import ExactProblem
 from lcpcli.rational.tree import explored
-from lcpcli.typing import Mask, Matrix, States, Vector
+from lcpcli.typing import BasisStatus, Mask, Matrix, Vector
 from lcpcli.verify import farkas
 from lcpcli.verify.alternative import alternative
 from lcpcli.verify.certificate import MANY, Proof, first_proof
@@ -491,7 +491,7 @@ def _basic_solution(problem: Problem, P: Mask) -> tuple[Vector | None, bool]:
     return best, False
 
 
-def _solutions(problem: Problem, basis: States) -> Iterator[Vector]:
+def _solutions(problem: Problem, basis: BasisStatus) -> Iterator[Vector]:
     """Yield the basic solution of a basis; then, as M_PP may be singular, a vertex of
     the solutions with this basis, corrected by least squares on its support, if dense
     columns fit in memory."""

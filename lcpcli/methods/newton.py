@@ -43,7 +43,7 @@ from lcpcli.methods.stages import (
 )
 from lcpcli.model.box import BASIC, Box
 from lcpcli.model.problem import Problem
-from lcpcli.typing import States, Vector
+from lcpcli.typing import BasisStatus, Vector
 
 if TYPE_CHECKING:
     from lcpcli.methods.direct import Made
@@ -215,7 +215,7 @@ def dense_route(
 
 
 def from_states(
-    problem: Problem, basis: States, solutions: BasicSolutions | None = None
+    problem: Problem, basis: BasisStatus, solutions: BasicSolutions | None = None
 ) -> Stage:
     """Pivot by blocks from an almost right basis, while all but a few steps leave at
     most FAST_STEP of the violations.
@@ -263,7 +263,7 @@ def from_states(
     return Stalled("the starting basis is not close to a solution basis")
 
 
-def from_start(problem: Problem, basis: States) -> Stage:
+def from_start(problem: Problem, basis: BasisStatus) -> Stage:
     """Pivot as `from_states` from the basis of a start, unless a rough basic solution
     of a large M, which costs less than a factorization, has more than
     MAX_INFEASIBLE_FRACTION_AT_CHECK of infeasible components.
@@ -339,7 +339,7 @@ def finish(problem: Problem, x0: Vector | None, stage: Stage) -> Stage:
             return step
 
 
-def _products(problem: Problem, basis: States) -> float:
+def _products(problem: Problem, basis: BasisStatus) -> float:
     """Return how many products with M take about as long as a step of pivoting from
     this basis."""
     if is_sparse(problem.M):
@@ -443,7 +443,7 @@ class GradientCheck(NamedTuple):
 
     z: Vector
     w: Vector
-    basis: States
+    basis: BasisStatus
     changes: int
     bounded: Any
 

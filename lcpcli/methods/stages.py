@@ -21,7 +21,7 @@ from lcpcli.linalg.factors import SingularMatrix
 from lcpcli.methods import registry as methods
 from lcpcli.model.changes import Change, shifted
 from lcpcli.model.problem import Problem
-from lcpcli.typing import States, Vector
+from lcpcli.typing import BasisStatus, Vector
 
 if TYPE_CHECKING:
     from lcpcli.model.changes import StandardForm
@@ -59,7 +59,7 @@ class Iterate(NamedTuple):
     evaluations: int
     method: str = ""
     signs_final: bool = True
-    basis: States | None = None
+    basis: BasisStatus | None = None
     z0: float | None = None
     quantities: Callable[[], object] | None = None
 

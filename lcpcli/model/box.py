@@ -40,7 +40,7 @@ from lcpcli.linalg.matrices import (
 from lcpcli.model import arrays
 from lcpcli.model.arrays import FROM_0, as_floats, plain, readonly_copy
 from lcpcli.options import INFINITY
-from lcpcli.typing import Indices, Mask, Matrix, States, Vector
+from lcpcli.typing import BasisStatus, Indices, Mask, Matrix, Vector
 
 # A row of M z + q is summed exactly if its terms exceed this multiple of their sum.
 CANCELLATION = 1000
@@ -111,17 +111,17 @@ def transformed_bound(bound: Vector, original_bound: Vector | float) -> Vector:
     )
 
 
-def of_masks(basic: Mask, upper: Mask | None = None) -> States:
+def of_masks(basic: Mask, upper: Mask | None = None) -> BasisStatus:
     """Return a basis of any shape: BASIC where basic, UPPER where upper, which excludes
     basic, and LOWER elsewhere."""
     if upper is None:
         return -(~basic).view(np.int8)
-    basis: States = upper.view(np.int8) - (~(basic | upper)).view(np.int8)
+    basis: BasisStatus = upper.view(np.int8) - (~(basic | upper)).view(np.int8)
     return basis
 
 
-def in_words(states: States) -> list[str]:
-    return [WORDS[state] for state in states.tolist()]
+def in_words(statuses: BasisStatus) -> list[str]:
+    return [WORDS[state] for state in statuses.tolist()]
 
 
 class Box:
@@ -196,7 +196,7 @@ class Box:
                 else t
             )
 
-    def x_within(self, z: Vector, w: Vector, basis: States) -> Vector:
+    def x_within(self, z: Vector, w: Vector, basis: BasisStatus) -> Vector:
         """Return the x of a basic solution, with basic z_i moved within bounds and
         infeasible w_i set to 0."""
         signed = np.maximum(w, 0.0)
@@ -215,12 +215,12 @@ class Box:
         gaps: Vector = np.minimum(factor * (z - self.lower), w)
         return np.maximum(factor * (z - self.upper), gaps) if self._has_upper else gaps
 
-    def basis_of(self, x: Vector) -> States:
+    def basis_of(self, x: Vector) -> BasisStatus:
         """Return the basis that x represents: at the lower bound where 2x <= l, at the
         upper bound where 2x >= u."""
         return self.basis_at(x + x)
 
-    def basis_at(self, z: Vector, w: Vector | None = None) -> States:
+    def basis_at(self, z: Vector, w: Vector | None = None) -> BasisStatus:
         """Return the basis of z and w, by default 0: that of their x, whose halves may
         underflow."""
         t = z if w is None else self._t_of(z, w)
@@ -241,7 +241,7 @@ class Box:
         )
         return np.asarray(np.clip(y, lowest, highest))
 
-    def nonbasic(self, basis: States) -> Vector:
+    def nonbasic(self, basis: BasisStatus) -> Vector:
         """Return the z of a basis: a bound where nonbasic, 0 for basic variables."""
         bound = (
             np.where(basis == _UPPER, self.upper, self.lower)
@@ -250,7 +250,7 @@ class Box:
         )
         return np.where(basis, bound, 0.0)
 
-    def violations(self, z: Vector, w: Vector, basis: States) -> Vector:
+    def violations(self, z: Vector, w: Vector, basis: BasisStatus) -> Vector:
         """Return how far each component is from satisfying the condition of its basis
         status; at most 0 where it does."""
         if not self._has_upper:
@@ -259,7 +259,7 @@ class Box:
         signed = np.where(basis == _UPPER, w, -w)
         return np.where(basis, np.where(self.fixed, 0.0, signed), beyond)
 
-    def wrong(self, z: Vector, w: Vector, basis: States) -> Mask:
+    def wrong(self, z: Vector, w: Vector, basis: BasisStatus) -> Mask:
         return self.violations(z, w, basis) > 0.0
 
     def excess(self, z: Vector, w: Vector) -> Vector:
@@ -271,7 +271,7 @@ class Box:
             np.where(z > self.lower, w, -np.inf), np.where(z < self.upper, -w, -np.inf)
         )
 
-    def exchanged(self, basis: States, violated: Mask, z: Vector) -> States:
+    def exchanged(self, basis: BasisStatus, violated: Mask, z: Vector) -> BasisStatus:
         """Return the basis after a block pivot on the violated components: a basic one
         goes to its bound, others become basic."""
         basic = np.logical_not(basis)

@@ -18,7 +18,7 @@ from typing import TYPE_CHECKING, Any, ClassVar, NamedTuple
 from lcpcli.clock import imports
 from lcpcli.errors import MAKE_AGREE, ProblemError, kind, numbers_for, quoted
 from lcpcli.model.arrays import FROM_0
-from lcpcli.typing import Matrix, States, Vector
+from lcpcli.typing import BasisStatus, Matrix, Vector
 
 if TYPE_CHECKING:
     from fractions import Fraction
@@ -261,7 +261,7 @@ class Formulation:
         there is no method for that, or it does not converge."""
         return None
 
-    def followed(self, problem: Any, states: States) -> Proposal | None:  # noqa: ARG002
+    def followed(self, problem: Any, states: BasisStatus) -> Proposal | None:  # noqa: ARG002
         """Return a point that may be a solution, to which the basis of the last one
         leads in a sequence; None if there is no method for that, or it does not
         converge."""
@@ -274,9 +274,9 @@ class Formulation:
     def update(
         self,
         like: Any,  # noqa: ARG002
-        states: States | None,  # noqa: ARG002
+        states: BasisStatus | None,  # noqa: ARG002
         data: Mapping[str, Any],
-    ) -> tuple[Any, States | None]:
+    ) -> tuple[Any, BasisStatus | None]:
         """Return the next problem of a sequence, with other data, and the basis from
         which it starts. like : the last problem, whose M the next one may share.
         states : the basis of the last solution, None if there is none. data : by name,

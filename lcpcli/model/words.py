@@ -26,7 +26,7 @@ from lcpcli.linalg.doubles import size
 from lcpcli.model.arrays import FROM_0, as_vector, by_names, refuse_infinite
 from lcpcli.model.box import BASIC, UPPER, WORDS
 from lcpcli.model.problem import Problem
-from lcpcli.typing import States, Vector, VectorLike
+from lcpcli.typing import BasisStatus, Vector, VectorLike
 
 if TYPE_CHECKING:
     from fractions import Fraction
@@ -48,7 +48,7 @@ class Start:
     def __init__(
         self,
         problem: Problem,
-        basis: States | None = None,
+        basis: BasisStatus | None = None,
         x: Vector | None = None,
         z: Vector | None = None,
     ) -> None:
@@ -71,11 +71,11 @@ class Start:
     @property
     def known_to_auto(self) -> dict[str, bool]:
         if self._basis is not None:
-            return {"states": True}
+            return {"is_basic_start": True}
         return {"is_warm_start": True} if self.is_near else {}
 
     @cached_property
-    def basis(self) -> States:
+    def basis(self) -> BasisStatus:
         if self._basis is not None:
             return self._basis
         return (
@@ -118,7 +118,7 @@ def start_at(
     return Start(problem, x=as_vector("x0", x0, problem.n))
 
 
-def basis_of_words(problem: Problem, basis: Sequence[str]) -> States:
+def basis_of_words(problem: Problem, basis: Sequence[str]) -> BasisStatus:
     """Return the basis for a list of words, one for each variable."""
     n = problem.n
     if not isinstance(basis, (list, tuple, np.ndarray)):
@@ -143,29 +143,29 @@ def basis_of_words(problem: Problem, basis: Sequence[str]) -> States:
             f"is {kind(basis[i])}",
             f"write lower, basic or upper {FROM_0}",
         )
-    states: States = np.array(numbers, np.int8)
+    statuses: BasisStatus = np.array(numbers, np.int8)
     if problem.box.is_orthant and UPPER not in numbers:
-        return states
+        return statuses
     low, high = problem.box.vectors(n)
     for i in np.flatnonzero(
-        np.isinf(np.where(states == UPPER, high, low)) & (states != BASIC)
+        np.isinf(np.where(statuses == UPPER, high, low)) & (statuses != BASIC)
     )[:1].tolist():
         raise ProblemError(
             f"basis[{i}]",
             f"is {basis[i]}, but there is no such bound",
             f"write another status {FROM_0}",
         )
-    for i in np.flatnonzero((states == BASIC) & (low == high))[:1].tolist():
+    for i in np.flatnonzero((statuses == BASIC) & (low == high))[:1].tolist():
         raise ProblemError(
             f"basis[{i}]",
             "is basic, but that variable is fixed",
             f"write lower {FROM_0}",
         )
-    return states
+    return statuses
 
 
 @np.errstate(all="ignore")
-def x_in(problem: Problem, basis: States) -> Vector:
+def x_in(problem: Problem, basis: BasisStatus) -> Vector:
     """Return an x that represents a basis: at a bound with w of size one, or inside the
     bounds."""
     low, high = problem.box.vectors(problem.n)

@@ -41,7 +41,7 @@ from lcpcli.rational.exact_problem import ExactProblem
 from lcpcli.rational.numbers import rounded
 from lcpcli.solving import driver
 from lcpcli.solving.result import Result, Status
-from lcpcli.typing import Mask, Matrix, States, Vector
+from lcpcli.typing import BasisStatus, Mask, Matrix, Vector
 from lcpcli.verify.certificate import first_proof
 
 # A singular value of a basis below this, relative to the largest one, is considered 0.
@@ -55,7 +55,7 @@ ROUNDING_RTOL = 2.0**-40
 
 def basic_states(
     problem: Problem, z: Vector, w: Vector, is_fixed: Mask
-) -> States | None:
+) -> BasisStatus | None:
     """Return a basis at which the problem has a solution and M_BB is nonsingular, shape
     (n,); None if the solutions close to z contain a line.
 
@@ -106,11 +106,11 @@ def basic_states(
     return None
 
 
-def _null_vector(M: Matrix, states: States) -> Vector | None:
+def _null_vector(M: Matrix, statuses: BasisStatus) -> Vector | None:
     """Return v of shape (n,), zero outside B, with M_BB v_B = 0 for an equilibrated M;
     None if M_BB is nonsingular.
     """
-    basic = np.flatnonzero(states == BASIC)
+    basic = np.flatnonzero(statuses == BASIC)
     if not basic.size:
         return None
     block, generic = M[basic][:, basic], generator(0).uniform(1, 2, basic.size)
@@ -123,7 +123,7 @@ def _null_vector(M: Matrix, states: States) -> Vector | None:
     _, values, rows = np.linalg.svd(finite(dense(block)))
     if values[-1] > SINGULAR * values[0]:
         return None
-    v = np.zeros(states.size)
+    v = np.zeros(statuses.size)
     v[basic] = rows[-1]
     return v
 
@@ -146,7 +146,7 @@ class _Breakpoint(NamedTuple):
     t: float
     z: Any
     w: Any
-    states: States | None
+    statuses: BasisStatus | None
 
 
 def _rows(rows: list[Any], family: Family, kind: type = float) -> Any:
@@ -474,16 +474,16 @@ class _Following:
         last = self.points[-1]
         s = last.s if edge.rise == 0 else edge.s  # rounding may have moved it
         if not edge.is_point:
-            self.add(s, edge.z, edge.states)
+            self.add(s, edge.z, edge.statuses)
         elif edge.is_last:
-            self.points[-1] = self.point(s, edge.z, last.states)
+            self.points[-1] = self.point(s, edge.z, last.statuses)
 
-    def add(self, s: Any, z: Any, states: States | None) -> None:
+    def add(self, s: Any, z: Any, statuses: BasisStatus | None) -> None:
         """Add a breakpoint, with the basis on the piece before it; verify those before
         it if there are many.
         """
         points = self.points
-        points.append(self.point(s, z, states))
+        points.append(self.point(s, z, statuses))
         new, n = len(points) - self._done, self.family.problem.n
         max_pending = MAX_AT_ONCE if self.exact is None else EXACT_AT_ONCE
         if new >= MIN_AT_ONCE and (new * n >= AT_ONCE or new >= max_pending):
@@ -491,11 +491,11 @@ class _Following:
             # Breakpoints with the same t as the last one are verified together later.
             self._verify(next((k for k in each if points[k].t != points[k - 1].t), 0))
 
-    def point(self, s: Any, z: Any, states: States | None) -> _Breakpoint:
+    def point(self, s: Any, z: Any, statuses: BasisStatus | None) -> _Breakpoint:
         # This form is exactly a at s = 0 and b at s = 1.
         t = self.family.start * (1 - float(s)) + self.family.stop * float(s)
         return _Breakpoint(
-            s, t, z, None if self.exact is None else self.exact.w(s, z), states
+            s, t, z, None if self.exact is None else self.exact.w(s, z), statuses
         )
 
     def _verify(self, n_verified: int) -> None:
@@ -509,7 +509,7 @@ class _Following:
         verified_points = points[: n_verified - first]
         if self.exact is not None:
             endpoints = (
-                (point.states, endpoint)
+                (point.statuses, endpoint)
                 for before, point in pairwise(verified_points)
                 for endpoint in (before, point)
             )
@@ -522,7 +522,7 @@ class _Following:
             breakpoints = Breakpoints(
                 np.array([point.t for point in points]),
                 _rows([point.z for point in points], self.family),
-                _rows([point.states for point in points[1:]], self.family, np.int8),
+                _rows([point.statuses for point in points[1:]], self.family, np.int8),
             )
             t, z, w, is_verified = verify(
                 self.family,
@@ -551,7 +551,7 @@ class _Following:
             )
             z, w = ([rounded(row) for row in rows] for rows in (z, w))
         t = np.array([point.t for point in points])
-        bases = [point.states for point in points[1:]]
+        bases = [point.statuses for point in points[1:]]
         is_verified = (
             bool(points) and self._are_solutions and points[0].t == float(family.start)
         )

@@ -20,7 +20,7 @@ from lcpcli.model import views
 from lcpcli.model.arrays import FROM_0
 from lcpcli.model.box import WORDS, in_words
 from lcpcli.model.problem import Problem, conditions_of
-from lcpcli.typing import Mask, States, Vector
+from lcpcli.typing import BasisStatus, Mask, Vector
 
 if TYPE_CHECKING:
     import os
@@ -111,7 +111,7 @@ class Path:
     t: Vector
     z: Vector
     w: Vector
-    states: States
+    states: BasisStatus
     end: str
     message: str
     verified: bool

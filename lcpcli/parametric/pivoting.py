@@ -46,7 +46,7 @@ from lcpcli.rational import pivoting
 from lcpcli.rational.dictionary import Dictionary
 from lcpcli.rational.exact_problem import ExactProblem
 from lcpcli.rational.numbers import whole_multiple
-from lcpcli.typing import Indices, States, Vector
+from lcpcli.typing import BasisStatus, Indices, Vector
 
 Z = "z"
 W = "w"
@@ -77,7 +77,7 @@ class Direction(NamedTuple):
 class Edge(NamedTuple):
     """An edge of the path, with the vertex to which it leads.
 
-    states : the basis on the edge, shape (n,).
+    statuses : the basis on the edge, shape (n,).
     rise : the sign of the change of t. is_point : whether it has no length, at a
         degenerate vertex.
     s, z : the vertex in the scale of the problem, as floats or fractions; on a ray the
@@ -87,7 +87,7 @@ class Edge(NamedTuple):
         it is the last edge.
     """
 
-    states: States
+    statuses: BasisStatus
     rise: float
     is_point: bool
     s: Any
@@ -118,14 +118,14 @@ class Pivoting:
     """The path from a basis at s = 0, in the equilibrated problem, with t as s
     multiplied by `span`.
 
-    states : the current basis, shape (n,).
+    statuses : the current basis, shape (n,).
     fixed : q + M z_N, where z_N are the z at bounds, is fixed + t system.moved.
     """
 
-    def __init__(self, family: Family, states: States) -> None:
+    def __init__(self, family: Family, statuses: BasisStatus) -> None:
         self.units = changes.scale(family.problem)
         scaled_problem, n = self.units.problem, family.problem.n
-        self.n, self.states = n, states.copy()
+        self.n, self.statuses = n, statuses.copy()
         (low, high), (last_low, last_high) = (
             map(self.units.z_inside, family.bounds(s)) for s in (0.0, 1.0)
         )
@@ -148,13 +148,15 @@ class Pivoting:
             if is_sparse(scaled_problem.M)
             else DenseBasisFactorization
         )(scaled_problem.M, moved)
-        for j in np.flatnonzero(states != BASIC).tolist():
+        for j in np.flatnonzero(statuses != BASIC).tolist():
             self._shift(j, 1.0)
-        self.system.begin(np.flatnonzero(states == BASIC))
+        self.system.begin(np.flatnonzero(statuses == BASIC))
         random = generator(0).uniform(1, 2, (3, n))
-        at = np.where(states == UPPER, -1.0, 1.0)
-        self.perturbed_q = np.where(states == BASIC, 0.0, at * random[0])
-        self.perturbed_bounds = np.where(states == BASIC, [-random[1], random[2]], 0.0)
+        at = np.where(statuses == UPPER, -1.0, 1.0)
+        self.perturbed_q = np.where(statuses == BASIC, 0.0, at * random[0])
+        self.perturbed_bounds = np.where(
+            statuses == BASIC, [-random[1], random[2]], 0.0
+        )
         self._recompute_vertex()
 
     def edges(self) -> Iterator[Edge]:
@@ -169,7 +171,7 @@ class Pivoting:
                 if not (self.system.age and pivot < DOUBTFUL_PIVOT * direction.size):
                     break
                 self.system.refresh()
-            basis = self.states.copy()
+            basis = self.statuses.copy()
             if entering.kind == Z:
                 basis[entering.at] = BASIC
             rise = float(np.sign(direction.t))
@@ -250,7 +252,7 @@ class Pivoting:
         ):
             t = 0.0
         if self.moves and t:
-            z += np.where(self.states == BASIC, 0.0, t * self._of_state(self.rates))
+            z += np.where(self.statuses == BASIC, 0.0, t * self._of_state(self.rates))
         if kind == W:
             w[at] = sign
         elif kind == Z:
@@ -272,7 +274,7 @@ class Pivoting:
         if not self.has_upper:
             return np.asarray(lower_upper[0])
         return np.asarray(
-            np.where(self.states == UPPER, lower_upper[1], lower_upper[0])
+            np.where(self.statuses == UPPER, lower_upper[1], lower_upper[0])
         )
 
     def _slacks(
@@ -283,12 +285,12 @@ class Pivoting:
         z_j from these, shape (2 n,). For a direction and the rates of the bounds,
         return how these distances change.
         """
-        is_basic = self.states == BASIC
+        is_basic = self.statuses == BASIC
         if entering.kind == Z:
             is_basic[entering.at] = True
         if not self.has_upper:
             return np.asarray(np.where(is_basic, z - lower_upper[0], w))
-        signed = np.where(self.is_fixed, 0.0, np.where(self.states == UPPER, -w, w))
+        signed = np.where(self.is_fixed, 0.0, np.where(self.statuses == UPPER, -w, w))
         return np.concatenate(
             (
                 np.where(is_basic, z - lower_upper[0], signed),
@@ -333,11 +335,11 @@ class Pivoting:
         ]
         k = int(tied[0]) if tied.size == 1 else self._first(entering, tied, rates)
         at, is_above = k % self.n, k >= self.n
-        if self.states[at] == BASIC or (entering.kind == Z and at == entering.at):
+        if self.statuses[at] == BASIC or (entering.kind == Z and at == entering.at):
             return step, Variable(Z, at, 1.0 if is_above else -1.0), -rates[k]
         return (
             step,
-            Variable(W, at, -1.0 if self.states[at] == UPPER else 1.0),
+            Variable(W, at, -1.0 if self.statuses[at] == UPPER else 1.0),
             -rates[k],
         )
 
@@ -345,7 +347,7 @@ class Pivoting:
         """Return, of tied components, the one that reaches its limit first if the data
         are perturbed.
         """
-        system, nonbasic = self.system, self.states != BASIC
+        system, nonbasic = self.system, self.statuses != BASIC
         z = np.where(nonbasic, self._of_state(self.perturbed_bounds), 0.0)
         w = self.perturbed_q.copy()
         for j in np.flatnonzero(z).tolist():
@@ -363,7 +365,7 @@ class Pivoting:
         """Add z_j at its bound, multiplied by `times` (1 or -1), to `fixed`, and its
         rate to `moved`.
         """
-        side = int(self.states[j] == UPPER)
+        side = int(self.statuses[j] == UPPER)
         value, rate = self.bounds[side, j], self.rates[side, j]
         if value or rate:
             column = times * self.system.column(j)
@@ -377,9 +379,9 @@ class Pivoting:
         system, moved = self.system, self.system.moved
         if entering.kind == Z:
             self._shift(entering.at, -1.0)
-            self.states[entering.at] = BASIC
+            self.statuses[entering.at] = BASIC
         if leaving.kind == Z:
-            self.states[leaving.at] = UPPER if leaving.sign > 0 else LOWER
+            self.statuses[leaving.at] = UPPER if leaving.sign > 0 else LOWER
             self._shift(leaving.at, 1.0)
         old, new = (
             each.at + (self.n + 1) * (each.kind == W) for each in (leaving, entering)
@@ -399,7 +401,9 @@ class Pivoting:
             lower_upper = (
                 self.bounds + self.t * self.rates if self.moves else self.bounds
             )
-            self.z = np.where(self.states == BASIC, self.z, self._of_state(lower_upper))
+            self.z = np.where(
+                self.statuses == BASIC, self.z, self._of_state(lower_upper)
+            )
             x = np.append(self.z, self.t)[system.cols]
             w = self.fixed + system.times(x)
             if not system.has(self.n):
@@ -467,11 +471,13 @@ class ExactFamily:
             for w, (_, change) in zip(self._first.w(z), self.q, strict=True)
         ]
 
-    def satisfies(self, states: States, s: Fraction, z: Values, w: Values) -> bool:
+    def satisfies(
+        self, statuses: BasisStatus, s: Fraction, z: Values, w: Values
+    ) -> bool:
         """Return whether a point satisfies the conditions of a basis; if both endpoints
         of a piece do, so does every point of the piece.
         """
-        for i, state in enumerate(states.tolist()):
+        for i, state in enumerate(statuses.tolist()):
             low, high = (
                 bound and bound[0] + s * bound[1]
                 for bound in (self.lower[i], self.upper[i])
@@ -492,7 +498,7 @@ class ExactPivoting(pivoting.RationalPivoting):
     3 n + 1 is 1 - s.
     """
 
-    def __init__(self, family: ExactFamily, states: States) -> None:
+    def __init__(self, family: ExactFamily, statuses: BasisStatus) -> None:
         n, self.family = family.n, family
         bounds = list(zip(family.lower, family.upper, strict=True))
         self._bases = [low or high or NOTHING for low, high in bounds]
@@ -512,7 +518,7 @@ class ExactPivoting(pivoting.RationalPivoting):
         super().__init__(
             n,
             Dictionary(self._rows(), [*form_of_z, 3 * n], signed, raise_if_timed_out),
-            states.tolist(),
+            statuses.tolist(),
         )
         self._begin()
 
@@ -551,10 +557,10 @@ class ExactPivoting(pivoting.RationalPivoting):
         n, dictionary = self.n, self.dictionary
         entering_forms = [
             form
-            for form, state in zip(self._form_of_z, self.states, strict=True)
+            for form, state in zip(self._form_of_z, self.statuses, strict=True)
             if state == BASIC
         ]
-        for i, state in enumerate(self.states):
+        for i, state in enumerate(self.statuses):
             if state == BASIC:
                 columns = [
                     k
@@ -590,7 +596,7 @@ class ExactPivoting(pivoting.RationalPivoting):
         """Yield the edges of the path one after another."""
         last = {self.parameter, self.parameter + 1}
         for pivot in self.follow(self.parameter, last):
-            basis = np.array(pivot.states, np.int8)
+            basis = np.array(pivot.statuses, np.int8)
             yield Edge(
                 basis,
                 pivot.rise,
@@ -605,7 +611,7 @@ class ExactPivoting(pivoting.RationalPivoting):
             each = zip(self._bases, self._signs, rates, strict=True)
             z = [s * change + sign * rate for (_, change), sign, rate in each]
             yield Edge(
-                np.array(self.states, np.int8),
+                np.array(self.statuses, np.int8),
                 0,
                 False,
                 self.vertex()[0],

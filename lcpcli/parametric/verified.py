@@ -35,7 +35,7 @@ from lcpcli.linalg.matrices import absolute_product, is_sparse, product, row_err
 from lcpcli.model.box import LOWER, UPPER
 from lcpcli.model.right_hand_sides import Columns
 from lcpcli.parametric.path import Family
-from lcpcli.typing import Indices, Mask, States, Vector
+from lcpcli.typing import BasisStatus, Indices, Mask, Vector
 from lcpcli.verify.acceptance import BY_CRITERION, accepted
 from lcpcli.verify.measure import Measure, Rows
 from lcpcli.verify.point import Criterion, Point, block_pivoting_points
@@ -63,12 +63,12 @@ def _before_and_after(pieces: Any) -> tuple[Any, Any]:
 class Breakpoints(NamedTuple):
     """Consecutive breakpoints, and the bases of the pieces between them.
 
-    t, z, states : shapes (m,), (m, n) and (m - 1, n).
+    t, z, statuses : shapes (m,), (m, n) and (m - 1, n).
     """
 
     t: Vector
     z: Vector
-    states: States
+    statuses: BasisStatus
 
 
 @np.errstate(all="ignore")
@@ -109,9 +109,9 @@ class _Verification:
     ) -> None:
         self.family = family
         self.t = breakpoints.t.copy()
-        self.states = breakpoints.states
+        self.statuses = breakpoints.statuses
         self.tol = tol
-        self.adjacent_states = _before_and_after(self.states)
+        self.adjacent_states = _before_and_after(self.statuses)
         self.z = breakpoints.z.copy()
         self.z[n_verified:] = self._on_bounds(
             family.share(self.t[n_verified:]), slice(n_verified, None)
@@ -231,7 +231,7 @@ class _Verification:
         bases of the adjacent pieces.
         """
         adjacent = {
-            basis.tobytes(): basis for basis in self.states[max(k - 1, 0) : k + 1]
+            basis.tobytes(): basis for basis in self.statuses[max(k - 1, 0) : k + 1]
         }.values()
         for t, _ in self._moved(k, k + 1, steps):
             yield from (
@@ -329,7 +329,7 @@ class _Verification:
         allowed = max(self.tol, ROUNDING) * (
             sizes + np.where(_keeps_sign(Q), np.abs(Q), 0.0)
         )
-        bases = self.states[: n_breakpoints - 1]
+        bases = self.statuses[: n_breakpoints - 1]
         if not self._are_at_bounds(bases):
             return False
         w = np.where(self.family.is_fixed, 0.0, self.w)
@@ -349,7 +349,7 @@ class _Verification:
                     return False
         return bool(np.isfinite(self.t).all())
 
-    def _are_at_bounds(self, states: States) -> bool:
+    def _are_at_bounds(self, statuses: BasisStatus) -> bool:
         """Return whether at both endpoints of each piece the components that are not
         basic are at their bounds, but for rounding of t. Elsewhere edges of the path
         have been treated as points, as they are short compared with the largest z.
@@ -359,11 +359,11 @@ class _Verification:
         larger = np.abs(self.z)
         larger[1:] = np.maximum(larger[1:], np.abs(self.z[:-1]))
         larger[:-1] = np.maximum(larger[:-1], np.abs(self.z[1:]))
-        for ends in (slice(len(states)), slice(1, len(states) + 1)):
+        for ends in (slice(len(statuses)), slice(1, len(statuses) + 1)):
             distances = np.where(
-                states == LOWER,
+                statuses == LOWER,
                 from_low[ends],
-                np.where(states == UPPER, from_high[ends], 0.0),
+                np.where(statuses == UPPER, from_high[ends], 0.0),
             )
             if not (distances <= CHANGE_RTOL * larger[ends]).all():
                 return False

@@ -33,7 +33,7 @@ from lcpcli.rational.numbers import (
     written,
     zeros,
 )
-from lcpcli.typing import Indices, Matrix, States, Vector
+from lcpcli.typing import BasisStatus, Indices, Matrix, Vector
 
 Rows = list[dict[int, Fraction]]  # the nonzero entries of each row, by their columns
 Bounds = list[Fraction | None]  # None for an infinite bound
@@ -129,7 +129,7 @@ class ExactProblem:
         return None if parts is None else cls(problem, *parts)
 
     @classmethod
-    def of_basis(cls, problem: Problem, basis: States) -> ExactProblem:
+    def of_basis(cls, problem: Problem, basis: BasisStatus) -> ExactProblem:
         """Return the problem with its floats as exact numbers, but zeros in the columns
         of M that do not affect the basic solution of a basis.
         """

@@ -33,7 +33,7 @@ class Pivot(NamedTuple):
     leaving: int
     # The basis status of all unknowns before the pivot, except that of the entering
     # one.
-    states: tuple[int, ...]
+    statuses: tuple[int, ...]
     rise: int  # the sign of the change of the parameter
     is_point: bool  # whether the pivot is degenerate: the point does not move
 
@@ -47,14 +47,14 @@ class RationalPivoting:
         otherwise None.
     """
 
-    def __init__(self, n: int, dictionary: Dictionary, states: Sequence[int]) -> None:
+    def __init__(self, n: int, dictionary: Dictionary, statuses: Sequence[int]) -> None:
         self.n = n
         self.dictionary = dictionary
-        self.states = list(states)
+        self.statuses = list(statuses)
         self.parameter = 3 * n
         self.ray: int | None = None
         self._order = sorted(dictionary.rows)
-        self._signed_at = [UPPER if state == UPPER else LOWER for state in states]
+        self._signed_at = [UPPER if state == UPPER else LOWER for state in statuses]
         # The w_i whose signs are not those at the start.
         self._sign_changed = set[int]()
 
@@ -77,7 +77,7 @@ class RationalPivoting:
                     )
                 )
             if entering < self.n or 2 * self.n <= entering < self.parameter:
-                self.states[entering % self.n] = BASIC
+                self.statuses[entering % self.n] = BASIC
             if leaving is None:
                 self.ray = entering
                 return
@@ -86,7 +86,7 @@ class RationalPivoting:
             rise = (slope > 0) - (slope < 0)
             is_point = not self.dictionary.value(leaving)
             self.dictionary.pivot(leaving, k)
-            done = Pivot(entering, leaving, tuple(self.states), rise, is_point)
+            done = Pivot(entering, leaving, tuple(self.statuses), rise, is_point)
             if leaving < self.parameter:
                 entering = self._complement(leaving)
             yield done
@@ -100,10 +100,10 @@ class RationalPivoting:
         """
         n, i = self.n, leaving % self.n
         if n <= leaving < 2 * n:
-            return i if self.states[i] == LOWER else 2 * n + i
-        self.states[i] = LOWER if leaving < n else UPPER
-        if self._signed_at[i] != self.states[i]:
-            self._signed_at[i] = self.states[i]
+            return i if self.statuses[i] == LOWER else 2 * n + i
+        self.statuses[i] = LOWER if leaving < n else UPPER
+        if self._signed_at[i] != self.statuses[i]:
+            self._signed_at[i] = self.statuses[i]
             self.dictionary.negate(n + i)
             self._sign_changed ^= {n + i}
         return n + i

@@ -173,7 +173,7 @@ class Unknowns:
         dictionary = node.dictionary
         zero = self.zero(k, state)
         w = self.w(k)
-        node.states[k] = state
+        node.statuses[k] = state
         node.certain |= self.bit(k, state)
         signed = [w] if k in self.boxes and state != BASIC else []
         if signed and state == UPPER:
@@ -187,7 +187,7 @@ class Unknowns:
         dictionary = node.dictionary
         bits = self.bits & ~dictionary.nonzero()
         for k in self.boxes:
-            if node.states[k] is None and (value := dictionary.value(self.w(k))):
+            if node.statuses[k] is None and (value := dictionary.value(self.w(k))):
                 bits &= ~self.bit(k, UPPER if value > 0 else LOWER)
         return bits
 
@@ -213,7 +213,7 @@ class Unknowns:
         """
         violated, dictionary = {}, node.dictionary
         for k, mask in enumerate(self.masks):
-            if mask and node.states[k] is None and not bits & mask:
+            if mask and node.statuses[k] is None and not bits & mask:
                 w = dictionary.value(self.w(k))
                 violated[k] = abs(w) * dictionary.value(
                     self.zero(k, UPPER) if w < 0 else k
@@ -229,7 +229,7 @@ class Unknowns:
         open_ = [
             k
             for k, statuses in enumerate(self.choices)
-            if statuses and node.states[k] is None
+            if statuses and node.statuses[k] is None
         ]
         # Unknowns with the fewest statuses at the point come first, the last of them
         # foremost: games with many equilibria then take the fewest nodes.
@@ -336,12 +336,12 @@ class Node:
     """
 
     dictionary: Dictionary
-    states: list[int | None]
+    statuses: list[int | None]
     certain: int = 0
 
     def copy(self) -> Node:
         """Return a copy that can be changed independently."""
-        return Node(self.dictionary.copy(), list(self.states), self.certain)
+        return Node(self.dictionary.copy(), list(self.statuses), self.certain)
 
 
 def _states(low: Fraction | None, high: Fraction | None) -> tuple[int, ...]:

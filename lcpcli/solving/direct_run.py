@@ -36,7 +36,7 @@ from lcpcli.model.box import BASIC, of_masks
 from lcpcli.model.problem import Problem
 from lcpcli.options import KERNELS, MISSING, Limits, has_numba, wants_kernels
 from lcpcli.solving.result import Result
-from lcpcli.typing import States, Vector
+from lcpcli.typing import BasisStatus, Vector
 from lcpcli.verify.acceptance import (
     AT_ONCE,
     BY_CRITERION,
@@ -632,7 +632,7 @@ def last_basis_steps(session: Session) -> Steps:
 
 @np.errstate(all="ignore")
 def _from_last_basis(
-    session: Session, basis: States, prepared: PreparedMatrix
+    session: Session, basis: BasisStatus, prepared: PreparedMatrix
 ) -> Result | None:
     with imports:
         from lcpcli.basis.exchanges import BasicSolutions

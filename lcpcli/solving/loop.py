@@ -22,7 +22,7 @@ from lcpcli.model.box import LARGEST_X, in_range
 from lcpcli.options import DEFAULTS
 from lcpcli.solving.observers import NOBODY, Seen
 from lcpcli.solving.result import Result, Status
-from lcpcli.typing import States, Vector
+from lcpcli.typing import BasisStatus, Vector
 from lcpcli.verify.acceptance import (
     AT_ONCE,
     PROVED,
@@ -108,7 +108,7 @@ class Loop:
     first_bound: float = math.inf
     last_by: str = ""
     best_by: str = ""
-    end: States | None = None
+    end: BasisStatus | None = None
     certificate: Proof | None = None
     solution: Point | None = None
     _newest: tuple[Vector | None, Point | None] = None, None

@@ -17,7 +17,7 @@ from lcpcli.model import views
 from lcpcli.model.box import in_words
 from lcpcli.model.problem import Problem
 from lcpcli.options import Limits
-from lcpcli.typing import States, VectorLike
+from lcpcli.typing import BasisStatus, VectorLike
 from lcpcli.verify.point import Point
 
 if TYPE_CHECKING:
@@ -130,7 +130,7 @@ class Result:
     others: bool | None = None
     exactly_solvable: bool | None = None
     nearest: str = ""
-    end: States | None = None
+    end: BasisStatus | None = None
 
     z, w = (
         _derived(lambda result: result.point.z),
@@ -159,7 +159,7 @@ class Result:
         options: dict[str, Any],
         parts: Mapping[str, float],
         evaluations: int | None = None,
-        end: States | None = None,
+        end: BasisStatus | None = None,
         reason: str = "",
         **attributes: Any,
     ) -> Result:

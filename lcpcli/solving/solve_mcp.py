@@ -57,7 +57,7 @@ from lcpcli.solving.loop import Loop
 from lcpcli.solving.observers import Seen
 from lcpcli.solving.result import Result, Status
 from lcpcli.solving.trace import Callback, Trace
-from lcpcli.typing import BoundLike, Interrupts, Matrix, States, Vector, VectorLike
+from lcpcli.typing import BasisStatus, BoundLike, Interrupts, Matrix, Vector, VectorLike
 from lcpcli.verify.acceptance import AS_IT_IS, Extent, accepted
 from lcpcli.verify.nonlinear_point import (
     NonlinearCriterion,
@@ -340,11 +340,11 @@ def solution_of_linearization(
     M: Matrix,
     q: Vector,
     box: Box,
-    basis: States | None,
+    basis: BasisStatus | None,
     longer: bool,
     evaluations: Evaluations,
     is_compiled: bool,
-) -> tuple[Vector, States] | None:
+) -> tuple[Vector, BasisStatus] | None:
     """Return a solution of the linear problem, or a point that almost solves it, and
     its basis; None if there is neither.
 
@@ -374,8 +374,8 @@ def solution_of_linearization(
                 )
                 if point_and_states is None:
                     return None
-                z, states = without_free.recover(*point_and_states)
-                return (z, states) if _is_step(problem, z) else None
+                z, statuses = without_free.recover(*point_and_states)
+                return (z, statuses) if _is_step(problem, z) else None
         result = driver.run(
             problem,
             "auto",
@@ -398,7 +398,7 @@ def _is_step(problem: Problem, z: Vector) -> bool:
     return accepted(problem, [z], LINEAR.tol, STEP) is not None
 
 
-def _with_states(result: Result) -> tuple[Vector, States]:
+def _with_states(result: Result) -> tuple[Vector, BasisStatus]:
     """Return the z of a result with its basis."""
     z, final_basis = result.z, result.end
     return z, result.problem.box.basis_at(z) if final_basis is None else final_basis
@@ -414,10 +414,10 @@ def _session(
 
 def _step(
     problem: Problem,
-    basis: States | None,
+    basis: BasisStatus | None,
     evaluations: Evaluations,
     is_compiled: bool,
-) -> tuple[Vector, States] | None:
+) -> tuple[Vector, BasisStatus] | None:
     """Return the z and basis that the attempts of a step reach on a problem with few
     unknowns, from a basis of another problem; without one, from that of the reference
     point if there are more than SHORT_PATH unknowns. None if there is no step."""

@@ -27,7 +27,7 @@ from lcpcli.solving.call import SolverOptions, chosen, run
 from lcpcli.solving.direct_run import Session
 from lcpcli.solving.prepared_matrix import PreparedMatrix
 from lcpcli.solving.result import Result
-from lcpcli.typing import BoundLike, States, VectorLike
+from lcpcli.typing import BasisStatus, BoundLike, VectorLike
 
 if TYPE_CHECKING:
     from typing_extensions import Unpack
@@ -71,7 +71,7 @@ class Solver:
     _uniform_bounds: Mapping[str, Any] | None = None
     _last: Result | None = None
     # The basis from which a problem with other data starts.
-    _moved: States | None = None
+    _moved: BasisStatus | None = None
 
     def __init__(
         self,
@@ -233,7 +233,7 @@ class Solver:
         return direct_run.answered(session)
 
     @np.errstate(over="ignore")
-    def _states(self, problem: Problem) -> States | None:
+    def _states(self, problem: Problem) -> BasisStatus | None:
         """Return the basis of the last solution; None if q points in too different a
         direction, or other variables are bounded."""
         last, box = self._last, problem.box
@@ -248,7 +248,7 @@ class Solver:
             return None
         return self._last_states()
 
-    def _last_states(self) -> States | None:
+    def _last_states(self) -> BasisStatus | None:
         last = self._last
         if last is None or last.problem.n != self.n:
             return self._moved

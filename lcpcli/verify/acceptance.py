@@ -20,7 +20,7 @@ import numpy as np
 from lcpcli.clock import imports
 from lcpcli.interrupts import TimeIsUp, deadline_after
 from lcpcli.model.problem import Problem
-from lcpcli.typing import States, Vector
+from lcpcli.typing import BasisStatus, Vector
 from lcpcli.verify.final_states import verified_or_exact, without_rounding
 from lcpcli.verify.measure import FEW_UNKNOWNS
 from lcpcli.verify.point import Criterion, Point
@@ -53,7 +53,7 @@ class Acceptance(NamedTuple):
     reason: str = ""
     verdict: Literal["solved", "ill_posed", "infeasible", "doubt"] = "solved"
     certificate: Proof | None = None
-    basis: States | None = None
+    basis: BasisStatus | None = None
 
     @property
     def solved(self) -> bool:
@@ -104,7 +104,7 @@ def accepted(
     points: Sequence[Point | Vector],
     tol: float,
     extent: Extent = IN_FULL,
-    basis: States | None = None,
+    basis: BasisStatus | None = None,
 ) -> Acceptance | None:
     """Return the decision on the first point that is accepted; None if no point is.
 
@@ -160,7 +160,7 @@ def accepted(
 
 
 def _by_criterion(
-    point: Point, extent: Extent, basis: States | None
+    point: Point, extent: Extent, basis: BasisStatus | None
 ) -> Acceptance | None:
     """Return the decision by 1 to 3 on a point; None if they do not accept it."""
     if extent.share:
@@ -191,7 +191,9 @@ def alternatives(point: Point, extent: Extent) -> Iterator[Point]:
         yield other
 
 
-def _exactly(point: Point, extent: Extent, basis: States | None) -> Acceptance | None:
+def _exactly(
+    point: Point, extent: Extent, basis: BasisStatus | None
+) -> Acceptance | None:
     """Return the decision by 1 and 2 on a point of a problem with few unknowns, where
     exact arithmetic decides what rounding hides.
     """

@@ -30,7 +30,7 @@ from lcpcli.linalg.fixed_point import BITS, doubled, fixed
 from lcpcli.linalg.matrices import is_sparse, scaled
 from lcpcli.model.box import BASIC
 from lcpcli.model.problem import Problem
-from lcpcli.typing import Mask, Matrix, States, Vector
+from lcpcli.typing import BasisStatus, Mask, Matrix, Vector
 
 # The shift c, for the matrix scaled to a diagonal of about 1: about 1e-24.
 SHIFT = 2.0**-80
@@ -95,7 +95,7 @@ def least_eigenvalue(M: Matrix, basic: Mask | None, shift: float = SHIFT) -> flo
 
 
 @np.errstate(all="ignore")
-def enclosed(problem: Problem, basis: States) -> Enclosed | None:
+def enclosed(problem: Problem, basis: BasisStatus) -> Enclosed | None:
     """Return the basic solution of a basis with error bounds; None if M_BB + M_BB' is
     not proved to be positive definite, M is no narrow band, or z overflows.
     """
@@ -113,7 +113,7 @@ def enclosed(problem: Problem, basis: States) -> Enclosed | None:
 
 
 def _enclosed(
-    problem: Problem, basis: States, band: Banded, min_eigenvalue: float
+    problem: Problem, basis: BasisStatus, band: Banded, min_eigenvalue: float
 ) -> Enclosed | None:
     """Return the basic solution with error bounds, as `enclosed` does.
 
@@ -161,7 +161,7 @@ def _enclosed(
     )
 
 
-def basic_solution(problem: Problem, basis: States) -> Vector | None:
+def basic_solution(problem: Problem, basis: BasisStatus) -> Vector | None:
     """Return z of the basic solution of a basis, correct to its last digits; None if
     M_BB is not positive definite, or refinement does not converge.
     """

@@ -257,22 +257,22 @@ def _motions(problem: Problem, z: Vector, w: Vector, basic: Mask) -> _Motions | 
     with a rank that is not clear.
     """
     try:
-        states = _States(problem, basic)
+        statuses = _States(problem, basic)
         distances = state_slacks(problem.box, z, w, basic)
         violations = np.where(basic | (distances < 0), w, 0.0)
         changes = _changes(problem, z, violations, basic)
-        moves = states.response(changes)
+        moves = statuses.response(changes)
         # The residuals of the linear systems are converted to errors of the motions.
-        errors = _sizes(states.response(states.residual(changes, moves)))
+        errors = _sizes(statuses.response(statuses.residual(changes, moves)))
     except (SingularMatrix, ValueError):
         return None
     sizes = _sizes(moves)
     # A component that does not move, as a multiplier of 0, has only this error.
     is_at_rest = (sizes <= 2 * errors).all(axis=0) & (z == 0) & basic
-    alone = sizes = np.where(is_at_rest & states.is_regular, 0.0, sizes + errors)
+    alone = sizes = np.where(is_at_rest & statuses.is_regular, 0.0, sizes + errors)
     if not np.isfinite(alone[:, basic]).all():
         return None
-    distances[~states.determined] = np.inf
+    distances[~statuses.determined] = np.inf
     kinks, at_bound, free = np.zeros((3, z.size), dtype=bool)
     while True:
         may_reach_bound = distances <= np.nan_to_num(
@@ -289,14 +289,14 @@ def _motions(problem: Problem, z: Vector, w: Vector, basic: Mask) -> _Motions | 
             break
         if not new.any():
             break
-        exchanges = _Exchanges(states, z, moves, kinks, at_bound)
+        exchanges = _Exchanges(statuses, z, moves, kinks, at_bound)
         sizes, free = exchanges.largest_sizes(), exchanges.free
     return _Motions(
         alone[0] + MEDIAN * alone[1],
         sizes[0] + MEDIAN * sizes[1],
         may_reach_bound,
-        states.determined,
-        free | states.free(kinks),
+        statuses.determined,
+        free | statuses.free(kinks),
     )
 
 
@@ -324,17 +324,17 @@ class _Exchanges:
     """
 
     def __init__(
-        self, states: _States, z: Vector, moves: Vector, kinks: Mask, at_bound: Mask
+        self, statuses: _States, z: Vector, moves: Vector, kinks: Mask, at_bound: Mask
     ) -> None:
-        problem = states.problem
-        basic = states.basic
+        problem = statuses.problem
+        basic = statuses.basic
         box = problem.box
         P = np.flatnonzero(kinks)
         # The changes of q that have the effect of w_i = 1 for i in B, and of z_i = 1
         # otherwise.
         identity = np.equal.outer(np.arange(z.size), P).astype(float)
         columns = np.where(basic[P], -identity, matrices.dense(problem.M[:, P]))
-        effects = states.response(columns)
+        effects = statuses.response(columns)
         # Both w_i and z_i are scaled by R and C, as they are compared.
         R, C = problem.units.diagonals()
         self._units = np.where(basic, C, 1 / R)[:, np.newaxis]
@@ -342,11 +342,11 @@ class _Exchanges:
         effects *= of_y / self._units
         # Effects below this are rounding errors of 0. If M_BB is ill-conditioned, no
         # threshold would separate them.
-        rounding = z.size * ROW_ROUNDING if states.is_regular else 0.0
+        rounding = z.size * ROW_ROUNDING if statuses.is_regular else 0.0
         self._noise = rounding * np.abs(effects).max(axis=0)
         self._effects = np.where(np.abs(effects) <= self._noise, 0.0, effects)
         # If equations are dependent, y_P may make them inconsistent.
-        self._contradictions = states.contradictions(columns)
+        self._contradictions = statuses.contradictions(columns)
         self._moves = moves / self._units
         self._P = P
         self._basic = basic

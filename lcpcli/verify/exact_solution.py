@@ -37,7 +37,7 @@ from lcpcli.rational import elimination
 from lcpcli.rational.elimination import Effort
 from lcpcli.rational.exact_problem import ExactProblem, gap
 from lcpcli.rational.numbers import over_one_denominator, rounded, zeros
-from lcpcli.typing import Indices, States, Vector
+from lcpcli.typing import BasisStatus, Indices, Vector
 from lcpcli.verify import farkas
 from lcpcli.verify.farkas import ACTIVE_COLUMN
 from lcpcli.verify.measure import Measure
@@ -70,7 +70,7 @@ def from_point(
     return None
 
 
-def _bases(problem: Problem, z: Vector) -> Iterator[States]:
+def _bases(problem: Problem, z: Vector) -> Iterator[BasisStatus]:
     """Yield bases suggested by z. The basic variables are all z_i not at a bound, those
     farther from it than w_i from 0, or those not close to it.
     """
@@ -89,7 +89,7 @@ def _bases(problem: Problem, z: Vector) -> Iterator[States]:
 
 
 def _by_pivoting(
-    data: ExactProblem, basis: States, effort: Effort, max_basic: int
+    data: ExactProblem, basis: BasisStatus, effort: Effort, max_basic: int
 ) -> list[Fraction] | None:
     """Return the exact solution to which pivoting from a basis leads, or None.
 
@@ -140,7 +140,7 @@ class ExactBasis(NamedTuple):
 
 
 def exact_basis(
-    data: ExactProblem, basis: States, effort: Effort | None = None
+    data: ExactProblem, basis: BasisStatus, effort: Effort | None = None
 ) -> ExactBasis | None:
     """Return the basic solution of a basis; None if there is none, or if solving takes
     more than `effort`.
@@ -165,7 +165,7 @@ def exact_basis(
     return ExactBasis(z, unique, gaps)
 
 
-def _at_bounds(data: ExactProblem, basis: States) -> list[Fraction]:
+def _at_bounds(data: ExactProblem, basis: BasisStatus) -> list[Fraction]:
     """Return z at the bounds of nonbasic variables, and 0 for basic ones."""
     z = zeros(data.n)
     for i in np.flatnonzero(basis != BASIC).tolist():
@@ -205,7 +205,7 @@ def _solved(
 
 
 @np.errstate(all="ignore")
-def vertex(problem: Problem, basis: States, effort: float) -> Vector | None:
+def vertex(problem: Problem, basis: BasisStatus, effort: float) -> Vector | None:
     """Return, up to rounding, a vertex of the set of z within their bounds with z_N at
     these, w_P = 0, and w_N of the signs required by complementarity, by a linear
     program; None if none is computed within `effort`. The problem should be
@@ -231,7 +231,7 @@ def vertex(problem: Problem, basis: States, effort: float) -> Vector | None:
 
 
 def _at_vertex(
-    data: ExactProblem, basis: States, effort: Effort
+    data: ExactProblem, basis: BasisStatus, effort: Effort
 ) -> list[Fraction] | None:
     """Return an exact solution at a `vertex`: a linear program determines which z are
     at their bounds, then the others are computed exactly.
@@ -267,7 +267,7 @@ SMALL_REFINEMENTS = 3
 
 @np.errstate(all="ignore")
 def accurate_basic_solution(
-    problem: Problem, z: Vector, basis: States | None = None
+    problem: Problem, z: Vector, basis: BasisStatus | None = None
 ) -> Vector:
     """Return the basic solution of a basis, by default the basis of z in the
     equilibrated problem, correct to its last digits; or the approximate solution z,
@@ -361,7 +361,7 @@ def is_rounded_solution(
 
 
 def _is_rounded(
-    data: ExactProblem, z: Vector, basis: States, effort: Effort
+    data: ExactProblem, z: Vector, basis: BasisStatus, effort: Effort
 ) -> bool | None:
     """Return whether z is the exact basic solution of a basis up to ROUNDING, and that
     solves the problem; None if solving takes more than `effort`.

@@ -27,7 +27,7 @@ from lcpcli.linalg.doubles import (
 from lcpcli.linalg.matrices import is_sparse
 from lcpcli.model.box import BASIC
 from lcpcli.model.problem import Problem
-from lcpcli.typing import States, Vector
+from lcpcli.typing import BasisStatus, Vector
 from lcpcli.verify.measure import FEW_UNKNOWNS, Measure
 
 MAX_DECIDED = 10  # unknowns for which all bases can be searched in milliseconds
@@ -92,12 +92,12 @@ class VerifiedPoint(NamedTuple):
     """
 
     z: Vector
-    basis: States | None
+    basis: BasisStatus | None
 
 
 @np.errstate(all="ignore")
 def verified_or_exact(
-    problem: Problem, z: Vector, basis: States | None = None
+    problem: Problem, z: Vector, basis: BasisStatus | None = None
 ) -> VerifiedPoint | None:
     """Return a z that solves a problem to the tolerance, or the exact solution close to
     it; None if this does not decide it: rounding hides terms, and neither the basis of
@@ -142,7 +142,7 @@ def verified_or_exact(
 
 
 def _exact_near(
-    problem: Problem, basis: States, unchanged: VerifiedPoint
+    problem: Problem, basis: BasisStatus, unchanged: VerifiedPoint
 ) -> VerifiedPoint | None:
     """Return the exact solution of a basis, or of one of the few to which pivots on
     exact violations lead; else `unchanged`, or None, as `verified_or_exact` says."""
@@ -174,7 +174,7 @@ def _exact_near(
     return None
 
 
-def _allowed_violations(problem: Problem, z: Vector, basis: States) -> Vector:
+def _allowed_violations(problem: Problem, z: Vector, basis: BasisStatus) -> Vector:
     """Return up to which size violations at an exact basic solution, rounded to z, may
     be rounding errors: of the largest z_j if a basic z_i is beyond a bound, otherwise
     of the terms of the row. In rows whose terms are all rounding errors, it may be one

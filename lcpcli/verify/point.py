@@ -54,7 +54,7 @@ from lcpcli.linalg.matrices import absolute_product, is_sparse, row_parts
 from lcpcli.linalg.units import LARGEST_POWER
 from lcpcli.model import changes
 from lcpcli.model.problem import Problem
-from lcpcli.typing import Indices, States, Vector
+from lcpcli.typing import BasisStatus, Indices, Vector
 from lcpcli.verify.measure import (
     FEW_UNKNOWNS,
     Measure,
@@ -764,7 +764,7 @@ def with_small_components(problem: Problem, z: Vector) -> Iterator[Vector]:
             yield solution
 
 
-def block_pivoting_points(problem: Problem, basis: States) -> Iterator[Vector]:
+def block_pivoting_points(problem: Problem, basis: BasisStatus) -> Iterator[Vector]:
     """Yield the z of at most LITERAL_STEPS steps of block principal pivoting from a
     basis; the pivoting stops at a solution.
     """

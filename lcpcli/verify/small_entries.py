@@ -65,7 +65,7 @@ from lcpcli.model.problem import Problem
 from lcpcli.rational.elimination import Effort
 from lcpcli.rational.exact_problem import ExactProblem
 from lcpcli.rational.numbers import rounded
-from lcpcli.typing import States, Vector
+from lcpcli.typing import BasisStatus, Vector
 from lcpcli.verify import enclosure, error_theorems, farkas
 from lcpcli.verify.exact_solution import exact_basis
 from lcpcli.verify.measure import Measure, quotients
@@ -204,7 +204,7 @@ def _sizes(problem: Problem, z: Vector, comparison: Comparison) -> Vector:
     return np.asarray(columns * np.maximum(largest, 0.0)[units.column_part])
 
 
-def _states(problem: Problem, z: Vector, error: Vector) -> States | None:
+def _states(problem: Problem, z: Vector, error: Vector) -> BasisStatus | None:
     """Return the basis that a solution may have which differs by at most `error` from a
     z within its bounds; variables are basic if both are possible. None if there is no
     such solution.
@@ -224,7 +224,7 @@ def _states(problem: Problem, z: Vector, error: Vector) -> States | None:
 
 
 def _solutions_by_pivoting(
-    problem: Problem, basis: States, z: Vector
+    problem: Problem, basis: BasisStatus, z: Vector
 ) -> Iterator[Vector]:
     """Yield the solutions to which block pivoting leads from this basis, and from the
     one that z shows, as the first may be singular.

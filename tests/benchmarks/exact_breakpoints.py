@@ -20,7 +20,7 @@ from lcpcli.linalg.matrices import dense
 from lcpcli.model.box import BASIC, UPPER
 from lcpcli.parametric.path import Family, Path
 from lcpcli.rational.numbers import in_integers
-from lcpcli.typing import Indices, States, Vector
+from lcpcli.typing import BasisStatus, Indices, Vector
 
 BITS = 400  # after the binary point
 # A change this small, relative to the solution, ends the refinement.
@@ -41,7 +41,7 @@ class ExactBreakpoints:
             _fixed([end[side] for end in ends]) for side in (0, 1)
         )
 
-    def share(self, states: States, i: int, after: int) -> Fraction | None:
+    def share(self, states: BasisStatus, i: int, after: int) -> Fraction | None:
         """Return the s at which component i reaches its end in the basis of these
         states: a basic z_i the bound of its state after that, else w_i 0. None if s is
         not found."""

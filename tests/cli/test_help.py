@@ -236,7 +236,7 @@ def test_a_method_declares_the_options_that_it_takes() -> None:
     for name, method in METHODS.items():
         parameters = inspect.signature(load(name)).parameters.values()
         taken = {p.name for p in parameters if p.kind is p.KEYWORD_ONLY}
-        taken -= {*STARTS, "states", "is_warm_start", "recorded_stages"}
+        taken -= {*STARTS, "is_basic_start", "is_warm_start", "recorded_stages"}
         assert taken == {*(option.name for option in method.options), *method.switches}
 
 

@@ -32,7 +32,7 @@ from lcpcli.model import problem as problems
 from lcpcli.model.box import ORTHANT
 from lcpcli.rational.elimination import Effort
 from lcpcli.rational.exact_problem import ExactProblem
-from lcpcli.typing import Mask, Matrix, States, Vector
+from lcpcli.typing import BasisStatus, Mask, Matrix, Vector
 from lcpcli.verify.point import Criterion, Point
 
 from .grids import line, plane, smooth, space, stream
@@ -443,7 +443,7 @@ def test_an_iterate_passes_few_generators_on_its_way_to_the_loop(
 ) -> None:
     depths, found = list[int](), active_set.Inexact.basic_solution_of
 
-    def counting(inexact: active_set.Inexact, basis: States) -> BasicSolution:
+    def counting(inexact: active_set.Inexact, basis: BasisStatus) -> BasicSolution:
         frame: FrameType | None = sys._getframe(1)
         if frame.f_code is not active_set.active_set.__code__:
             return found(inexact, basis)  # pivoting with some of the variables

@@ -39,7 +39,7 @@ from lcpcli.model.formulations import TEXTS
 from lcpcli.model.problem import Problem
 from lcpcli.model.right_hand_sides import like_with
 from lcpcli.rational.numbers import shortest_decimal
-from lcpcli.typing import BoundLike, Indices, Matrix, States, Vector, VectorLike
+from lcpcli.typing import BasisStatus, BoundLike, Indices, Matrix, Vector, VectorLike
 
 NONE = -1  # in findex: an unknown that is not tangential
 FACETS = 8
@@ -455,13 +455,13 @@ class Contact(Formulation):
         return self.sibling("other_form").retried(self, result)
 
     def update(
-        self, like: Problem, states: States | None, data: Mapping[str, Any]
-    ) -> tuple[Problem, States | None]:
-        next_problem: tuple[Problem, States | None]
+        self, like: Problem, states: BasisStatus | None, data: Mapping[str, Any]
+    ) -> tuple[Problem, BasisStatus | None]:
+        next_problem: tuple[Problem, BasisStatus | None]
         next_problem = self.sibling("sequence").following(self, like, states, data)
         return next_problem
 
-    def followed(self, problem: Any, states: States) -> Proposal | None:  # noqa: ARG002
+    def followed(self, problem: Any, states: BasisStatus) -> Proposal | None:  # noqa: ARG002
         proposal: Proposal | None = self.sibling("states").followed(self, states)
         return proposal
 

@@ -17,7 +17,7 @@ from lcpcli.formulations.contact.friction import (
 )
 from lcpcli.model.box import BASIC, LOWER, UPPER
 from lcpcli.model.problem import Problem
-from lcpcli.typing import Indices, States, Vector
+from lcpcli.typing import BasisStatus, Indices, Vector
 
 KEYS = {
     "W": ("W", "q", "mu", "restitution", "before", "ids"),
@@ -27,8 +27,8 @@ ABSENT = -1  # the position of an unknown that does not exist
 
 
 def following(
-    before: Contact, like: Problem, states: States | None, data: Mapping[str, Any]
-) -> tuple[Problem, States | None]:
+    before: Contact, like: Problem, states: BasisStatus | None, data: Mapping[str, Any]
+) -> tuple[Problem, BasisStatus | None]:
     """Return the problem with other data, each by default as before, and its basis: the
     statuses before for the unknowns of a contact, or with friction indices an unknown,
     with the same id, and statuses without impulse for new ones.
@@ -120,9 +120,9 @@ def _transferred_states(
     before: Contact,
     contact: Contact,
     problem: Problem,
-    states: States,
+    states: BasisStatus,
     ids: tuple[Sequence[Hashable], Sequence[Hashable]],
-) -> States:
+) -> BasisStatus:
     """Return the basis of a problem from that of the problem before.
     ids : those of before, and of now."""
     low, high = problem.box.vectors(problem.n)

@@ -21,7 +21,7 @@ from lcpcli.formulations.contact.friction import Contact
 from lcpcli.linalg.doubles import EPS, ROW_ROUNDING
 from lcpcli.model.box import BASIC, LOWER, UPPER
 from lcpcli.model.formulation import Proposal
-from lcpcli.typing import States, Vector
+from lcpcli.typing import BasisStatus, Vector
 
 MAX_SYSTEMS = 5
 # Added to the diagonal of a system, relative to its largest entry, which makes systems
@@ -36,7 +36,7 @@ class _Step:
     at the limits of their range, 0 between them.
     """
 
-    def __init__(self, contact: Contact, states: States) -> None:
+    def __init__(self, contact: Contact, states: BasisStatus) -> None:
         n, friction = contact.b.size, contact.friction
         self.A, self.b = np.asarray(contact.A), contact.b
         self.normals, self.mu = friction.normals, friction.coefficients
@@ -138,7 +138,7 @@ def _solved(block: Vector, row: Vector) -> Vector | None:
 
 
 @np.errstate(all="ignore")
-def followed(contact: Contact, states: States) -> Proposal | None:
+def followed(contact: Contact, states: BasisStatus) -> Proposal | None:
     """Return the z of contacts from the basis of the previous step; None if this does
     not lead to a solution.
     """

@@ -29,7 +29,7 @@ from lcpcli.formulations.least_squares.free_columns import FreeColumns, free_col
 from lcpcli.formulations.least_squares.residuals import residual
 from lcpcli.linalg.doubles import EPS
 from lcpcli.model.box import BASIC, LOWER, UPPER
-from lcpcli.typing import Indices, Matrix, States, Vector
+from lcpcli.typing import BasisStatus, Indices, Matrix, Vector
 
 # A multiplier is a sum of products; one that is at most this many times the sum of
 # their absolute values may be rounding error of 0.
@@ -57,16 +57,16 @@ class Minimizer:
 
     x, r, y : the coefficients, the residuals b - A x, and the multipliers of the
         equations.
-    states : LOWER, BASIC or UPPER for each coefficient; BASIC means free. A coefficient
-        without bounds may also be LOWER, with the value 0, if its column depends
-        linearly on those of the free ones.
+    statuses : LOWER, BASIC or UPPER for each coefficient; BASIC means free. A
+        coefficient without bounds may also be LOWER, with the value 0, if its column
+        depends linearly on those of the free ones.
     steps : how many sets of free coefficients were examined.
     """
 
     x: Vector
     r: Vector
     y: Vector
-    states: States
+    statuses: BasisStatus
     steps: int = 0
     _last: tuple[bytes, Factors] | None = None
 
@@ -74,7 +74,7 @@ class Minimizer:
         """Return the factors of the free columns. They are computed again only if the
         set of free coefficients has changed.
         """
-        key = self.states.tobytes()
+        key = self.statuses.tobytes()
         if self._last is None or self._last[0] != key:
             free = self.free
             made = Factors(data.A[:, free], data.E[:, free])
@@ -83,7 +83,7 @@ class Minimizer:
 
     @property
     def free(self) -> Indices:
-        indices: Indices = (self.states == BASIC).nonzero()[0]
+        indices: Indices = (self.statuses == BASIC).nonzero()[0]
         return indices
 
 
@@ -101,12 +101,12 @@ def minimize(data: Data) -> Minimizer | None:
         feasible = _descended(of_equations, start, _noise(of_equations, start))
         if feasible is None or not _are_satisfied(data, feasible.x):
             return None
-        x, statuses = feasible.x, feasible.states
+        x, statuses = feasible.x, feasible.statuses
     elif len(data.A) >= x.size:
         gram = data.A.T @ data.A
         exchanged = exchanges(gram, data.A.T @ data.b, data.lower, data.upper, statuses)
         if exchanged is not None and not exchanged.n_infeasible:
-            point = _of_states(data, exchanged.x, exchanged.states)
+            point = _of_states(data, exchanged.x, exchanged.statuses)
             norms = np.sqrt(gram.diagonal())
             clear = _clear(data, point, norms)
             if clear is not None:
@@ -118,7 +118,7 @@ def minimize(data: Data) -> Minimizer | None:
     return None if minimizer is None else _with_certain_signs(data, minimizer)
 
 
-def start_of(data: Data) -> tuple[Vector, States]:
+def start_of(data: Data) -> tuple[Vector, BasisStatus]:
     """Return the x of the box that is closest to 0 among those with each coefficient at
     a bound, and the statuses of the coefficients; those without bounds are 0. None of
     them is free.
@@ -129,7 +129,7 @@ def start_of(data: Data) -> tuple[Vector, States]:
     return x, np.where(is_upper, UPPER, LOWER).astype(np.int8)
 
 
-def _of_states(data: Data, x: Vector, statuses: States) -> Minimizer:
+def _of_states(data: Data, x: Vector, statuses: BasisStatus) -> Minimizer:
     """Return the point x with these statuses, with its residual and without
     multipliers.
     """
@@ -183,12 +183,12 @@ class Exchanged(NamedTuple):
     """
 
     x: Vector
-    states: States
+    statuses: BasisStatus
     n_infeasible: int
 
 
 def exchanges(
-    gram: Matrix, side: Vector, lower: Vector, upper: Vector, statuses: States
+    gram: Matrix, side: Vector, lower: Vector, upper: Vector, statuses: BasisStatus
 ) -> Exchanged | None:
     """Return the point to which block pivots on all infeasible coefficients lead,
     computed from A'A (`gram`) and A'b (`side`); None if the matrix of the free
@@ -271,7 +271,7 @@ def _step(data: Data, minimizer: Minimizer, columns: FreeColumns) -> bool:
     new_x[leaving] = bounds[reached]
     minimizer.x[free] = new_x
     minimizer.r = minimizer.r + ratio * (step.dr - minimizer.r)
-    minimizer.states[free[leaving]] = np.where(is_below[leaving], LOWER, UPPER)
+    minimizer.statuses[free[leaving]] = np.where(is_below[leaving], LOWER, UPPER)
     columns.remove(leaving)
     return False
 
@@ -283,7 +283,7 @@ def _freed(
     is the largest of these, and return True; return False if no multiplier violates it
     by more than rounding error.
     """
-    statuses = minimizer.states
+    statuses = minimizer.statuses
     slopes = data.A.T @ minimizer.r
     if data.d.size:
         slopes += data.E.T @ minimizer.y
@@ -332,8 +332,8 @@ def are_clear(data: Data, minimizer: Minimizer, norms: Vector, rows: Vector) -> 
     gaps = np.minimum(minimizer.x - data.lower, data.upper - minimizer.x)[free]
     if not (gaps > errors).all():
         return False
-    fixed = (minimizer.states != BASIC) & (data.lower < data.upper)
-    slopes = -(data.A.T @ minimizer.r)[fixed] * minimizer.states[fixed]
+    fixed = (minimizer.statuses != BASIC) & (data.lower < data.upper)
+    slopes = -(data.A.T @ minimizer.r)[fixed] * minimizer.statuses[fixed]
     noise = UNREFINED * norms[fixed] * (terms + largest * size)
     return bool((slopes < -noise).all())
 
@@ -349,7 +349,7 @@ def _with_certain_signs(data: Data, minimizer: Minimizer) -> Minimizer | None:
     method cycles.
     """
     if not data.d.size:
-        point = _of_states(data, minimizer.x, minimizer.states)
+        point = _of_states(data, minimizer.x, minimizer.statuses)
         clear = _clear(data, point, column_norms(data.A))
         if clear is not None:
             return replace(clear, steps=minimizer.steps)
@@ -384,7 +384,7 @@ def _with_certain_signs(data: Data, minimizer: Minimizer) -> Minimizer | None:
 def _put_on_bounds(data: Data, minimizer: Minimizer) -> None:
     """Fix the coefficients that refinement has moved beyond a bound at that bound."""
     below, above = minimizer.x < data.lower, minimizer.x > data.upper
-    minimizer.states[below], minimizer.states[above] = LOWER, UPPER
+    minimizer.statuses[below], minimizer.statuses[above] = LOWER, UPPER
     minimizer.x = np.clip(minimizer.x, data.lower, data.upper)
     minimizer.r = data.b - data.A @ minimizer.x
 

@@ -122,7 +122,7 @@ class Fit(Answer):
             data.A, minimizer.x, data.b
         )
         slopes = data.A.T @ minimizer.r + data.E.T @ minimizer.y
-        multipliers = np.where(minimizer.states == BASIC, 0.0, 0.0 - slopes)
+        multipliers = np.where(minimizer.statuses == BASIC, 0.0, 0.0 - slopes)
         norm, error = _norm(residual_of_x)
         terms = abs(data.A) @ np.abs(minimizer.x) + np.abs(data.b)
         error += (minimizer.x.size * EPS) ** 2 * _norm(terms)[0]
@@ -150,7 +150,7 @@ class Fit(Answer):
 
     @property
     def states(self) -> list[str] | None:
-        return None if self._problem is None else in_words(self._problem[1].states)
+        return None if self._problem is None else in_words(self._problem[1].statuses)
 
     @property
     def support(self) -> Indices | None:

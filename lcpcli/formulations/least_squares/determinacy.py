@@ -19,7 +19,7 @@ from lcpcli.formulations.least_squares.fit import Data
 from lcpcli.formulations.least_squares.scaling import Scaled
 from lcpcli.linalg.doubles import EPS
 from lcpcli.model.box import BASIC, LOWER, UPPER
-from lcpcli.typing import Indices, Mask, Matrix, States, Vector
+from lcpcli.typing import BasisStatus, Indices, Mask, Matrix, Vector
 
 UNIQUE = "unique"
 SEVERAL = "several"
@@ -66,7 +66,7 @@ def determinacy(data: Data, minimizer: Minimizer) -> Determinacy:
     uncertain = _uncertain(scaled.data, scaled_minimizer)
     listed = uncertain.nonzero()[0].tolist()
     is_fixed = data.lower == data.upper
-    inside = (scaled_minimizer.states == BASIC) | (uncertain & ~is_fixed)
+    inside = (scaled_minimizer.statuses == BASIC) | (uncertain & ~is_fixed)
     direction = _direction(scaled.data, scaled_minimizer, inside)
     if direction is None:
         changing = _improvable(scaled.data, scaled_minimizer)
@@ -87,7 +87,7 @@ def _uncertain(data: Data, minimizer: Minimizer) -> Mask:
     """
     A = data.A
     E = data.E
-    statuses = minimizer.states
+    statuses = minimizer.statuses
     free, fixed = minimizer.free, (statuses != BASIC).nonzero()[0]
     factors = minimizer.factors(data)
     uncertain = np.zeros(statuses.size, dtype=bool)
@@ -182,7 +182,7 @@ def _direction(data: Data, minimizer: Minimizer, inside: Mask) -> Vector | None:
         direction[before] = -combination
         direction[j] = 1.0
         return _without_rounding(direction)
-    at_bounds = (inside & (minimizer.states != BASIC)).nonzero()[0]
+    at_bounds = (inside & (minimizer.statuses != BASIC)).nonzero()[0]
     if not at_bounds.size:
         return None
     return _along_bounds(data, minimizer, both, at_bounds)
@@ -198,7 +198,7 @@ def _along_bounds(
     moving = np.concatenate((minimizer.free, at_bounds))
     signs = np.ones(moving.size)
     signs[minimizer.free.size :] = np.where(
-        minimizer.states[at_bounds] == UPPER, -1.0, 1.0
+        minimizer.statuses[at_bounds] == UPPER, -1.0, 1.0
     )
     lower = np.zeros(moving.size)
     lower[: minimizer.free.size] = -np.inf
@@ -270,10 +270,10 @@ def _moved(data: Data, x: Vector, along: Vector) -> Vector:
     return other
 
 
-def states_of(data: Data, x: Vector) -> States:
+def states_of(data: Data, x: Vector) -> BasisStatus:
     """Return the status of each coefficient at a point within the bounds."""
     statuses = np.where(x >= data.upper, UPPER, BASIC)
-    states_at_bounds: States = np.where(x <= data.lower, LOWER, statuses).astype(
+    states_at_bounds: BasisStatus = np.where(x <= data.lower, LOWER, statuses).astype(
         np.int8
     )
     return states_at_bounds

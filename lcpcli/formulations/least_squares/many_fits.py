@@ -30,7 +30,7 @@ from lcpcli.model.right_hand_sides import Stack
 from lcpcli.options import DEFAULTS
 from lcpcli.solving.many import Batch
 from lcpcli.solving.result import Result
-from lcpcli.typing import Indices, Mask, Matrix, States, Vector
+from lcpcli.typing import BasisStatus, Indices, Mask, Matrix, Vector
 
 MAX_COEFFICIENTS = 64  # a set of free coefficients is one integer of 64 bits
 MAX_ROUNDS = 20
@@ -165,7 +165,7 @@ def together(fits: Fits, z: Vector) -> Mask:
     return clear
 
 
-def _exchanged(system: _System) -> tuple[States, Vector, Vector, Vector]:
+def _exchanged(system: _System) -> tuple[BasisStatus, Vector, Vector, Vector]:
     """Return the statuses of the coefficients, the inverses of the systems of the free
     ones, x and y, to which block pivots on all infeasible coefficients lead. For some
     fits the pivoting may not have reached a solution; the caller has to check that.
@@ -218,7 +218,12 @@ def _inverses(K: Matrix, free: Mask) -> Vector:
 
 
 def _are_clear(
-    system: _System, statuses: States, inverses: Vector, x: Vector, r: Vector, y: Vector
+    system: _System,
+    statuses: BasisStatus,
+    inverses: Vector,
+    x: Vector,
+    r: Vector,
+    y: Vector,
 ) -> Mask:
     """Return for each fit whether the signs of all coefficients and multipliers are
     correct in spite of rounding errors (as `active_set.are_clear` does for one fit).

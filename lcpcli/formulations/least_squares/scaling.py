@@ -62,7 +62,7 @@ class Scaled:
             np.ldexp(minimizer.x, self.columns - self.side),
             np.ldexp(minimizer.r, -self.side),
             np.ldexp(minimizer.y, self.rows - self.side),
-            minimizer.states,
+            minimizer.statuses,
             minimizer.steps,
         )
 

@@ -37,7 +37,7 @@ def minimize_sparse(data: Data) -> Minimizer | None:
     exchanged = exchanges(gram, A.T @ b, lower, upper, statuses)
     if exchanged is None or exchanged.n_infeasible:
         return None
-    statuses = exchanged.states.astype(np.int8)
+    statuses = exchanged.statuses.astype(np.int8)
     point = Minimizer(exchanged.x, b - A @ exchanged.x, np.zeros(0), statuses, 1)
     free = point.free
     rows = np.zeros(0)
