@@ -324,7 +324,7 @@ def _search(
 ) -> Stage:
     """Run the methods before milp one after another, from the start in `sequence`.
 
-    presolve, states, is_warm_start, recorded_stages : as in `auto`.
+    presolve, is_basic_start, is_warm_start, recorded_stages : as in `auto`.
     milp : whether nodes of its tree are examined.
     is_decided : called after each attempt, for other work in between; if it returns
         True, the search stops.
