@@ -53,7 +53,12 @@ def _exchange(T: Any, row: Any, column: Any) -> Any:  # noqa: ARG001
 
 
 @overload(tableau.shift, jit_options=OPTIONS)
-def _shift(tableau: Any, entering: Any, step_sign: Any, step: Any) -> Any:  # noqa: ARG001
+def _shift(
+    tableau: Any,  # noqa: ARG001
+    entering: Any,  # noqa: ARG001
+    step_sign: Any,  # noqa: ARG001
+    step: Any,  # noqa: ARG001
+) -> Any:
     """Return the body of `tableau.shift` that is compiled: one pass."""
 
     def shift(tableau: Any, entering: Any, step_sign: Any, step: Any) -> Any:

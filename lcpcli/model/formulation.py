@@ -261,7 +261,11 @@ class Formulation:
         there is no method for that, or it does not converge."""
         return None
 
-    def followed(self, problem: Any, states: BasisStatus) -> Proposal | None:  # noqa: ARG002
+    def followed(
+        self,
+        problem: Any,  # noqa: ARG002
+        states: BasisStatus,  # noqa: ARG002
+    ) -> Proposal | None:
         """Return a point that may be a solution, to which the basis of the last one
         leads in a sequence; None if there is no method for that, or it does not
         converge."""

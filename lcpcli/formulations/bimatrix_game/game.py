@@ -56,7 +56,8 @@ DATA_KEYS = ("kind", "A", "B", "rows", "columns", "players")
 # A payoff as a text: a decimal or a ratio, of a size that costs little.
 PAYOFF = re.compile(
     r"\s*[-+]?(?:[0-9]{1,1000}/0*[1-9][0-9]{0,999}"
-    r"|(?:[0-9]{1,1000}(?:\.[0-9]{0,1000})?|\.[0-9]{1,1000})(?:[eE][-+]?[0-9]{1,3})?)\s*"
+    r"|(?:[0-9]{1,1000}(?:\.[0-9]{0,1000})?|\.[0-9]{1,1000})"
+    r"(?:[eE][-+]?[0-9]{1,3})?)\s*"
 )
 
 # Digits that suffice for sums and differences of any floats, which have at most 650.

@@ -461,7 +461,11 @@ class Contact(Formulation):
         next_problem = self.sibling("sequence").following(self, like, states, data)
         return next_problem
 
-    def followed(self, problem: Any, states: BasisStatus) -> Proposal | None:  # noqa: ARG002
+    def followed(
+        self,
+        problem: Any,  # noqa: ARG002
+        states: BasisStatus,
+    ) -> Proposal | None:
         proposal: Proposal | None = self.sibling("states").followed(self, states)
         return proposal
 
