@@ -613,7 +613,7 @@ class _MultistartNewton(_JosephyNewton):
         value, with steps that all decrease it."""
         best = trial
         nonmonotone_steps = 0
-        noisy_steps = tiny_steps = 0
+        noisy_steps = 0
         while True:
             merits, first = [trial.merit], SLACK * trial.merit if memory > 1 else 0.0
             while trial.merit and not (is_slow(merits) or self.is_long):
@@ -636,12 +636,9 @@ class _MultistartNewton(_JosephyNewton):
                     0 if trial.merit < best.merit else nonmonotone_steps + 1
                 )
                 noisy_steps += self._is_within_noise(trial)
-                tiny_steps += size(trial.gaps) <= FINE * min(1.0, self.reference)
                 best = trial if trial.merit < best.merit else best
                 merits.append(trial.merit)
                 yield self.iterate(trial, step)
-                if tiny_steps == FRUITLESS:  # rows of tiny terms are still violated
-                    return self._ending(best, merits)
                 if FRUITLESS in (nonmonotone_steps, noisy_steps):
                     if self._is_noise(best):
                         break

@@ -501,7 +501,8 @@ def least_caps(problem: Problem, violations: Vector, rows: Indices) -> Vector | 
     near = problem.facts.near_units
     if near is not None:
         units, digits = near
-        sizes = units.largest(np.log2(violations) + units.rows, units.row_part)
+        powers_of_rows = np.log2(np.maximum(violations, 0.0)) + units.rows
+        sizes = units.largest(powers_of_rows, units.row_part)
         powers = sizes[units.row_part[rows]] - units.rows[rows] - digits
         return np.asarray(CERTAIN * np.exp2(powers))
     means = problem.facts.row_means

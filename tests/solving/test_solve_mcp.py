@@ -416,6 +416,31 @@ def test_stalls_do_not_blame_a_right_jacobian() -> None:
     )
 
 
+MULTIPLE = np.array([[2.0, 1.0], [-1.0, 3.0]])
+
+
+@pytest.mark.parametrize(
+    ("F", "J", "z0"),
+    [
+        (lambda z: (z - 1) ** 3, None, [5.0]),
+        (lambda z: (z - 1) ** 3, lambda z: np.diag(3 * (z - 1) ** 2), [5.0]),
+        (lambda z: (z - 1) ** 5, lambda z: np.diag(5 * (z - 1) ** 4), [5.0, 2.0]),
+        (
+            lambda z: (MULTIPLE @ (z - 1)) ** 3,
+            lambda z: 3 * ((MULTIPLE @ (z - 1)) ** 2)[:, np.newaxis] * MULTIPLE,
+            [100.0, 20.0],
+        ),
+    ],
+)
+def test_multiple_zeros_are_solved_without_another_start(
+    F: Any, J: Any, z0: list[float]
+) -> None:
+    """The residual is far below 1e-12 before z has ten digits."""
+    result = lcpcli.solve_mcp(F, J, z0=z0, restarts=0)
+    assert result.solved
+    assert np.abs(result.z - 1).max() <= 1e-3
+
+
 @pytest.mark.parametrize("value", [np.nan, np.inf])
 def test_derivatives_that_are_not_finite_are_the_reason_of_a_stall(
     value: float,
