@@ -41,6 +41,7 @@ from lcpcli.errors import (
     OptionError,
     ProblemError,
     listed,
+    quoted,
 )
 from lcpcli.files import contents, fields, formats
 from lcpcli.files.contents import files_in, source_name
@@ -695,7 +696,7 @@ def _value(name: str, text: Any, problem: AnyProblem) -> Any:
     if beside.typed_numbers(text) is None and not (text and os.path.exists(text)):
         raise OptionError(
             flag(name),
-            f"{text!r} is neither a file nor numbers",
+            f"{quoted(text)} is neither a file nor numbers",
             "write 1,-2,0.5 or name a file",
         )
     return beside.read_start(

@@ -271,7 +271,7 @@ def read_states(text: str, problem: Problem) -> list[str]:
     has to be one of the problem."""
     is_file, typed_words = os.path.exists(text), text.replace(",", " ").split()
     if not is_file and not set(typed_words) & set(WORDS.values()):
-        reason = f"{text!r} is neither a file nor a basis"
+        reason = f"{quoted(text)} is neither a file nor a basis"
         raise ParameterError("basis", reason, "write lower,basic,upper or name a file")
     basis = typed_words
     if is_file:

@@ -16,6 +16,7 @@ import re
 from collections.abc import Callable, Mapping, Sequence
 from contextlib import suppress
 from functools import cache, cached_property, partial
+from itertools import takewhile
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -435,11 +436,21 @@ def _has_title(lines: list[tuple[int, str]]) -> bool:
 def _without_empty_ends(
     rows: list[tuple[int, list[str]]],
 ) -> list[tuple[int, list[str]]]:
+    """Return the rows without empty ones at the end, and without columns at the end
+    that are empty in all rows; one row and two columns remain."""
     while len(rows) > 1 and not any(map(str.strip, rows[-1][1])):
-        rows = rows[:-1]
-    while all(len(cells) > 2 and not cells[-1].strip() for _, cells in rows):
-        rows = [(number, cells[:-1]) for number, cells in rows]
-    return rows
+        rows.pop()
+    n_empty = min(
+        min(sum(1 for _ in takewhile(_is_blank, reversed(cells))), len(cells) - 2)
+        for _, cells in rows
+    )
+    if n_empty <= 0:
+        return rows
+    return [(number, cells[:-n_empty]) for number, cells in rows]
+
+
+def _is_blank(cell: str) -> bool:
+    return not cell.strip()
 
 
 def _columns_of_bounds(line: int, names: list[str]) -> dict[str, int]:

@@ -352,12 +352,15 @@ def _head(path: str, file: IO[bytes], streams: bool) -> tuple[list[bytes], bool]
     """Return the lines of a file up to the second one that is not blank, and whether
     each line is a problem; of a stream only the first line is awaited if it is enough
     to decide."""
-    head = []
+    head = list[bytes]()
+    nonblank = list[bytes]()
     for line in file:
         head.append(line)
-        nonblank = [part for part in map(bytes.strip, head) if part]
         if has_lines(path):
             return head, True
+        if not (text := line.strip()):
+            continue
+        nonblank.append(text)
         with suppress(ValueError, RecursionError):
             first = (
                 contents.without_mark(nonblank[0])
@@ -366,10 +369,8 @@ def _head(path: str, file: IO[bytes], streams: bool) -> tuple[list[bytes], bool]
             )
             if isinstance(json.loads(first, parse_int=float), dict):
                 return head, True
-        if len(nonblank) == 2 or (
-            nonblank
-            and not (nonblank[0].startswith(b"{") and nonblank[0].endswith(b"}"))
-        ):
+        is_whole_object = nonblank[0].startswith(b"{") and nonblank[0].endswith(b"}")
+        if len(nonblank) == 2 or not is_whole_object:
             return head, len(nonblank) == 2 and nonblank[1].startswith(b"{")
     return head, False
 

@@ -128,8 +128,8 @@ def _conditions(
 
 MPS = FileForm(
     "mps_format",
-    pattern=rb"(?mi)(?:\*[^\n]*\n|\s*\n)*(?:NAME|ROWS|OBJSENSE)\b[^;,{\n]*\r?\n"
-    rb"(?s:.){0,1000}?^\s*N\s+\S",
+    pattern=rb"(?mi)(?:\*[^\n]*\n|[^\S\n]*\n)*(?:NAME|ROWS|OBJSENSE)\b[^;,{\n]*\r?\n"
+    rb"(?s:.){0,1000}?^[^\S\n]*N[^\S\n]+\S",
     is_written=True,
 )
 # None of the keys of programs, and of rows and right-hand sides.

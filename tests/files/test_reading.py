@@ -402,3 +402,22 @@ def test_every_command_that_reads_a_problem_takes_the_names(
         outcome = lcp(*line.split())
         assert (outcome.code, outcome.err) == (0, ""), line
     assert (elsewhere / "portfolio.mat").exists()
+
+
+@pytest.mark.parametrize(
+    "content",
+    [
+        5000 * b"\n" + b'{"M": [[2, 1], [1, 2]], "q": [-5, -6]}',
+        b'{"M": [[2, 1], [1, 2]], "q": [-5, -6]}' + 50_000 * b"\n",
+        50_000 * b"\n" + b"2,1,-5\n1,2,-6\n" + 50_000 * b"\n",
+        b"2,1,-5" + 50_000 * b"," + b"\n1,2,-6" + 50_000 * b"," + b"\n",
+    ],
+    ids=["before an object", "after an object", "around a table", "empty columns"],
+)
+def test_blanks_around_a_problem_take_no_time(
+    content: bytes, lcp: Lcp, in_folder: Path
+) -> None:
+    """Time that grew with the square of their number would be a minute."""
+    (in_folder / "problem").write_bytes(content)
+    outcome = lcp("solve", "problem", "-f", "json")
+    assert json.loads(outcome.out)["z"] == pytest.approx([4 / 3, 7 / 3])
