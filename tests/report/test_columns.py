@@ -570,7 +570,7 @@ def test_the_step_of_shi_on_its_page_is_that_of_the_paper_and_of_its_commands(
     slope = -dot(own["d"], own["s"])
     f1 = dot(own["F"](x1), own["F"](x1)) / 2
     gamma = -2 * f1 / slope
-    assert f"= {slope}. The first gamma" in text
+    assert f"= {slope}. The first trial gamma" in text
     assert f"= {gamma}, and x_2" in text
     x2 = [a + gamma * b for a, b in zip(x1, own["s"], strict=True)]
     assert vector(page, "x_1 + s/17 =") == x2
