@@ -244,7 +244,8 @@ def reporting(
 
 
 def figure_options(command: str) -> Declaration:
-    """Declare the options of a command that draw figures."""
+    """Declare the options of a command that draw figures, each once: a figure without a
+    meaning replaces another one of the same option."""
     rows = (
         f"--{figure.option} FILE  {figure.meaning}"
         for figure in FIGURES.values()

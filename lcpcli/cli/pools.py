@@ -117,6 +117,7 @@ class Local:
         try:
             return self._executor.submit(_stoppable, *arguments)
         except BrokenExecutor:
+            # By now there are other threads, with which copying this process is unsafe.
             self._executor = self._started("spawn")
             # A process that exits at once would exit again with each problem.
             self._executor.submit(int).result(SECONDS_TO_START)

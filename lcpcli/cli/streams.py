@@ -181,7 +181,7 @@ def _in_list(write: Write) -> Iterator[Write]:
     beginnings = chain(["[\n"], repeat(",\n"))
 
     def add(line: str) -> None:
-        if line:  # there is no heading
+        if line:  # the heading of JSON, which is written first, is ""
             write(next(beginnings) + line.removesuffix("\n"))
 
     try:

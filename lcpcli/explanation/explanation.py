@@ -172,6 +172,8 @@ class _Search:
         is_linear = conflict is not None and all(
             each.kind != COMPLEMENTARITY for each in conflict.members
         )
+        # The stage of a conflict of linear conditions alone is repaired first; with
+        # None the larger problem is solved at once.
         stage = None
         if conflict is not None and is_linear:
             stage = max((each.stage for each in conflict.multipliers), default=0)

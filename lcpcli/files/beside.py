@@ -312,7 +312,7 @@ def _result_in(
     file: InputFile, n: int, field: str = ""
 ) -> tuple[Vector, Vector | None]:
     """Return z and w of a result, the first of several; w may be None in CSV. field :
-    the one that messages name."""
+    the one that messages name, before z or w, or alone if they name no other place."""
     try:
         return _vectors_in(file, n, f"{field}: " * bool(field))
     except ProblemError as error:

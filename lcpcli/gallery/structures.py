@@ -135,6 +135,7 @@ def plate(
     humps = _humps(_relative_positions(np.arange(1, k + 1), k + 1))
     along, across = np.repeat(np.arange(k), k), np.tile(np.arange(k), k)
     product = humps[along] * humps[across]
+    # GAP and DEPTH are shares of the deflection without an obstacle.
     obstacle = (product * DEPTH + np.full(k * k, GAP)) * -OF_PLATE[support]
     q = AccurateProduct(M)(obstacle, np.full(k * k, load * (k + 1.0) ** -4))
     return Problem(
@@ -250,6 +251,8 @@ def _laplacians(k: int, is_clamped: bool, factor: float) -> Matrix:
 
     i, j = (each.ravel() for each in np.indices((k + 2, k + 2)))
     on_edge = (np.minimum(i, j) == 0) | (np.maximum(i, j) == k + 1)
+    # As for a beam, the curvature at a clamped edge has half the weight; at a hinged
+    # one there is none.
     weights = np.where(on_edge, 0.5 * is_clamped, 1.0) * _stiffness(k + 2, factor)[i]
     rows, columns = list[Indices](), list[Indices]()
     values = list[Vector]()

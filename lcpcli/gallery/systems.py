@@ -146,8 +146,8 @@ def relays(n: int, seed: int, *, step: float = 0.125) -> Problem:
     (2008).
     """
     random = np.random.default_rng([seed, n])
-    S, C = np.rint(UNITS * random.standard_normal((2, n, n))) / UNITS
-    A = S - S.T - np.eye(n)
+    R, C = np.rint(UNITS * random.standard_normal((2, n, n))) / UNITS
+    A = R - R.T - np.eye(n)
     state = np.rint(UNITS * random.standard_normal(n)) / UNITS
     inverse = np.linalg.inv(np.eye(n) - step * A)
     M, q = step * (C @ inverse @ C.T), C @ (inverse @ state)
@@ -214,7 +214,8 @@ def spatial_prices(
     )
     costs = random.integers(1, 10, m * m).astype(float)
     one, ones = eye_array(m), np.ones((1, m))
-    # The flows into each region of demand minus those out of each region of supply.
+    # Below each other: the flows out of each region of supply with the sign -, and
+    # those into each region of demand.
     sums = vstack((-kron(one, ones), kron(ones, one)))
     slopes = diags_array(np.concatenate((b, e)))
     prices, regions = np.full(2 * m, np.inf), range(1, m + 1)

@@ -360,7 +360,7 @@ class _Following:
                 terminations.TIME_LIMIT, ENDS[terminations.TIME_LIMIT]
             )
         except KeyboardInterrupt:
-            pass
+            pass  # self.end already says so
         except SingularMatrix:
             self.end = _Termination(
                 terminations.BREAKDOWN,
@@ -381,7 +381,7 @@ class _Following:
                 else [direction, ray.multipliers, -ray.multipliers]
             )
             # The multipliers of the rows are a proof if t is maximal over all solutions
-            # of the inequalities.
+            # of the inequalities; both signs are tested.
             proof = first_proof(self.family.to, candidates, whole=True)
             certificate = None if proof is None else proof.vector
             if certificate is not None:

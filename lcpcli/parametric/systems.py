@@ -63,7 +63,8 @@ class DenseBasisFactorization(BasisFactorization):
         super().__init__(M, moved)
         n, self.k = self.n, 0
         self._rows, self._cols = np.zeros((2, n + 1), dtype=np.intp)
-        # The position of a column in C, or at index n + 1 + i that of row i in R.
+        # The position of a column in C, or at index n + 1 + i that of row i in R; and
+        # zeros, for the entries of a unit column in the other rows.
         self._at, self._nothing = np.full(2 * n + 1, -1), np.zeros(n)
         # The operating system allocates the memory only as it is used.
         self._columns, self._inverse = np.zeros((n + 1, n)), np.zeros((n + 1, n + 1))

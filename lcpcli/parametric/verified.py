@@ -243,8 +243,9 @@ class _Verification:
     def _moved(
         self, first: int, end: int, steps: int
     ) -> Iterator[tuple[float, Vector]]:
-        """Yield t changed by `steps` ulps, and z for it, unless t would pass an
-        adjacent breakpoint or leave the range of t.
+        """Yield the common t of the breakpoints from `first` to before `end` changed by
+        `steps` ulps, and z for it. Unless `steps` is 0, yield nothing if t is an end of
+        its range, or would reach or pass such an end or an adjacent breakpoint.
         """
         family, unmoved = self.family, float(self.t[first])
         t = unmoved + steps * self._last_bit(first)

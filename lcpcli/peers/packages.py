@@ -271,17 +271,17 @@ def highs(
         "qp_regularization_value": 0.0,
     }
     triangle = tril(columns(program.Q)) if (program.Q != 0).sum() else None
-    highs = highs_of_program(program.c, rows, row_bounds, bounds, options, triangle)
-    if highs is None:
+    loaded = highs_of_program(program.c, rows, row_bounds, bounds, options, triangle)
+    if loaded is None:
         return None, None, False, "refused the model"
-    highs.run()
-    status, solution = highs.getModelStatus(), highs.getSolution()
+    loaded.run()
+    status, solution = loaded.getModelStatus(), loaded.getSolution()
     x = solution.col_value if solution.value_valid else None
     return (
         x,
         solution.row_dual[:m],
         status == highspy.HighsModelStatus.kOptimal,
-        highs.modelStatusToString(status),
+        loaded.modelStatusToString(status),
     )
 
 

@@ -41,8 +41,8 @@ def inspection_report(
     whether to show all in tables; otherwise only what decides about the methods."""
     name = wording.title(diagnosis.problem) or "problem"
     classes = [
-        (title(name), verdict.word, verdict.evidence)
-        for name, verdict in diagnosis.classes.items()
+        (title(class_name), verdict.word, verdict.evidence)
+        for class_name, verdict in diagnosis.classes.items()
     ]
 
     def document(*_: Any) -> Document:

@@ -168,6 +168,8 @@ def results_report(
         )
 
     def rows() -> tuple[Iterable[Sequence[Any]], Iterable[str]]:
+        """Return the rows of the CSV, with their header, and lines of comments above
+        them."""
         from lcpcli.report import result_csv
 
         results = list(chain.from_iterable(runs))

@@ -146,6 +146,9 @@ class ExtensiveGame(Formulation):
         return {"kind": "efg", "efg": self.tree.text}
 
     def fits(self, conditions: Conditions) -> bool:
+        """Return whether these are the conditions of the tree: M up to rounding, and q
+        and the bounds exactly, as their entries are only 0, -1 and infinite.
+        """
         expected = self.conditions()
         if conditions.M.shape != expected.M.shape or not all(
             map(np.array_equal, conditions[1:], expected[1:])

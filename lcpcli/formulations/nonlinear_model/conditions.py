@@ -173,8 +173,8 @@ class NlModel:
 
     @property
     def operators(self) -> dict[str, int]:
-        """Return how often each operator except sums occurs in the rows, the most
-        frequent one first.
+        """Return the number of nodes of each operator except sums in the rows, the
+        largest number first; equal expressions are one node, constants none.
         """
         counts = Counter[str]()
         for group in Tape(self.graph, self.rows, Arithmetic()).groups:
