@@ -180,16 +180,19 @@ def _relaxed_first(
     answer violates, or with which a proof would not hold, are included in the next
     relaxation: a relaxation without a solution proves nothing. They are first moved
     closer, as their size leaves no digits for other numbers; the basis is most often
-    the same. If no relaxation leads to an answer, the original problem is solved.
+    the same. At the sides where they are, its basic solution is tested, too. If no
+    relaxation leads to an answer, the original problem is solved.
 
-    A solution within the far sides is one of the problem, and completes the run."""
+    `change.sides` are the sides that a relaxation leaves out, `change.moved_sides` the
+    far sides that it includes. An iterate that solves the problem completes the run:
+    the code after it is for those that do not."""
     with imports:
         from lcpcli.model.changes import Relaxed, relaxed
     sequence, first = (
         MethodSequence(x0),
         partial(small, search=partial(search, milp=False)),
     )
-    change, has_all = relaxed(problem), True
+    change, may_drop = relaxed(problem), True
     for k in range(MAX_RELAXATIONS):
         if not isinstance(change, Relaxed):
             break
@@ -217,9 +220,10 @@ def _relaxed_first(
         elif not (isinstance(ending, Finished) and change.moved_sides.number):
             # It is not known which of the sides matter.
             change = relaxed(problem, change.sides.without(change.sides))
-        elif has_all and (idle := change.idle(inner.last.x)).number:
-            # If there are several minimizers, one may be at sides that do not matter.
-            change, has_all = relaxed(problem, change.sides.joined(idle)), False
+        elif may_drop and (idle := change.idle(inner.last.x)).number:
+            # If there are several minimizers, one may be at sides that do not matter:
+            # once, these are left out again.
+            change, may_drop = relaxed(problem, change.sides.joined(idle)), False
         elif change.is_moved:
             # The basis depends on how far away these sides are.
             change = relaxed(problem, change.sides, is_moved=False)
@@ -574,8 +578,10 @@ def _is_proof(ending: Ending) -> bool:
 def _with_doubtful_points_exact(
     problem: Problem, sequence: MethodSequence, stage: Stage, tree: Tree | None = None
 ) -> Stage:
-    """Pass on a stage up to a doubtful solution, where rounding may hide terms of a
-    row: it is replaced by an exact solution, if there is one close to it."""
+    """Pass on a stage. At an iterate with final signs where rounding may hide terms of
+    a row, an exact solution that is accepted instead of it is yielded first; where it
+    is left in doubt, `exactly` follows, and its ending is returned unless it is
+    stalled. The iterate itself comes last, in case the run goes on."""
     done = sequence.last.evaluations
     while isinstance(step := advance(stage), Iterate):
         sequence.last = step = step._replace(evaluations=done + step.evaluations)
@@ -608,6 +614,12 @@ def _pivoting(
     recorded_stages: stages.RecordedStages | None,
     is_basic_start: bool,
 ) -> Stage:
+    """Run the attempts before exact arithmetic until one finishes or has a proof, and
+    return the ending of the last one that was run.
+
+    is_basic_start : whether newton starts from the basis of the last iterate first;
+        this iterate is then not used any further, and the others start from 0.
+    """
     ending: Ending = Finished()
     first = (
         [Part("newton", from_start(problem, problem.box.basis_of(sequence.last.x)))]

@@ -57,7 +57,8 @@ class DualSimplex:
 
     def point(self) -> tuple[Vector, Vector] | None:
         """Return z and w where all nonbasic variables are 0; None if z is so large that
-        the margin decides."""
+        the margin, which is added to A, changes w by more than NEGLIGIBLE, relative to
+        the largest |b_i|."""
         n = self._nonbasic.size
         values = np.zeros(n + self._basic.size)
         values[self._basic] = self._rows[:, 0]

@@ -195,8 +195,10 @@ def eliminated(nonfixed: NonfixedVariables, factors: Pair) -> Eliminated:
 def same_units(
     A: Vector, rows: Vector, columns: Vector, bounded: Indices
 ) -> tuple[Vector, Vector]:
-    """Return row and column factors that are the same for bounded variables, if these
-    factors are not far apart and M may be monotone; A itself is rescaled."""
+    """Return the row and column factors of A = R M C, made equal to each other for each
+    bounded variable if the ratios R_i / C_i of these differ by at most NEAR_UNITS and M
+    may be monotone, which A_BB then remains; A is rescaled in place. Otherwise return
+    the factors as they are."""
     ratios = rows[bounded] / columns[bounded]
     is_near = bounded.size > 0 and ratios.max() <= NEAR_UNITS * ratios.min()
     if is_near and may_be_monotone(A / rows.reshape(-1, 1) / columns):

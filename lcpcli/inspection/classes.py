@@ -614,17 +614,18 @@ def semidefinite_rank(S: Matrix) -> int | None:
     """Return the rank of a symmetric S of shape (n, n) if floating-point arithmetic
     proves that S is positive semidefinite, otherwise None.
 
-    The rank is n if a factorization proves that S is positive definite. A singular S is
-    semidefinite if some S_PP is definite and the columns outside P are combinations of
-    those in P. This is proved by combinations that are rounded to multiples of 1 /
-    DENOMINATOR and checked exactly, or by the rank.
+    The rows and columns of zeros are left out first. The rank is the number of the
+    others if a factorization proves that they are those of a definite matrix. A
+    singular S is semidefinite if some S_PP is definite and the columns outside P are
+    combinations of those in P. This is proved by combinations that are rounded to
+    multiples of 1 / DENOMINATOR and checked exactly, or by the rank.
     """
-    P = np.flatnonzero(matrices.row_maxima(S))
-    S = S[P][:, P]
-    if not P.size or S.diagonal().min() <= 0 or not affordable(S):
+    nonzero = np.flatnonzero(matrices.row_maxima(S))
+    S = S[nonzero][:, nonzero]
+    if not nonzero.size or S.diagonal().min() <= 0 or not affordable(S):
         return None
-    if (is_definite := proof_of_definiteness(S)[0]) or P.size > MAX_SINGULAR:
-        return P.size if is_definite else None
+    if (is_definite := proof_of_definiteness(S)[0]) or nonzero.size > MAX_SINGULAR:
+        return nonzero.size if is_definite else None
     A = matrices.dense(S)
     whole, _ = numbers.as_written(A)
     if not np.array_equal(whole, np.rint(whole)):

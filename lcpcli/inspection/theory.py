@@ -190,8 +190,10 @@ def rates(M: Matrix, spectrum: Spectrum | None) -> tuple[Rate, Rate | None]:
 
 
 def _rate(M: Matrix, omega: float, spectrum: Spectrum | None) -> Rate:
-    """Return the rate for one omega; unknown if omega I + M is singular or T
-    overflows."""
+    """Return the rate for one omega. Its factor |T|_2, for T = (omega I + M)^-1 (omega
+    I - M), is unknown if omega I + M is singular, T overflows, or M has more than
+    MAX_WITH_NORM rows and no spectrum is known.
+    """
     factor: float | None = None
     if spectrum is not None and spectrum.smallest > 0:
         factor = max(

@@ -81,7 +81,8 @@ def lemke(
 ) -> DirectAnswer | None:
     """Return the solution of an LCP at a basis, if it is one, or otherwise the last
     vertex of Lemke's path; None if neither is a solution by a margin larger than
-    rounding errors, or if `Reduction` would scale M.
+    rounding errors, if q >= 0, for which there is no path, or if `Reduction` would
+    scale M.
     """
     M, q = np.ascontiguousarray(problem.M), problem.q
     if not (powers := exponents(M)).size or powers.any():

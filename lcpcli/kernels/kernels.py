@@ -277,8 +277,9 @@ def _refine_and_test(M: Any, q: Any, tol: float, k: int, work: Any) -> int:
 
 @inlined
 def _hides_terms(q: Any, largest: float, z: Any) -> bool:
-    """Return whether rounding may hide a term of a row by the sizes of the numbers, as
-    the first part of `final_states.is_doubtful` does for numbers that are not long.
+    """Return whether, by the sizes of the numbers alone, rounding may hide a term of a
+    row, for z >= 0: `final_states.may_hide_term` but for long numbers, which the caller
+    tests.
     """
     smallest_z, largest_z, smallest_q, largest_q = np.inf, 0.0, np.inf, 0.0
     for i in range(q.size):

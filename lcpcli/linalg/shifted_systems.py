@@ -291,6 +291,8 @@ class Bordered:
             if is_diagonal
             else SuperLU(submatrix(rest, rest))
         )
+        # With a diagonal A, `systems` splits off a border only if it has few numbers
+        # (MAX_FILLED) although it is dense: then dense products take less time.
         self._C = (
             submatrix(border, rest).toarray()
             if is_diagonal

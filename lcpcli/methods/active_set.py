@@ -399,16 +399,17 @@ def sparse_route(
     skipped where no entry off the diagonal is positive and these almost add up to the
     diagonal, as for differential equations. Then the start and the solves come from
     coarse versions of M (`multilevel`), or, where these converge slowly, the solves
-    come from factors of principal submatrices. Where rounding stops these solves short
-    of the tolerance, `finish` factorizes the last submatrix.
+    come from factors of principal submatrices. Where rounding stops the solves of these
+    last two short of the tolerance, `finish` factorizes the last submatrix; where it
+    stops `krylov`, the stage ends as stalled.
 
     It is meant for sparse positive definite and H-matrices; it may fail for other M,
     and then returns the ending of its last part.
 
-    is_stiff : returns whether `methods.definite` follows, which is made for M that are
-        no M-matrices: then `krylov` alone is run, which solves them while they are
-        well-conditioned, and gives up after some 60 products, 1 % of the time that
-        follows.
+    is_stiff : returns whether M is positive definite, but no M-matrix, so that
+        `methods.definite` follows, which is made for such M: then `krylov` alone is
+        run, which solves them while they are well-conditioned, and gives up after some
+        60 products, 1 % of the time that follows.
     """
     diagonal = problem.M.diagonal()
     if not diagonal.min() > 0:

@@ -431,11 +431,13 @@ def solution_of_basis(
     problem: Problem, M: Vector, initial_guess: Vector, basis: BasisStatus
 ) -> tuple[Vector, bool]:
     """Return z of the basis at which a path has ended close to an initial guess, for M
-    as a dense array, and whether it violates no row beyond rounding.
+    as a dense array, and whether it needs no refinement: whether, without any further
+    pivot, it violates no row of the problem beyond rounding.
 
     Infeasibilities beyond rounding belong to numbers so small relative to others that
     z_0 left the basis before they mattered: block principal pivoting follows, for up to
-    LITERAL_STEPS steps.
+    LITERAL_STEPS steps. If none of these leads to a feasible basis, z is that of the
+    first one.
     """
     system, first = CorrectedSolutions(problem, M, initial_guess), initial_guess
     for steps, basic_solution in enumerate(

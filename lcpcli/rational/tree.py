@@ -393,8 +393,8 @@ def explored(nodes: Any, pending: Any) -> Iterator[tuple[Any, bool]]:
     nothing to branch on. The children fix the statuses of the unknown with the largest
     violation; if there is none, those of an unknown whose status is not decided.
 
-    nodes : has `check`, which may raise, `violations`, `branching_index` and
-        `children`, as `Unknowns` does.
+    nodes : has `check`, which may raise, `violations`, which are None for a node that
+        need not be searched, `branching_index` and `children`, as `Unknowns` does.
     pending : a list, which is searched depth first, or a queue with `pop` and `extend`.
     """
     while pending:

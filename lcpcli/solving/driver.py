@@ -230,9 +230,14 @@ def _with_status(result: Result, point: Point, status: Status, reason: str) -> R
 
 def _of(problem: Problem, result: Result, compiled: bool, finishes: bool) -> Result:
     """Return the result as that of the original problem, whose M `auto` may have stored
-    in another form, if its answer passes the check of the formulation. finishes :
-    whether all methods may take part, for a program whose objective is known to few
-    digits."""
+    in another form, after its formulation, if any, has taken part: it may try another
+    form if the result is not solved, and otherwise checks the answer. Of a program,
+    only the objective is improved or checked, if an inexact method has taken part or
+    there is a limit on the gap.
+
+    finishes : whether other methods may improve an objective that is known to few
+        digits.
+    """
     result = result if result.problem is problem else replace(result, problem=problem)
     if compiled:
         result.options["compiled"] = True

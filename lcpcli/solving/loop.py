@@ -420,6 +420,8 @@ class Loop:
         if self.solution is not None and self._certainty(self.solution):
             return self.solution, reason, status
         last, best = self._at(self.last), self._at(self.best)
+        # A proof that holds only up to rounding: a solution close to a point may
+        # outweigh it. One that holds exactly is final.
         refutation = self.certificate
         if refutation is not None and not refutation.is_rounded:
             refutation = None

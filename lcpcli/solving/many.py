@@ -588,6 +588,7 @@ def _answers(
     parts = {part: spent / len(z) for part, spent in stopwatch.parts.items()}
     max_steps = limits.max_iterations if sum(parts.values()) < limits.time_limit else -1
     kinds = np.where(block.are_moderate & (steps <= max_steps), kinds, NOTHING)
+    # Positions in ROUTES: no step, newton, or gradient and newton.
     routes = np.where(by_gradient, 2, np.minimum(steps, 1)).tolist()
     options = methods.OF_AUTO | ({} if kernel is None else {"compiled": True})
     return BlockAnswers(

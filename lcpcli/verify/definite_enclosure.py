@@ -152,12 +152,13 @@ def _enclosed(
     of_z, of_w = doubled(z, exponent - BITS), doubled([v >> BITS for v in w], -BITS)
     errors = np.where(basic, math.ldexp(error, exponent), 0.0)
     size = np.asarray(abs(M) @ errors) + math.ldexp(cut, exponent)
-    back = np.where(basic, 0.0, np.ldexp(of_w.high, exponent) / D)
+    nonbasic_w = np.where(basic, 0.0, np.ldexp(of_w.high, exponent) / D)
+    # Twice the bounds, as these operations are rounded themselves.
     return Enclosed(
         DoubleDouble(of_z.high * D, of_z.low * D),
         2 * errors * D,
-        back,
-        (2 * size + np.ldexp(UNIT, exponent)) / D + np.abs(back) * 2.0**-52,
+        nonbasic_w,
+        (2 * size + np.ldexp(UNIT, exponent)) / D + np.abs(nonbasic_w) * 2.0**-52,
     )
 
 

@@ -99,9 +99,10 @@ class VerifiedPoint(NamedTuple):
 def verified_or_exact(
     problem: Problem, z: Vector, basis: BasisStatus | None = None
 ) -> VerifiedPoint | None:
-    """Return a z that solves a problem to the tolerance, or the exact solution close to
-    it; None if this does not decide it: rounding hides terms, and neither the basis of
-    z nor a few others have an exact solution.
+    """Return z, which already solves the problem to the tolerance, if rounding hides no
+    term of a row that may matter; else z without its rounding errors, or the exact
+    solution close to it; None if this does not decide it, as neither the basis of z nor
+    a few others have an exact solution.
 
     basis : the basis of z, by default the one that z shows.
 

@@ -47,7 +47,13 @@ def objective_error_at(problem: Problem, point: Point) -> float:
 
 @np.errstate(all="ignore")
 def objective_error(problem: Problem, z: Vector, w: Vector) -> float:
-    """Return the relative error of the objective for a z and its w = M z + q."""
+    """Return the relative error of the objective for a z and its w = M z + q: the size
+    of the gap, relative to the objective, or to a fraction of its terms if they cancel.
+
+    Where no bound is met, the term of the gap is z_i w_i. The error is infinite if the
+    data of the program are not known, or if all terms of the objective are 0 in spite
+    of linear ones.
+    """
     form, box = problem.block_form, problem.box
     assert form is not None
     side = np.where(w > 0, box.lower, box.upper)
@@ -56,6 +62,7 @@ def objective_error(problem: Problem, z: Vector, w: Vector) -> float:
         is_met &= (np.abs(side) < MIN_FAR) | (side == z)
     terms = w * (z - np.where(is_met, side, 0.0))
     total, size = float(np.add.reduce(terms)), float(np.add.reduce(np.abs(terms)))
+    # The larger one of the sums of the positive terms and of the negative ones.
     error = (size + abs(total)) / 2
     objective = abs(_objective(form, problem.q, z, w))
     if not error > NEGLIGIBLE * objective:
@@ -67,7 +74,8 @@ def objective_error(problem: Problem, z: Vector, w: Vector) -> float:
     of_x = float(np.abs(data.c) @ x + x @ absolute_product(data.Q, x) / 2)
     whole = max(objective, CANCELLED * (of_x + abs(form.constant)))
     if not (whole or data.c.any()):
-        return 0.0  # the objective is 0 everywhere, or has no linear terms
+        # There are no linear terms, and x'Qx / 2 is 0, which is its minimum.
+        return 0.0
     return error / whole if whole else math.inf
 
 
