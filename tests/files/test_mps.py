@@ -331,3 +331,10 @@ def test_a_variable_of_the_quadratic_part_alone_in_lp(tmp_path: Path) -> None:
         "<= 40\nEnd\n"
     )
     assert run(read(written(tmp_path, lp, "p.lp"))).answer.objective == pytest.approx(3)
+
+
+def test_two_rows_of_one_name_in_lp_are_refused_by_it(tmp_path: Path) -> None:
+    pytest.importorskip("highspy")
+    lp = "min\n obj: a + b\nst\n c1: a + b >= 3\n c1: a >= 1\nend\n"
+    with pytest.raises(ProblemError, match="declares 'c1' a second time"):
+        read(written(tmp_path, lp, "p.lp"))

@@ -14,6 +14,7 @@ from __future__ import annotations
 import math
 import re
 import tempfile
+from collections import Counter
 from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 from contextlib import suppress
 from fractions import Fraction
@@ -53,6 +54,7 @@ from lcpcli.rational.numbers import (
 from lcpcli.typing import Matrix, Vector
 
 # Tells it from the LP format.
+OTHER_NAME = "give each row another name"
 MPS = re.compile(rb"^(?:ROWS|ENDATA)\b", re.MULTILINE | re.IGNORECASE)
 END = re.compile(rb"^ENDATA\b", re.MULTILINE | re.IGNORECASE)
 NUMBER = re.compile(r"[-+]?(?:\d+(?:\.\d*)?|\.\d+)(?:[eE][-+]?\d+)?", re.ASCII)
@@ -210,10 +212,7 @@ class _Reader:
         if len(words) < 2 or words[0].upper() not in ("N", "L", "G", "E"):
             self._refuse(words)
         if words[1] in self._kinds:
-            raise self._error(
-                f"declares {quoted(words[1])} a second time",
-                "give each row another name",
-            )
+            raise self._error(f"declares {quoted(words[1])} a second time", OTHER_NAME)
         self._kinds[words[1]] = words[0].upper()
 
     def _read_column(self, words: Sequence[str]) -> None:
@@ -702,6 +701,12 @@ def as_mps(text: bytes) -> bytes:
             raise ProblemError(
                 "", "is not a program in MPS or in the LP format", "is it complete?"
             )
+        # HiGHS writes invented names for all rows if two have the same one.
+        names = Counter(filter(None, highs.getLp().row_names_))
+        repeated = [name for name, times in names.items() if times > 1]
+        if repeated:
+            reason = f"declares {quoted(repeated[0])} a second time"
+            raise ProblemError("", reason, OTHER_NAME)
         highs.writeModel(str(made))
         # Without the name, which is that of the temporary file.
         return made.read_bytes().partition(b"\n")[2]
