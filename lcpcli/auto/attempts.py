@@ -384,8 +384,9 @@ def stage_factory(
 
 
 def newton_while_fast(structure: Structure) -> Stage:
-    """Run newton until a step changes the basis status of more than
-    NEWTON_SETTLING_FACTOR times the variables that the last step changed.
+    """Run newton until a step changes the basis status of more than SETTLED_CHANGES
+    variables, and of more than NEWTON_SETTLING_FACTOR times those that the last step
+    changed.
 
     Circuits need three steps, each with one factorization; most programs stop it at the
     first one.

@@ -512,9 +512,12 @@ def _are_small(
     rows: Indices,
     tol: float,
 ) -> bool:
-    """Return whether the violations of these rows are small relative to their
-    magnitudes and their caps, as where q_i is 0, if that is known without the scaling
-    of M or this has been computed."""
+    """Return whether the violations of some rows are proved to be at most tol times the
+    magnitudes of the rows and times their caps. The caps are bounded without the
+    scaling of M, or read from it if it has been computed; otherwise return False.
+
+    worst : upper bounds on the violations of all rows. rows : those in which `worst`
+        is not at most tol |q_i|, as where q_i is 0."""
     if not rows.size:
         return True
     worst, row_magnitudes = worst[rows], row_magnitudes[rows]

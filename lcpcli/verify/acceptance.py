@@ -162,7 +162,9 @@ def accepted(
 def _by_criterion(
     point: Point, extent: Extent, basis: BasisStatus | None
 ) -> Acceptance | None:
-    """Return the decision by 1 to 3 on a point; None if they do not accept it."""
+    """Return the decision by 1 to 3 on a point or, if `extent.share` is not 0, on a
+    step; None if it is not accepted.
+    """
     if extent.share:
         is_step = point.leaves(extent.share)
         return Acceptance(point, basis=basis) if is_step else None
@@ -172,8 +174,9 @@ def _by_criterion(
         reason = point.remark if point.negligible else ""
         return Acceptance(point, reason, basis=basis)
     nearby = next((o for o in alternatives(point, extent) if o.solves()), None)
-    # If the decision is about the point itself, only the first alternative is used: the
-    # more a point is changed, the less its residual says about the original.
+    # If the decision is about the point itself, this alternative has to be close to it.
+    # If it is not, no later one is tested: the more a point is changed, the less its
+    # residual says about the original.
     if nearby is None or (extent.as_given and not nearby.is_near(point)):
         return None
     return Acceptance(nearby, nearby.remark, basis=basis)

@@ -288,10 +288,11 @@ def _repeat(problem: Problem, z: Vector, rows: Mask, others: Indices) -> bool:
 def _change(
     block: Matrix, terms: Vector, sizes: Vector, bound: Vector, rounding: float
 ) -> Vector:
-    """Return a bound on |c| for M_BB c = -g, |g| <= bound, whatever the rounding of
-    M_BB; infinite if none is proved.
+    """Return a bound on |c| for M_BB c = -g, |g| <= bound, and for all M_BB with
+    entries that differ by at most `rounding`, relatively; infinite if none is proved.
 
-    terms, sizes : magnitudes of the rows and of the columns of M_BB.
+    terms, sizes : (|M| |z| + |q|)_B and |z_B|, by which the rows and the unknowns are
+        scaled; the bound holds for any others too, but may be larger.
     """
     if matrices.has_no_positive_links(block):
         with suppress(SingularMatrix, OverflowError, ValueError):

@@ -182,7 +182,8 @@ def _solved(
 ) -> tuple[list[Fraction], bool] | None:
     """Return z with w = 0 in those rows that differs from `nonbasic_z` only in those
     columns, where that is 0, and whether it is unique; None if there is no such z, or
-    if solving takes more than `effort`.
+    if solving takes more than `effort`. Without rows or without columns, z is
+    `nonbasic_z`, whose w is not tested.
     """
     z = list(nonbasic_z)
     if not rows.size or not columns.size:
