@@ -170,7 +170,9 @@ def leave(code: int) -> NoReturn:
     """Terminate the process with this exit code: at once, as the interpreter's shutdown
     takes longer than many a solve once numpy is loaded, but after the functions that
     are registered for the exit. The interpreter performs an exit that has to be
-    orderly: where a thread is to be awaited, or a profiler or a debugger watches."""
+    orderly: where a thread is to be awaited, or a profiler or a debugger watches. While
+    a thread of `abandoned` or `reading` is alive, which may never end, even those
+    functions are left out."""
     from lcpcli.interrupts import abandoned
 
     if not any(map(threading.Thread.is_alive, [*abandoned, *reading])):

@@ -280,7 +280,7 @@ class Task(NamedTuple):
 
     def all_of(self, input_items: Sequence[InputItem]) -> Records:
         """Return the records of inputs and their seconds; the last are missing if the
-        others took long."""
+        others took long or Ctrl-C has ended one of their runs."""
         began, seconds = time.perf_counter(), 0.0
         records = list[list[TaskRecord]]()
         for input_item in input_items:

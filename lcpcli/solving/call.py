@@ -167,7 +167,7 @@ def solve(
         and type(M) is np.ndarray
         and M.ndim == 2
         and M.dtype == np.float64
-        and len(M) > MAX_NARROW_AS_DENSE
+        and M.shape[0] == M.shape[1] > MAX_NARROW_AS_DENSE
     ):
         M = stored(M)  # which needs no copy of M
     return _run(

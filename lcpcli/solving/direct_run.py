@@ -393,7 +393,8 @@ def direct_steps(session: Session) -> Steps:
         answer = fast.mixed(problem, session.limits.tol)
         if answer is not None:
             return session.result_if_accepted(answer)
-    # Otherwise the loop follows; a step of a nonlinear run has these attempts alone.
+    # With more unknowns, or far sides, only the kernels for mixed problems come before
+    # the loop. A step of a nonlinear run has the attempts below alone.
     is_for_loop = session.is_compiled and not session.extent.share
     if is_for_loop and (problem.n > MAX_PIVOTED or problem.has_far_sides):
         return None

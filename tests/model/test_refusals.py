@@ -64,6 +64,7 @@ from_game([[1, Fraction(10) ** 400]], [[1, 1]])
     => A[0][1]: {NOT_FINITE}; {FINITE}{FROM_0}
 solve(np.ones((2, 3)), q) => M: {SHAPE:2|3}; {SQUARE}
 solve([[]], []) => M: {SHAPE:1|0}; {SQUARE}
+solve(np.ones((200, 0)), np.ones(200)) => M: {SHAPE:200|0}; {SQUARE}
 solve(csc_array(np.ones((3, 3))), q) => M: {SHAPE_BESIDE:3 x 3|q|2 entries}; {AGREE}
 solve(csr_array((2, 2)), []) => M: {SHAPE_BESIDE:2 x 2|q|0 entries}; {AGREE}
 solve([[1]], []) => M: {SHAPE_BESIDE:1 x 1|q|0 entries}; {AGREE}
