@@ -266,7 +266,7 @@ def torsion(n: int, _seed: int, *, angle: float = 4.0) -> Problem:
     R. Glowinski, as for `obstacle`; with bounds instead of a constraint on the
     gradient: H. Brezis, M. Sibony, Arch. Rational Mech. Anal. 41 (1971) 254-265.
 
-    angle : twist per length, which moves q alone; the bar is plastic where z is at
+    angle : twist per unit length, which moves q alone; the bar is plastic where z is at
         a bound.
     """
     m, h, X, Y = grid(n)
@@ -275,7 +275,7 @@ def torsion(n: int, _seed: int, *, angle: float = 4.0) -> Problem:
     return Problem(
         laplacian_of(m),
         q,
-        note=f"Twist per length {angle:g}.",
+        note=f"Twist per unit length {angle:g}.",
         lower=-distance,
         upper=distance,
     )
