@@ -314,8 +314,8 @@ def _searched(
     return ending
 
 
-# Its options are those of `auto`, and what `_searched` and `small` add, each of which
-# passes on the others as they are.
+# This function has more than six parameters: they are the options of `auto` and those
+# that `_searched` and `small` add, each of which passes on the others unchanged.
 def _search(
     problem: Problem,
     sequence: MethodSequence,

@@ -49,7 +49,7 @@ class LinearProgram(NamedTuple):
     @np.errstate(all="ignore")
     def minimizer(self) -> tuple[Values, Values] | None:
         """Return a minimizer and the multipliers of the rows that prove it to be one;
-        None if none is computed.
+        None if the search yields none.
         """
         A, c = matrix_of(self.rows, len(self.costs)), rounded(self.costs)
         b, low, high = rounded(self.right_side), *in_doubles(self.lower, self.upper)

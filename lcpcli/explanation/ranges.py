@@ -93,7 +93,7 @@ class Position(RationalPivoting):
 
     @classmethod
     def of(cls, system: System, z: Values, effort: Effort) -> Position | None:
-        """Return a basis of a solution close to z, or None if none is computed."""
+        """Return a basis of a solution close to z; None if the search yields none."""
         position = cls._at(system, z, effort)
         return position or cls._at(system, _vertex(system, z, effort), effort)
 

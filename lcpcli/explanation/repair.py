@@ -227,8 +227,10 @@ def _program(
 def solution(
     data: ExactProblem, max_search_unknowns: int = MAX_SEARCHED
 ) -> Values | None:
-    """Return an exact solution, or None if none is computed. max_search_unknowns :
-    unknowns up to which a search in rational arithmetic is attempted.
+    """Return an exact solution; None if the search yields none.
+
+    max_search_unknowns : unknowns up to which a search in rational arithmetic is
+        attempted.
     """
     system, n = System(data), data.n
     if (z := _optimum(system)) is not None:

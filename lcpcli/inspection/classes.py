@@ -312,7 +312,7 @@ def column_sufficient(context: Context, product: str = "Mz") -> Verdict:
         return Verdict(
             UNDECIDED,
             f"3^{context.n} pairs of index sets are too many; no sufficient condition "
-            "holds",
+            "that is tested holds",
         )
     if not context.yes("p0_matrix"):
         return Verdict(UNDECIDED, "whether it is a P0-matrix is not decided")

@@ -53,8 +53,8 @@ class Solver:
     options : tol, max_iterations, time_limit and threads, as in `solve`, for every
         problem.
 
-    A Solver serves one thread at a time; each thread needs another one. It raises the
-    same errors as `solve`.
+    A Solver serves one thread at a time: use one for each thread. It raises the same
+    errors as `solve`.
 
     >>> import lcpcli
     >>> solver = lcpcli.Solver([[2, 1], [1, 2]])

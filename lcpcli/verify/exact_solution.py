@@ -209,7 +209,7 @@ def _solved(
 def vertex(problem: Problem, basis: BasisStatus, effort: float) -> Vector | None:
     """Return, up to rounding, a vertex of the set of z within their bounds with z_N at
     these, w_P = 0, and w_N of the signs required by complementarity, by a linear
-    program; None if none is computed within `effort`. The problem should be
+    program; None if the search yields none within `effort`. The problem should be
     equilibrated.
     """
     active, at_bounds = np.flatnonzero(basis == BASIC), problem.box.nonbasic(basis)

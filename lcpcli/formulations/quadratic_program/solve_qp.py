@@ -42,8 +42,8 @@ def solve_qp(
     **options: Unpack[RunOptions],
 ) -> Vector | None:
     """Return the x of shape (k,) that minimizes x'Px / 2 + q'x subject to Gx <= h, Ax =
-    b and lb <= x <= ub; None if none is computed, with a warning if only a stationary
-    point is, because P is not positive semidefinite.
+    b and lb <= x <= ub; None if the run yields none, with a warning if it yields only a
+    stationary point, because P is not positive semidefinite.
 
     The program and infinity are as in `from_qpsolvers`, the method and its options as
     in `run`. `run(from_qpsolvers(...)).answer` has the multipliers, the objective, the
