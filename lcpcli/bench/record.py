@@ -18,11 +18,10 @@ from itertools import starmap
 from types import UnionType
 from typing import Any, NamedTuple, cast, get_args, get_origin, get_type_hints
 
-from lcpcli.bench.suites import Case, method_of, series
+from lcpcli.bench.suites import Case
 from lcpcli.errors import OptionError
 from lcpcli.files.contents import content_of, decode, source_name, within
 from lcpcli.report import wording
-from lcpcli.report.plotting import Growth, Power
 
 EXCLUDED = "excluded"
 EXPECTED = "name a .json file written by lcp bench -o"
@@ -212,10 +211,7 @@ def _decode(name: str, value: Any, kind: Any) -> Any:
 
 CONFIDENCE = 0.95  # the customary level of confidence intervals
 SHIFT = 1e-3  # seconds, so that times of microseconds do not dominate a geometric mean
-RESOLUTION = 1e-9  # seconds; a clock may show 0, which has no ratios and no logarithm
-# Different sizes n for a fit of two parameters, so that two degrees of freedom remain
-# for the interval of the exponent.
-MIN_SIZES = 4
+RESOLUTION = 1e-9  # seconds; a clock may show 0, which has no ratios
 
 
 class Summary(NamedTuple):
@@ -318,26 +314,6 @@ def performance_ratios(
     }
 
 
-def growth(points: Sequence[tuple[int, float]]) -> Power | None:
-    """Fit the growth of times with n to pairs (n, seconds); return None for fewer than
-    MIN_SIZES different n."""
-    if len({n for n, _ in points}) < MIN_SIZES:
-        return None
-    from scipy.stats import linregress, t
-
-    line = linregress(
-        [math.log(n) for n, _ in points],
-        [math.log(max(seconds, RESOLUTION)) for _, seconds in points],
-    )
-    margin = line.stderr * t.ppf((1 + CONFIDENCE) / 2, len(points) - 2)
-    return Power(
-        float(line.slope),
-        float(margin),
-        math.exp(line.intercept),
-        float(line.rvalue**2),
-    )
-
-
 def times(record: BenchRecord) -> dict[str, dict[str, float]]:
     """Return the median seconds of each solver on each problem that it accepts;
     infinity if it failed."""
@@ -348,34 +324,3 @@ def times(record: BenchRecord) -> dict[str, dict[str, float]]:
                 summary(row.seconds).median if row.success else math.inf
             )
     return medians
-
-
-def growths(record: BenchRecord) -> dict[str, list[Growth]]:
-    """Return the growth of the time of each solver on each series in which it solved
-    two sizes or more."""
-    solved: dict[str, dict[str, list[Measurement]]] = {}
-    for row in record.measurements:
-        if row.family and row.success:
-            solved.setdefault(series(row.family, row.parameters), {}).setdefault(
-                row.solver, []
-            ).append(row)
-    panels: dict[str, list[Growth]] = {}
-    for name, by_solver in solved.items():
-        growths_of_series = []
-        for solver in record.solvers:
-            rows = sorted(by_solver.get(solver, []), key=lambda row: row.n)
-            n, summaries = (
-                [row.n for row in rows],
-                [summary(row.seconds) for row in rows],
-            )
-            if len(set(n)) > 1:
-                medians, lower, upper = (
-                    [getattr(each, key) for each in summaries]
-                    for key in ("median", "lower", "upper")
-                )
-                fit = growth(list(zip(n, medians, strict=True)))
-                growths_of_series.append(
-                    Growth(method_of(solver), solver, n, medians, lower, upper, fit)
-                )
-        panels |= {name: growths_of_series} if growths_of_series else {}
-    return panels

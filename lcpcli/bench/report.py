@@ -9,13 +9,12 @@ from collections import Counter
 from collections.abc import Iterator, Sequence
 from dataclasses import fields
 from functools import partial
-from itertools import groupby, islice
+from itertools import groupby
 
 from lcpcli.bench.record import (
     SHIFT,
     BenchRecord,
     Measurement,
-    growths,
     mean_cells,
     performance_ratios,
     summary,
@@ -325,31 +324,7 @@ def _exclusions(record: BenchRecord) -> Section:
     return sheet("Excluded", ["solver", "problems", "why"], [rows])
 
 
-def _growth(record: BenchRecord) -> Section:
-    header, groups = (
-        ["family", "solver", "sizes", "exponent", "95% interval", "R^2"],
-        [],
-    )
-    for family, growths_of_family in growths(record).items():
-        rows: list[list[str]] = []
-        for growth in growths_of_family:
-            if fit := growth.fit:
-                interval = (
-                    f"{fit.exponent - fit.margin:.2f} to "
-                    f"{fit.exponent + fit.margin:.2f}"
-                )
-                cells = [
-                    f"{growth.n[0]}-{growth.n[-1]}",
-                    f"{fit.exponent:.2f}",
-                    interval,
-                    f"{fit.r_squared:.3f}",
-                ]
-                rows.append(["" if rows else family, growth.label, *cells])
-        groups += [rows] * bool(rows)
-    return sheet("Growth of the time with n: n^exponent", header, groups)
-
-
-PANELS_OF_A_KIND = 4  # in the figure, so that all axes fit on a page
+MAX_PANELS = 4  # in the figure, so that all axes fit on a page
 # Problems that a performance profile needs: its steps are fractions of their number,
 # and a few large steps show little.
 MIN_PROBLEMS = 5
@@ -358,7 +333,6 @@ MIN_PROBLEMS = 5
 def figure(record: BenchRecord) -> Picture:
     """Return the figure of a bench with at least one measurement."""
     panels = _panels(record)
-    growth_panels = dict(islice(growths(record).items(), PANELS_OF_A_KIND))
     medians, in_seconds = times(record), is_over_time(record)
     ratios = (
         {
@@ -373,12 +347,9 @@ def figure(record: BenchRecord) -> Picture:
         for name, ratios_of_solver in ratios.items()
         if ratios_of_solver
     ]
-    if len({row.problem for row in record.measurements}) < MIN_PROBLEMS and (
-        panels or growth_panels
-    ):
+    if panels and len({row.problem for row in record.measurements}) < MIN_PROBLEMS:
         profiles = []
-    drawn = profiles, panels, growth_panels
-    return Picture("bench", drawn, conditions(record))
+    return Picture("bench", (profiles, panels), conditions(record))
 
 
 def _panels(record: BenchRecord) -> list[Panel]:
@@ -406,7 +377,7 @@ def _panels(record: BenchRecord) -> list[Panel]:
             largest[name] = rows
     panels = []
     for rows in [rows for rows in largest.values() if any(row.curve for row in rows)][
-        :PANELS_OF_A_KIND
+        :MAX_PANELS
     ]:
         measure = next(row.curve_of for row in rows if row.curve_of)
         curves = []
@@ -450,7 +421,6 @@ def render(
             _times,
             _failures,
             _exclusions,
-            _growth,
         )
         sheets = [
             section

@@ -73,30 +73,6 @@ class Panel(NamedTuple):
     solutions: Sequence[Sequence[float]] = ()
 
 
-class Power(NamedTuple):
-    """The fit seconds = coefficient n^exponent, by least squares on the logarithms, for
-    whose independent normal errors the exponent has a confidence interval of half-width
-    `margin`. r_squared : the fraction of the variance explained."""
-
-    exponent: float
-    margin: float
-    coefficient: float
-    r_squared: float
-
-
-class Growth(NamedTuple):
-    """One solver's median run times in seconds on problems of n unknowns, with their
-    quartiles, and the fitted power of n; None for too few sizes."""
-
-    name: str
-    label: str
-    n: Sequence[int]
-    seconds: Sequence[float]
-    lower: Sequence[float]
-    upper: Sequence[float]
-    fit: Power | None
-
-
 class Profile(NamedTuple):
     """One solver's times, one per problem, as multiples of the fastest solver's or in
     seconds; inf where it failed."""

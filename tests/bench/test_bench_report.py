@@ -19,7 +19,6 @@ from lcpcli.bench.record import (
     EXCLUDED,
     BenchRecord,
     Measurement,
-    growth,
     median_interval,
     performance_ratios,
     shifted_geometric_mean,
@@ -227,7 +226,7 @@ def test_peer_is_a_point_in_the_picture_and_nothing_is_drawn_of_what_is_excluded
 
     monkeypatch.setattr(figure, "Picture", noted)
     figure.figure(record).content("png")
-    _, (panel,), _ = pictures[0].data
+    _, (panel,) = pictures[0].data
     assert panel.title == "harker-pang 400"
     curves = {curve.name: curve for curve in panel.curves}
     assert list(curves) == ["auto", "lemke", "liar"]
@@ -394,20 +393,3 @@ def test_performance_ratios_by_hand() -> None:
         "b": [1.0, 2.0, math.inf],
         "c": [1.5],
     }
-
-
-def test_growth_by_hand() -> None:
-    # x = 0, 1, 2, 3 and y = 0, 3, 3, 6 in units of ln 2: slope 1.8, residuals -0.3,
-    # 0.9, -0.9, 0.3, total 18.
-    fit = growth([(1, 1.0), (2, 8.0), (4, 8.0), (8, 64.0)])
-    assert fit is not None
-    assert fit.exponent == pytest.approx(1.8)
-    assert fit.coefficient == pytest.approx(2**0.3)
-    # Student's t, two degrees of freedom.
-    assert fit.margin == pytest.approx(4.302653 * math.sqrt(1.8 / 2 / 5))
-    assert fit.r_squared == pytest.approx(1 - 1.8 / 18)
-
-
-def test_three_sizes_give_no_growth() -> None:
-    assert growth([(10, 1.0), (20, 2.0), (20, 2.1), (10, 1.1), (40, 4.0)]) is None
-    assert growth([]) is None

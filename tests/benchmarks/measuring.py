@@ -11,7 +11,8 @@ import time
 from collections.abc import Callable, Iterable, Sequence
 from typing import Any
 
-from lcpcli.bench.record import growth
+import numpy as np
+from scipy.stats import linregress, t
 
 Call = Callable[[], Any]
 
@@ -67,5 +68,8 @@ def in_processes(script: str, name: str, sizes: Iterable[int], *measures: str) -
             flush=True,
         )
     for measure in measures:
-        if fit := growth([(row["n"], row[measure]) for row in rows]):
-            print(f"  {measure}: n^{fit.exponent:.2f} ± {fit.margin:.2f}", flush=True)
+        if len(rows) > 2:
+            fit = linregress(*np.log([(row["n"], row[measure]) for row in rows]).T)
+            # Of a 95 % confidence interval of the exponent.
+            margin = fit.stderr * t.ppf(0.975, len(rows) - 2)
+            print(f"  {measure}: n^{fit.slope:.2f} ± {margin:.2f}", flush=True)

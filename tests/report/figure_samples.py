@@ -21,7 +21,7 @@ from lcpcli.enumeration.search import SolutionSet
 from lcpcli.files import contents
 from lcpcli.report import plotting
 from lcpcli.report.figures import plane_figures, run_figures, style
-from lcpcli.report.plotting import Curve, Growth, Panel, Power, Profile
+from lcpcli.report.plotting import Curve, Panel, Profile
 from lcpcli.solving import driver
 
 METHODS = ("auto", "shi", "fixed-point", "newton", "lemke", "milp")
@@ -40,10 +40,8 @@ def convergence(*panels: Panel) -> Figure:
 def bench(
     profiles: Sequence[Profile],
     panels: Sequence[Panel] = (),
-    *growths: dict[str, list[Growth]],
 ) -> Figure:
-    families = {family: own for each in growths for family, own in each.items()}
-    return drawn(run_figures.draw_bench, profiles, panels, families)
+    return drawn(run_figures.draw_bench, profiles, panels)
 
 
 def decaying(
@@ -99,20 +97,6 @@ def profiles(count: int) -> list[Profile]:
         Profile(n, n, [1 + i * j / 3 for j in range(8)] + [math.inf] * i)
         for i, n in enumerate(names)
     ]
-
-
-def growth(count: int, family: str = "random") -> dict[str, list[Growth]]:
-    n = [10, 100, 1000, 10000]
-    growths = []
-    for i, name in enumerate((METHODS + PEERS)[:count]):
-        times = [1e-6 * v ** (2 + i / 50) for v in n]
-        lower, upper = [0.9 * t for t in times], [1.2 * t for t in times]
-        growths.append(
-            Growth(
-                name, name, n, times, lower, upper, Power(2 + i / 50, 0.1, 1e-6, 1.0)
-            )
-        )
-    return {family: growths}
 
 
 def odd(name: str, errors: list[float | None]) -> Curve:

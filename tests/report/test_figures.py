@@ -45,7 +45,6 @@ from .figure_samples import (
     decaying,
     drawn,
     grid_panel,
-    growth,
     odd,
     paper_panel,
     picture,
@@ -125,7 +124,7 @@ def test_neither_reports_nor_the_data_of_figures_load_a_drawing_package() -> Non
 def test_the_users_settings_neither_change_a_figure_nor_are_changed() -> None:
     import matplotlib
 
-    picture = figures.Picture("bench", (profiles(1), [], {}), ())
+    picture = figures.Picture("bench", (profiles(1), []), ())
     usual = picture.content("png")
     with matplotlib.rc_context(
         {"font.size": 20, "axes.grid": True, "text.usetex": True}
@@ -257,13 +256,12 @@ NOTHING_MEASURED = Panel("p", "residual", [odd("shi", [None, None])])
 RUNS: dict[str, Callable[[], Figure]] = {
     **{f"crowd {n}": lambda n=n: convergence(crowd(n)) for n in (1, 2, 6, 11)},
     **{
-        f"bench {n}": lambda n=n: bench(profiles(n), [crowd(n), crowd(1)], growth(n))
+        f"bench {n}": lambda n=n: bench(profiles(n), [crowd(n), crowd(1)])
         for n in (1, 2, 6, 11)
     },
     "paper": lambda: convergence(paper_panel()),
     "7 panels": lambda: convergence(*(crowd(1 + i) for i in range(6)), paper_panel()),
     "profile alone": lambda: bench(profiles(4)),
-    "growth alone": lambda: bench([], [], growth(11), growth(2, "other")),
     "nothing measured": lambda: convergence(NOTHING_MEASURED),
     "grid and others": lambda: convergence(
         Panel("p", "error", [*crowd(11).curves, *EIGHT.curves[1:]])
@@ -357,7 +355,7 @@ FILES: dict[str, Callable[[str], bytes]] = {
         [Panel("p", "error", [decaying("shi")], MADE_BY)]
     ).content(form),
     "bench": lambda form: plotting.Picture(
-        "bench", (profiles(3), [crowd(2)], growth(3)), ()
+        "bench", (profiles(3), [crowd(2)]), ()
     ).content(form),
     "cones": lambda form: plotting.cones(picture(MURTY, (-1, -1))).content(form),
     "paths": lambda form: plotting.paths([data(TWO)]).content(form),

@@ -12,14 +12,13 @@ import pytest
 pytest.importorskip("matplotlib")
 
 from matplotlib.axes import Axes
-from matplotlib.collections import LineCollection
 from matplotlib.figure import Figure
 
 import lcpcli
 from lcpcli import Problem
 from lcpcli.report.figures import run_figures
 from lcpcli.report.figures.style import BEYOND, UNSOLVED
-from lcpcli.report.plotting import Curve, Growth, Panel, Power, Profile
+from lcpcli.report.plotting import Curve, Panel, Profile
 
 from .figure_samples import (
     METHODS,
@@ -31,7 +30,6 @@ from .figure_samples import (
     decaying,
     drawn,
     grid_panel,
-    growth,
     marks,
     named,
     odd,
@@ -205,37 +203,13 @@ def test_a_profile_over_time_begins_at_nothing() -> None:
     assert steps[[0, 3], 1].tolist() == [0, 0.75]
 
 
-def test_the_growth_of_times_is_their_fit_with_the_quartiles_of_each_size() -> None:
-    fits = None, Power(2.0, 0.25, 1e-3, 1.0)
-    grown = [
-        Growth("shi", "shi", [10, 1000], [1.0, 3.0], [1.0, 2.0], [1.0, 4.0], fit)
-        for fit in fits
-    ]
-    figure = bench([], [], {"p": grown[:1], "other": grown[1:]})
-    assert [axes.get_title("left") for axes in figure.axes] == ["p", "other"]
-    connected, fitted = figure.axes
-    for axes, ends in ((connected, [1.0, 3.0]), (fitted, [0.1, 1000.0])):
-        assert labels(axes) == ("$n$", "run time (s)")
-        assert scales(axes) == ("log", "log")
-        (line,) = curves(axes)
-        assert_follows(line, [10, 1000], ends)
-        assert marks(axes) == [(10, 1), (1000, 3)]
-        (spans,) = (e for e in axes.collections if isinstance(e, LineCollection))
-        assert [part.tolist() for part in spans.get_segments()] == [
-            [[10, 1], [10, 1]],
-            [[1000, 2], [1000, 4]],
-        ]
-    assert named(figure) == ["shi"]
-
-
-def test_a_bench_has_a_profile_the_runs_and_the_growth_with_one_legend() -> None:
-    figure = bench(profiles(3), [BARE], growth(3))
+def test_a_bench_has_a_profile_and_the_runs_with_one_legend() -> None:
+    figure = bench(profiles(3), [BARE])
     assert [axes.get_title("left") for axes in figure.axes] == [
         "Performance profile, 10 problems",
         "bare",
-        "random",
     ]
-    assert [len(curves(axes)) for axes in figure.axes] == [3, 2, 3]
+    assert [len(curves(axes)) for axes in figure.axes] == [3, 2]
     assert named(figure) == [*METHODS[:3], BEYOND]
     for profile, steps in zip(profiles(3), curves(figure.axes[0]), strict=True):
         for x, share in steps:

@@ -3,15 +3,14 @@
 The figure of convergence has one row per problem, with the error against run time on
 the left and against the iteration on the right. Curves have few markers, a ring around
 each point beyond the axes, and a cross where a run failed. That of a benchmark has the
-performance profile, error against run time, and the growth of time with n. That of a
-path has z(t), or x of a program, and the objective, or the frontier if a row side of a
-quadratic program varies.
+performance profile and error against run time. That of a path has z(t), or x of a
+program, and the objective, or the frontier if a row side of a quadratic program varies.
 """
 
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import replace
 from itertools import chain
 from typing import Any, NamedTuple
@@ -39,7 +38,6 @@ from lcpcli.report.figures.style import (
 from lcpcli.report.plotting import (
     THEORY,
     Curve,
-    Growth,
     Line,
     Panel,
     Profile,
@@ -285,10 +283,10 @@ def _draw_run(
 
 
 def _drawn(
-    styles: LineStyles, panels: Sequence[Panel], others: Sequence[Profile | Growth] = ()
+    styles: LineStyles, panels: Sequence[Panel], others: Sequence[Profile] = ()
 ) -> LineStyles:
     curves = (curve for panel in panels for curve in panel.curves)
-    entries = [
+    entries: list[Profile | Curve] = [
         *others,
         *(
             curve
@@ -305,20 +303,13 @@ def _drawn(
 DOUBLINGS = 12
 
 
-def draw_bench(
-    profiles: Sequence[Profile],
-    panels: Sequence[Panel],
-    growths: Mapping[str, Sequence[Growth]],
-) -> Figure:
+def draw_bench(profiles: Sequence[Profile], panels: Sequence[Panel]) -> Figure:
     """Draw the figure: axes in two columns; if their number is odd, the first ones are
     as wide as the figure."""
-    grown, runs = (
-        list(chain.from_iterable(growths.values())),
-        [curve for panel in panels for curve in panel.curves],
-    )
-    entries: list[Profile | Curve | Growth] = [*profiles, *runs, *grown]
+    curves = [curve for panel in panels for curve in panel.curves]
+    entries: list[Profile | Curve] = [*profiles, *curves]
     styles = styles_of((entry.name, entry.label) for entry in entries)
-    count = bool(profiles) + len(panels) + len(growths)
+    count = bool(profiles) + len(panels)
     axes_numbers = [0] * (count % 2) + list(range(count))
     rows = len(axes_numbers) // 2
     figure = Figure(
@@ -332,9 +323,7 @@ def draw_bench(
         _profile(next(free), profiles, styles)
     for panel in panels:
         _against_time(next(free), panel, styles, WIDTH / 2)
-    for family, growths_of_family in growths.items():
-        _growth(next(free), family, growths_of_family, styles)
-    return add_legend(figure, _drawn(styles, panels, [*profiles, *grown]))
+    return add_legend(figure, _drawn(styles, panels, profiles))
 
 
 def _profile(axes: Axes, profiles: Sequence[Profile], styles: LineStyles) -> None:
@@ -377,46 +366,6 @@ def _profile(axes: Axes, profiles: Sequence[Profile], styles: LineStyles) -> Non
             zorder=3,
             **line_style.points,
         )
-
-
-def _growth(
-    axes: Axes, family: str, growths: Sequence[Growth], styles: LineStyles
-) -> None:
-    """Draw median run times with their quartiles, and the fitted powers of n as lines,
-    or times without a fit connected."""
-    axes.set_title(fitted_text(family, FONT, WIDTH / 2 - 1.0))
-    axes.set(xlabel="$n$", ylabel="run time (s)")
-    spans = [t for growth in growths for t in (*growth.lower, *growth.upper)]
-    for growth in growths:
-        line_style, line = (
-            styles[growth.name, growth.label],
-            list(zip(growth.n, growth.seconds, strict=True)),
-        )
-        if growth.fit is not None:
-            line = [
-                (n, growth.fit.coefficient * n**growth.fit.exponent)
-                for n in (min(growth.n), max(growth.n))
-            ]
-        spans += [t for _, t in line]
-        axes.plot(*zip(*line, strict=True), zorder=2, **line_style.line)
-        axes.vlines(
-            growth.n,
-            growth.lower,
-            growth.upper,
-            color=line_style.color,
-            linewidth=line_style.width,
-            zorder=2,
-        )
-        axes.plot(
-            growth.n,
-            growth.seconds,
-            linestyle="",
-            clip_on=False,
-            zorder=3,
-            **line_style.points,
-        )
-    _log_axis(axes, "x", times(n for growth in growths for n in growth.n))
-    _log_axis(axes, "y", times(spans))
 
 
 PROBLEMS = [style.METHODS["shi"], style.METHODS["fixed-point"], *style.SPARE]
