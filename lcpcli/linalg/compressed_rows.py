@@ -12,7 +12,7 @@ from collections.abc import Sequence
 from typing import Any, TypeAlias
 
 import numpy as np
-from scipy.sparse import csr_array
+from scipy.sparse import csc_array, csr_array
 
 from lcpcli.typing import Indices, Matrix, Vector
 
@@ -38,17 +38,9 @@ def of_arrays(
 def transposed(shape: Shape, indptr: Indices, indices: Indices, data: Vector) -> Arrays:
     """Return the arrays of the transpose of a matrix of this shape, with sorted
     indices."""
-    T = csr_array((data, indices, indptr), shape=shape).T.tocsr()
+    # Read by columns, the arrays are those of the transpose.
+    T = csc_array((data, indices, indptr), shape=shape[::-1]).tocsr()
     return T.indptr, T.indices, T.data
-
-
-def of_columns(M: Matrix) -> Matrix:
-    """Return a matrix in compressed columns in compressed rows with sorted indices, as
-    a copy.
-    """
-    arrays = transposed(M.shape[::-1], M.indptr, M.indices, M.data)
-    arrays[2].setflags(write=False)
-    return of_arrays(M.shape, *arrays)
 
 
 def block(M: Matrix, rows: Indices, columns: Indices) -> Arrays:

@@ -19,6 +19,7 @@ from __future__ import annotations
 import math
 import sys
 from collections.abc import Callable, Iterator
+from copy import copy
 from functools import partial
 from itertools import chain, pairwise, starmap
 from typing import Any, Literal, TypeAlias
@@ -44,6 +45,8 @@ BLOCK_NUMBERS = 1 << 17
 MAX_NARROW_ENTRIES = 4
 # Rows of a dense M that are sampled to see whether it has many nonzero entries.
 SAMPLED_ROWS = 32
+# Rows of a sparse M up to which operations on its dense form take less time.
+FEW_AS_DENSE = 100
 MIN_SHARED_ROWS = 64  # rows from which a BLAS may use several threads
 # Products R_i M_ij C_j with R_i, C_j between the inverse of this and this overflow or
 # underflow in intermediate results only if the product itself does.
@@ -331,9 +334,9 @@ def with_data(M: Matrix, data: Vector) -> Matrix:
     """Return the matrix with the pattern of M, whose index arrays it shares, and these
     values.
     """
-    with imports:
-        from lcpcli.linalg.compressed_rows import of_arrays
-    return of_arrays(M.shape, M.indptr, M.indices, data)
+    other = copy(M)  # it shares its arrays, but is faster than a new one
+    other.data = data
+    return other
 
 
 def column_reader(M: Matrix) -> Callable[[int], Vector]:
@@ -364,6 +367,8 @@ def is_symmetric(M: Matrix) -> bool:
         return np.array_equal(M[:1], M[:, :1].T) and all(
             np.array_equal(M[rows], M[:, rows].T) for rows in row_slices
         )
+    if M.shape[0] <= FEW_AS_DENSE:
+        return is_symmetric(M.toarray())
     pair = mirrored(M)
     return pair is not None and np.array_equal(pair[0].data, pair[1])
 

@@ -43,7 +43,6 @@ from lcpcli.linalg.krylov import (
     norm,
 )
 from lcpcli.linalg.matrices import (
-    Shape,
     absolute_product,
     column_maxima,
     compressed_multiplier,
@@ -260,7 +259,9 @@ def _sparse(M: Matrix, S: Vector | None = None) -> Units:
     columns = rows if S is not None else transposed(M.shape, *rows)
     is_symmetric = S is not None or all(map(np.array_equal, rows, columns))
     has_diagonal = bool(M.diagonal().all())
-    component_of, n_components = _sparse_components(n, indptr, indices, has_diagonal)
+    component_of, n_components = _sparse_components(
+        n, indptr, indices, has_diagonal, is_symmetric
+    )
     counts = np.array([np.diff(indptr), np.diff(columns[0])], dtype=np.float64)
     sums = [
         compressed_multiplier(M.shape, *row_arrays)(np.ones(n))
@@ -285,7 +286,7 @@ def _sparse(M: Matrix, S: Vector | None = None) -> Units:
         elif n > FEW_SYMMETRIC or M.nnz > THIN * n:
             is_eliminated = np.zeros(n, dtype=bool) if S is None else S < 0
             symmetric_fit, has_converged = _symmetric(
-                M.shape, rows, sums[0], counts[0], is_eliminated, max_steps
+                M, sums[0], counts[0], is_eliminated, max_steps
             )
             x = np.concatenate((symmetric_fit, symmetric_fit))
         if not has_converged and n <= LARGEST_ELIMINATED:
@@ -298,63 +299,63 @@ def _sparse(M: Matrix, S: Vector | None = None) -> Units:
 
 
 def _sparse_components(
-    n: int, indptr: Indices, indices: Indices, has_diagonal: bool
+    n: int, indptr: Indices, indices: Indices, has_diagonal: bool, is_symmetric: bool
 ) -> tuple[Indices, int]:
     """Return the connected component of each row and then of each column of a sparse
     matrix, shape (2 n,), and the number of components.
 
     If the whole diagonal is nonzero, row i and column i are in one component, so that
-    the graph of n unknowns has the same components.
+    the graph of n unknowns has the same components. If the pattern is symmetric, the
+    graph with edges in both directions takes less time: its strong components are
+    those, and scipy transposes nothing.
     """
     with imports:
         from scipy.sparse.csgraph import connected_components
 
         from lcpcli.linalg.compressed_rows import of_arrays
-    ones = np.ones(indices.size)
-    if has_diagonal:
-        graph = of_arrays((n, n), indptr, indices, ones)
-        n_components, component_of = connected_components(graph, directed=False)
-        return np.concatenate((component_of, component_of)), n_components
-    no_entries = np.full(n, indices.size, dtype=indptr.dtype)
-    row_ends = np.concatenate((indptr, no_entries))
-    graph = of_arrays((2 * n, 2 * n), row_ends, indices + n, ones)
-    n_components, component_of = connected_components(graph, directed=False)
-    return component_of, n_components
+    size = n
+    if not has_diagonal:
+        size = 2 * n
+        edges = indices.size
+        if is_symmetric:
+            indptr = np.concatenate((indptr, indptr[1:] + edges))
+            indices = np.concatenate((indices + n, indices))
+        else:
+            no_entries = np.full(n, edges, dtype=indptr.dtype)
+            indptr = np.concatenate((indptr, no_entries))
+            indices = indices + n
+    graph = of_arrays((size, size), indptr, indices, np.ones(indices.size))
+    n_components, component_of = connected_components(
+        graph, directed=is_symmetric, connection="strong"
+    )
+    return (np.tile(component_of, 2) if has_diagonal else component_of), n_components
 
 
 # Without it: an obstacle with 40,000 unknowns takes 1.85 times as long.
 def _symmetric(
-    shape: Shape,
-    rows: Arrays,
-    sums: Vector,
-    counts: Vector,
-    is_eliminated: Mask,
-    max_steps: int,
+    M: Matrix, sums: Vector, counts: Vector, is_eliminated: Mask, max_steps: int
 ) -> tuple[Vector, bool]:
-    """Return rho = gamma for a symmetric matrix, and whether conjugate gradients have
-    converged.
+    """Return rho = gamma for a matrix M with symmetric |M|, and whether conjugate
+    gradients have converged.
 
     sums, counts : of the logarithms, and the numbers of entries, in rows.
     is_eliminated : the rows of the multipliers of a program, which are eliminated from
         the normal equations if there are no entries between them.
     """
     with imports:
-        from lcpcli.linalg.compressed_rows import block, of_arrays, transposed
+        from lcpcli.linalg.compressed_rows import block
     first = is_eliminated.nonzero()[0]
     other = (~is_eliminated).nonzero()[0]
-    M = of_arrays(shape, *rows)
     off_diagonal_block = block(M, first, other)
     error = CONVERGED_ERROR_OF_PROGRAM if first.size else CONVERGED_ERROR
     if off_diagonal_block[1].size < counts[first].sum():
         first, other = first[:0], np.arange(counts.size)
         off_diagonal_block = block(M, first, other)
     of_logarithms, of_entries = ([v[first], v[other]] for v in (sums, counts))
-    scaled = _scaled(off_diagonal_block, *of_entries)
-    times = [
-        _product(scaled, other.size),
-        _product(transposed((first.size, other.size), *scaled), first.size),
-    ]
-    inner = block(M, other, other) if first.size else rows
+    forth = _scaled(off_diagonal_block, *of_entries)
+    back = _scaled(block(M, other, first), *of_entries[::-1])
+    times = [_product(forth, other.size), _product(back, first.size)]
+    inner = block(M, other, other)
     if inner[1].size:
         times.append(_product(_scaled(inner, of_entries[1], of_entries[1]), other.size))
     x = np.empty(counts.size)

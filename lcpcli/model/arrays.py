@@ -32,7 +32,7 @@ from lcpcli.linalg.doubles import (
     largest,
     sizes,
 )
-from lcpcli.linalg.matrices import is_sparse, row_maxima
+from lcpcli.linalg.matrices import compressed, is_sparse, row_maxima
 from lcpcli.typing import Matrix, Vector
 
 FROM_0 = "(indices count from 0)"  # for the index of a field in a message
@@ -270,19 +270,18 @@ def _as_finite(field: str, M: Matrix) -> tuple[Matrix, tuple[float, float]]:
 def _as_sparse(field: str, M: Any) -> Matrix:
     _refuse_other_types(field, M)
     if type(M).__name__ == "csr_array" and M.dtype == np.float64:
-        compressed = copy(M)  # it shares its arrays, but is faster
+        by_rows = copy(M)  # it shares its arrays, but is faster
     elif M.format == "csc" and M.dtype == np.float64:
-        with imports:
-            from lcpcli.linalg.compressed_rows import of_columns
-        compressed = of_columns(M)
+        by_rows = compressed(M.tocsr())
+        by_rows.data.setflags(write=False)  # so that it is not copied again
     else:
         with imports:
             from scipy.sparse import csr_array
-        compressed = csr_array(M, dtype=np.float64)
-    if not compressed.has_canonical_format:
-        compressed = compressed.copy()
-        compressed.sum_duplicates()
-    return compressed
+        by_rows = csr_array(M, dtype=np.float64)
+    if not by_rows.has_canonical_format:
+        by_rows = by_rows.copy()
+        by_rows.sum_duplicates()
+    return by_rows
 
 
 def as_solutions(solutions: Any, n: int) -> tuple[Vector, ...]:

@@ -379,15 +379,16 @@ def bordered(
     m, k = A.shape
     selected = np.zeros(0, dtype=np.intp) if ranges is None else np.flatnonzero(ranges)
     n = k + m + selected.size
-    if not sparse:
+    if not sparse or n <= matrices.FEW_AS_DENSE:
         M = np.zeros((n, n))
-        M[:k, :k] = 0.0 if Q is None else Q
+        M[:k, :k] = 0.0 if Q is None else matrices.dense(Q)
         A = matrices.dense(A)
         rows = k + selected
         columns = range(k + m, n)
         M[k : k + m, :k], M[:k, k : k + m] = A, -A.T
         M[rows, columns], M[columns, rows] = -1.0, 1.0
-        return M + 0.0  # no -0
+        M += 0.0  # no -0
+        return matrices.thinned(M, M.size) if sparse else M
     with imports:
         from lcpcli.linalg.compressed_rows import of_entries
     A = matrices.compressed(A)

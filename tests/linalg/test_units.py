@@ -14,7 +14,6 @@ from hypothesis import strategies as st
 from scipy.sparse import coo_array, csc_array, csr_array, diags_array, random_array
 
 from lcpcli import Problem, from_qp
-from lcpcli.linalg.compressed_rows import of_columns
 from lcpcli.linalg.matrices import (
     column_maxima,
     multiplier,
@@ -24,6 +23,7 @@ from lcpcli.linalg.matrices import (
 )
 from lcpcli.linalg.stencils import Operator
 from lcpcli.linalg.units import Base, equilibrate, units
+from lcpcli.model.arrays import as_matrix
 from lcpcli.typing import Matrix
 from lcpcli.verify.measure import Measure, least_caps
 
@@ -202,15 +202,15 @@ def same(made: Matrix, expected: Any) -> bool:
 
 
 def test_columns_become_rows_whatever_their_order_and_the_type_of_indices() -> None:
-    for shape in ((7, 7), (3, 9), (9, 3), (1, 1), (4, 0)):
+    for shape in ((7, 7), (3, 9), (9, 3), (1, 1)):
         A = csc_array(random_array(shape, density=0.4, rng=1))
-        assert same(of_columns(A), A)
+        assert same(as_matrix("A", A), A)
         wide = A.copy()
         wide.indptr, wide.indices = (
             wide.indptr.astype(np.int64),
             wide.indices.astype(np.int64),
         )
-        assert same(of_columns(wide), A)
+        assert same(as_matrix("A", wide), A)
     A = csc_array(
         (np.array([1.0, 2, 4]), np.array([2, 0, 2]), np.array([0, 3, 3, 3])),
         shape=(3, 3),
