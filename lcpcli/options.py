@@ -158,11 +158,19 @@ MAX_ITERATIONS = Option(
     "max_iterations", int, 10_000, *NATURAL, "Stop after this many iterations."
 )
 TIME_LIMIT = Option(
-    *("time_limit", float, math.inf, "seconds > 0", lambda seconds: seconds > 0),
+    "time_limit",
+    float,
+    math.inf,
+    "seconds > 0",
+    lambda seconds: seconds > 0,
     "Stop after this many seconds, set-up included.",
 )
 GAP = Option(
-    *("gap", float, math.inf, "error > 0", lambda error: error > 0),
+    "gap",
+    float,
+    math.inf,
+    "error > 0",
+    lambda error: error > 0,
     "Of a program: accepted error of the objective, relative to its size; other "
     "problems ignore it.",
 )
@@ -175,35 +183,59 @@ MAX_BREAKPOINTS = Option(
     "Stop after this many breakpoints of the path.",
 )
 MAX_SOLUTIONS = Option(
-    *("max_solutions", int, None, *POSITIVE),
+    "max_solutions",
+    int,
+    None,
+    *POSITIVE,
     "List at most this many pieces of the solution set; by default all of them.",
 )
 THREADS = Option(
-    *("threads", int, None, *up_to(1024)),
+    "threads",
+    int,
+    None,
+    *up_to(1024),
     "Threads for dense linear algebra; by default one, unless FILE is so large "
     "that more threads save time.",
 )
 JOBS = Option(
-    *("jobs", int, 1, *POSITIVE),
+    "jobs",
+    int,
+    1,
+    *POSITIVE,
     "Number of problems solved at the same time, each in a separate process; see "
     "lcp help many.",
 )
 ACCEPT = Option(
-    *("accept", float, 1e-6, "0 < accept < 1", lambda level: 0 < level < 1),
+    "accept",
+    float,
+    1e-6,
+    "0 < accept < 1",
+    lambda level: 0 < level < 1,
     "A claimed solution counts if its recomputed and scaled residual is at most this.",
 )
 BUDGET = Option(
-    *("budget", float, None, "seconds >= 0", lambda seconds: 0 <= seconds < math.inf),
+    "budget",
+    float,
+    None,
+    "seconds >= 0",
+    lambda seconds: 0 <= seconds < math.inf,
     "Repeat a measurement until its median is known or this time is spent; by "
     "default the suite's.",
 )
 INFINITY = Option(
-    *("infinity", float, None, "size > 0", lambda size: size > 0),
+    "infinity",
+    float,
+    None,
+    "size > 0",
+    lambda size: size > 0,
     "Treat bounds of at least SIZE (such as 1e20) as none, on a program's rows "
     "too; by default infinite ones.",
 )
 EVERY = Option(
-    *("every", int, 5, *POSITIVE),
+    "every",
+    int,
+    5,
+    *POSITIVE,
     "Show every Nth iterate; always the first and the last three; CSV and "
     "--trace have all unless it is set.",
 )

@@ -479,31 +479,25 @@ INTERIOR_AT_FIRST = stage_factory("interior.first_attempts", lambda s: (s.thin,)
 FIRST = (
     # Without it: games of 300 strategies each take 5 times as long, if one is pure.
     AttemptRule(
-        *(
-            "pure",
-            "",
-            "M is that of a bimatrix game, most of which have an equilibrium in "
-            "pure strategies",
-        ),
+        "pure",
+        "",
+        "M is that of a bimatrix game, most of which have an equilibrium in "
+        "pure strategies",
         lambda s: s.game is not None,
         stage_factory("bimatrix.pure_equilibrium", lambda s: (s.problem, s.game)),
     ),
     AttemptRule(
-        *(
-            "piqp",
-            "",
-            "M may be that of a convex program, and the package PIQP is installed",
-        ),
+        "piqp",
+        "",
+        "M may be that of a convex program, and the package PIQP is installed",
         lambda s: direct.may_be_program(s.original_problem),
         stage_factory("convex_program.convex_program", lambda s: (s.original_problem,)),
     ),
     # Without it: the linear program forplan takes 2.5 times as long.
     AttemptRule(
-        *(
-            "linear",
-            "of half of the variables",
-            "M is large, sparse and skew-symmetric, as for a linear program",
-        ),
+        "linear",
+        "of half of the variables",
+        "M is large, sparse and skew-symmetric, as for a linear program",
         lambda s: s.program == "linear",
         stage_factory(
             "linear.linear",
@@ -514,17 +508,17 @@ FIRST = (
         ),
     ),
     AttemptRule(
-        *("interior", "two attempts", "M has the blocks of contact with friction"),
+        "interior",
+        "two attempts",
+        "M has the blocks of contact with friction",
         lambda s: s.is_first_interior,
         INTERIOR_AT_FIRST,
     ),
     # Without it: a journal bearing in 900 unknowns takes 6 times as long.
     AttemptRule(
-        *(
-            "elimination",
-            "",
-            "M is tridiagonal, and no entry off the diagonal is positive, or few are",
-        ),
+        "elimination",
+        "",
+        "M is tridiagonal, and no entry off the diagonal is positive, or few are",
         lambda s: (
             s.is_narrow and s.problem.box.is_orthant and may_be_eliminated(s.problem.M)
         ),
@@ -533,41 +527,33 @@ FIRST = (
     # Without it: a tridiagonal M in 5000 unknowns, some of them free, takes 3 times
     # as long.
     AttemptRule(
-        *(
-            "newton",
-            "while it converges fast",
-            "M is a narrow band matrix, so that its factors cost little",
-        ),
+        "newton",
+        "while it converges fast",
+        "M is a narrow band matrix, so that its factors cost little",
         lambda s: s.is_narrow and not (s.program or s.is_stiff),
         lambda s: stages.limited(newton_while_fast(s), MAX_BAND_STEPS),
     ),
     # Without it: bands of widths 2 to 5 in 300 unknowns take 1.4 to 2.9 times as long.
     AttemptRule(
-        *(
-            "newton",
-            "from w = 0",
-            "its factors cost little, and no entry off the diagonal is positive",
-        ),
+        "newton",
+        "from w = 0",
+        "its factors cost little, and no entry off the diagonal is positive",
         lambda s: s.is_narrow and s.problem.n <= direct.MAX_AS_DENSE and s.is_z_matrix,
         lambda s: stages.limited(all_basic(s), MAX_SMALL_BAND_STEPS),
     ),
     # Without it: a chain of 5000 unknowns, most with q = 0, takes 18 times as long.
     AttemptRule(
-        *(
-            "newton",
-            "from w = 0 where q <= 0",
-            "some of q are 0, and rows with q <= 0 are positive on the diagonal alone",
-        ),
+        "newton",
+        "from w = 0 where q <= 0",
+        "some of q are 0, and rows with q <= 0 are positive on the diagonal alone",
         lambda s: s.basic_zeros is not None,
         _from_basic_zeros,
     ),
     # Without it: a dominant M in 2000 unknowns takes 370 times as long.
     AttemptRule(
-        *(
-            "sparse",
-            "products with M, coarse versions of M, factors",
-            "M is large and sparse, of no convex program",
-        ),
+        "sparse",
+        "products with M, coarse versions of M, factors",
+        "M is large and sparse, of no convex program",
         lambda s: (
             s.is_large_and_sparse
             and not s.program
@@ -579,40 +565,42 @@ FIRST = (
         ),
     ),
     AttemptRule(
-        *(
-            "interior",
-            "for definite M",
-            "M + M' is positive definite and may be stiff: its positive entries off "
-            "the diagonal are not small",
-        ),
+        "interior",
+        "for definite M",
+        "M + M' is positive definite and may be stiff: its positive entries off "
+        "the diagonal are not small",
         lambda s: s.is_stiff,
         stage_factory("interior.of_stiff", lambda s: (s.original_problem,)),
     ),
     # Without it: games of constant sum with 20 to 250 strategies take 2 to 20 times as
     # long.
     AttemptRule(
-        *("piqp", "of a game", "the game is one of constant sum: a linear program"),
+        "piqp",
+        "of a game",
+        "the game is one of constant sum: a linear program",
         lambda s: s.is_constant_sum and _takes_piqp(s),
         stage_factory("bimatrix.by_piqp", lambda s: (s.problem, s.game)),
     ),
     AttemptRule(
-        *("linear", "of a game", "the game is one of constant sum: a linear program"),
+        "linear",
+        "of a game",
+        "the game is one of constant sum: a linear program",
         lambda s: s.is_constant_sum,
         stage_factory("bimatrix.by_simplex", lambda s: (s.problem, s.game)),
     ),
     # Without it: a delta-sigma modulator takes 6 times as long.
     AttemptRule(
-        *(
-            "newton",
-            "while it converges fast",
-            "there are bounds, and zeros on the diagonal of M",
-        ),
+        "newton",
+        "while it converges fast",
+        "there are bounds, and zeros on the diagonal of M",
         lambda s: s.is_no_p_matrix and s.problem.is_mixed and not s.program,
         newton_while_fast,
     ),
     # Without it: dense LCPs in 300 unknowns take 3.5 times as long.
     AttemptRule(
-        *("newton", "", "it takes a few steps where M is a P-matrix, or almost one"),
+        "newton",
+        "",
+        "it takes a few steps where M is a P-matrix, or almost one",
         lambda s: (
             not (
                 s.is_no_p_matrix
@@ -626,12 +614,10 @@ FIRST = (
     # Without it: three sampled problems without monotonicity, in 100 unknowns, are not
     # solved.
     AttemptRule(
-        *(
-            "newton",
-            "at w = 0",
-            "M is dense, and a solution with w = 0 has no unique basis where z is at "
-            "bounds",
-        ),
+        "newton",
+        "at w = 0",
+        "M is dense, and a solution with w = 0 has no unique basis where z is at "
+        "bounds",
         lambda s: (
             not (s.is_large_and_sparse or s.is_z_matrix)
             and (s.is_unsure or not s.is_no_p_matrix)
@@ -639,22 +625,18 @@ FIRST = (
         stage_factory("newton.without_w"),
     ),
     AttemptRule(
-        *(
-            "newton",
-            "from w = 0",
-            "no entry off the diagonal is positive, and all on it are",
-        ),
+        "newton",
+        "from w = 0",
+        "no entry off the diagonal is positive, and all on it are",
         _is_first_basic,
         all_basic,
     ),
     # Without it: dense problems in 400 unknowns without solution take 4 to 30 times as
     # long, and some singular ones in 100 are not decided.
     AttemptRule(
-        *(
-            "newton",
-            CHANDRASEKARAN,
-            "no entry off the diagonal is positive, and z >= 0 is the only bound",
-        ),
+        "newton",
+        CHANDRASEKARAN,
+        "no entry off the diagonal is positive, and z >= 0 is the only bound",
         lambda s: (
             s.has_no_positive_links
             and not (s.problem.is_mixed or _is_too_large_for_fractions(s))
@@ -663,7 +645,9 @@ FIRST = (
     ),
     # Without it: contact with friction in 28 unknowns takes 44 times as long.
     AttemptRule(
-        *("lemke", "", "there are few unknowns, with numbers of usual size"),
+        "lemke",
+        "",
+        "there are few unknowns, with numbers of usual size",
         lambda s: s.prefers_lemke and not (s.game and s.problem.n > MAX_PIVOTED_GAME),
         stage_factory(
             "lemke.lemke_stage",
@@ -673,16 +657,16 @@ FIRST = (
 )
 BRIEF = (
     AttemptRule(
-        *("lemke-howson", "from several labels", "M is that of a bimatrix game"),
+        "lemke-howson",
+        "from several labels",
+        "M is that of a bimatrix game",
         lambda s: s.game is not None,
         stage_factory("bimatrix.lemke_howson", lambda s: (s.problem, s.game)),
     ),
     AttemptRule(
-        *(
-            "linear",
-            "few iterations",
-            "no known property of M excludes that the problem is infeasible",
-        ),
+        "linear",
+        "few iterations",
+        "no known property of M excludes that the problem is infeasible",
         lambda s: (
             s.problem.n <= MAX_EARLY_LINEAR
             and not (s.is_semidefinite or _has_few_nodes(s))
@@ -690,22 +674,18 @@ BRIEF = (
         BRIEFLY_LINEAR,
     ),
     AttemptRule(
-        *(
-            "milp",
-            "a few nodes",
-            f"there are at most {MAX_FOR_MILP} unknowns, and perhaps no solution",
-        ),
+        "milp",
+        "a few nodes",
+        f"there are at most {MAX_FOR_MILP} unknowns, and perhaps no solution",
         _has_few_nodes,
         stage_factory("milp.few_nodes"),
     ),
 )
 LATER = (
     AttemptRule(
-        *(
-            "newton",
-            "from w = 0 where q <= 0",
-            "M is large and sparse, and some of q are 0",
-        ),
+        "newton",
+        "from w = 0 where q <= 0",
+        "M is large and sparse, and some of q are 0",
         lambda s: (
             s.is_large_and_sparse
             and s.basic_zeros is None
@@ -714,7 +694,9 @@ LATER = (
         _from_basic_zeros,
     ),
     AttemptRule(
-        *("newton", "from w = 0", "no known property of M excludes it"),
+        "newton",
+        "from w = 0",
+        "no known property of M excludes it",
         lambda s: (
             not s.program
             and not s.is_stiff
@@ -728,30 +710,23 @@ LATER = (
         lambda s: MAX_SMALL_BAND_STEPS if s.is_z_matrix else math.inf,
     ),
     AttemptRule(
-        *(
-            "newton",
-            "",
-            "M is large and sparse; it takes a few steps where M is a P-matrix",
-        ),
+        "newton",
+        "",
+        "M is large and sparse; it takes a few steps where M is a P-matrix",
         lambda s: s.is_large_and_sparse and not (s.is_no_p_matrix or s.is_stiff),
         usual_newton,
     ),
     AttemptRule(
-        *(
-            "interior",
-            "two attempts",
-            "M + M' is positive semidefinite, or M has the blocks of contact with "
-            "friction",
-        ),
+        "interior",
+        "two attempts",
+        "M + M' is positive semidefinite, or M has the blocks of contact with friction",
         lambda s: s.is_path_sure and not s.is_first_interior,
         INTERIOR_AT_FIRST,
     ),
     AttemptRule(
-        *(
-            "newton",
-            CHANDRASEKARAN,
-            "M is large and sparse, and no entry off the diagonal is positive",
-        ),
+        "newton",
+        CHANDRASEKARAN,
+        "M is large and sparse, and no entry off the diagonal is positive",
         lambda s: (
             s.has_no_positive_links
             and _is_too_large_for_fractions(s)
@@ -761,66 +736,71 @@ LATER = (
     ),
     *BRIEF,
     AttemptRule(
-        *("linear", "few iterations", "the problem may be infeasible"),
+        "linear",
+        "few iterations",
+        "the problem may be infeasible",
         lambda s: s.is_semidefinite and s.problem.n <= MAX_EARLY_LINEAR,
         BRIEFLY_LINEAR,
     ),
     AttemptRule(
-        *("interior", "further attempts", "M + M' is positive semidefinite"),
+        "interior",
+        "further attempts",
+        "M + M' is positive semidefinite",
         lambda s: s.is_semidefinite,
         stage_factory("interior.further_attempts", lambda s: (s.thin,)),
     ),
     AttemptRule(
-        *("newton", "", "there are zeros on the diagonal of M"),
+        "newton",
+        "",
+        "there are zeros on the diagonal of M",
         lambda s: s.is_no_p_matrix,
         usual_newton,
     ),
     AttemptRule(
-        *("linear", "", "the problem may be infeasible"),
+        "linear",
+        "",
+        "the problem may be infeasible",
         lambda s: s.problem.n > MAX_SURELY_LINEAR,
         stage_factory("linear.linear", lambda s: (s.original_problem,)),
         first_round=1,
     ),
     AttemptRule(
-        *(
-            "milp",
-            "first nodes",
-            f"there are at most {factors.MAX_NUMPY_ROWS} unknowns, and it "
-            "applies to any M",
-        ),
+        "milp",
+        "first nodes",
+        f"there are at most {factors.MAX_NUMPY_ROWS} unknowns, and it applies to any M",
         lambda s: s.problem.n <= factors.MAX_NUMPY_ROWS,
         stage_factory("milp.first_nodes"),
         first_round=2,
     ),
     AttemptRule(
-        *("lemke", "", "there are many unknowns, or numbers of unusual size"),
+        "lemke",
+        "",
+        "there are many unknowns, or numbers of unusual size",
         lambda s: not (s.prefers_lemke or s.is_unsure),
         lemke,
         lambda s: s.problem.n,
     ),
     AttemptRule(
-        *("lemke", "", "its path may be long, or terminate without a solution"),
+        "lemke",
+        "",
+        "its path may be long, or terminate without a solution",
         lambda s: s.prefers_lemke or s.is_unsure,
         lemke,
         lambda s: s.problem.n,
         first_round=2,
     ),
     AttemptRule(
-        *(
-            "interior",
-            "",
-            "there are bounds, and M + M' is indefinite, as for programs that "
-            "are not convex",
-        ),
+        "interior",
+        "",
+        "there are bounds, and M + M' is indefinite, as for programs that "
+        "are not convex",
         lambda s: s.problem.is_mixed and not s.is_semidefinite,
         lambda s: stages.begin("interior", s.problem, s.x0),
     ),
     AttemptRule(
-        *(
-            "reflections",
-            "",
-            f"there are at most {MAX_REFLECTED} unknowns, and it applies to any M",
-        ),
+        "reflections",
+        "",
+        f"there are at most {MAX_REFLECTED} unknowns, and it applies to any M",
         lambda s: s.problem.n <= MAX_REFLECTED,
         lambda s: stages.begin("reflections", s.problem, s.x0),
         lambda _: FIRST_REFLECTIONS,
@@ -828,27 +808,25 @@ LATER = (
 )
 STEP = (
     AttemptRule(
-        *("lemke", "", "a nonlinear method needs a step, and no proof"),
+        "lemke",
+        "",
+        "a nonlinear method needs a step, and no proof",
         lambda _: True,
         stage_factory("lemke.end_of_path", lambda s: (s.problem, s.follow)),
     ),
 )
 PRESOLVE = AttemptRule(
-    *(
-        "presolve",
-        "",
-        "M may become monotone as equations change their signs: the reduced problem is "
-        "solved first",
-    ),
+    "presolve",
+    "",
+    "M may become monotone as equations change their signs: the reduced problem is "
+    "solved first",
     lambda s: s.problem.is_mixed and s.may_gain_by_presolve,
     None,
 )
 EXACT = AttemptRule(
-    *(
-        "exact",
-        "",
-        f"there are at most {FEW_UNKNOWNS} unknowns, whose bases can be searched",
-    ),
+    "exact",
+    "",
+    f"there are at most {FEW_UNKNOWNS} unknowns, whose bases can be searched",
     lambda s: s.problem.n <= FEW_UNKNOWNS,
     None,
 )

@@ -511,7 +511,9 @@ def _other_packages() -> list[str]:
     exits={**EXITS, Exit.CLOSED_PIPE: Exit.CLOSED_PIPE.meaning},
 )
 @click.option(
-    *("-V", "-v", "--version"),
+    "-V",
+    "-v",
+    "--version",
     is_flag=True,
     is_eager=True,
     expose_value=False,

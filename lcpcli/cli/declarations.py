@@ -54,18 +54,21 @@ SWEEP, VARY = "--sweep", "--vary"
 # Options of a command that solves which its help shows on one screen: the paper's,
 # limits and output.
 COMMON = (
-    *(
-        "--lower",
-        "--upper",
-        "--method",
-        "--p",
-        "--k-star",
-        "--rho",
-        "--sigma",
-        "--tol",
-        "--max-iterations",
-    ),
-    *("--time-limit", "--format", "--every", "--plot", "--output", "--quiet"),
+    "--lower",
+    "--upper",
+    "--method",
+    "--p",
+    "--k-star",
+    "--rho",
+    "--sigma",
+    "--tol",
+    "--max-iterations",
+    "--time-limit",
+    "--format",
+    "--every",
+    "--plot",
+    "--output",
+    "--quiet",
 )
 TO_FILE = "Write to a file instead, completely or not at all."
 Declaration = Callable[[Any], Any]

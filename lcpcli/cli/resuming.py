@@ -30,7 +30,12 @@ Kind = tuple[str, Exit]  # how a run ended: a word and an exit code
 
 # Options on which records depend.
 OF_RUN = (
-    *(*BOUND_OPTIONS, "exact", "bound", "sequence", "trace", "every"),
+    *BOUND_OPTIONS,
+    "exact",
+    "bound",
+    "sequence",
+    "trace",
+    "every",
     "columns",
 )
 # The number of q with one M whose digests are computed at once: many share the cost for

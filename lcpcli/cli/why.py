@@ -45,8 +45,16 @@ class Why(OneProblem, Reporting):
         "lcp why transport --format json",
     ),
     common=(
-        *("--lower", "--upper", "--keep", "--change", "--weights"),
-        *("--time-limit", "--exact", "--format", "--output", "--quiet"),
+        "--lower",
+        "--upper",
+        "--keep",
+        "--change",
+        "--weights",
+        "--time-limit",
+        "--exact",
+        "--format",
+        "--output",
+        "--quiet",
     ),
     epilog="lcp help conflicts explains conflicts, repairs and ranges.",
     exits={

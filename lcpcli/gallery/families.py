@@ -36,7 +36,10 @@ if TYPE_CHECKING:
 DEFAULT_SIZE = 10  # unknowns: few enough to be read
 # With more unknowns even the vectors of a problem would take gigabytes.
 SIZE = Option(
-    *("n", int, None, *up_to(10**8)),
+    "n",
+    int,
+    None,
+    *up_to(10**8),
     "Approximate number of unknowns; by default 10, or that of the family.",
 )
 SEED = Option("seed", int, 0, *NATURAL, "Seed of the random numbers, if any.")

@@ -55,7 +55,11 @@ START_OPTIONS = ("x0", "z0", "basis")  # of which at most one may be set
 ANY = "any matrix"  # instead of a class
 
 P = Option(
-    *("p", float, None, "0 < p < infinity", lambda p: 0 < p < math.inf),
+    "p",
+    float,
+    None,
+    "0 < p < infinity",
+    lambda p: 0 < p < math.inf,
     "Smoothing parameter; by default so large that the smoothing error is below "
     "rounding, so that nothing is smoothed.",
     derived="default_p",
@@ -81,38 +85,45 @@ SIGMA = Option(
     above="rho",
 )
 OMEGA = Option(
-    *(
-        "omega",
-        float,
-        1.0,
-        "0 < omega < infinity, or auto",
-        lambda omega: 0 < omega < math.inf,
-    ),
+    "omega",
+    float,
+    1.0,
+    "0 < omega < infinity, or auto",
+    lambda omega: 0 < omega < math.inf,
     "Modulus parameter; 1 is the published method, auto estimates it from the "
     "spectrum of M.",
     words=(AUTO,),
 )
 ANDERSON = Option(
-    *("anderson", int, 0, *options.NATURAL),
+    "anderson",
+    int,
+    0,
+    *options.NATURAL,
     "Anderson acceleration with this many previous steps; 0 is the published method.",
 )
 START_SLACK = Option(
-    *(
-        "start_slack",
-        float,
-        1.0,
-        "0 < slack < infinity",
-        lambda slack: 0 < slack < math.inf,
-    ),
+    "start_slack",
+    float,
+    1.0,
+    "0 < slack < infinity",
+    lambda slack: 0 < slack < math.inf,
     "Least slack and multiplier at the start, in the scaled problem; later attempts "
     "use multiples of it.",
 )
 REGULARIZATION = Option(
-    *("regularization", float, 1e-8, "0 < rho <= 1", lambda rho: 0 < rho <= 1),
+    "regularization",
+    float,
+    1e-8,
+    "0 < rho <= 1",
+    lambda rho: 0 < rho <= 1,
     "Initially added to the diagonal of the factors, then adapted.",
 )
 BETA = Option(
-    *("beta", float, 0.7, "0 < beta < 2", lambda beta: 0 < beta < 2),
+    "beta",
+    float,
+    0.7,
+    "0 < beta < 2",
+    lambda beta: 0 < beta < 2,
     "Relaxation: the fraction of each step that is taken; 1 is the method of "
     "Douglas and Rachford.",
 )
@@ -128,13 +139,21 @@ ONES = "ones"
 LARGEST = "largest"
 LEXICOGRAPHIC = "lexicographic"
 COVER = Option(
-    *("cover", int, 0, "integer >= 0, or ones", lambda seed: seed >= 0),
+    "cover",
+    int,
+    0,
+    "integer >= 0, or ones",
+    lambda seed: seed >= 0,
     "Covering vector: ones, or the seed of a random one that keeps rows from "
     "blocking simultaneously.",
     words=(ONES,),
 )
 TIES = Option(
-    *("ties", int, LARGEST, f"{LARGEST} or {LEXICOGRAPHIC}", lambda _: False),
+    "ties",
+    int,
+    LARGEST,
+    f"{LARGEST} or {LEXICOGRAPHIC}",
+    lambda _: False,
     "Which of the rows that block simultaneously leaves: the one with the "
     "largest pivot, or the lexicographic minimum.",
     words=(LARGEST, LEXICOGRAPHIC),
@@ -222,8 +241,19 @@ METHODS = {
             "p_matrix": "steepest descent finds the solution, unless rounding stalls it"
         },
         quantities=(
-            *(of.X, of.MERIT, of.SIZE, of.DESCENT, of.XI1, of.XI2, of.U, of.V),
-            *(of.ALPHA, of.DIRECTION, of.SLOPE, of.LENGTH, of.TRIALS),
+            of.X,
+            of.MERIT,
+            of.SIZE,
+            of.DESCENT,
+            of.XI1,
+            of.XI2,
+            of.U,
+            of.V,
+            of.ALPHA,
+            of.DIRECTION,
+            of.SLOPE,
+            of.LENGTH,
+            of.TRIALS,
         ),
     ),
     "fixed-point": Method(

@@ -230,9 +230,9 @@ class BlockForm(Formulation):
     def conditions(self, blocks: Blocks) -> Conditions:
         return blocks.conditions()
 
-    def lengths_of_parts(self, n: int) -> dict[int, str]:
-        """Return what may be verified, in words, by its number of entries."""
-        return {self.variables: "x", n - self.ranges: "x and y", n: "z"}
+    def lengths(self, problem: Any) -> dict[int, str]:
+        both = problem.n - self.ranges
+        return {problem.n: "z", both: "x and y", self.variables: "x"}
 
     def blocks_that_fit(self, conditions: Conditions) -> Blocks | None:
         """Return the blocks of these conditions, if they have no other entries, and as

@@ -181,6 +181,9 @@ class Formulation:
     # the problem has others.
     is_names_alone: ClassVar[bool] = False
     counts_solutions: ClassVar[bool] = False
+    # The module in the folder of the class with functions `answer` and `verified`, of
+    # the object and the arguments of these methods; "" if there is none.
+    inverse: ClassVar[str] = ""
 
     @classmethod
     def sibling(cls, name: str) -> Any:
@@ -271,9 +274,12 @@ class Formulation:
         converge."""
         return None
 
-    def answer(self, result: Any) -> Answer | None:  # noqa: ARG002
+    def answer(self, result: Any) -> Answer | None:
         """Return what a result means. This is computed when it is first read."""
-        return None
+        if not self.inverse:
+            return None
+        answer: Answer = self.sibling(self.inverse).answer(self, result)
+        return answer
 
     def update(
         self,
@@ -312,7 +318,9 @@ class Formulation:
         """Return the Verification of what was proposed. proposed : a
         `verify.verification.Proposed`, with the problem, the values, the tolerance or
         the exact data, and the verification of a z."""
-        return proposed.of_z(proposed.values)
+        if not self.inverse:
+            return proposed.of_z(proposed.values)
+        return self.sibling(self.inverse).verified(self, proposed)
 
     def meaning(self, data: Any) -> Any:  # noqa: ARG002
         """Return what exact solutions of a problem mean: an

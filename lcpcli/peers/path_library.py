@@ -71,8 +71,16 @@ _Bounds = CFUNCTYPE(None, c_void_p, c_int, _Doubles, _Doubles, _Doubles)
 _Function = CFUNCTYPE(c_int, c_void_p, c_int, _Doubles, _Doubles)
 _Jacobian = CFUNCTYPE(
     c_int,
-    *(c_void_p, c_int, _Doubles, c_int, _Doubles),
-    *(_Integers, _Integers, _Integers, _Integers, _Doubles),
+    c_void_p,
+    c_int,
+    _Doubles,
+    c_int,
+    _Doubles,
+    _Integers,
+    _Integers,
+    _Integers,
+    _Integers,
+    _Doubles,
 )
 
 
@@ -82,13 +90,11 @@ class _Output(Structure):
 
 class _Interface(Structure):
     _fields_ = (
-        *(
-            ("data", c_void_p),
-            ("size", _Size),
-            ("bounds", _Bounds),
-            ("function", _Function),
-            ("jacobian", _Jacobian),
-        ),
+        ("data", c_void_p),
+        ("size", _Size),
+        ("bounds", _Bounds),
+        ("function", _Function),
+        ("jacobian", _Jacobian),
         ("optional", c_void_p * 6),
     )
 

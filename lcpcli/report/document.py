@@ -117,7 +117,9 @@ FORMATS = {
     "markdown": Form("the table in Markdown", ".md", "markdown"),
     "latex": Form("the table in LaTeX with booktabs", ".tex", "latex", is_printed=True),
     "html": Form(
-        *("a page with tables and figures", ".html", "html_page"),
+        "a page with tables and figures",
+        ".html",
+        "html_page",
         is_printed=True,
         has_figures=True,
     ),

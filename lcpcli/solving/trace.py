@@ -105,7 +105,13 @@ def row_of(
     another one may have made the iterate. asks : whether its quantities may be read."""
     method = iterate.method or method
     return TraceRow(
-        *(k, z, None, None, seconds, iterate.step, method),
+        k,
+        z,
+        None,
+        None,
+        seconds,
+        iterate.step,
+        method,
         x=iterate.x,
         z0=iterate.z0,
         quantities=Quantities(method, iterate.quantities) if asks else {},

@@ -33,7 +33,6 @@ from lcpcli.model.box import as_bound, as_intervals
 from lcpcli.model.formulation import (
     FULL,
     LABELS,
-    Answer,
     Conditions,
     Formulation,
     names_of,
@@ -235,6 +234,7 @@ class LeastSquares(Formulation):
 
     kind = "lsq"
     has_picture = True
+    inverse = "answers"
     form = "written as the optimality conditions of the fit,"
 
     @classmethod
@@ -357,12 +357,5 @@ class LeastSquares(Formulation):
     def proposed(self, problem: Problem) -> Any:
         return self.sibling("at_once").proposed(self.data_in(problem))
 
-    def answer(self, result: Any) -> Answer:
-        answer: Answer = self.sibling("answers").answer(self, result)
-        return answer
-
     def lengths(self, problem: Problem) -> dict[int, str]:
         return {problem.n: "z", self.coefficients: "the coefficients x"}
-
-    def verified(self, proposed: Any) -> Any:
-        return self.sibling("answers").verified(self, proposed)

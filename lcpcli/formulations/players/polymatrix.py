@@ -31,7 +31,7 @@ from lcpcli.files.formats import refuse
 from lcpcli.linalg.doubles import EPS
 from lcpcli.linalg.matrices import dense
 from lcpcli.model.arrays import FROM_0
-from lcpcli.model.formulation import FULL, Answer, Conditions, Formulation, names_of
+from lcpcli.model.formulation import FULL, Conditions, Formulation, names_of
 from lcpcli.model.formulations import TEXTS
 from lcpcli.model.problem import Problem
 from lcpcli.rational.numbers import NUMBER, ratio, shortest_decimal, text, zeros
@@ -219,6 +219,7 @@ class Polymatrix(Formulation):
     form = "written as the game's mixed problem,"
     left_out = ("payoffs",)
     counts_solutions = True
+    inverse = "strategies"
 
     @classmethod
     def of_fields(cls, fields: Mapping[str, Any]) -> Problem:
@@ -348,18 +349,11 @@ class Polymatrix(Formulation):
             return self.actions
         return [[str(a + 1) for a in range(size)] for size in self.sizes]
 
-    def answer(self, result: Any) -> Answer:
-        answer: Answer = self.sibling("strategies").answer(self, result)
-        return answer
-
     def accepted(self, result: Any) -> Any:
         return self.sibling("strategies").accepted(self, result)
 
     def lengths(self, problem: Any) -> dict[int, str]:
         return {problem.n: "z", sum(self.sizes): "the probabilities of all actions"}
-
-    def verified(self, proposed: Any) -> Any:
-        return self.sibling("strategies").verified(self, proposed)
 
     def meaning(self, data: Any) -> Any:
         return self.sibling("strategies").Equilibria(data, self)

@@ -36,7 +36,7 @@ from lcpcli.linalg.matrices import compressed, dense, is_sparse, largest_asymmet
 from lcpcli.model.arrays import FROM_0, as_square, as_vector
 from lcpcli.model.block_form import BlockForm, Blocks, rows_between, size_of
 from lcpcli.model.box import as_intervals
-from lcpcli.model.formulation import Answer, Conditions, names_of
+from lcpcli.model.formulation import Conditions, names_of
 from lcpcli.model.formulations import TEXTS
 from lcpcli.model.problem import Problem, conditions_of
 from lcpcli.typing import BoundLike, Matrix, VectorLike
@@ -193,6 +193,7 @@ class Players(BlockForm):
     kind = "players"
     form = "written as the conditions of the game,"
     left_out = ("players",)
+    inverse = "answers"
 
     @classmethod
     def of_fields(cls, fields: Mapping[str, Any]) -> Problem:
@@ -317,16 +318,6 @@ class Players(BlockForm):
                 )
                 hint = "its part of H has to be positive semidefinite"
                 raise ProblemError("H", reason, hint)
-
-    def answer(self, result: Any) -> Answer:
-        answer: Answer = self.sibling("answers").answer(self, result)
-        return answer
-
-    def lengths(self, problem: Problem) -> dict[int, str]:
-        return self.lengths_of_parts(problem.n)
-
-    def verified(self, proposed: Any) -> Any:
-        return self.sibling("answers").verified(self, proposed)
 
     def meaning(self, data: Any) -> Any:
         return self.sibling("answers").Costs(data, self)

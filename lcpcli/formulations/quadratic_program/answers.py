@@ -37,9 +37,22 @@ MAX_ROWS = 100  # rows, and variables, in the table of a report: a few screens
 MAX_ON_SCREEN = 12  # rows, and variables, in a table on the screen
 # The keys in JSON.
 KEYS = (
-    *("x", "y", "bound_multipliers", "unique_multipliers", "y_down", "y_up"),
-    *("bound_multipliers_down", "bound_multipliers_up", "activities", "slacks"),
-    *("objective", "statement", "proved", "exact", "ray", "certificate"),
+    "x",
+    "y",
+    "bound_multipliers",
+    "unique_multipliers",
+    "y_down",
+    "y_up",
+    "bound_multipliers_down",
+    "bound_multipliers_up",
+    "activities",
+    "slacks",
+    "objective",
+    "statement",
+    "proved",
+    "exact",
+    "ray",
+    "certificate",
 )
 # The columns in CSV.
 COLUMNS = ("part", "value", "bound_multiplier", "activity", "slack")

@@ -22,7 +22,7 @@ from lcpcli.errors import (
 )
 from lcpcli.linalg.matrices import is_sparse
 from lcpcli.model.block_form import SENSES, BlockForm, sense_of, size_of, symmetrized
-from lcpcli.model.formulation import Answer, Conditions, names_of
+from lcpcli.model.formulation import Conditions, names_of
 from lcpcli.model.problem import Problem, conditions_of
 
 PROGRAM_KEYS = ("kind", "variables", "ranges", "sense", "constant", "rows", "columns")
@@ -51,6 +51,7 @@ class Program(BlockForm):
     kind = "qp"
     form = "written as the program's optimality conditions,"
     left_out = ("objective",)
+    inverse = "answers"
     hint_for_bounds = "give the bounds of its variables in the file"
 
     def remark(self, fields: Mapping[str, Any]) -> str:
@@ -120,14 +121,6 @@ class Program(BlockForm):
     @property
     def sign(self) -> float:
         return SENSES[self.sense]
-
-    def answer(self, result: Any) -> Answer:
-        answer: Answer = self.sibling("answers").answer(self, result)
-        return answer
-
-    def lengths(self, problem: Any) -> dict[int, str]:
-        others = {problem.n - self.ranges: "x and y", self.variables: "x"}
-        return {problem.n: "z", **others}
 
     def verified(self, proposed: Any) -> Any:
         return self.sibling("checks").verified(self, proposed)

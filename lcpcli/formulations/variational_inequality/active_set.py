@@ -17,6 +17,7 @@ from scipy.linalg.blas import daxpy, dger
 
 from lcpcli.linalg.matrices import is_sparse
 from lcpcli.model.block_form import Blocks, bordered
+from lcpcli.model.formulation import Proposal
 from lcpcli.typing import Mask, Vector
 
 MAX_CONSTRAINTS = 600
@@ -27,13 +28,6 @@ SATISFIED = 1e-12
 # constraint depends linearly on the active ones.
 DEPENDENT = 1e-11
 MIN_MULTIPLIER = 1e-300  # instead of 0, which would divide 0
-
-
-class ActiveSetSolution(NamedTuple):
-    """The solution z = (x, y, s) of the conditions, and the number of steps."""
-
-    z: Vector
-    steps: int
 
 
 class _Constraints(NamedTuple):
@@ -80,9 +74,9 @@ def _constraints(blocks: Blocks) -> _Constraints | None:
 
 
 @np.errstate(all="ignore")
-def solution(blocks: Blocks) -> ActiveSetSolution | None:
-    """Return the solution; None unless H + H' is positive definite and the method
-    terminates.
+def proposed(blocks: Blocks) -> Proposal | None:
+    """Return the solution z = (x, y, s) of the conditions; None unless H + H' is
+    positive definite and the method terminates.
     """
     H, k = blocks.Q, blocks.c.size
     if is_sparse(H) or is_sparse(blocks.A) or k + len(blocks.A) > MAX_CONSTRAINTS:
@@ -209,7 +203,7 @@ def _active(
 
 def _at(
     blocks: Blocks, constraints: _Constraints, active: Vector, steps: int
-) -> ActiveSetSolution | None:
+) -> Proposal | None:
     """Return the solution with these active constraints; None if their system is
     singular."""
     k, K = blocks.c.size, bordered(blocks.Q, constraints.C[active])
@@ -242,4 +236,5 @@ def _at(
     # Ax.
     s = np.clip(blocks.A @ x, blocks.row_lower, blocks.row_upper)
     s = np.where(y > 0, blocks.row_lower, np.where(y < 0, blocks.row_upper, s))
-    return ActiveSetSolution(np.concatenate((x, y, s[blocks.ranges])), steps)
+    z = np.concatenate((x, y, s[blocks.ranges]))
+    return Proposal(z, steps, "active set")

@@ -65,6 +65,10 @@ class Proved:
     only: Claim
 
 
+def answer(origin: Inequality, result: Result) -> Solution:
+    return Solution(origin, result)
+
+
 class Solution(Answer):
     """What a result says about a variational inequality. Exact arithmetic is used only
     when a field that depends on it is read.

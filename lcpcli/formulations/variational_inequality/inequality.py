@@ -20,7 +20,7 @@ from lcpcli.linalg.matrices import compressed, is_sparse
 from lcpcli.model.arrays import as_square, as_vector, by_label
 from lcpcli.model.block_form import BlockForm, Blocks, rows_between
 from lcpcli.model.box import as_intervals
-from lcpcli.model.formulation import Answer, Proposal, names_of
+from lcpcli.model.formulation import Proposal, names_of
 from lcpcli.model.formulations import TEXTS
 from lcpcli.model.problem import Problem, conditions_of
 from lcpcli.typing import BoundLike, VectorLike
@@ -109,6 +109,7 @@ class Inequality(BlockForm):
 
     kind = "avi"
     form = "written as the conditions of the variational inequality,"
+    inverse = "answers"
 
     @classmethod
     def of_fields(cls, fields: Mapping[str, Any]) -> Problem:
@@ -126,17 +127,8 @@ class Inequality(BlockForm):
         blocks = self.blocks(conditions_of(problem))
         if blocks is None:
             return None
-        solution = self.sibling("active_set").solution(blocks)
-        if solution is None:
-            return None
-        return Proposal(solution.z, solution.steps, "active set")
-
-    def answer(self, result: Any) -> Answer:
-        answer: Answer = self.sibling("answers").Solution(self, result)
-        return answer
-
-    def lengths(self, problem: Problem) -> dict[int, str]:
-        return self.lengths_of_parts(problem.n)
+        proposal: Proposal | None = self.sibling("active_set").proposed(blocks)
+        return proposal
 
     def verified(self, proposed: Any) -> Any:
         with imports:
