@@ -37,8 +37,8 @@ class Case:
     again.
 
     name : unique within a bench. family, n, seed, parameters : the arguments of
-    `gallery.make`; "", 0, 0 and none for a file. Nonlinear problems have no seed and no
-    parameters. file, q_file : the paths of its file, and of the file of q if separate.
+    `gallery.make`; "", 0, 0 and none for a file.
+    file, q_file : the paths of its file, and of the file of q if separate.
     infinity : bounds in its file of at least this size are infinite; None if only
         infinite ones are.
     """
@@ -195,17 +195,6 @@ SUITES = {
             Grid("dominant", 300, 1000, 3000),
         ),
     ),
-    "mixed": Suite(
-        "problems with bounds, free variables and equations",
-        (
-            Grid("two-obstacles", 100, 2500, 10_000, 90_000),
-            Grid("torsion", 100, 2500, 10_000),
-            Grid("circuit", 8, 80, 800, 8000),
-            Grid("relays", 10, 50, 200, 800),
-            Grid("spatial-prices", 24, 120, 1000),
-            Grid("boxes", 10, 100, 300, 1000),
-        ),
-    ),
     "hard": Suite(
         "problems without a structure to rely on, and models: solved over time",
         (
@@ -223,31 +212,6 @@ SUITES = {
         ),
         0.0,
         over_time=True,
-    ),
-    "programs": Suite(
-        "linear and quadratic programs",
-        (
-            Shipped(
-                "hs21", "hs35", "hs53", "hs76", "klee-minty", "portfolio", "transport"
-            ),
-            Grid("portfolio", 100, 1000, 2500),
-            Grid("control", 100, 1000, 5000),
-            Grid("transport", 100, 1000, 10_000),
-        ),
-    ),
-    "nonlinear": Suite(
-        "nonlinear problems of the literature",
-        (
-            Grid("kojima-shindo", 4),
-            Grid("josephy", 4),
-            Grid("mathiesen", 4),
-            Grid("billups", 1),
-            Grid("nash-cournot", 5, 10),
-            Grid("scarf", 19),
-            Grid("bratu", 289, 5625),
-            Grid("elastohydrodynamic", 41, 101),
-        ),
-        methods=("josephy-newton",),
     ),
     "speed": Suite(
         "the problems of lcp help speed: small and large, dense and sparse",
@@ -361,6 +325,8 @@ ALL = "all"
 GONE = {  # suites of earlier versions
     "path": "run tests/benchmarks/paths.py of the source instead",
     "sequences": "run tests/benchmarks/steps.py of the source instead",
+    **dict.fromkeys(("mixed", "programs"), "run lcp bench peers, which has some"),
+    "nonlinear": "name files of models in .nl",
 }
 
 
@@ -496,10 +462,7 @@ def problem_of(case: Case) -> Problem | NonlinearProblem:
         problem = reading.problem_in(files, case.infinity or math.inf)
         return without_wrong_solutions(problem)[0]
     from lcpcli.gallery import families as gallery
-    from lcpcli.gallery import nonlinear
 
-    if case.family in nonlinear.FAMILIES:
-        return nonlinear.make(case.family, case.n)
     return gallery.make(case.family, case.n, case.seed, **case.parameters)
 
 

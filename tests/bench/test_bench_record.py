@@ -23,17 +23,15 @@ from lcpcli.bench.suites import (
     Case,
     case,
     cases_of,
-    methods_of,
     prepare,
-    problem_of,
 )
 from lcpcli.bench.timing import checked, run_method
 from lcpcli.errors import LCPError
-from lcpcli.gallery import nonlinear as gallery
 from lcpcli.model.nonlinear import NonlinearProblem
 from lcpcli.peers.registry import Claim
 from lcpcli.report.result_formats import plain
 
+from .. import literature
 from ..benchmarks import accuracy
 from ..benchmarks.accuracy import sensitivity
 from ..cli.conftest import Lcp, assert_refused
@@ -181,15 +179,8 @@ def test_files_of_the_same_name_are_told_apart(tmp_path: Path) -> None:
     assert [each.name for each in cases_of(paths)] == [paths[0], paths[1], "q.json"]
 
 
-def test_cases_of_the_suite_have_the_stated_numbers_of_unknowns() -> None:
-    cases = SUITES["nonlinear"].cases
-    assert [problem_of(each).n for each in cases] == [each.n for each in cases]
-    assert {each.family for each in cases} == set(gallery.FAMILIES)
-    assert methods_of(["nonlinear"]) == ["josephy-newton"]
-
-
 def test_answers_are_checked_by_f_evaluated_again() -> None:
-    problem = gallery.josephy()
+    problem = literature.josephy()
     undefined = NonlinearProblem(lambda z: np.log(z - 2), x0=[3.0])
 
     def verdict(

@@ -20,8 +20,10 @@ REFUSALS: list[Refusal] = [
 bench quik => quik: is neither a suite nor a file; {DID_YOU_MEAN:quick}
 bench nothing-like-it
     => nothing-like-it: is neither a suite nor a file; choose one of quick, paper,
-    dense, sparse, mixed, hard, programs, nonlinear, speed, peers, stiff, extreme, all,
+    dense, sparse, hard, speed, peers, stiff, extreme, all,
     or name a file
+bench nonlinear
+    => nonlinear: is neither a suite nor a file; name files of models in .nl
 bench path
     => path: is neither a suite nor a file; run tests/benchmarks/paths.py of the source
     instead

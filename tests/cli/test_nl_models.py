@@ -14,11 +14,11 @@ import pytest
 import lcpcli
 from lcpcli.formulations.nonlinear_model import ampl
 from lcpcli.formulations.nonlinear_model.ampl import NUMBERS
-from lcpcli.gallery import nonlinear as gallery
 from lcpcli.model.nonlinear import NonlinearProblem
 from lcpcli.solving import solve_mcp
 from lcpcli.solving.result import Status
 
+from .. import literature
 from ..files.nl_writing import model
 from .conftest import Lcp, record
 from .models import FILES, PLANT
@@ -112,13 +112,13 @@ def test_terms_that_cancel_keep_their_domain(lcp: Lcp, folder: Path) -> None:
 
 
 def test_nonlinear_problems_are_verified_in_python() -> None:
-    problem = gallery.josephy()
+    problem = literature.josephy()
     assert lcpcli.check(problem, problem.solutions[0]).accepted
     assert not lcpcli.check(problem, [0, 0, 0, 1]).accepted
     cancelling = NonlinearProblem(
         lambda z: np.exp(z) - 1.0000000001, lower=None, x0=[0.0]
     )
-    for each in (cancelling, *(family() for family in gallery.FAMILIES.values())):
+    for each in (cancelling, *(family() for family in literature.FAMILIES.values())):
         assert lcpcli.check(each, lcpcli.solve_mcp(each).z).accepted, each
     assert not lcpcli.check(cancelling, [1e-9]).accepted
     assert not lcpcli.check(
@@ -147,7 +147,7 @@ def test_a_fault_of_one_model_leaves_others_their_methods(lcp: Lcp) -> None:
 
 def test_inspection_of_problems_without_an_expression_has_no_operators() -> None:
     # J of the first one is singular at 0.
-    for problem, hints in ((gallery.josephy(), 1), (gallery.bratu(12), 0)):
+    for problem, hints in ((literature.josephy(), 1), (literature.bratu(12), 0)):
         inspected = lcpcli.inspect(problem)
         assert (inspected.structural_rank, len(inspected.hints)) == (problem.n, hints)
         assert inspected.operators is None

@@ -20,12 +20,13 @@ from lcpcli import Problem
 from lcpcli.errors import OptionError, ParameterError
 from lcpcli.files import reading
 from lcpcli.gallery import families as gallery
-from lcpcli.gallery import nonlinear
 from lcpcli.model.nonlinear import NonlinearProblem
 from lcpcli.peers import packages
 from lcpcli.peers import registry as peers
 from lcpcli.peers.registry import Claim
 from lcpcli.verify.point import Criterion, Point
+
+from .. import literature
 
 TOL, TIME_LIMIT = 1e-9, 20.0
 INDEFINITE = Problem([[0, 1], [1, 0]], [-1, -1])
@@ -296,7 +297,9 @@ def test_gambit_finds_an_equilibrium() -> None:
 
 
 @pytest.mark.parametrize(
-    "problem", [nonlinear.josephy(), nonlinear.mathiesen(), nonlinear.nash_cournot(5)]
+    "problem",
+    [literature.josephy(), literature.mathiesen(), literature.nash_cournot(5)],
+    [literature.josephy(), literature.mathiesen(), literature.nash_cournot(5)],
 )
 def test_library_of_path_solves_nonlinear_problems_by_their_functions(
     problem: NonlinearProblem,

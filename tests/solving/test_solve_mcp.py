@@ -21,7 +21,6 @@ from scipy.sparse.csgraph import dijkstra
 import lcpcli
 from lcpcli import Problem, run
 from lcpcli.errors import OptionError
-from lcpcli.gallery import nonlinear as gallery
 from lcpcli.model.box import BASIC
 from lcpcli.model.evaluations import Evaluations
 from lcpcli.model.nonlinear import NonlinearProblem
@@ -29,18 +28,19 @@ from lcpcli.solving.result import Status
 from lcpcli.solving.solve_mcp import run_nonlinear, solution_of_linearization
 from lcpcli.typing import Vector
 
+from .. import literature
 from ..nonlinear_problems import KINDS, MONOTONE, natural_residual, planted
 
 FREE = -math.inf
 SOLVED_FROM_THEIR_STARTS = [
-    gallery.kojima_shindo(),
-    gallery.josephy(),
-    gallery.mathiesen(),
-    gallery.nash_cournot(5),
-    gallery.nash_cournot(10),
-    gallery.scarf(),
-    gallery.bratu(20),
-    gallery.elastohydrodynamic(40),
+    literature.kojima_shindo(),
+    literature.josephy(),
+    literature.mathiesen(),
+    literature.nash_cournot(5),
+    literature.nash_cournot(10),
+    literature.scarf(),
+    literature.bratu(20),
+    literature.elastohydrodynamic(40),
 ]
 
 
@@ -65,7 +65,7 @@ def test_problems_of_the_literature_are_solved_from_their_starts(
 
 
 def test_a_stationary_point_of_the_merit_function_proves_nothing() -> None:
-    result = run_nonlinear(gallery.billups(), restarts=0)
+    result = run_nonlinear(literature.billups(), restarts=0)
     assert result.status is lcpcli.Status.STALLED
     assert (
         result.message
@@ -73,7 +73,7 @@ def test_a_stationary_point_of_the_merit_function_proves_nothing() -> None:
         "solution"
     )
     assert result.certificate is None
-    assert run_nonlinear(gallery.billups()).solved  # from another start
+    assert run_nonlinear(literature.billups()).solved  # from another start
 
 
 @pytest.mark.parametrize("kind", KINDS)
@@ -139,7 +139,7 @@ def test_roots_of_negative_numbers_in_python_count_as_undefined() -> None:
 
 
 def test_jacobians_by_differences_dense_and_sparse_are_those_given() -> None:
-    given = gallery.bratu(11)
+    given = literature.bratu(11)
     J = given.jacobian(given.x0).toarray()
     pattern = csr_array(J != 0)
     for chosen in (None, pattern):
@@ -149,7 +149,7 @@ def test_jacobians_by_differences_dense_and_sparse_are_those_given() -> None:
         found = evaluations.jacobian(given.x0)
         assert np.abs(found.toarray() - J).max() <= 1e-6
         assert evaluations.functions < 20 + (chosen is None) * (2 * given.n + 1)
-    small = gallery.josephy()
+    small = literature.josephy()
     z = np.array([0.5, 1.0, 0.0, 2.0])
     assert (
         np.abs(
@@ -195,7 +195,7 @@ def test_derivatives_are_those_of_the_nonlinear_problem() -> None:
 
 
 def test_traces_name_the_steps_and_callbacks_end_the_run() -> None:
-    problem = gallery.kojima_shindo()
+    problem = literature.kojima_shindo()
     result = run_nonlinear(problem, trace=True)
     steps = [row.step for row in result.trace.rows]
     assert steps[0] == ""
@@ -219,7 +219,7 @@ def test_traces_name_the_steps_and_callbacks_end_the_run() -> None:
 
 
 def test_results_can_be_pickled_although_F_cannot() -> None:
-    result = run_nonlinear(gallery.josephy(), trace=True)
+    result = run_nonlinear(literature.josephy(), trace=True)
     copy = pickle.loads(pickle.dumps(result))
     assert np.array_equal(copy.z, result.z)
     assert np.array_equal(copy.w, result.w)

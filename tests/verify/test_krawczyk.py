@@ -11,13 +11,13 @@ import numpy as np
 import pytest
 
 import lcpcli
-from lcpcli.gallery import nonlinear as gallery
 from lcpcli.linalg.doubles import EPS
 from lcpcli.model.nonlinear import Enclosure, NonlinearProblem
 from lcpcli.solving.solve_mcp import run_nonlinear
 from lcpcli.typing import Vector
 from lcpcli.verify.nonlinear_point import proved_bound
 
+from .. import literature
 from ..conftest import problem_of
 from ..files.nl_writing import model
 
@@ -90,14 +90,14 @@ def called(function: Callable[[Any], Any] | None, z: list[Interval]) -> Any:
 
 
 def test_a_solution_is_proved_where_it_is() -> None:
-    result = run_nonlinear(enclosed(gallery.kojima_shindo()), proof=True)
+    result = run_nonlinear(enclosed(literature.kojima_shindo()), proof=True)
     assert result.bound.proved
     assert result.z.round(6).tolist() == [1, 0, 3, 0]
     assert float(np.abs(result.z - [1, 0, 3, 0]).max()) <= result.bound.value <= 1e-12
 
 
 def test_the_bound_covers_the_distance_of_a_rough_point() -> None:
-    problem = enclosed(gallery.josephy())
+    problem = enclosed(literature.josephy())
     rough = np.array([1.5**0.5 + 1e-7, 0.0, 0.0, 0.5 - 1e-7])
     bound = proved_bound(problem, rough)
     assert 1e-7 <= bound.value <= 1e-6
@@ -121,12 +121,12 @@ def test_roots_are_bounded_as_fractions_say(power: int) -> None:
 
 def test_degenerate_solutions_and_points_that_are_none_are_not_proved() -> None:
     degenerate = proved_bound(
-        enclosed(gallery.kojima_shindo()), np.array([1.5**0.5, 0.0, 0.0, 0.5])
+        enclosed(literature.kojima_shindo()), np.array([1.5**0.5, 0.0, 0.0, 0.5])
     )
     assert not degenerate.proved  # z_3 = w_3 = 0
     assert "at a bound with w = 0" in degenerate.source
     assert not proved_bound(
-        enclosed(gallery.josephy()), np.array([1.0, 1.0, 0.0, 0.5])
+        enclosed(literature.josephy()), np.array([1.0, 1.0, 0.0, 0.5])
     ).proved
     double = NonlinearProblem(
         lambda z: [(z[0] - 1) ** 2], lambda z: [[2 * (z[0] - 1)]], lower=None, x0=[3.0]
@@ -152,7 +152,7 @@ def test_a_solution_that_has_another_one_beside_it_is_not_called_the_only_one() 
 
 
 def test_without_intervals_nothing_is_proved() -> None:
-    bound = run_nonlinear(gallery.josephy(), proof=True).bound
+    bound = run_nonlinear(literature.josephy(), proof=True).bound
     assert (bound.source, bound.proved) == (
         "F has no evaluation in interval arithmetic",
         False,

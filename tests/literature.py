@@ -8,7 +8,6 @@ Most are in S. P. Dirkse and M. C. Ferris, MCPLIB, Optimization Methods and Soft
 from __future__ import annotations
 
 from collections.abc import Callable
-from math import isqrt
 
 import numpy as np
 
@@ -238,13 +237,3 @@ FAMILIES: dict[str, Callable[..., NonlinearProblem]] = {
         elastohydrodynamic,
     )
 }
-
-
-def make(family: str, n: int) -> NonlinearProblem:
-    """Return the problem of a family with n unknowns, which must be one of its numbers
-    of unknowns.
-    """
-    # The functions count firms, grid points per side, and intervals instead of
-    # unknowns.
-    sizes = {"nash-cournot": n, "bratu": isqrt(n), "elastohydrodynamic": n - 1}
-    return FAMILIES[family](sizes[family]) if family in sizes else FAMILIES[family]()
