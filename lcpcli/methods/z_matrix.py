@@ -339,7 +339,7 @@ class Elimination:
             basic = new_basic
             raise_if_timed_out()
         U = np.asfortranarray(
-            [np.append(0.0, np.where(run_ends, 0.0, self._above)), pivots]
+            [np.append(0.0, np.where(run_starts | run_ends, 0.0, self._above)), pivots]
         )
         return np.maximum(
             self._solve(U, np.where(basic, y, 0.0), uplo="U")[0], 0.0

@@ -315,6 +315,23 @@ def test_optimal_stopping_with_two_free_boundaries_takes_a_few_passes_on_every_g
         assert np.count_nonzero(np.diff((result.z > 0).astype(int))) == 2
 
 
+@given(n=st.integers(2, 200), seed=st.integers(0, 2**32 - 1))
+def test_elimination_computes_a_solution_with_any_number_of_runs(
+    n: int, seed: int
+) -> None:
+    generator = np.random.default_rng(seed)
+    below, above = -generator.uniform(0, 1, (2, n - 1))
+    diagonal = 0.1 + np.append(0.0, -below) + np.append(-above, 0.0)
+    M = diags_array([below, diagonal, above], offsets=(-1, 0, 1), format="csr")
+    q = generator.standard_normal(n)
+    elimination = z_matrix.of_tridiagonal(M)
+    assert elimination is not None
+    z, basic = elimination.solution(q)
+    w = M @ z + q
+    assert not z[~basic].any()
+    assert np.abs(np.minimum(z, w)).max() < 1e-12 * (1 + np.abs(z).max())
+
+
 def american_put(volatility: float, n: int = 501) -> tuple[Matrix, Vector]:
     """An implicit step of an American put by central differences, whose first rows have
     positive entries off the diagonal where the square of the volatility is below the
