@@ -188,10 +188,8 @@ def _relaxed_first(
     the code after it is for those that do not."""
     with imports:
         from lcpcli.model.changes import Relaxed, relaxed
-    sequence, first = (
-        MethodSequence(x0),
-        partial(small, search=partial(search, milp=False)),
-    )
+    sequence = MethodSequence(x0)
+    first = partial(small, search=partial(search, milp=False))
     change, may_drop = relaxed(problem), True
     for k in range(MAX_RELAXATIONS):
         if not isinstance(change, Relaxed):
@@ -514,10 +512,8 @@ class Tree:
         until = min(self._budget.spent + self._next_work, MAX_SEARCH_WORK)
         while not self.is_decided and self._budget.spent < until:
             tree_result = next(self._search, NOTHING)
-            self.is_decided, self.solution = (
-                tree_result is not None,
-                None if tree_result is NOTHING else tree_result,
-            )
+            self.is_decided = tree_result is not None
+            self.solution = None if tree_result is NOTHING else tree_result
         self._next_work = min(2 * self._next_work, LARGEST_SEARCH_WORK)
         return self.is_decided
 
@@ -663,10 +659,8 @@ def exactly(
 
 
 def _exact(problem: Problem, z: Vector, tree: Tree | None) -> Stage:
-    data, reason = (
-        ExactProblem.of_floats(problem) if tree is None else tree.data,
-        UNDECIDED_IN_TIME,
-    )
+    data = ExactProblem.of_floats(problem) if tree is None else tree.data
+    reason = UNDECIDED_IN_TIME
 
     def solutions() -> Iterator[list[Fraction] | None]:
         if tree is not None and problem.n <= MAX_DECIDED and tree.continues_search():

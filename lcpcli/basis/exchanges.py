@@ -195,10 +195,8 @@ class BasisSolver(ABC):
         violations = self.box.violations(
             basic_solution.z, basic_solution.w, basic_solution.basis
         )[rows]
-        row_errors, basic = (
-            ROW_ROUNDING * self.terms(basic_solution.z, rows),
-            basic_solution.basis[rows] == BASIC,
-        )
+        row_errors = ROW_ROUNDING * self.terms(basic_solution.z, rows)
+        basic = basic_solution.basis[rows] == BASIC
         violated[rows] = violations > in_units_of_state(
             row_errors, self.row_maxima[rows], basic
         )
@@ -315,10 +313,8 @@ def solve_basic(
     except Exception:  # numba catches no other: A is singular
         pass
     if not is_regular:
-        z[B], inverse = (
-            initial_guess[B],
-            np.ascontiguousarray(np.linalg.pinv(finite(A), DEPENDENT)),
-        )
+        z[B] = initial_guess[B]
+        inverse = np.ascontiguousarray(np.linalg.pinv(finite(A), DEPENDENT))
     for _ in range(CORRECTIONS):
         w = M @ (z - reference) + q
         z[B] -= columns * (inverse @ (rows * w[B]))

@@ -227,10 +227,8 @@ def constants(
 ) -> tuple[Vector, Vector]:
     """Return k for the w of all variables at the corner of the box, and the offset of
     the free ones."""
-    b, free = (
-        elimination.rows * (nonfixed.reflection_signs * w[nonfixed.variable_indices]),
-        nonfixed.free,
-    )
+    b = elimination.rows * (nonfixed.reflection_signs * w[nonfixed.variable_indices])
+    free = nonfixed.free
     if not free.size:
         return b, np.empty(0)
     offset = -(elimination.E @ b[free])
@@ -394,10 +392,8 @@ class Reduction:
     def direction(self, y: Vector, offset: Vector | None = None) -> Vector:
         """Return the direction of z for one of y, or z - corner if free variables have
         this offset."""
-        z, offset = (
-            np.zeros(self.n),
-            np.zeros(self.free.size) if offset is None else offset,
-        )
+        z = np.zeros(self.n)
+        offset = np.zeros(self.free.size) if offset is None else offset
         z[self.variable_indices] = direction(
             self._nonfixed, self._elimination, y, offset
         )
@@ -473,10 +469,8 @@ class WithoutFree:
     def recover(self, z: Vector, basis: BasisStatus) -> tuple[Vector, BasisStatus]:
         """Return z of the original problem, and its basis, for those of the bounded
         variables."""
-        original_z, statuses = (
-            np.empty(self._problem.n),
-            np.full(self._problem.n, BASIC, np.int8),
-        )
+        original_z = np.empty(self._problem.n)
+        statuses = np.full(self._problem.n, BASIC, np.int8)
         original_z[self.bounded], statuses[self.bounded] = z, basis
         original_z[self._free] = -self._lu.solve(
             product(self._columns, z) + self._problem.q[self._free]

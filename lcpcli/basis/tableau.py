@@ -194,10 +194,8 @@ def move(
         pair = variable - n
         at_upper[pair] = not at_upper[pair]
     else:
-        leaving, change = (
-            int(tableau.basic[row]),
-            float(tableau.T[row, entering]) * step_sign,
-        )
+        leaving = int(tableau.basic[row])
+        change = float(tableau.T[row, entering]) * step_sign
         is_y = n <= variable < 2 * n
         growth = fastest / abs(change) * np.abs(tableau.T[row]).max()
         tableau.growth[0] = max(tableau.growth[0], growth)
@@ -282,10 +280,8 @@ def refactorize(tableau: Tableau, A: Vector, q: Vector) -> None:
     basis is singular."""
     n = q.size
     rows, others = (tableau.basic >= n).nonzero()[0], (tableau.basic < n).nonzero()[0]
-    columns, nonbasic_y = (
-        (tableau.nonbasic < n).nonzero()[0],
-        (tableau.nonbasic >= n).nonzero()[0],
-    )
+    columns = (tableau.nonbasic < n).nonzero()[0]
+    nonbasic_y = (tableau.nonbasic >= n).nonzero()[0]
     C, S = tableau.basic[rows] - n, tableau.basic[others]
     R, N = tableau.nonbasic[columns], tableau.nonbasic[nonbasic_y] - n
     inverse = np.linalg.inv(A[np.ix_(R, C)])
@@ -303,8 +299,6 @@ def refactorize(tableau: Tableau, A: Vector, q: Vector) -> None:
     y[C] -= inverse @ (q + A @ y)[R]
     terms = np.abs(q) + np.abs(A) @ np.abs(y)
     tableau.values[rows], tableau.values[others] = y[C], (q + A @ y)[S]
-    tableau.noise[rows], tableau.noise[others] = (
-        NOISE * (np.abs(inverse) @ terms[R]),
-        NOISE * terms[S],
-    )
+    tableau.noise[rows] = NOISE * (np.abs(inverse) @ terms[R])
+    tableau.noise[others] = NOISE * terms[S]
     tableau.growth[0] = np.abs(T).max(initial=0.0)

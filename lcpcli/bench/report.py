@@ -51,10 +51,8 @@ MOMENTS = (1e-3, 1e-2, 1e-1, 1.0, 10.0, 100.0)  # seconds
 
 
 def title(record: BenchRecord) -> str:
-    measured, all_of_them = (
-        len(record.measurements),
-        len(record.cases) * len(record.solvers),
-    )
+    measured = len(record.measurements)
+    all_of_them = len(record.cases) * len(record.solvers)
     progress = (
         "" if measured == all_of_them else f", {measured} of {all_of_them} measured"
     )
@@ -84,10 +82,8 @@ def conditions(record: BenchRecord) -> list[str]:
 
 def _solvers(record: BenchRecord) -> Section:
     medians, limit = times(record), record.options.time_limit
-    ratios, false = (
-        performance_ratios(medians),
-        Counter(row.solver for row in record.measurements if row.false_success),
-    )
+    ratios = performance_ratios(medians)
+    false = Counter(row.solver for row in record.measurements if row.false_success)
     solved = {
         name: sum(seconds < math.inf for seconds in times_of_solver.values())
         for name, times_of_solver in medians.items()
@@ -129,10 +125,8 @@ def _compared_with_peers(record: BenchRecord) -> Section:
     """Return, for each peer, how it and the first method do on the problems that both
     take."""
     medians, limit = times(record), record.options.time_limit
-    method, pairs = (
-        record.methods[0] if record.methods else "",
-        dict[tuple[str, str], list[float]](),
-    )
+    method = record.methods[0] if record.methods else ""
+    pairs = dict[tuple[str, str], list[float]]()
     for peer in record.peers if method else ():
         if common := [
             problem for problem in medians[peer] if problem in medians[method]

@@ -267,10 +267,8 @@ def start(
 
 
 def machine() -> Machine:
-    name, system = (
-        platform.processor() or platform.machine(),
-        f"{platform.system()} {platform.release()}",
-    )
+    name = platform.processor() or platform.machine()
+    system = f"{platform.system()} {platform.release()}"
     with suppress(OSError):  # on Linux only this file has the processor's name
         match = re.search(
             r"^model name[^:]*:(.*)",

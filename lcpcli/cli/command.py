@@ -249,15 +249,11 @@ class Command(click.Command):
         """Return the tables that help shows after the examples: under each heading,
         terms with their meanings."""
         tables: dict[str, list[tuple[str, str]]] = {}
-        params, is_brief = (
-            self.get_params(ctx),
-            bool(self.common) and WHOLE not in ctx.meta,
-        )
+        params = self.get_params(ctx)
+        is_brief = bool(self.common) and WHOLE not in ctx.meta
         for param in params:
-            heading, word_meanings = (
-                getattr(param, "heading", HELP),
-                getattr(param, "words", {}),
-            )
+            heading = getattr(param, "heading", HELP)
+            word_meanings = getattr(param, "words", {})
             if (
                 is_brief
                 and not word_meanings

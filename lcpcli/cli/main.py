@@ -208,10 +208,8 @@ def _run() -> int:
     output = sys.stdout
     try:
         for keyword in WORDS.keys() & {*sys.argv[2:]}:  # that the formulation has
-            row, others = (
-                WORDS[keyword],
-                [argument for argument in sys.argv[2:] if argument != keyword],
-            )
+            row = WORDS[keyword]
+            others = [argument for argument in sys.argv[2:] if argument != keyword]
             code = module_of(row, row.words[keyword], keyword).run(sys.argv[1], others)
             return int(code)
         code = lcp.main(prog_name="lcp", standalone_mode=False, complete_var=VARIABLE)

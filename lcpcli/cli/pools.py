@@ -273,10 +273,8 @@ class Cluster:
         self._began = time.monotonic()
         self._counted_at = -math.inf
         self._has_warned = False
-        self._executor, self.kill_error = (
-            self._client.get_executor(pure=False),
-            KilledWorker,
-        )
+        self._executor = self._client.get_executor(pure=False)
+        self.kill_error = KilledWorker
 
     def submit(self, function: Callable[..., Any], *arguments: Any) -> Future[Any]:
         future: Future[Any] = self._executor.submit(function, *arguments)

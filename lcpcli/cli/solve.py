@@ -191,10 +191,8 @@ def compare(request: Compare) -> int:
         request = request.reading(ahead)
         if all(map(_is_nonlinear, ahead.values())):
             default = tuple(NONLINEAR)
-    axes, is_free = (
-        (request.sweep, request.vary),
-        not (request.methods or request.method_options),
-    )
+    axes = (request.sweep, request.vary)
+    is_free = not (request.methods or request.method_options)
     variants = chosen_variants(request.methods, *axes, default, request.method_options)
     adds_auto = is_free and not any(axes)
     return run(replace(request, variants=variants, adds_auto=adds_auto))

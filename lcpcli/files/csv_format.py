@@ -151,10 +151,8 @@ def fields(content: Tables, number: Number = float) -> dict[str, Any]:
     )
     # The column only counts rows.
     if is_long and first in (list(range(n)), list(range(1, n + 1))):
-        rows, column_of = (
-            [row[1:] for row in rows],
-            {name: i - 1 for name, i in column_of.items()},
-        )
+        rows = [row[1:] for row in rows]
+        column_of = {name: i - 1 for name, i in column_of.items()}
         header = header[1:]
     columns = len(rows[0])
     if not column_of:
@@ -458,10 +456,8 @@ def _columns_of_bounds(line: int, names: list[str]) -> dict[str, int]:
     empty dictionary."""
     for column, name in list(enumerate(names, 1))[-3:]:
         meant = OTHER_NAMES.get(name.casefold(), name)
-        hint, is_other = (
-            f"call it {meant}, if it holds bounds of z",
-            name not in BOUNDS and meant in BOUNDS,
-        )
+        hint = f"call it {meant}, if it holds bounds of z"
+        is_other = name not in BOUNDS and meant in BOUNDS
         refuse(
             is_other and "q" in names,
             f"line {line}, column {column}",
@@ -587,29 +583,21 @@ def value_of(
     is_ratio = RATIO.fullmatch(entry.strip())
     if is_ratio and entry.rpartition("/")[2].strip(" \t0"):
         return (double if number_of is float else number_of)(entry.strip())
-    number, is_mixed = (
-        entry.replace(",", ".", 1) if commas else entry,
-        commas and "." in entry,
-    )
+    number = entry.replace(",", ".", 1) if commas else entry
+    is_mixed = commas and "." in entry
     if is_number(number) and math.isfinite(float(number)) and not is_mixed:
         return number_of(number)
     text = quoted(entry.strip())
     if is_ratio or not entry.strip():
-        reason, hint = (
-            f"is {text}, a division by 0" if is_ratio else IS_EMPTY,
-            GIVE_NUMBER,
-        )
+        reason = f"is {text}, a division by 0" if is_ratio else IS_EMPTY
+        hint = GIVE_NUMBER
     elif is_mixed:
-        reason, hint = (
-            f"is {quoted(entry)} in a file with decimal commas",
-            "use one decimal mark, none for thousands",
-        )
+        reason = f"is {quoted(entry)} in a file with decimal commas"
+        hint = "use one decimal mark, none for thousands"
     elif is_number(number):
         reason, hint = f"is {text}", "give a finite number in double precision"
     else:
-        reason, hint = (
-            f"is {quoted(entry)}, not a number",
-            "write the minus sign as -" if "\u2212" in entry else REAL,
-        )
+        reason = f"is {quoted(entry)}, not a number"
+        hint = "write the minus sign as -" if "\u2212" in entry else REAL
         hint = "write integers, as in 15/29" if "/" in entry else hint
     raise ProblemError(f"line {line}, column {column}", reason, hint)

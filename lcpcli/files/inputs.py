@@ -273,10 +273,8 @@ class _Files:
         has_M = 1 < len(first_columns) >= len(columns[1]) - 1 and np.array_equal(
             first_columns, dense(M)
         )
-        reason, hint = (
-            f"begins with M of {file.source_name}",
-            "if it holds M and q, name it alone",
-        )
+        reason = f"begins with M of {file.source_name}"
+        hint = "if it holds M and q, name it alone"
         refuse(has_M, q.source_name, reason, hint)
         file.refuse_underflow()
         q.refuse_underflow("q", in_columns=True)
@@ -294,10 +292,8 @@ class _Files:
             M, _ = _without_q(self._ahead[path])
         if q is not None and M is not None and len(q) == M.shape[0]:
             other = self._take(WHOLE).path
-            reason, hint = (
-                f"holds q, and {other} M",
-                f"name M first: {other} {file.path}",
-            )
+            reason = f"holds q, and {other} M"
+            hint = f"name M first: {other} {file.path}"
             raise ProblemError(file.source_name, reason, hint)
 
     def _is_q(self, n: int | None = None) -> bool:

@@ -162,10 +162,8 @@ def fields(content: JsonText, number: Number = float) -> dict[str, Any]:
             "M", data["M"], as_vector("q", data["q"]).size if "q" in data else None
         )
     if "solution" in data:
-        solutions, hint = (
-            data["solution"],
-            "give a list of numbers, or a list of such lists",
-        )
+        solutions = data["solution"]
+        hint = "give a list of numbers, or a list of such lists"
         refuse(
             not isinstance(solutions, list), "solution", f"is {kind(solutions)}", hint
         )
@@ -378,10 +376,8 @@ def sparse_matrix(
         as_vector(f"{field}.{key}", coordinates[key], values.size, "value")
         for key in ("rows", "cols")
     )
-    where, declared = (
-        f"{field}.shape",
-        " x ".join(f"{side:g}" for side in shape) or "empty",
-    )
+    where = f"{field}.shape"
+    declared = " x ".join(f"{side:g}" for side in shape) or "empty"
     is_other = n is not None and (shape.size != 2 or (shape != n).any())
     refuse(
         is_other,

@@ -123,10 +123,8 @@ def _matrix(field: str, content: Entries, number: Number) -> Any:
         np.fromiter(map(int, numbers[i::width]), np.int64, entries) for i in range(2)
     )
     if sign:
-        mirrored, reason = (
-            rows != cols,
-            "is skew-symmetric with entries on its diagonal",
-        )
+        mirrored = rows != cols
+        reason = "is skew-symmetric with entries on its diagonal"
         refuse(sign < 0 and not mirrored.all(), field, reason, "leave them out")
         values = np.concatenate((values, sign * values[mirrored]))
         rows, cols = (
@@ -172,10 +170,8 @@ def _header(content: bytes) -> tuple[list[str], tuple[int, int], int, int]:
         "is cut off before its size",
         "give the numbers of rows and columns below the header",
     )
-    sizes, names = (
-        line.split(),
-        ("rows", "columns", "entries")[: 2 if fields[2] == "array" else 3],
-    )
+    sizes = line.split()
+    names = ("rows", "columns", "entries")[: 2 if fields[2] == "array" else 3]
     if len(sizes) != len(names) or not all(
         re.fullmatch(rb"\d{1,18}", size) for size in sizes
     ):

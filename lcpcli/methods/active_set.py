@@ -314,11 +314,9 @@ def active_set(
 def _pivot_locally(inexact: Inexact, basic_solution: BasicSolution) -> BasisStatus:
     """Pivot on the infeasibilities, and then with the variables close to them alone,
     until their basis hardly changes; return the basis."""
-    box, basis = (
-        inexact.box,
-        inexact.box.exchanged(
-            basic_solution.basis, basic_solution.wrong, basic_solution.z
-        ),
+    box = inexact.box
+    basis = inexact.box.exchanged(
+        basic_solution.basis, basic_solution.wrong, basic_solution.z
     )
     inexact.z = np.where(basis == BASIC, box.project(inexact.z), box.nonbasic(basis))
     is_local = basic_solution.wrong.copy()

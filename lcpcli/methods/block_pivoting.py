@@ -151,10 +151,8 @@ def solve_many_by_pivoting(
     def pivot(rows: Indices, basis: BasisStatus) -> None:
         """Pivot some rows of the frame from their bases, and write the solutions into
         `pivoting_result`."""
-        guard, pivoting = (
-            Safeguard(shape[1], MAX_LEAST_INDEX_STEPS),
-            block_principal_pivoting(frame.part(rows), basis),
-        )
+        guard = Safeguard(shape[1], MAX_LEAST_INDEX_STEPS)
+        pivoting = block_principal_pivoting(frame.part(rows), basis)
         going: Indices | None = None
         for step in range(1, max_steps + 1 if rows.size else 0):
             if is_late():
@@ -164,10 +162,8 @@ def solve_many_by_pivoting(
             done = regular & now.is_solution
             pivoting_result.steps[rows], pivoting_result.ended[rows] = step, done
             ended = rows[done]
-            pivoting_result.z[ended], pivoting_result.basis[ended] = (
-                now.z[done],
-                now.basis[done],
-            )
+            pivoting_result.z[ended] = now.z[done]
+            pivoting_result.basis[ended] = now.basis[done]
             guard.choose(now.wrong, np.count_nonzero(now.wrong, axis=1))
             going = (regular & ~done & (guard.left >= 0)).nonzero()[0]
             rows = rows[going]

@@ -300,10 +300,8 @@ class Exchanges:
         """Return a basic solution as an iterate: z as it is, whatever rounding leaves
         of w."""
         within, original_problem = self.within, self.within.original
-        original_z, basis = (
-            original_problem.box.vectors(original_problem.n)[0].copy(),
-            np.full(original_problem.n, LOWER),
-        )
+        original_z = original_problem.box.vectors(original_problem.n)[0].copy()
+        basis = np.full(original_problem.n, LOWER)
         original_z[within.kept_columns] = self.problem.box.project(z) * within.units
         basis[within.kept_columns] = inner_basis
         x = original_problem.box.x_within(

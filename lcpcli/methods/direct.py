@@ -184,10 +184,8 @@ class Safeguard:
 
     def keep(self, rows: Indices) -> None:
         """Continue with only these of the m problems."""
-        self._min_count, self._steps_left = (
-            self._min_count[rows],
-            self._steps_left[rows],
-        )
+        self._min_count = self._min_count[rows]
+        self._steps_left = self._steps_left[rows]
         self.left, self.single = self.left[rows], self.single[rows]
 
 
@@ -593,10 +591,8 @@ def _test_rows(
     z = box.project(z)
     absolute = np.abs(M)
     sizes = np.abs(q)
-    w, row_magnitudes = (
-        each_product(M, z) + q,
-        each_product(absolute, np.abs(z)) + sizes,
-    )
+    w = each_product(M, z) + q
+    row_magnitudes = each_product(absolute, np.abs(z)) + sizes
     min_magnitudes = row_magnitudes
     for reference in (
         (0.0,) if box.is_orthant else (box.project(np.zeros(q.shape)), box.corner)

@@ -103,10 +103,8 @@ def slack_form(
     upper = conditions.upper
     if kept_columns.size < problem.n:
         fixed = np.where(lower == upper, lower, 0.0)
-        q, M = (
-            (problem.q + M @ fixed)[kept_columns],
-            matrices.principal(M, kept_columns),
-        )
+        q = (problem.q + M @ fixed)[kept_columns]
+        M = matrices.principal(M, kept_columns)
         lower, upper = lower[kept_columns], upper[kept_columns]
     if scaling == "diagonal":
         with imports:
@@ -272,11 +270,13 @@ class RefinedShiftedSolver:
             self._used_gmres = True
             weights, by_factors = self._weights, self._systems.solve
 
+            def A(v: Vector) -> Vector:
+                return weights * self._product(v)
+
+            def inverse(v: Vector) -> Vector:
+                return by_factors(v / weights)
+
             def by_gmres(r: Vector) -> Vector:
-                A, inverse = (
-                    lambda v: weights * self._product(v),
-                    lambda v: by_factors(v / weights),
-                )
                 return gmres(A, weights * r, GMRES_STEPS, inverse, 0.1 * goal)
 
             refined = self._iterative_refinement(refined, b, goal, by_gmres, 1)

@@ -195,13 +195,11 @@ def _end_of(problem: Problem, path: LemkePath) -> tuple[Vector, BasisStatus]:
 
 # Without it: of 1500 problems in a few small integers, six rays are not verified.
 def _integer_path(problem: Problem) -> Stage:
-    n, M = (
-        problem.n,
-        [
-            {j: int(a) for j, a in enumerate(row) if a}
-            for row in matrices.dense(problem.M).tolist()
-        ],
-    )
+    n = problem.n
+    M = [
+        {j: int(a) for j, a in enumerate(row) if a}
+        for row in matrices.dense(problem.M).tolist()
+    ]
     integers = IntegerTableau(M, list(map(int, problem.q.tolist())))
     for pivots, pivot in enumerate(integers.path(), 1):
         cover = float(integers.value_of(integers.parameter))
@@ -375,10 +373,8 @@ class LemkePath:
             if pivots_to_refresh <= 0:
                 self._refresh()
                 continue
-            entering_state, max_pivots = (
-                (self.entering, self.way, self.row),
-                min(pivots_to_refresh, last - self.pivots),
-            )
+            entering_state = (self.entering, self.way, self.row)
+            max_pivots = min(pivots_to_refresh, last - self.pivots)
             path_state = self.follow(
                 self.tableau, *entering_state, self.lexicographic, max_pivots
             )
@@ -537,10 +533,8 @@ def refine_small_components(problem: Problem, z: Vector, follow: Follow) -> Vect
         stays = ((lower >= 0.0) & (w > FAR * size)) | (
             (upper <= 0.0) & (w < -FAR * size)
         )
-        lower, upper = (
-            np.where(lower < -FAR, -np.inf, lower),
-            np.where(upper > FAR, np.inf, upper),
-        )
+        lower = np.where(lower < -FAR, -np.inf, lower)
+        upper = np.where(upper > FAR, np.inf, upper)
         vanishes = (
             (np.isinf(lower) & np.isinf(upper) & ~violated)
             | stays

@@ -123,10 +123,8 @@ class ComplementarySystem:
     def refutes(self, decided: Vector, y: Vector) -> bool:
         """Return whether y, with components of infeasible sign replaced by 0, proves
         that no solution of the original problem fits the decisions."""
-        original_problem, boxes = (
-            self.form.original,
-            self.form.restricted(decided == ACTIVE, decided == INACTIVE),
-        )
+        original_problem = self.form.original
+        boxes = self.form.restricted(decided == ACTIVE, decided == INACTIVE)
         if boxes is None:
             return True
         columns, rows = boxes
@@ -146,10 +144,8 @@ class ComplementarySystem:
         original_problem, boxes = self.form.original, self.form.restricted(P, ~P)
         if boxes is None:
             return True
-        basic, at_lower = (
-            boxes[0].lower < boxes[0].upper,
-            boxes[0].lower == original_problem.box.lower,
-        )
+        basic = boxes[0].lower < boxes[0].upper
+        at_lower = boxes[0].lower == original_problem.box.lower
         if np.count_nonzero(basic) > farkas.LARGEST_EXACT:
             return False
         with imports:
@@ -255,10 +251,8 @@ class _BranchAndBound:
         if y is not None and self.system.refutes(decided, y):
             return None
         self.cost += 0 if simplex is None else DOUBTFUL - 1
-        rows, columns = (
-            np.flatnonzero(decided == ACTIVE),
-            np.flatnonzero(decided != INACTIVE),
-        )
+        rows = np.flatnonzero(decided == ACTIVE)
+        columns = np.flatnonzero(decided != INACTIVE)
 
         def holds(y: Vector) -> bool:
             multipliers_of_rows = y[: q.size].copy()

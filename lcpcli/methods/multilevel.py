@@ -123,10 +123,8 @@ class Hierarchy:
                 aggregate,
                 np.arange(aggregate.size + 1, dtype=np.int32),
             )
-            T, candidate = (
-                csr_array(positions, shape=(aggregate.size, sizes.size)),
-                sizes,
-            )
+            T = csr_array(positions, shape=(aggregate.size, sizes.size))
+            candidate = sizes
             change = (strong @ T).tocsr()
             change.data *= np.repeat(weights, np.diff(change.indptr))
             P = T - change  # after one step of relaxation
@@ -234,10 +232,8 @@ class VCycles:
             R = _single(level.R)
             T = level.T
             work = np.empty((2, level.weights.size), dtype=np.float32)
-            operator, weights = (
-                level.operator.in_single_precision(),
-                _single(level.weights),
-            )
+            operator = level.operator.in_single_precision()
+            weights = _single(level.weights)
             self._levels.append(
                 (
                     Level(

@@ -275,10 +275,8 @@ def from_start(problem: Problem, basis: BasisStatus) -> Stage:
     M, diagonal = problem.M, problem.M.diagonal()
     if problem.n > MAX_NUMPY_ROWS and diagonal.min() > 0.0:
         with np.errstate(all="ignore"):
-            z, factors = (
-                problem.box.nonbasic(basis),
-                np.where(basis == BASIC, 1.0 / diagonal, 0.0),
-            )
+            z = problem.box.nonbasic(basis)
+            factors = np.where(basis == BASIC, 1.0 / diagonal, 0.0)
             w = problem.w(z) if np.count_nonzero(z) else problem.q.copy()
             step = gmres(lambda v: factors * product(M, v), -factors * w, CHECK_STEPS)
             w += product(M, step)

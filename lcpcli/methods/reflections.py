@@ -182,10 +182,8 @@ class Iteration:
         self._lower, self._upper = (
             bound.astype(np.float32)[:, np.newaxis] for bound in box.vectors(n)
         )
-        self._has_upper, self._fixed = (
-            bool(np.isfinite(self._upper).any()),
-            self._lower == self._upper,
-        )
+        self._has_upper = bool(np.isfinite(self._upper).any())
+        self._fixed = self._lower == self._upper
         self.nearest, self._reflected, self._change = np.empty(
             (3, 2 * n, walkers), np.float32
         )
@@ -209,10 +207,8 @@ class Iteration:
             squared_distance = (Z - z) ** 2 + W**2
             below = (Z - self._lower) ** 2 + np.minimum(W, 0) ** 2
             above = (Z - self._upper) ** 2 + np.maximum(W, 0) ** 2
-            at_lower, at_upper = (
-                below < np.minimum(squared_distance, above),
-                above < np.minimum(squared_distance, below),
-            )
+            at_lower = below < np.minimum(squared_distance, above)
+            at_upper = above < np.minimum(squared_distance, below)
             np.copyto(z, self._upper, where=at_upper)
             signed = np.where(
                 at_lower, np.maximum(W, 0), np.where(at_upper, np.minimum(W, 0), 0)

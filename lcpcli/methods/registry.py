@@ -604,10 +604,8 @@ def sweep(
     """
     for axis in axes:
         name, _, text = axis.partition("=")
-        name, values = (
-            name.strip().replace("-", "_"),
-            [value.strip() for value in text.split(",")],
-        )
+        name = name.strip().replace("-", "_")
+        values = [value.strip() for value in text.split(",")]
         if not all(values):
             hint = "write OPTION=VALUE,VALUE,..., as in p=1,10,100"
             raise ParameterError(where, f"{quoted(axis)} lacks a value", hint)
@@ -618,10 +616,8 @@ def sweep(
                     f"{' and '.join(dict.fromkeys(v.method for v in variants))}"
                 )
                 raise ParameterError(where, reason, f"add --method {owners[0]}")
-            reason, option_names = (
-                f"{quoted(_dashed(name))} is not an option of any method",
-                map(_dashed, (*OPTIONS, *FLAGS)),
-            )
+            reason = f"{quoted(_dashed(name))} is not an option of any method"
+            option_names = map(_dashed, (*OPTIONS, *FLAGS))
             raise ParameterError(where, reason, likely(_dashed(name), [*option_names]))
         swept = list[Variant]()
         for variant in variants:

@@ -41,13 +41,11 @@ from lcpcli.model.box import BASIC
 from lcpcli.model.problem import Problem
 from lcpcli.typing import Indices, Vector
 
-SELECTED, STEEPEST_AT_MULTIPLE, PLANE, AVERAGE, STEEPEST = (
-    "1",
-    "2.2",
-    "2.4",
-    "2.5",
-    "2.6",
-)
+SELECTED = "1"
+STEEPEST_AT_MULTIPLE = "2.2"
+PLANE = "2.4"
+AVERAGE = "2.5"
+STEEPEST = "2.6"
 SMOOTHED = 1e-3  # |F~| at a zero of F~, up to rounding, relative to the smoothing error
 SMOOTHING = (
     "its smoothed equation is solved up to rounding; the remaining residual is the "

@@ -299,10 +299,8 @@ class Elimination:
         n, basic = q.size, q < 0.0
         for direction in (1, -1) if basic.argmax() < basic[::-1].argmax() else (-1, 1):
             L, U = self._full_elimination(direction)
-            y, right_side = (
-                self._solve(L, -q[::direction], uplo="L", diag="U")[0],
-                q[::direction],
-            )
+            y = self._solve(L, -q[::direction], uplo="L", diag="U")[0]
+            right_side = q[::direction]
             is_basic = y > 0.0
             count = n - int(is_basic[::-1].argmax()) if is_basic.any() else 0
             if not (right_side[count + 1 :] < 0.0).any():  # as y = -w in row `count`

@@ -170,10 +170,8 @@ def readonly_matrix(M: Matrix, raw_value: Any = None) -> Matrix:
 def as_columns(field: str, values: Any, finite: bool = True) -> Vector:
     """Return values as an array of shape (n, k) of real numbers, a vector in each
     column, or raise ProblemError."""
-    per_column, columns = (
-        "give one vector in each column, shape (n, k)",
-        as_nested(field, values, 2, ROWS),
-    )
+    per_column = "give one vector in each column, shape (n, k)"
+    columns = as_nested(field, values, 2, ROWS)
     if columns.ndim != 2:
         hint = per_column
         if columns.ndim == 1:
@@ -250,10 +248,8 @@ def _as_finite(field: str, M: Matrix) -> tuple[Matrix, tuple[float, float]]:
     elif M.size <= 2 * MAX_LOOPED_ENTRIES:
         smallest, greatest = sizes(M)
     else:
-        smallest, greatest = (
-            float(np.abs(M.diagonal()).min()),
-            float(max(M.max(), -M.min())),
-        )
+        smallest = float(np.abs(M.diagonal()).min())
+        greatest = float(max(M.max(), -M.min()))
     if smallest >= 1 / FAR_FROM_ONE and greatest <= FAR_FROM_ONE:
         return M, (smallest, greatest)
     maxima = row_maxima(M)

@@ -260,20 +260,16 @@ class BlockForm(Formulation):
         q = conditions.q
         rows = slice(k, n - self.ranges)
         low, high = -q[rows] + 0.0, -q[rows] + 0.0
-        low[conditions.upper[rows] == 0], high[conditions.lower[rows] == 0] = (
-            -np.inf,
-            np.inf,
-        )
+        low[conditions.upper[rows] == 0] = -np.inf
+        high[conditions.lower[rows] == 0] = np.inf
         range_rows, columns = M[rows, n - self.ranges :].nonzero()
         if (
             len(columns) != self.ranges
             or (np.sort(columns) != np.arange(self.ranges)).any()
         ):
             return None
-        low[range_rows], high[range_rows] = (
-            conditions.lower[n - self.ranges + columns],
-            conditions.upper[n - self.ranges + columns],
-        )
+        low[range_rows] = conditions.lower[n - self.ranges + columns]
+        high[range_rows] = conditions.upper[n - self.ranges + columns]
         return Blocks(
             M[:k, :k],
             q[:k],

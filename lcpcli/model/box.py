@@ -235,10 +235,8 @@ class Box:
         """Return y with 0 where multipliers of rows with these bounds have another
         sign."""
         has_lower, has_upper = map(np.isfinite, self.vectors(y.size))
-        lowest, highest = (
-            np.where(has_lower, 0.0, -np.inf),
-            np.where(has_upper, 0.0, np.inf),
-        )
+        lowest = np.where(has_lower, 0.0, -np.inf)
+        highest = np.where(has_upper, 0.0, np.inf)
         return np.asarray(np.clip(y, lowest, highest))
 
     def nonbasic(self, basis: BasisStatus) -> Vector:
@@ -293,10 +291,8 @@ class Box:
         """Return the closest z within the bounds, on a bound where factor times its
         distance is less than a w of its sign; and the sigma for which w - sigma has the
         signs required by complementarity."""
-        at_lower, at_upper = (
-            factor * (z - self.lower) < w,
-            factor * (z - self.upper) > w,
-        )
+        at_lower = factor * (z - self.lower) < w
+        at_upper = factor * (z - self.upper) > w
         sigma = np.where(
             at_lower, np.minimum(w, 0.0), np.where(at_upper, np.maximum(w, 0.0), w)
         )

@@ -294,10 +294,8 @@ class StandardForm(Change):
         return self.original.has_small_integers
 
     def back(self, x: Vector) -> Vector:
-        unknowns, w_of_form = (
-            self.problem.box.z_of(x),
-            self.problem.box.reflected(x) - x,
-        )
+        unknowns = self.problem.box.z_of(x)
+        w_of_form = self.problem.box.reflected(x) - x
         w = np.zeros(self.original.n)
         w[self.kept_columns] = w_of_form[: self.kept_columns.size]
         w[self.boxed] -= unknowns[unknowns.size - self.boxed.size :]
@@ -336,14 +334,10 @@ class StandardForm(Change):
         box, n = self.original.box, self.original.n
         lower, upper = box.vectors(n)
         basic, at_corner, at_upper, below, has_v = np.zeros((5, n), dtype=bool)
-        kept_rows, v = (
-            slice(self.kept_columns.size),
-            slice(self.problem.n - self.boxed.size, None),
-        )
-        basic[self.kept_columns], at_corner[self.kept_columns] = (
-            active[kept_rows],
-            inactive[kept_rows],
-        )
+        kept_rows = slice(self.kept_columns.size)
+        v = slice(self.problem.n - self.boxed.size, None)
+        basic[self.kept_columns] = active[kept_rows]
+        at_corner[self.kept_columns] = inactive[kept_rows]
         at_upper[self.boxed] = active[v]
         below[self.boxed] = inactive[v]
         has_v[self.boxed] = True
@@ -372,27 +366,21 @@ def standard_form(original: Problem) -> StandardForm:
         np.flatnonzero(~box.fixed) if not box.fixed.all() else np.arange(original.n)
     )
     low, high = np.isfinite(box.lower), np.isfinite(box.upper)
-    boxed, sign = (
-        kept_columns[(low & high)[kept_columns]],
-        np.where(high & ~low, -1.0, 1.0),
-    )
+    boxed = kept_columns[(low & high)[kept_columns]]
+    sign = np.where(high & ~low, -1.0, 1.0)
     q = original.w(box.corner) if box.corner.any() else original.q
-    M, q = (
-        matrices.scaled(
-            original.M[kept_columns][:, kept_columns],
-            sign[kept_columns],
-            sign[kept_columns],
-        ),
-        sign[kept_columns] * q[kept_columns],
+    M = matrices.scaled(
+        original.M[kept_columns][:, kept_columns],
+        sign[kept_columns],
+        sign[kept_columns],
     )
+    q = sign[kept_columns] * q[kept_columns]
     if box.free.any():  # E'ME and E'q for E = [I, -e_F]
         free = box.free[kept_columns]
         column, row = -(M @ free.astype(float)), -(free.astype(float) @ M)
         corner = np.array([[-float(column[free].sum())]])
-        M, q = (
-            matrices.stack([[M, column[:, np.newaxis]], [row[np.newaxis], corner]]),
-            np.append(q, -q[free].sum()),
-        )
+        M = matrices.stack([[M, column[:, np.newaxis]], [row[np.newaxis], corner]])
+        q = np.append(q, -q[free].sum())
     if boxed.size:
         E = unit_columns(q.size, np.searchsorted(kept_columns, boxed), is_sparse(M))
         zero = (
@@ -400,10 +388,8 @@ def standard_form(original: Problem) -> StandardForm:
             if is_sparse(M)
             else np.zeros((boxed.size, boxed.size))
         )
-        M, q = (
-            matrices.stack([[M, E], [-E.T, zero]]),
-            np.append(q, box.upper[boxed] - box.lower[boxed]),
-        )
+        M = matrices.stack([[M, E], [-E.T, zero]])
+        q = np.append(q, box.upper[boxed] - box.lower[boxed])
     return StandardForm(
         Problem(M, q, name=original.name), original, kept_columns, boxed, sign
     )

@@ -278,15 +278,11 @@ class Evaluations:
         J = dense(J)
         low = np.fmin(*ways)
         high = np.fmax(*ways)
-        gaps, sizes = (
-            np.fmax(low - J, J - high),
-            np.fmax(np.abs(J), np.fmax(np.abs(low), np.abs(high))),
-        )
+        gaps = np.fmax(low - J, J - high)
+        sizes = np.fmax(np.abs(J), np.fmax(np.abs(low), np.abs(high)))
         gaps = np.where(np.isfinite(J), gaps, np.where(np.isfinite(low), np.inf, 0.0))
-        scales, noise = (
-            np.maximum(np.abs(z), 1.0),
-            np.maximum(other.noise, EPS * np.abs(F)),
-        )
+        scales = np.maximum(np.abs(z), 1.0)
+        noise = np.maximum(other.noise, EPS * np.abs(F))
         notable = NOTABLE * (sizes * scales).max(axis=1, initial=0.0)[:, np.newaxis]
         min_gap = np.maximum(
             notable / scales, ROUNDINGS * noise[:, np.newaxis] / np.abs(steps)
@@ -437,10 +433,8 @@ class Slopes:
         self._terms = absolute_product(J, np.abs(z))
         self._random = generator(0)
         self._first = list[_Quotient]()
-        self.min_terms, (self._confirmed, self.refuting) = (
-            np.zeros(z.size),
-            np.zeros((2, z.size), dtype=int),
-        )
+        self.min_terms = np.zeros(z.size)
+        self._confirmed, self.refuting = np.zeros((2, z.size), dtype=int)
 
     @property
     def is_uneven(self) -> bool:
@@ -476,10 +470,8 @@ class Slopes:
     def _direction(self) -> Vector:
         """Return a direction at random, but towards the farther bound where the other
         one is close."""
-        z, sizes = (
-            self._z,
-            np.abs(self._z) * self._random.uniform(0.5, 1.0, self._z.size),
-        )
+        z = self._z
+        sizes = np.abs(self._z) * self._random.uniform(0.5, 1.0, self._z.size)
         above, below = self._problem.upper - z, z - self._problem.lower
         is_close = np.minimum(above, below) < STEPS[-1] * sizes
         up = np.where(is_close, above >= below, self._random.random(z.size) < 0.5)
@@ -530,9 +522,9 @@ class Slopes:
     def unsmooth(self, noise: Vector) -> tuple[Mask, Mask]:
         """Return the rows with a kink at z, by the slopes on both sides, and those with
         a jump, far above the noise."""
-        d, distance = (
-            self._direction(),
-            np.minimum(self._problem.upper - self._z, self._z - self._problem.lower),
+        d = self._direction()
+        distance = np.minimum(
+            self._problem.upper - self._z, self._z - self._problem.lower
         )
         # On each side, the changes by a long and a short step.
         ways = d, np.where(distance < STEPS[0] * np.abs(d), 0.0, d)

@@ -42,10 +42,8 @@ REMARKS = ("name", "solutions", "verdict", "source", "note", "reference", "origi
 # and bounds are: a problem with the same M gets these, and no others.
 M_FIELDS = ("M", "n", "largest", "facts", "latest")
 LABELS = ("name", "source", "note", "origin", "names", "x0", "x1")
-VERDICTS, WITHOUT_SOLUTION = (
-    ("infeasible", "unsolvable", "ray"),
-    ("infeasible", "unsolvable"),
-)
+VERDICTS = ("infeasible", "unsolvable", "ray")
+WITHOUT_SOLUTION = ("infeasible", "unsolvable")
 
 
 LCP_BOUNDS = 0.0, math.inf

@@ -181,10 +181,8 @@ class Block:
         self.q = q
         self.box = box
         self.like, self.M = columns.like, columns.M
-        self.units, self.references = (
-            self.like.units,
-            references or reference(self.M, q, box),
-        )
+        self.units = self.like.units
+        self.references = references or reference(self.M, q, box)
         self.reference_z, self.q_ref, self.q_error = self.references
         bounds = {"lower": self.like.lower, "upper": self.like.upper, "box": box}
         self._fields = {

@@ -87,19 +87,15 @@ def rounded_rows(
     is_rounded = table_rows.is_empty & (sides != 0)
     for is_kind in (table_rows.is_equation, ~table_rows.is_equation):
         if (is_rounded & is_kind).any():
-            size, each = (
-                _size(table_rows, is_kind & ~table_rows.is_empty),
-                np.abs(sides),
-            )
+            size = _size(table_rows, is_kind & ~table_rows.is_empty)
+            each = np.abs(sides)
             is_rounding = each <= ROUNDING_OF_SIDES * size
             is_rounding &= each >= MIN_OF_SIDES * size
             is_rounded &= ~is_kind | is_rounding
     if not is_rounded.any():
         return None
-    rows, values = (
-        table_rows.indices[is_rounded],
-        table_rows.ranges[is_rounded & (table_rows.ranges >= 0)],
-    )
+    rows = table_rows.indices[is_rounded]
+    values = table_rows.ranges[is_rounded & (table_rows.ranges >= 0)]
     q = data.q.copy()
     low = data.lower.copy()
     high = data.upper.copy()
@@ -131,10 +127,8 @@ def _rows(data: Conditions, maxima: Vector, block_form: BlockForm | None) -> _Ro
     # Rows of w = M z + q have sides where z_i is unbounded above, and below.
     lower = np.where(high == np.inf, -q, -np.inf)[indices]
     upper = np.where(low == -np.inf, -q, np.inf)[indices]
-    is_empty, is_equation = (
-        (maxima == 0)[indices],
-        is_equation[indices],
-    )
+    is_empty = (maxima == 0)[indices]
+    is_equation = is_equation[indices]
     ranges = np.full(indices.size, -1)
     if last < q.size:
         values = np.arange(last, q.size)

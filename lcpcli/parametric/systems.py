@@ -171,10 +171,8 @@ class DenseBasisFactorization(BasisFactorization):
             self._rows[p] = self._rows[last]
             self._at[self.n + 1 + self._rows[p]] = p
         if position != last:
-            self._cols[position], self._columns[position] = (
-                self._cols[last],
-                self._columns[last],
-            )
+            self._cols[position] = self._cols[last]
+            self._columns[position] = self._columns[last]
             self._at[self._cols[position]] = position
 
     def refresh(self) -> None:

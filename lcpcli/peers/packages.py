@@ -291,17 +291,13 @@ def piqp(
 ) -> PeerOutcome:
     """Run PIQP as `minimized` does, which has no time limit, but stops after 250
     iterations."""
-    stored, y = (
-        columns if is_sparse(problem.M) else dense,
-        np.zeros(program.row_lower.size),
-    )
+    stored = columns if is_sparse(problem.M) else dense
+    y = np.zeros(program.row_lower.size)
     low = program.row_lower
     high = program.row_upper
     equal = program.row_lower == program.row_upper
-    equations, rows = (
-        (stored(program.A[equal]), low[equal]),
-        (stored(program.A[~equal]), low[~equal], high[~equal]),
-    )
+    equations = (stored(program.A[equal]), low[equal])
+    rows = (stored(program.A[~equal]), low[~equal], high[~equal])
     bounds = program.lower, program.upper
     convex_program = ConvexProgram(
         stored(program.Q), program.c.copy(), equations, rows, bounds
@@ -342,10 +338,8 @@ def gambit(
     m, M = _strategies(problem), dense(problem.M)
     R, C = M[:m, m:], M[m:, :m].T
     limit = None if time_limit == np.inf else time_limit + SECONDS_TO_LOAD
-    call, game = (
-        [sys.executable, "-c", SOLVE],
-        json.dumps([(-R).tolist(), (-C).tolist()]),
-    )
+    call = [sys.executable, "-c", SOLVE]
+    game = json.dumps([(-R).tolist(), (-C).tolist()])
     try:
         done = subprocess.run(
             call, input=game, capture_output=True, text=True, timeout=limit

@@ -62,10 +62,8 @@ SIGNATURES = (  # of the functions of the library
     "MCP_Destroy pointer, MCP_GetX pointer, Path_Solve pointer pointer"
 )
 _Doubles, _Integers = POINTER(c_double), POINTER(c_int)
-_Print, _Flush = (
-    CFUNCTYPE(None, c_void_p, c_int, c_char_p),
-    CFUNCTYPE(None, c_void_p, c_int),
-)
+_Print = CFUNCTYPE(None, c_void_p, c_int, c_char_p)
+_Flush = CFUNCTYPE(None, c_void_p, c_int)
 _Size = CFUNCTYPE(None, c_void_p, _Integers, _Integers)
 _Bounds = CFUNCTYPE(None, c_void_p, c_int, _Doubles, _Doubles, _Doubles)
 _Function = CFUNCTYPE(c_int, c_void_p, c_int, _Doubles, _Doubles)
@@ -161,10 +159,8 @@ def _solved(
     for name, value in options.items():
         path.Options_Set(options_handle, f"{name} {value}".encode())
     run = path.MCP_Create(n, max_entries)
-    interface, information = (
-        _called(made, max_entries, faults),
-        _Information(use_start=1),
-    )
+    interface = _called(made, max_entries, faults)
+    information = _Information(use_start=1)
     path.MCP_SetInterface(run, byref(interface))
     ending = path.Path_Solve(run, byref(information))
     z = np.ctypeslib.as_array(path.MCP_GetX(run), (n,)).copy()
@@ -192,10 +188,8 @@ def _path() -> Path:
 
 @cache
 def _functions() -> Any:
-    path, kinds = (
-        CDLL(str(_path())),
-        {"pointer": c_void_p, "int": c_int, "text": c_char_p},
-    )
+    path = CDLL(str(_path()))
+    kinds = {"pointer": c_void_p, "int": c_int, "text": c_char_p}
     for name, *types in map(str.split, SIGNATURES.split(", ")):
         getattr(path, name).argtypes = [kinds[kind] for kind in types]
     path.Options_Create.restype = path.MCP_Create.restype = c_void_p

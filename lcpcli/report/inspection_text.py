@@ -47,10 +47,8 @@ def inspection_report(
 
     def document(*_: Any) -> Document:
         if isinstance(diagnosis, Inspection):
-            tables, heading = (
-                _linear_tables(diagnosis, classes, shows_all),
-                f"{name}: {wording.size(diagnosis.problem)}",
-            )
+            tables = _linear_tables(diagnosis, classes, shows_all)
+            heading = f"{name}: {wording.size(diagnosis.problem)}"
         else:
             shown = [row for row in classes if shows_all or row[0] in DECISIVE]
             of_start = _table(("class of M = J at the start", "", "because"), shown)
@@ -142,10 +140,8 @@ def _table(header: Row, rows: Sequence[Row], texts: Sequence[int] = ()) -> Table
 
 
 def _facts(diagnosis: Inspection) -> list[Row]:
-    n, stored = (
-        diagnosis.problem.n,
-        "sparse" if is_sparse(diagnosis.problem.M) else "dense",
-    )
+    n = diagnosis.problem.n
+    stored = "sparse" if is_sparse(diagnosis.problem.M) else "dense"
     percentage = f"{100 * diagnosis.nonzeros / n**2:.3g} %"
     nonzeros = f"{diagnosis.nonzeros} of {n**2} nonzero ({percentage})"
     unit, name = next(
@@ -207,9 +203,9 @@ def _removed(presolved: Presolved | None) -> dict[str, object] | None:
 def _presolve(presolved: Presolved | None) -> list[Row]:
     if presolved is None:
         return []
-    n, parts = (
-        presolved.original.n,
-        ", ".join(f"{number} by {rule}" for rule, number in presolved.removed.items()),
+    n = presolved.original.n
+    parts = ", ".join(
+        f"{number} by {rule}" for rule, number in presolved.removed.items()
     )
     changed = "writes equations in another way" if presolved.has_new_rows else ""
     removes = (
@@ -289,10 +285,8 @@ def _nonlinear_facts(diagnosis: NonlinearInspection) -> Sequence[Row]:
             ("fixed variables", fixed),
         ]
     density = f" ({100 * diagnosis.nonzeros / n**2:.3g} %)" if n else ""
-    of_rows, of_free = (
-        diagnosis.structural_rank_of_equations,
-        diagnosis.structural_rank_of_free,
-    )
+    of_rows = diagnosis.structural_rank_of_equations
+    of_free = diagnosis.structural_rank_of_free
     free = (
         f"; {of_rows} of the rows of equations, {of_free} of the columns of "
         "free unknowns" * bool(diagnosis.equations)

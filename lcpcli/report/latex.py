@@ -51,15 +51,13 @@ def render(document: Document, _: int | None, __: bool) -> str:
 def _section(section: Section, label: str) -> list[str]:
     """Return a float for a section, below a longtable if the first of its tables is too
     long for a page."""
-    caption, lines = (
-        " ".join(f"{text}." for text in (section.title, section.provenance) if text),
-        [],
+    caption = " ".join(
+        f"{text}." for text in (section.title, section.provenance) if text
     )
+    lines = []
     notes = [section.verdict, *section.facts, *section.remarks]
-    tables, named = (
-        list(section.tables),
-        [rf"\caption{{{_text(caption)}}}", rf"\label{{{label}}}"],
-    )
+    tables = list(section.tables)
+    named = [rf"\caption{{{_text(caption)}}}", rf"\label{{{label}}}"]
     if tables and len(tables[0].rows) > PAGE_ROWS:
         begin, top, names, *rows, _ = _tabular(tables.pop(0))
         lines = [

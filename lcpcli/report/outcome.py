@@ -267,10 +267,8 @@ def _vector(
         "z =" if result.solved or result.status.word in PROBLEM_STATUSES else "best z ="
     )
     if names:
-        names_of_unknowns, cells = (
-            result.names,
-            _cells(result, slice(None), by_name=True),
-        )
+        names_of_unknowns = result.names
+        cells = _cells(result, slice(None), by_name=True)
         selected = wording.selected_components(wording.labels_of(result.problem), names)
         shown = [
             (names_of_unknowns[i] or f"z{i + 1}", cells[i].split()[-1])

@@ -128,10 +128,10 @@ class EndpointProblems:
 
     def __init__(self, *problems: Problem) -> None:
         forms = (each.block_form for each in problems)
-        self._problems, self._block_forms = (
-            problems,
-            [block_form for block_form in forms if block_form is not None],
-        )
+        self._problems = problems
+        self._block_forms = [
+            block_form for block_form in forms if block_form is not None
+        ]
         kinds = {(each.sign, each.variables, each.ranges) for each in self._block_forms}
         is_one = len(self._block_forms) == 2 and len(kinds) == 1
         self.block_form = self._block_forms[0] if is_one else None
@@ -141,10 +141,9 @@ class EndpointProblems:
         program's multipliers begin with y."""
         if self.block_form is None:
             return wording.headings(self._problems[0], max_length)
-        (data, _), rows = (
-            self._data,
-            self.block_form.rows
-            or [""] * (self._problems[0].n - self.block_form.variables),
+        (data, _) = self._data
+        rows = self.block_form.rows or [""] * (
+            self._problems[0].n - self.block_form.variables
         )
         rows = rows[: data.row_lower.size]
         sides = [rows[i] for i in np.flatnonzero(data.ranges)]
@@ -192,10 +191,8 @@ class Terms(EndpointProblems):
             return Points([], [], [])
         (ts, *vectors), n = self.points, self.path.problem.n
         rows = np.array([[*z, *w] for z, w in zip(*vectors, strict=True)], dtype=object)
-        stacked_path, points = (
-            replace(self.path, t=np.array(ts, dtype=object), z=rows),
-            Points([], [], []),
-        )
+        stacked_path = replace(self.path, t=np.array(ts, dtype=object), z=rows)
+        points = Points([], [], [])
         for t in (t for t in values if ts and min(ts) <= t <= max(ts)):
             for row in np.atleast_2d(stacked_path(t)).tolist():
                 for part, value in zip(points, (t, row[:n], row[n:]), strict=True):

@@ -308,10 +308,8 @@ def plot_path(
     """Draw the solutions along a path, of the unknowns to `show` alone if there are
     any, and the objective of a program."""
     require()
-    data, text = (
-        [path, [show] if isinstance(show, str) else show],
-        f"path of {count(path.t.size, 'breakpoint')}",
-    )
+    data = [path, [show] if isinstance(show, str) else show]
+    text = f"path of {count(path.t.size, 'breakpoint')}"
     return Picture("response", data, [f"{wording.PROGRAM}: {path}"], text).save(file)
 
 

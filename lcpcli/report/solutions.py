@@ -75,10 +75,8 @@ def build(
     problem, figure = search_result.data.problem, None
     facts, remarks = list[str](), list[str]()
     if isinstance(search_result, Optimum):
-        message, is_complete = (
-            search_result.message(cell),
-            search_result.status == OPTIMAL,
-        )
+        message = search_result.message(cell)
+        is_complete = search_result.status == OPTIMAL
         facts, tables, remarks = _best(search_result, cell, longest(format_name), names)
     else:
         message, is_complete = search_result.message, search_result.complete
@@ -130,10 +128,8 @@ def _best(
         else ([], [])
     )
     facts += statements
-    headings, selected = (
-        wording.headings(problem, max_length),
-        wording.selected_components(wording.labels_of(problem), names),
-    )
+    headings = wording.headings(problem, max_length)
+    selected = wording.selected_components(wording.labels_of(problem), names)
     z, w = (
         in_stated_sense(problem, values or [])
         for values in (best_solution.z, best_solution.w)

@@ -257,10 +257,8 @@ def _remarks(
     """Return lines below the verdict, or below the summary, without advice in formats
     for print, and without reasons why some of many runs failed. files : as for
     `build`."""
-    failed, hints = (
-        [result for result in results if compared and not result.solved],
-        not FORMATS[format_name].is_printed,
-    )
+    failed = [result for result in results if compared and not result.solved]
+    hints = not FORMATS[format_name].is_printed
     are_many = len(results) > MAX_EXPLAINED
     # The comparison has the run of auto.
     hints_at_auto = not (compared and any(result.label == AUTO for result in results))

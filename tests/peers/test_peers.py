@@ -299,7 +299,6 @@ def test_gambit_finds_an_equilibrium() -> None:
 @pytest.mark.parametrize(
     "problem",
     [literature.josephy(), literature.mathiesen(), literature.nash_cournot(5)],
-    [literature.josephy(), literature.mathiesen(), literature.nash_cournot(5)],
 )
 def test_library_of_path_solves_nonlinear_problems_by_their_functions(
     problem: NonlinearProblem,

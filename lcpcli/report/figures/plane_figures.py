@@ -390,10 +390,8 @@ HOLLOW: dict[str, Any] = {
     "markerfacecolor": "white",
     "markeredgecolor": "black",
 }
-START, SOLUTION = (
-    HOLLOW | {"marker": "s", "markersize": 6.5},
-    HOLLOW | {"marker": "*", "markersize": 11},
-)
+START = HOLLOW | {"marker": "s", "markersize": 6.5}
+SOLUTION = HOLLOW | {"marker": "*", "markersize": 11}
 
 
 @np.errstate(over="ignore", invalid="ignore")

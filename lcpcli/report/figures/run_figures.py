@@ -91,13 +91,10 @@ def errors(curves: Iterable[Curve]) -> Range:
     """Return a range around the errors that are neither practically 0 nor those of a
     divergent run."""
     series = [[v for v in curve.errors if v is not None] for curve in curves]
-    proper, values = (
-        [
-            [v for v in positive_errors if 0 < v < math.inf]
-            for positive_errors in series
-        ],
-        list(chain(*series)),
-    )
+    proper = [
+        [v for v in positive_errors if 0 < v < math.inf] for positive_errors in series
+    ]
+    values = list(chain(*series))
     if values and not any(values):
         return ALL_ZERO
     scale = max(
@@ -105,10 +102,8 @@ def errors(curves: Iterable[Curve]) -> Range:
         or chain(*proper),
         default=1.0,
     )
-    floor, ceiling = (
-        max(SMALLEST_ERROR * scale, SMALLEST_END),
-        min(LARGEST_ERROR * scale, LARGEST_END),
-    )
+    floor = max(SMALLEST_ERROR * scale, SMALLEST_END)
+    ceiling = min(LARGEST_ERROR * scale, LARGEST_END)
     return times(values, floor, ceiling)
 
 
@@ -432,10 +427,8 @@ def _against_values(
 ) -> None:
     """Draw a line with all its points, those of errors that are 0 at the lower edge,
     and a cross for each run that has not solved its problem."""
-    line_style, xs = (
-        styles[line.label, line.label],
-        [float(value) for value in line.values],
-    )
+    line_style = styles[line.label, line.label]
+    xs = [float(value) for value in line.values]
     order = sorted(range(len(xs)), key=xs.__getitem__)
     points = inside([xs[i] for i in order], [ys[i] for i in order], across, up)
     if not points:
@@ -508,10 +501,8 @@ def _solutions(
     names = terms.names()
     z = terms.path.z
     if selection:
-        shown, z = (
-            wording.selected_components(names, selection),
-            np.array(list(map(terms.values, z))),
-        )
+        shown = wording.selected_components(names, selection)
+        z = np.array(list(map(terms.values, z)))
     else:
         shown = np.flatnonzero(
             z[:, : program.variables if program else None].any(axis=0)
@@ -520,10 +511,8 @@ def _solutions(
     is_marked = is_named and len(across) <= MAX_RULES
     entries = list[Entry]()
     for i, index in enumerate(shown):
-        line_style, values = (
-            LineStyle(COLORS[i % len(COLORS)], style.RAMP[i % len(style.RAMP)]),
-            z[:, index],
-        )
+        line_style = LineStyle(COLORS[i % len(COLORS)], style.RAMP[i % len(style.RAMP)])
+        values = z[:, index]
         line = (
             line_style.line
             if is_named
@@ -555,22 +544,16 @@ def _objective(
 ) -> None:
     """Draw the objective of a program, a parabola on each piece, against what moves, or
     instead the frontier."""
-    path, parts = (
-        terms.path,
-        max(min(SAMPLES, MAX_SAMPLES // max(len(across) - 1, 1)) - 1, 1),
-    )
+    path = terms.path
+    parts = max(min(SAMPLES, MAX_SAMPLES // max(len(across) - 1, 1)) - 1, 1)
     steps = np.arange(parts * (len(across) - 1) + 1) / parts
     before, corners = steps.astype(int), np.column_stack((path.t, path.z))
-    share, after = (
-        (steps - before)[:, np.newaxis],
-        np.minimum(before + 1, len(across) - 1),
-    )
+    share = (steps - before)[:, np.newaxis]
+    after = np.minimum(before + 1, len(across) - 1)
     points = (1 - share) * corners[before] + share * corners[after]
     values = np.array([terms.objective(point[0], point[1:]) for point in points])
-    pairs, names = (
-        [(_across(terms, points[:, 0]), values), (across, values[::parts])],
-        [label, "objective"],
-    )
+    pairs = [(_across(terms, points[:, 0]), values), (across, values[::parts])]
+    names = [label, "objective"]
     if is_frontier:
         pairs, names = [(y, x) for x, y in pairs], names[::-1]
     axes.plot(*pairs[0], zorder=2, color="black", linewidth=1.3)

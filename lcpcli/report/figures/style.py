@@ -156,10 +156,10 @@ def styles_of(entries: Iterable[tuple[str, str]]) -> LineStyles:
             : len(labels_of_name)
         ]
         if len(labels_of_name) > len(runs):
-            grid_positions, elsewhere = (
-                grid_positions_of(labels_of_name),
-                {styles_of_methods[other].marker for other in labels if other != name},
-            )
+            grid_positions = grid_positions_of(labels_of_name)
+            elsewhere = {
+                styles_of_methods[other].marker for other in labels if other != name
+            }
             colors_between = LinearSegmentedColormap.from_list(
                 "", ["white", line_style.color, "black"], SHADES
             )
