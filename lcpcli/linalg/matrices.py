@@ -72,7 +72,16 @@ def is_sparse(M: Any) -> bool:
 
 
 def are_equal(A: Matrix, B: Matrix) -> bool:
-    return A is B or (A.shape == B.shape and not (A != B).sum())
+    if A is B or A.shape != B.shape:
+        return A is B
+    if is_sparse(A) and is_sparse(B) and A.format == B.format == "csr":
+        same_arrays = (
+            np.array_equal(getattr(A, name), getattr(B, name))
+            for name in ("data", "indices", "indptr")
+        )
+        if all(same_arrays):
+            return True
+    return not (A != B).sum()
 
 
 def norm_inf(M: Matrix) -> float:

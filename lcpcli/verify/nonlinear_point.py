@@ -41,11 +41,12 @@ from lcpcli.linalg.doubles import (
     is_finite,
     size,
 )
-from lcpcli.linalg.matrices import dense, is_sparse
+from lcpcli.linalg.matrices import are_equal, dense, is_sparse, with_data
 from lcpcli.model.evaluations import Evaluations, Slopes, rounding
 from lcpcli.model.nonlinear import NonlinearProblem
 from lcpcli.model.problem import Problem
-from lcpcli.typing import Vector
+from lcpcli.model.right_hand_sides import like_with
+from lcpcli.typing import Matrix, Vector
 from lcpcli.verify.error_theorems import Bound
 from lcpcli.verify.measure import Rows
 from lcpcli.verify.point import Criterion, Point, on_bounds, without_small_distances
@@ -171,34 +172,35 @@ class NonlinearCriterion(Criterion):
         original_problem = evaluations.problem
         self._first = 0.0
         F = evaluations.known_values(original_problem.x0)
-        super().__init__(
-            self._linearization(
-                original_problem.x0,
-                F,
-                original_problem.names if any(original_problem.names) else (),
-            ),
-            tol,
-            literal=True,
-        )
+        names = original_problem.names if any(original_problem.names) else ()
+        first = self._linearization(*self._conditions(original_problem.x0, F), names)
+        first = first.having(solutions=original_problem.solutions)
+        super().__init__(first, tol, literal=True)
         self.start = size(original_problem.box.gaps(original_problem.x0, F))
 
     def linearization(self, z: Vector, F: Vector) -> Problem:
         """Return the linear problem with M = J(z) and w(z) = F; entries that are not
-        finite are replaced by 0.
+        finite are replaced by 0. What is known of the M of the first one holds for an
+        equal M, as J does not depend on z where F is affine.
         """
-        return self._linearization(z, F).having(origin=self.problem.origin)
+        first = self.problem
+        J, q = self._conditions(z, F)
+        if are_equal(J, first.M):
+            linear = like_with(first, q, first.box)
+        else:
+            linear = self._linearization(J, q).having(origin=first.origin)
+        return linear.having(solutions=first.solutions)
+
+    def _conditions(self, z: Vector, F: Vector) -> tuple[Matrix, Vector]:
+        J = self.evaluations.jacobian(z)
+        J = with_data(J, _finite(J.data)) if is_sparse(J) else _finite(J)
+        return J, _finite(F - J @ z)
 
     def _linearization(
-        self, z: Vector, F: Vector, names: Sequence[str] = ()
+        self, J: Matrix, q: Vector, names: Sequence[str] = ()
     ) -> Problem:
-        original_problem, J = self.evaluations.problem, self.evaluations.jacobian(z)
-        if is_sparse(J):
-            J = J.copy()
-            J.data = _finite(J.data)
-        else:
-            J = _finite(J)
-        q = _finite(F - J @ z)
-        linear = Problem(
+        original_problem = self.evaluations.problem
+        return Problem(
             J,
             q,
             name=original_problem.name,
@@ -207,7 +209,6 @@ class NonlinearCriterion(Criterion):
             lower=original_problem.lower,
             upper=original_problem.upper,
         )
-        return linear.having(solutions=original_problem.solutions)
 
     def point(self, z: Vector) -> Point:
         """Return the point at a z within its bounds; if it almost solves the problem,
