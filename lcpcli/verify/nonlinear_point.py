@@ -185,10 +185,12 @@ class NonlinearCriterion(Criterion):
         """
         first = self.problem
         J, q = self._conditions(z, F)
-        if are_equal(J, first.M):
-            linear = like_with(first, q, first.box)
-        else:
+        if not are_equal(J, first.M):
             linear = self._linearization(J, q).having(origin=first.origin)
+        elif np.array_equal(q, first.q):
+            return first
+        else:
+            linear = like_with(first, q, first.box)
         return linear.having(solutions=first.solutions)
 
     def _conditions(self, z: Vector, F: Vector) -> tuple[Matrix, Vector]:
