@@ -274,6 +274,10 @@ def _as_sparse(field: str, M: Any) -> Matrix:
         with imports:
             from scipy.sparse import csr_array
         by_rows = csr_array(M, dtype=np.float64)
+        entries = M.tocoo()
+        _refuse_underflow(
+            field, entries.data, lambda: np.column_stack((entries.row, entries.col))
+        )
     if not by_rows.has_canonical_format:
         by_rows = by_rows.copy()
         by_rows.sum_duplicates()
@@ -341,7 +345,21 @@ def as_floats(field: str, values: Any, expected: str = NUMBERS) -> Vector:
         for i in np.flatnonzero(doubles == 0).tolist():
             if values[i]:  # a Fraction
                 raise ProblemError(f"{field}[{i}]", *UNDERFLOWS)
+    if isinstance(values, np.ndarray):
+        _refuse_underflow(field, values)
     return doubles
+
+
+def _refuse_underflow(
+    field: str, values: Any, positions: Callable[[], Any] | None = None
+) -> None:
+    """Refuse an array of numbers, such as longdouble, of which one is 0 as a double,
+    but not 0. positions : as for `refuse_infinite`."""
+    if values.dtype.itemsize <= np.float64().itemsize:
+        return
+    lost = (values.astype(np.float64) == 0) & (values != 0)
+    if lost.any():
+        raise ProblemError(_first(field, lost, positions), *UNDERFLOWS)
 
 
 def _refuse_other_types(field: str, values: Any) -> None:
@@ -444,14 +462,16 @@ def refuse_infinite(
     positions of the values in a matrix."""
     if is_finite(values.ravel(order="K")):
         return
-    first_infinite = np.argwhere(~np.isfinite(values))[0]
-    subscript = "".join(
-        f"[{i}]"
-        for i in (
-            first_infinite if positions is None else positions()[first_infinite[0]]
-        )
-    )
-    raise ProblemError(f"{field}{subscript}", *NOT_FINITE)
+    infinite = ~np.isfinite(values)
+    raise ProblemError(_first(field, infinite, positions), *NOT_FINITE)
+
+
+def _first(field: str, chosen: Any, positions: Callable[[], Any] | None) -> str:
+    """Return the name of the first entry that is chosen, such as M[0][1]. positions :
+    as for `refuse_infinite`."""
+    first = np.argwhere(chosen)[0]
+    indices = first if positions is None else positions()[first[0]]
+    return field + "".join(f"[{i}]" for i in indices)
 
 
 def by_label(

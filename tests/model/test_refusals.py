@@ -186,6 +186,10 @@ def test_what_makes_no_problem_is_refused(refusal: Refusal) -> None:
     assert raised(refusal.command, NAMES) == refusal.line
 
 
+LONG = np.array([[1, 1], [0, 1]], dtype=np.longdouble)
+LONG[0, 1] = np.nextafter(np.longdouble(0), np.longdouble(1))
+
+
 def test_names_may_be_empty() -> None:
     assert list(Problem(M, q, names=["", ""]).names) == ["", ""]
 
@@ -195,11 +199,16 @@ def test_names_may_be_empty() -> None:
     [
         ([[1, 0], [Fraction(1, 10**400), 1]], [-1, -1], "M[1][0]"),
         ([[1]], [Fraction(-1, 10**400)], "q[0]"),
+        (LONG, [-1, -1], "M[0][1]"),
+        (csc_array(LONG), [-1, -1], "M[0][1]"),
+        (np.eye(2), LONG[0], "q[1]"),
     ],
 )
-def test_a_fraction_that_is_0_only_in_double_precision_is_refused(
+def test_a_number_that_is_0_only_in_double_precision_is_refused(
     M: Any, q: Any, where: str
 ) -> None:
+    if LONG.dtype.itemsize == 8 and not isinstance(M, list):
+        pytest.skip("long doubles are doubles here")
     with pytest.raises(ProblemError) as refused:
         Problem(M, q)
     assert refused.value.where == where
