@@ -248,8 +248,9 @@ def _as_finite(field: str, M: Matrix) -> tuple[Matrix, tuple[float, float]]:
     elif M.size <= 2 * MAX_LOOPED_ENTRIES:
         smallest, greatest = sizes(M)
     else:
-        smallest = float(np.abs(M.diagonal()).min())
-        greatest = float(max(M.max(), -M.min()))
+        smallest, greatest = float(np.abs(M.diagonal()).min()), math.inf
+        if smallest >= 1 / FAR_FROM_ONE:
+            greatest = float(max(M.max(), -M.min()))
     if smallest >= 1 / FAR_FROM_ONE and greatest <= FAR_FROM_ONE:
         return M, (smallest, greatest)
     maxima = row_maxima(M)

@@ -81,8 +81,11 @@ class Facts:
 
     @cached_property
     def near_units(self) -> tuple[Units, float] | None:
-        """Return the units of an M before, and a bound on how many binary digits the
-        quotients of two R_i of this one differ by; None if no M before is near."""
+        """Return the units of this M, if they are known, or of one before, and a bound
+        on how many binary digits the quotients of two R_i differ from those of this
+        one; None if no M before is near."""
+        if "units" in vars(self):
+            return self.units, 0.0
         if self._before is None:
             return None
         base = self._before.base

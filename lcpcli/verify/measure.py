@@ -59,6 +59,7 @@ from lcpcli.linalg.doubles import (
     ROW_ROUNDING,
     SMALLEST_NORMAL,
     are_moderate,
+    number_of,
 )
 from lcpcli.linalg.matrices import (
     absolute_product,
@@ -439,6 +440,8 @@ def rounded_once(problem: Problem, z: Vector, rows: Indices) -> Vector | list[fl
     ]
 
 
+# Rows of M from which on |M| |z| takes longer than a test that needs few of its rows.
+MIN_FILTERED = 64
 # Fraction of the rows up to which selecting rows of M saves time in |M| |z|.
 MAX_ROWS = 0.25
 # Caps computed from means of logarithms are reduced by this factor for their rounding.
@@ -452,45 +455,53 @@ def decision(measure: Measure, z: Vector, w: Vector, tol: float) -> bool | None:
     """
     problem = measure.data
     assert isinstance(problem, Problem)
-    M = problem.M
+    M, rows = problem.M, None
     excess = problem.box.excess(z, w)
     min_terms = np.abs(problem.q)
     sizes = np.abs(z)
-    worst = slice(row := int(excess.argmax()), row + 1)
-    if excess[row] > 2 * tol * min_terms[row]:
-        terms = min_terms[worst] + absolute_product(M[worst], sizes)
-        if (
-            excess[row] - row_errors(M[worst], sizes, terms)[0]
-            > max(tol, ROUNDING) * terms[0]
-        ):
+    if M.shape[0] >= MIN_FILTERED:
+        if _fails_worst_row(M, excess, min_terms, sizes, tol):
             return False
-    largest_error = (
-        ROW_ROUNDING * (min_terms + problem.largest * float(sizes.sum()))
-        + min_terms.size * SMALLEST_NORMAL
-    )
-    # The rows that are not decided by |q|_i alone.
-    rows = (excess + largest_error > tol * min_terms).nonzero()[0]
-    if rows.size <= MAX_ROWS * min_terms.size:
-        min_terms = min_terms[rows]
-        M = M[rows]
-        excess = excess[rows]
-    else:
-        rows = np.arange(min_terms.size)
+        largest_error = (
+            ROW_ROUNDING * (min_terms + problem.largest * float(sizes.sum()))
+            + min_terms.size * SMALLEST_NORMAL
+        )
+        # The rows that are not decided by |q|_i alone.
+        rows = (excess + largest_error > tol * min_terms).nonzero()[0]
+        if rows.size <= MAX_ROWS * min_terms.size:
+            min_terms, M, excess = min_terms[rows], M[rows], excess[rows]
+        else:
+            rows = None
     terms = min_terms + absolute_product(M, sizes)
-    largest = excess + row_errors(M, z, terms)
-    is_open = largest > tol * min_terms
-    rows = rows[is_open]
-    terms = terms[is_open]
-    largest = largest[is_open]
-    if not rows.size:
+    errors = row_errors(M, z, terms)
+    largest = excess + errors
+    is_closed = largest <= tol * min_terms
+    if number_of(is_closed) == terms.size:
         return True
     # Even infinite caps, as in a component without natural size, do not decide.
-    if not (largest <= tol * terms).all():
-        return None
-    violations = np.maximum(problem.box.excess(problem.reference_point, problem.q), 0.0)
-    caps = least_caps(problem, violations, rows)
-    is_small = caps is not None and (largest <= tol * caps).all()
-    return True if is_small or (largest <= tol * measure.caps(z)[rows]).all() else None
+    if number_of(largest <= tol * terms) < terms.size:
+        fails = excess - errors > max(tol, ROUNDING) * terms
+        return False if number_of(fails) else None
+    is_open = ~is_closed
+    largest = largest[is_open]
+    rows = is_open.nonzero()[0] if rows is None else rows[is_open]
+    caps = least_caps(problem, measure.reference_violations, rows)
+    if caps is not None and number_of(largest <= tol * caps) == rows.size:
+        return True
+    return True if (largest <= tol * measure.caps(z)[rows]).all() else None
+
+
+def _fails_worst_row(
+    M: Vector, excess: Vector, min_terms: Vector, sizes: Vector, tol: float
+) -> bool:
+    """Return whether the row with the largest excess violates its sign condition by
+    more than the tolerance for its terms, which only this row of M shows."""
+    worst = slice(row := int(excess.argmax()), row + 1)
+    if not excess[row] > 2 * tol * min_terms[row]:
+        return False
+    terms = min_terms[worst] + absolute_product(M[worst], sizes)
+    error = row_errors(M[worst], sizes, terms)[0]
+    return bool(excess[row] - error > max(tol, ROUNDING) * terms[0])
 
 
 def least_caps(problem: Problem, violations: Vector, rows: Indices) -> Vector | None:

@@ -16,7 +16,7 @@ import numpy as np
 
 from lcpcli.errors import count, listed
 from lcpcli.formulations.contact.friction import Contact
-from lcpcli.linalg.doubles import ROUNDING, ROW_ROUNDING
+from lcpcli.linalg.doubles import ROUNDING, ROW_ROUNDING, number_of
 from lcpcli.linalg.matrices import absolute_product, product
 from lcpcli.model.formulation import Answer
 from lcpcli.model.problem import Problem
@@ -254,19 +254,18 @@ def motion_at(contact: Contact, z: Vector) -> Motion:
         max_friction = friction.coefficients * np.maximum(x[friction.normals], 0.0)
         # If lambda > 0, complementarity requires exactly the upper bound.
         at_end = z[contact.b.size :] > 0
-        inside = friction_within(x[tangents], max_friction)
+        inside = np.minimum(np.maximum(x[tangents], -max_friction), max_friction)
+        inside = without_rounding(inside, max_friction)
         x[tangents] = np.where(at_end, max_friction, inside)
     motion = Motion.of_impulses(contact, x)
     contact.last_motion[:] = z, motion
     return motion
 
 
-def friction_within(tangential: Vector, max_friction: Vector) -> Vector:
-    """Return tangential impulses within the bounds of friction; 0 where they are only
-    rounding errors of these."""
-    inside = np.minimum(np.maximum(tangential, -max_friction), max_friction)
-    inside[abs(inside) <= ROUNDING * max_friction] = 0.0
-    return inside
+def without_rounding(tangential: Vector, max_friction: Vector) -> Vector:
+    """Return tangential impulses with 0 where they are only rounding errors of the
+    bounds of friction."""
+    return np.where(abs(tangential) <= ROUNDING * max_friction, 0.0, tangential)
 
 
 def _exactly(
@@ -330,11 +329,13 @@ def _is_solved(contact: Contact, z: Vector, tol: float) -> bool:
     that the normal impulses of x imply.
     """
     x, w, terms = motion_at(contact, z)
-    lower, upper = contact.box(x)
-    x = np.minimum(np.maximum(x, lower), upper)
     # Almost every result satisfies the conditions up to rounding, which needs no
     # measure.
     rounding = ROW_ROUNDING * terms
+    if number_of(abs(w) <= rounding) == w.size:
+        return True
+    lower, upper = contact.box(x)
+    x = np.minimum(np.maximum(x, lower), upper)
     falls = (w >= -rounding) | (x == upper)
     rises = (w <= rounding) | (x == lower)
     if (falls & rises).all():
@@ -353,11 +354,14 @@ def point_of(contact: Contact, motion: Motion) -> Vector:
     max_friction = friction.coefficients * x[friction.normals]
     w = motion.w[tangents]
     zero = ROW_ROUNDING * motion.terms[tangents]
-    beta, rounding = x[tangents] + max_friction, ROUNDING * max_friction
-    beta[(beta <= rounding) & (w > zero)] = 0.0
-    is_upper = (beta >= 2 * max_friction - rounding) & (w < -zero)
-    beta[is_upper] = 2 * max_friction[is_upper]
-    z = np.concatenate((x, np.where(w < -zero, -w, 0.0)))
+    beta, slips = x[tangents] + max_friction, np.zeros(w.size)
+    if number_of(abs(w) <= zero) < w.size:
+        rounding = ROUNDING * max_friction
+        beta[(beta <= rounding) & (w > zero)] = 0.0
+        is_upper = (beta >= 2 * max_friction - rounding) & (w < -zero)
+        beta[is_upper] = 2 * max_friction[is_upper]
+        slips = np.where(w < -zero, -w, 0.0)
+    z = np.concatenate((x, slips))
     z[tangents] = beta
     return z
 

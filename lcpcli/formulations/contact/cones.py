@@ -63,20 +63,32 @@ class Form(NamedTuple):
 
 
 def compact(
-    A: Matrix, b: Vector, lower: Vector, upper: Vector, friction: Friction
+    A: Matrix,
+    b: Vector,
+    lower: Vector,
+    upper: Vector,
+    friction: Friction,
+    before: Form | None = None,
 ) -> Form:
     """Return the compact form, z = (x with beta instead of the tangential unknowns,
     lambda).
 
-    friction : with one tangential unknown each.
+    friction : with one tangential unknown each. before : that of contacts with dense A
+    which differ in A and b alone.
     """
     n, k = b.size, friction.normals.size
     tangents, mu = friction.tangents[:, 0], friction.coefficients
     rows, normals = np.arange(k), friction.normals
-    low, high = lower.copy(), upper.copy()
-    low[tangents], high[tangents] = 0.0, math.inf
     # x = z - P z for the first unknowns, with mu z_f in the tangential rows of P.
     from_normals = A[:, tangents] @ _matrix(A, (k, n), (rows, normals, mu))
+    if before is not None:
+        M = before.conditions.M.copy()
+        np.subtract(A, from_normals, out=M[:n, :n])
+        M.setflags(write=False)
+        q = np.concatenate((b, before.conditions.q[n:]))
+        return Form(before.conditions._replace(M=M, q=q), None)
+    low, high = lower.copy(), upper.copy()
+    low[tangents], high[tangents] = 0.0, math.inf
     if not is_sparse(A):
         M = np.zeros((n + k, n + k))
         np.subtract(A, from_normals, out=M[:n, :n])

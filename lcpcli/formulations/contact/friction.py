@@ -7,6 +7,7 @@ from __future__ import annotations
 import math
 from collections.abc import Hashable, Mapping, Sequence
 from dataclasses import dataclass, replace
+from dataclasses import fields as fields_of
 from functools import cached_property, lru_cache
 from typing import Any, NamedTuple
 
@@ -250,8 +251,9 @@ class Contact(Formulation):
             impact = {"restitution": law.restitution, "before": law.before}
             return fields | {"q": law.q} | impact
         bounds = {"lo": self.lower, "hi": self.upper}
-        return {"A": self.A, "b": self.b, **bounds, "findex": self.findex()}
+        return {"A": self.A, "b": self.b, **bounds, "findex": self.findex}
 
+    @cached_property
     def findex(self) -> Vector:
         """Return the friction indices as numbers for a file."""
         findex = np.full(self.b.size, float(NONE))
@@ -260,10 +262,14 @@ class Contact(Formulation):
 
     def problem(self, **texts: Any) -> Problem:
         """Return the problem, with these texts."""
+        lower, upper = self._form.conditions[2:]
+        is_lcp = lower.size > 0 and not lower.any() and upper.min() == math.inf
+        return self._problem(is_lcp, **texts)
+
+    def _problem(self, is_lcp: bool, **texts: Any) -> Problem:
         M, q, lower, upper = self._form.conditions
-        bounds: dict[str, Any] = {"lower": lower, "upper": upper}
-        if lower.size and not lower.any() and upper.min() == math.inf:
-            bounds = {}  # those of an LCP, which need no check
+        # The bounds of an LCP need no check.
+        bounds: dict[str, Any] = {} if is_lcp else {"lower": lower, "upper": upper}
         try:
             problem = Problem(M, q, **bounds, **texts)
         except ProblemError:
@@ -279,10 +285,11 @@ class Contact(Formulation):
             return self.b.size
         return self.friction.normals.size
 
-    def having_ids(self, ids: tuple[Hashable, ...] | None) -> Contact:
-        """Return the same contacts with these ids, before anything is computed."""
+    def having(self, **fields: Any) -> Contact:
+        """Return the same contacts with other values of these fields, which nothing
+        validates, before anything is computed."""
         contact = Contact.__new__(Contact)
-        vars(contact).update(vars(self), ids=ids)
+        vars(contact).update({name: vars(self)[name] for name in FIELDS}, **fields)
         return contact
 
     def has_positions_of(self, other: Contact) -> bool:
@@ -298,12 +305,17 @@ class Contact(Formulation):
     def problem_after(self, like: Problem, before: Contact) -> Problem:
         """Return the problem after another one, of the contacts before: with its M and
         all cached facts about M if they differ at most in b."""
-        parts = (self.A, *self.friction, self.lower, self.upper)
-        others = (before.A, *before.friction, before.lower, before.upper)
-        is_dense = not (is_sparse(self.A) or is_sparse(before.A))
+        vars(self)["last_system"] = [*before.last_system]
+        parts = (*self.friction, self.lower, self.upper)
+        others = (*before.friction, before.lower, before.upper)
+        is_dense = type(self.A) is type(before.A) is np.ndarray
         if not (is_dense and all(map(_are_equal, parts, others))):
             return self.problem()
         origin: Any = like.formulation
+        if not _are_equal(self.A, before.A):
+            if self.is_planar:
+                vars(self)["_form"] = self._compact(origin._form)
+            return self._problem(like.box.is_orthant)
         problem = like_with(like, self._share_form(origin._form), like.box)
         fields = {key: value for key, value in vars(problem).items() if key != "names"}
         return Problem.of_fields(fields, origin=self)
@@ -327,16 +339,23 @@ class Contact(Formulation):
         return [None, None]
 
     @cached_property
+    def last_system(self) -> list[Any]:
+        """Return the inverse that the last step of contacts used, and of what, to be
+        replaced by others."""
+        return [None, None]
+
+    @cached_property
     def is_planar(self) -> bool:
         return self.friction.tangents.shape[1:] == (1,)
 
     @cached_property
     def _form(self) -> Form:
-        if not self.is_planar:
-            return self.stewart_trinkle()
+        return self._compact() if self.is_planar else self.stewart_trinkle()
+
+    @np.errstate(over="ignore", invalid="ignore")
+    def _compact(self, before: Form | None = None) -> Form:
         parts = self.A, self.b, self.lower, self.upper, self.friction
-        with np.errstate(over="ignore", invalid="ignore"):
-            return cones.compact(*parts)
+        return cones.compact(*parts, before)
 
     def stewart_trinkle(self) -> Form:
         """Return the form of Stewart and Trinkle, which may have another M."""
@@ -473,6 +492,9 @@ class Contact(Formulation):
         return self.sibling("answers").verified(self, proposed)
 
 
+FIELDS = tuple(each.name for each in fields_of(Contact))
+
+
 def of_findex(
     A: Any,
     b: Any,
@@ -563,11 +585,11 @@ def of_delassus(
         reason = f"has {count(q.size, 'entry')} for contacts of {width} each"
         raise ProblemError("q", reason, MAKE_AGREE)
     matrix = readonly_matrix(as_square("W", W, q.size)[0], W)
-    coefficients = _same_coefficients(mu, contacts) if type(mu) is float else None
+    coefficients = same_coefficients(mu, contacts) if type(mu) is float else None
     if coefficients is None:
         coefficients = as_vector("mu", as_bound("mu", mu, contacts, "contact", 0.0))
-    for k in np.flatnonzero(coefficients < 0)[:1].tolist():
-        raise ProblemError(f"mu[{k}]", f"is {coefficients[k]:g}", FROM_ZERO)
+        for k in np.flatnonzero(coefficients < 0)[:1].tolist():
+            raise ProblemError(f"mu[{k}]", f"is {coefficients[k]:g}", FROM_ZERO)
     normals, tangents, lower, upper = _unknowns(contacts, width)
     friction = Friction(normals, tangents, coefficients)
     edges = 2 if width == 2 else edges
@@ -577,7 +599,7 @@ def of_delassus(
 
 
 @lru_cache(maxsize=16)  # as in a sequence mu is often the same
-def _same_coefficients(mu: float, contacts: int) -> Vector | None:
+def same_coefficients(mu: float, contacts: int) -> Vector | None:
     """Return the coefficient of all contacts as a vector, read-only; None if it is
     none."""
     if not 0 <= mu < math.inf:

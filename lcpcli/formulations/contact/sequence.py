@@ -14,7 +14,9 @@ from lcpcli.formulations.contact.friction import (
     Contact,
     of_delassus,
     of_findex,
+    same_coefficients,
 )
+from lcpcli.model.arrays import as_square, as_vector, readonly_matrix
 from lcpcli.model.box import BASIC, LOWER, UPPER
 from lcpcli.model.problem import Problem
 from lcpcli.typing import BasisStatus, Indices, Vector
@@ -39,9 +41,12 @@ def following(
     ids = data.get("ids")
     ids_before = range(before.number_of_ids) if before.ids is None else before.ids
     if ids is not None:
-        contact = contact.having_ids(_distinct(ids, number, contact.key))
+        ids = tuple(ids.tolist() if isinstance(ids, np.ndarray) else ids)
+        if not (ids == before.ids and number == len(ids)):
+            _refuse_equal(ids, number, contact.key)
+        contact = contact.having(ids=ids)
     elif number == len(ids_before):
-        contact = contact.having_ids(before.ids)
+        contact = contact.having(ids=before.ids)
     else:
         states = None
     problem = contact.problem_after(like, before)
@@ -56,22 +61,50 @@ def following(
 
 def _with(before: Contact, data: Mapping[str, Any]) -> Contact:
     """Return the contacts with other data, each by default as before."""
-    friction = before.friction
+    friction, law = before.friction, before.impact
+    of_A, of_b = KEYS[before.key][:2]
+    A, b = data.get(of_A, before.A), data.get(of_b, law.q if law else before.b)
+    if _has_same_law(before, data):
+        vector = as_vector(of_b, b)
+        if vector.size == before.b.size:
+            matrix = as_square(of_A, A, vector.size, of_b)[0]
+            return before.having(A=readonly_matrix(matrix, A), b=vector)
     if before.key == "W":
-        law = before.impact
-        W, q = data.get("W", before.A), data.get("q", law.q if law else before.b)
         width = 1 + friction.tangents.shape[1]
         mu = data.get("mu")
         mu = _single(friction.coefficients) if mu is None else mu
         e = data.get("restitution", _single(law.restitution) if law else None)
         velocities = data.get("before", law.before if law else None)
-        return of_delassus(W, q, mu, width, before.facets, (e, velocities))
-    findex_before = before.findex()
-    names = ("A", "b", "lower", "upper", "findex")
-    defaults = (before.A, before.b, before.lower, before.upper, findex_before)
-    parts = [data.get(name, value) for name, value in zip(names, defaults, strict=True)]
-    A, b, lower, upper, findex = parts
+        return of_delassus(A, b, mu, width, before.facets, (e, velocities))
+    defaults = {"lower": before.lower, "upper": before.upper, "findex": before.findex}
+    lower, upper, findex = (data.get(name, defaults[name]) for name in defaults)
     return of_findex(A, b, (lower, upper), findex, ("lower", "upper"))
+
+
+def _has_same_law(before: Contact, data: Mapping[str, Any]) -> bool:
+    """Return whether these data have the bounds and the friction of before, and no
+    restitution."""
+    if before.key == "findex":
+        defaults = before.lower, before.upper, before.findex
+        pairs = zip(map(data.get, KEYS["findex"][2:]), defaults, strict=False)
+        return all(value is None or _is_same(value, old) for value, old in pairs)
+    law, mu = (before.impact, *map(data.get, KEYS["W"][3:5])), data.get("mu")
+    coefficients = before.friction.coefficients
+    has_mu = mu is None or (
+        same_coefficients(mu, coefficients.size) is coefficients
+        if type(mu) is float
+        else _is_same(mu, coefficients)
+    )
+    return has_mu and law == (None, None, None)
+
+
+def _is_same(value: Any, before: Vector) -> bool:
+    """Return whether a value is an array with these numbers."""
+    return value is before or (
+        type(value) is np.ndarray
+        and value.dtype.kind in "fi"
+        and np.array_equal(value, before)
+    )
 
 
 def _single(values: Vector) -> Vector | float:
@@ -81,21 +114,17 @@ def _single(values: Vector) -> Vector | float:
     return float(values[0]) if np.unique(values).size == 1 else values
 
 
-def _distinct(ids: Any, number: int, key: str) -> tuple[Hashable, ...]:
-    """Return the ids as a tuple, or raise ProblemError."""
-    listed = tuple(ids.tolist() if isinstance(ids, np.ndarray) else ids)
+def _refuse_equal(ids: tuple[Hashable, ...], number: int, key: str) -> None:
+    """Raise ProblemError if two ids are equal, or there are not as many as things."""
     of = "contact" if key == "W" else "unknown"
-    if len(listed) != number:
-        raise ProblemError(
-            "ids", numbers_for(len(listed), "id", number, of), MAKE_AGREE
-        )
+    if len(ids) != number:
+        raise ProblemError("ids", numbers_for(len(ids), "id", number, of), MAKE_AGREE)
     first_positions: dict[Hashable, int] = {}
-    for i, each in enumerate(listed):
+    for i, each in enumerate(ids):
         first = first_positions.setdefault(each, i)
         if first != i:
             reason = f"is {each!r}, as ids[{first}] is"
             raise ProblemError(f"ids[{i}]", reason, f"give each {of} another one")
-    return listed
 
 
 def _positions_of_contacts(contact: Contact) -> Indices:

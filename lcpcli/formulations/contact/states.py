@@ -10,15 +10,13 @@ solve the problem.
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 
-from lcpcli.formulations.contact.answers import (
-    Motion,
-    friction_within,
-    point_of,
-)
+from lcpcli.formulations.contact.answers import Motion, point_of, without_rounding
 from lcpcli.formulations.contact.friction import Contact
-from lcpcli.linalg.doubles import EPS, ROW_ROUNDING
+from lcpcli.linalg.doubles import EPS, ROW_ROUNDING, largest, number_of
 from lcpcli.model.box import BASIC, LOWER, UPPER
 from lcpcli.model.formulation import Proposal
 from lcpcli.typing import BasisStatus, Vector
@@ -28,113 +26,129 @@ MAX_SYSTEMS = 5
 # of redundant contacts nonsingular; CORRECTIONS steps of refinement remove its effect.
 SHIFT = 1e-10
 CORRECTIONS = 2
+# Relative to the right-hand side: the residual before the last correction from which on
+# another inverse is computed.
+CONVERGED = 1e-11
 
 
 class _Step:
-    """The contacts, and the basis statuses of all unknowns: `states` of those that are
-    not tangential, and BASIC for others; `slip_signs` of the tangential ones, -1 and 1
-    at the limits of their range, 0 between them.
+    """The contacts, and the basis status of each unknown of x, at its lower or upper
+    bound or between them: `statuses`, for tangential ones by their friction bounds.
     """
 
-    def __init__(self, contact: Contact, states: BasisStatus) -> None:
+    def __init__(self, contact: Contact, basis: BasisStatus) -> None:
         n, friction = contact.b.size, contact.friction
-        self.A, self.b = np.asarray(contact.A), contact.b
+        self.contact = contact
         self.normals, self.mu = friction.normals, friction.coefficients
         self.tangents = friction.tangents[:, 0]
-        self.states, is_upper = states[:n].copy(), states[n:] == BASIC
-        is_lower = self.states[self.tangents] != BASIC
-        self.slip_signs = is_upper - np.where(is_upper, 0.0, is_lower)
-        self.states[self.tangents] = BASIC
-        self.lower, self.upper = contact.lower.copy(), contact.upper.copy()
-        self.lower[self.tangents], self.upper[self.tangents] = -np.inf, np.inf
+        self.statuses = basis[:n].copy()
+        self.statuses[self.tangents[basis[n:] == BASIC]] = UPPER
 
     def impulses(self) -> Vector | None:
         """Return x for these statuses, or None if it is not unique."""
-        normals, tangents = self.normals, self.tangents
-        is_free = self.states == BASIC
-        x: Vector = np.where(self.states == UPPER, self.upper, self.lower)
+        contact, normals, tangents = self.contact, self.normals, self.tangents
+        A, b = np.asarray(contact.A), contact.b
+        is_free = self.statuses == BASIC
+        if number_of(is_free) == b.size:
+            return self._solution(A, b, b"")
+        x: Vector = np.where(self.statuses == UPPER, contact.upper, contact.lower)
         x[is_free] = 0.0
         # If a normal impulse is 0, its tangential one is 0 too.
-        is_open = is_free[normals] | (x[normals] > 0)
-        sticks = self.slip_signs == 0
-        is_free[tangents] = sticks & is_open
-        slips = self.slip_signs * self.mu
+        is_free[tangents] &= is_free[normals] | (x[normals] > 0)
+        slips = self.statuses[tangents] * self.mu
         x[tangents] = slips * x[normals]
         free = is_free.nonzero()[0]
         if not free.size:
             return x
-        matrix = self.A[free]
+        matrix = A[free]
         block = matrix[:, free]
         row = matrix @ x
-        row += self.b[free]
-        sliding = (is_free[normals] & ~sticks).nonzero()[0]
+        row += b[free]
+        sliding = (is_free[normals] & (self.statuses[tangents] != BASIC)).nonzero()[0]
         if sliding.size:
             columns_of_normals = np.cumsum(is_free)[normals[sliding]] - 1
             columns = matrix[:, tangents[sliding]] * slips[sliding]
             np.add.at(block.T, columns_of_normals, columns.T)
-        impulses = _solved(block, row)
+        impulses = self._solution(block, row, is_free.tobytes() + slips.tobytes())
         if impulses is None:
             return None
         x[free] = impulses
-        x[tangents] = np.where(sticks, x[tangents], slips * x[normals])
+        x[tangents[sliding]] = slips[sliding] * x[normals[sliding]]
         return x
 
-    def exchanged(self, motion: Motion) -> bool:
-        """Change the statuses whose conditions are violated by more than rounding
-        errors, and return whether there are any.
+    def _solution(self, block: Vector, row: Vector, key: bytes) -> Vector | None:
+        """Return y with block y + row = 0, by the inverse for the step before if that
+        is close; None if the shifted block is singular. key : the unknowns of the
+        system, and how they depend on each other.
         """
-        x, w = motion.x, motion.w
-        small, rounding = self._small(x), ROW_ROUNDING * motion.terms
-        is_basic = self.states == BASIC
-        beyond = np.maximum(self.lower - x, x - self.upper) - small
-        signed = np.where(self.states == UPPER, w, -w) - rounding
-        is_wrong = np.where(is_basic, beyond, signed) > 0
-        is_wrong &= is_basic | (self.lower < self.upper)
-        max_friction = self.mu * np.maximum(x[self.normals], 0.0)
-        tangential, velocity = x[self.tangents], w[self.tangents]
-        beyond_friction = np.abs(tangential) - max_friction - small
-        along = self.slip_signs * velocity - rounding[self.tangents]
-        sticks, is_closed = self.slip_signs == 0, max_friction == 0.0
-        is_wrong_slip = np.where(sticks, beyond_friction, along) > 0
-        is_wrong_slip &= ~is_closed
-        if not (np.count_nonzero(is_wrong) or np.count_nonzero(is_wrong_slip)):
-            return False
-        falls = np.where(x < self.lower, LOWER, UPPER)
-        self.states[is_wrong] = np.where(is_basic, falls, BASIC)[is_wrong]
-        changed = np.where(sticks, np.sign(tangential), 0.0)
-        self.slip_signs = np.where(is_wrong_slip, changed, self.slip_signs)
-        self.slip_signs[is_closed] = -np.sign(velocity[is_closed])
-        return True
+        last_system = self.contact.last_system
+        last_key, inverse = last_system
+        if last_key == key and len(inverse) == row.size:
+            y, residual = _refined(inverse, block, row)
+            if largest(residual) <= CONVERGED * largest(row):
+                return y
+        inverse = _inverse(block)
+        if inverse is None:
+            return None
+        last_system[:] = key, inverse
+        return _refined(inverse, block, row)[0]
 
-    def _small(self, x: Vector) -> float:
-        return EPS * float(np.abs(x).max(initial=0.0))
+    def motion(self, x: Vector, size: float) -> Motion | None:
+        """Return the motion of impulses x with these statuses if all conditions are
+        satisfied up to rounding errors, which are removed; otherwise change the
+        statuses whose conditions are violated, and return None. size : the largest
+        |x_i|.
+        """
+        contact, statuses, tangents = self.contact, self.statuses, self.tangents
+        lower, upper = contact.box(x)
+        inside = np.minimum(np.maximum(x, lower), upper)
+        max_friction = upper[tangents]
+        is_wrong = np.abs(x - inside) > EPS * size
+        is_basic = statuses == BASIC
+        is_outside = number_of(is_wrong) > 0
+        if is_outside:
+            is_wrong &= is_basic
+            is_wrong[tangents[max_friction == 0.0]] = False
+            is_outside = number_of(is_wrong) > 0
+        if not is_outside:
+            inside[tangents] = without_rounding(inside[tangents], max_friction)
+        motion = Motion.of_impulses(contact, x if is_outside else inside)
+        is_pulled = statuses * motion.w > ROW_ROUNDING * motion.terms
+        if number_of(is_pulled):
+            is_wrong |= is_pulled & (lower < upper)
+        if not number_of(is_wrong):
+            return motion
+        exchanged = np.where(is_basic, np.where(x < lower, LOWER, UPPER), BASIC)
+        statuses[is_wrong] = exchanged[is_wrong]
+        closed = tangents[max_friction == 0.0]
+        statuses[closed] = -np.sign(motion.w[closed])
+        return None
 
-    def within(self, x: Vector) -> Vector:
-        """Return x with each entry within its bounds, those of friction last."""
-        x = np.minimum(np.maximum(x, self.lower), self.upper)
-        max_friction = self.mu * np.maximum(x[self.normals], 0.0)
-        x[self.tangents] = friction_within(x[self.tangents], max_friction)
-        return x
 
+def _inverse(block: Vector) -> Vector | None:
+    """Return the inverse of a shifted block; None if it is singular.
 
-def _solved(block: Vector, row: Vector) -> Vector | None:
-    """Return y with block y + row = 0; None if the shifted block is singular.
-
-    A small multiple of the identity makes blocks of redundant contacts nonsingular; its
-    effect on y is corrected, and in directions that change no velocity y stays close to
-    0.
+    A small multiple of the identity makes blocks of redundant contacts nonsingular.
     """
-    shift = SHIFT * float(np.abs(block).max())
     shifted = block.copy()
-    shifted.flat[:: len(row) + 1] += shift
+    shifted.flat[:: len(block) + 1] += SHIFT * float(np.abs(block).max())
     try:
-        inverse = np.linalg.inv(shifted)
+        return np.linalg.inv(shifted)
     except np.linalg.LinAlgError:
         return None
+
+
+def _refined(inverse: Vector, block: Vector, row: Vector) -> tuple[Vector, Vector]:
+    """Return y with block y + row = 0 by an approximate inverse, and the residual
+    before the last correction. In directions that change no velocity y stays close to
+    0.
+    """
     y = -(inverse @ row)
     for _ in range(CORRECTIONS):
-        y -= inverse @ (block @ y + row)
-    return y
+        residual = block @ y
+        residual += row
+        y -= inverse @ residual
+    return y, residual
 
 
 @np.errstate(all="ignore")
@@ -148,13 +162,10 @@ def followed(contact: Contact, states: BasisStatus) -> Proposal | None:
     step = _Step(contact, states)
     for number in range(1, MAX_SYSTEMS + 1):
         x = step.impulses()
-        if x is None or not np.isfinite(x).all():
+        if x is None or not (size := largest(x)) < math.inf:
             return None
-        motion = Motion.of_impulses(contact, x)
-        if not step.exchanged(motion):
-            inside = step.within(x)
-            if not np.array_equal(inside, x):
-                motion = Motion.of_impulses(contact, inside)
+        motion = step.motion(x, size)
+        if motion is not None:
             z = point_of(contact, motion)
             contact.last_motion[:] = z, motion
             return Proposal(z, number, "newton")
