@@ -112,7 +112,8 @@ class Criterion:
     ) -> None:
         self.problem = problem
         self.tol = tol
-        self._is_literal = literal
+        # Whether residuals are measured without scaling.
+        self.is_plain = problem.is_moderate or literal
         self.acceptance_test = None
         if (
             acceptance_test is not None
@@ -128,9 +129,7 @@ class Criterion:
         identity.
         """
         problem = self.problem
-        units = (
-            None if problem.is_moderate or self._is_literal else changes.scale(problem)
-        )
+        units = None if self.is_plain else changes.scale(problem)
         return (
             units
             if units is not None and units.is_exact
@@ -144,17 +143,17 @@ class Criterion:
 
     @cached_property
     def measure(self) -> Measure:
-        return Measure(
-            self.data, None if self.units.is_identity else self.units.z_inside
-        )
+        if self.is_plain or self.units.is_identity:
+            return Measure(self.problem)
+        return Measure(self.data, self.units.z_inside)
 
     def for_point(self, z: Vector) -> Criterion:
         """Return the criterion with which a point is measured: one without scaling if z
         is out of range after scaling.
         """
-        if self.units.is_identity or np.array_equal(
-            self.units.z_outside(self.units.z_inside(z)), z
-        ):
+        if self.is_plain or self.units.is_identity:
+            return self
+        if np.array_equal(self.units.z_outside(self.units.z_inside(z)), z):
             return self
         return Criterion(self.problem, self.tol, literal=True)
 
@@ -238,7 +237,8 @@ class Point:
         self.criterion = criterion.for_point(z)
         self.z = z
         self.negligible = negligible
-        self._inside = self.criterion.units.z_inside(z)
+        is_plain = self.criterion.is_plain
+        self._inside = z if is_plain else self.criterion.units.z_inside(z)
         is_within_bounds = is_admissible and is_finite(z)
         self._beyond = (
             None

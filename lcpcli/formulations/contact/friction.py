@@ -288,8 +288,8 @@ class Contact(Formulation):
     def having(self, **fields: Any) -> Contact:
         """Return the same contacts with other values of these fields, which nothing
         validates, before anything is computed."""
-        contact = Contact.__new__(Contact)
-        vars(contact).update({name: vars(self)[name] for name in FIELDS}, **fields)
+        contact, values = Contact.__new__(Contact), vars(self)
+        vars(contact).update({name: values[name] for name in FIELDS}, **fields)
         return contact
 
     def has_positions_of(self, other: Contact) -> bool:
@@ -317,18 +317,19 @@ class Contact(Formulation):
                 vars(self)["_form"] = self._compact(origin._form)
             return self._problem(like.box.is_orthant)
         problem = like_with(like, self._share_form(origin._form), like.box)
-        fields = {key: value for key, value in vars(problem).items() if key != "names"}
-        return Problem.of_fields(fields, origin=self)
+        vars(problem)["origin"] = self
+        return problem
 
     def _share_form(self, form: Form) -> Vector:
         """Take over the form of contacts that differ only in b, instead of computing it
         again, and return its q.
         """
         if self.is_planar:
-            q = np.concatenate((self.b, np.zeros(self.friction.normals.size)))
+            q = np.concatenate((self.b, form.conditions.q[self.b.size :]))
+            q.setflags(write=False)
         else:
-            q = form.T.T @ self.b
-        conditions = form.conditions._replace(q=as_vector("q", q))
+            q = as_vector("q", form.T.T @ self.b)
+        conditions = form.conditions._replace(q=q)
         vars(self)["_form"] = form._replace(conditions=conditions)
         return conditions.q
 
@@ -344,9 +345,9 @@ class Contact(Formulation):
         replaced by others."""
         return [None, None]
 
-    @cached_property
+    @property
     def is_planar(self) -> bool:
-        return self.friction.tangents.shape[1:] == (1,)
+        return self.friction.tangents.shape[1] == 1
 
     @cached_property
     def _form(self) -> Form:

@@ -39,24 +39,24 @@ def following(
     contact = _with(before, data)
     number = contact.number_of_ids
     ids = data.get("ids")
-    ids_before = range(before.number_of_ids) if before.ids is None else before.ids
     if ids is not None:
         ids = tuple(ids.tolist() if isinstance(ids, np.ndarray) else ids)
-        if not (ids == before.ids and number == len(ids)):
+        if ids != before.ids or number != len(ids):
             _refuse_equal(ids, number, contact.key)
-        contact = contact.having(ids=ids)
-    elif number == len(ids_before):
-        contact = contact.having(ids=before.ids)
+    elif number == before.number_of_ids:
+        ids = before.ids
     else:
         states = None
+    if contact.ids != ids:
+        contact = contact.having(ids=ids)
     problem = contact.problem_after(like, before)
-    ids_now = range(number) if contact.ids is None else contact.ids
-    have_positions = contact.has_positions_of(before)
-    if states is None or (have_positions and ids_now == ids_before):
+    if states is None or (ids == before.ids and contact.has_positions_of(before)):
         return problem, states
-    return problem, _transferred_states(
-        before, contact, problem, states, (ids_before, ids_now)
-    )
+    both = [
+        range(each.number_of_ids) if each.ids is None else each.ids
+        for each in (before, contact)
+    ]
+    return problem, _transferred_states(before, contact, problem, states, both)
 
 
 def _with(before: Contact, data: Mapping[str, Any]) -> Contact:
@@ -150,7 +150,7 @@ def _transferred_states(
     contact: Contact,
     problem: Problem,
     states: BasisStatus,
-    ids: tuple[Sequence[Hashable], Sequence[Hashable]],
+    ids: Sequence[Sequence[Hashable]],
 ) -> BasisStatus:
     """Return the basis of a problem from that of the problem before.
     ids : those of before, and of now."""

@@ -156,7 +156,7 @@ def followed(contact: Contact, states: BasisStatus) -> Proposal | None:
     """Return the z of contacts from the basis of the previous step; None if this does
     not lead to a solution.
     """
-    is_dense = isinstance(contact.A, np.ndarray)
+    is_dense = type(contact.A) is np.ndarray
     if not (is_dense and contact.is_planar and contact.friction.normals.size):
         return None
     step = _Step(contact, states)
