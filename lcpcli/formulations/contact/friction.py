@@ -347,7 +347,7 @@ class Contact(Formulation):
 
     @property
     def is_planar(self) -> bool:
-        return self.friction.tangents.shape[1] == 1
+        return self.friction.tangents.shape[1:] == (1,)
 
     @cached_property
     def _form(self) -> Form:
@@ -651,7 +651,7 @@ def _impact(
     return Impact(q, coefficients, velocities, shift)
 
 
-def _are_equal(array: Vector, other: Vector) -> bool:
+def _are_equal(array: Any, other: Any) -> bool:
     return array is other or np.array_equal(array, other)
 
 
