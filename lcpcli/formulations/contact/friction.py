@@ -31,7 +31,6 @@ from lcpcli.model.arrays import (
 from lcpcli.model.box import as_bound, as_intervals
 from lcpcli.model.formulation import (
     FULL,
-    Answer,
     Conditions,
     Formulation,
     Proposal,
@@ -189,6 +188,7 @@ class Contact(Formulation):
 
     kind = "contact"
     form = "written as the complementarity problem of the contacts,"
+    inverse = "answers"
     left_out = ("contacts",)
 
     @classmethod
@@ -461,10 +461,6 @@ class Contact(Formulation):
         sides = [f"tangential {i}.{j + 1}" for i in numbers for j in range(width)]
         return [*(f"normal {i}" for i in numbers), *sides, *slips]
 
-    def answer(self, result: Any) -> Answer:
-        answer: Answer = self.sibling("answers").answer(self, result)
-        return answer
-
     def accepted(self, result: Any) -> Any:
         return self.sibling("answers").accepted(self, result)
 
@@ -488,9 +484,6 @@ class Contact(Formulation):
     ) -> Proposal | None:
         proposal: Proposal | None = self.sibling("states").followed(self, states)
         return proposal
-
-    def verified(self, proposed: Any) -> Any:
-        return self.sibling("answers").verified(self, proposed)
 
 
 FIELDS = tuple(each.name for each in fields_of(Contact))
