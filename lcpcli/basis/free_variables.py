@@ -90,6 +90,8 @@ def solved(A: Vector) -> tuple[Vector, Vector, Vector]:
     and A V = 0 for a square equilibrated A: A x = r has the solutions x = E r + V u,
     for all u, if U' r = 0."""
     f = A.shape[0]
+    if not A.any():  # as for the equations of a program
+        return np.zeros((f, f)), np.eye(f), np.eye(f)
     try:
         E = np.ascontiguousarray(np.linalg.inv(A))
         if largest(E) * largest(A) < 1 / SMALLEST:
@@ -115,10 +117,13 @@ def cleaned(A: Vector, max_size: float) -> Vector:
 
 def combinations(G: Vector, H: Vector) -> Vector:
     """Return an invertible R with R G ~ -H' in the sense of least squares, or one close
-    to it where there is none.
+    to it where there is none; the identity where it solves this exactly, as for a
+    program.
 
     G, H : shapes (s, b) and (b, s).
     """
+    if (H == -G.T).all():
+        return np.eye(G.shape[0])
     R: Vector = -np.ascontiguousarray(H.T @ np.linalg.pinv(finite(G), DEPENDENT))
     _, U, V = solved(R)
     R += U @ V.T
@@ -174,14 +179,15 @@ def eliminated(nonfixed: NonfixedVariables, factors: Pair) -> Eliminated:
     K = A[bounded][:, bounded] - A_BF @ X
     size = CANCELLED * max(largest(A), largest(X), largest(K))
     K = cleaned(K, size)
-    of_equations, Y = np.empty((m, s)), np.empty((s, m))
+    of_equations, Y = np.zeros((m, s)), np.zeros((s, m))
     if s and m:
         G, H = cleaned(U.T @ A_FB, size), cleaned(A_BF @ V, size)
         R = combinations(G, H)
         U, G = U @ R.T, R @ G
-        of_equations = K @ np.linalg.pinv(finite(G), SMALLEST)
-        K = K - of_equations @ G
-        Y = np.linalg.pinv(finite(H), SMALLEST) @ K
+        if K.any():
+            of_equations = K @ np.linalg.pinv(finite(G), SMALLEST)
+            K = K - of_equations @ G
+            Y = np.linalg.pinv(finite(H), SMALLEST) @ K
         whole = np.zeros((m + 2 * s, m + 2 * s))
         whole[:m, :m] = cleaned(K - H @ Y, size)
         whole[:m, m : m + s], whole[:m, m + s :] = H, -H
