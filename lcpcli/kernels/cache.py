@@ -47,6 +47,7 @@ SOURCES = (
     *(f"verify/{name}" for name in ("enclosure", "final_states", "measure")),
     "model/box",
     "kernels/overloads",
+    "kernels/contact_kernels",
     "kernels/kernels",
     "kernels/measure_kernels",
     "kernels/mixed_kernels",

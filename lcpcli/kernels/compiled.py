@@ -5,7 +5,9 @@ a second, or many seconds if numba has to compile its kernels, once on a machine
 from __future__ import annotations
 
 from functools import cache
+from importlib import import_module
 from types import ModuleType
+from typing import Any
 
 import numpy as np
 
@@ -31,6 +33,7 @@ NUMBERS_AT_ONCE = 1 << 18
 COVER = seeded_cover(0, 2 * MAX_COMPILED)
 # The bounds of LCPs.
 LOWEST, HIGHEST = np.zeros(MAX_COMPILED), np.full(MAX_COMPILED, np.inf)
+NO_PARTS = np.zeros(0, dtype=np.int64)
 # Entries of a sparse M up to which a kernel tests points: Ctrl-C has to wait until it
 # returns.
 MAX_JUDGED_ENTRIES = 1_000_000
@@ -104,17 +107,16 @@ def lemke(
 
 
 @cache
-def _of_mixed() -> ModuleType | None:
-    """Return the module of the kernels that only mixed problems need; None if it cannot
-    be loaded.
+def _module(name: str) -> ModuleType | None:
+    """Return a module of kernels that only some problems need; None if it cannot be
+    loaded.
     """
     with imports:
         try:
-            load("mixed_kernels")
-            from lcpcli.kernels import mixed_kernels
+            load(name)
+            return import_module(f"lcpcli.kernels.{name}")
         except (ImportError, OptionError):
             return None
-    return mixed_kernels
 
 
 def mixed(problem: Problem, tol: float) -> DirectAnswer | None:
@@ -122,7 +124,7 @@ def mixed(problem: Problem, tol: float) -> DirectAnswer | None:
     path reaches; None if neither is a solution by a margin larger than rounding errors,
     or a bound is far from 0.
     """
-    rows, q, kernels = rows_of(problem), problem.q, _of_mixed()
+    rows, q, kernels = rows_of(problem), problem.q, _module("mixed_kernels")
     if kernels is None:
         return None
     box = lower, upper = (
@@ -223,6 +225,31 @@ def solves(problem: Problem, z: Vector, tol: float) -> bool:
             rows_of(problem), problem.q, lower, upper, tol, np.ascontiguousarray(z)
         )
     )
+
+
+def contact_step(
+    problem: Problem,
+    contacts: Vectors,
+    statuses: BasisStatus,
+    systems: tuple[int, int, float],
+    tol: float,
+) -> tuple[Any, ...] | None:
+    """Return what the kernel of this name returns for the LCP of contacts; None if it
+    cannot be loaded.
+    """
+    kernels = _module("contact_kernels")
+    if kernels is None:
+        return None
+    units, near = (LOWEST[:0], NO_PARTS, 0.0), problem.facts.near_units
+    if near is not None:
+        of_rows, digits = near
+        parts = of_rows.row_part.astype(np.int64, copy=False)
+        units = np.ascontiguousarray(of_rows.rows), parts, digits
+    M = np.ascontiguousarray(problem.M)
+    contacts = tuple(map(np.ascontiguousarray, contacts))
+    step: tuple[Any, ...]
+    step = kernels.contact_step(contacts, statuses, systems, M, problem.q, units, tol)
+    return step
 
 
 def test_sparse(

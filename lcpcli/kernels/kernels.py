@@ -55,7 +55,7 @@ FOUND = types.Tuple((COUNT, COUNT, NUMBERS))
 # `_factorize_thin` would take 4 times as long for full matrices of 4 rows, 3.3 with 10,
 # 2.6 with 20 and 1.5 with 50; for tridiagonal ones 3.4, 1.5, .7 and .2 times.
 @compiled
-def _factorize(A: Any, rows: Any, k: int) -> bool:
+def factorize(A: Any, rows: Any, k: int) -> bool:
     """Replace the leading k-by-k block of A by its LU factors with row interchanges;
     return whether it is nonsingular.
 
@@ -90,7 +90,7 @@ def _factorize(A: Any, rows: Any, k: int) -> bool:
 
 
 @compiled
-def _solve(A: Any, rows: Any, k: int, b: Any) -> None:
+def solve(A: Any, rows: Any, k: int, b: Any) -> None:
     """Replace b by the solution of the system with these factors."""
     for j in range(k):
         at = rows[j]
@@ -138,9 +138,9 @@ def _basic_solution(M: Any, q: Any, basic: Any, work: Any) -> int:
         b[a] = -q[P[a]]
         for c in range(k):
             A[a, c] = M[P[a], P[c]]
-    if not _factorize(A, rows, k):
+    if not factorize(A, rows, k):
         return -1
-    _solve(A, rows, k, b)
+    solve(A, rows, k, b)
     for a in range(k):
         z[P[a]] = b[a]
     return k
@@ -254,7 +254,7 @@ def _refine_and_test(M: Any, q: Any, tol: float, k: int, work: Any) -> int:
         for c in range(k):
             total += M[P[a], P[c]] * z[P[c]]
         b[a] = total
-    _solve(A, rows, k, b)
+    solve(A, rows, k, b)
     for a in range(k):
         z[P[a]] = max(z[P[a]] - b[a], 0.0)
     verdict_code = direct.CERTAIN
@@ -455,7 +455,7 @@ def _correct(entries: Any, q: Any, system: Any, z: Any, w: Any) -> Any:
         if position[i] >= 0:
             b[position[i]] = -w[i]
     if is_small:
-        _solve(A, rows, rows.size, b)
+        solve(A, rows, rows.size, b)
     else:
         try:
             b[:] = np.linalg.solve(A, b)

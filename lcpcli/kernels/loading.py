@@ -10,7 +10,6 @@ import os
 import time
 from collections.abc import Callable, Sequence
 from importlib import import_module
-from itertools import chain
 
 from numba import config
 from numba.core import event
@@ -27,10 +26,16 @@ ANNOUNCEMENT = (
 DAMAGED = "lcpcli: compiled kernels were damaged, and are compiled again"
 LEFT_OUT = "lcpcli: continuing without compiled kernels"
 WAITING = "lcpcli: waiting for another process, which compiles the kernels"
-KERNELS = 15  # the number of kernels that `compiled` uses
+KERNELS = 16  # the number of kernels that `compiled` uses
 # The modules are independent of each other, so that processes that start together
 # compile different ones; those that take longest come first.
-MODULES = ("mixed_kernels", "pivoting_kernels", "kernels", "measure_kernels")
+MODULES = (
+    "mixed_kernels",
+    "pivoting_kernels",
+    "kernels",
+    "contact_kernels",
+    "measure_kernels",
+)
 PATIENCE = 1.0  # seconds after which a wait for another process is announced
 
 
@@ -159,10 +164,9 @@ def compile_all(tell: Callable[[str], None]) -> tuple[int, int, str]:
     """
     ONCE.tell = tell
     load(*MODULES)
-    kernel_modules = map(
-        import_module, ("lcpcli.kernels.compiled", "lcpcli.kernels.mixed_kernels")
-    )
-    values = chain.from_iterable(vars(module).values() for module in kernel_modules)
+    names = ("compiled", "mixed_kernels", "contact_kernels")
+    used, mixed, contact = (import_module(f"lcpcli.kernels.{name}") for name in names)
+    values = (*vars(used).values(), *vars(mixed).values(), contact.contact_step)
     # A kernel may be in both modules.
     dispatchers = [each for each in values if isinstance(each, Dispatcher)]
     kernels = {id(kernel): kernel for kernel in dispatchers}.values()

@@ -22,6 +22,7 @@ from lcpcli.typing import BasisStatus, Matrix, Vector
 
 if TYPE_CHECKING:
     from fractions import Fraction
+    from types import ModuleType
 
 # Purposes of names: to be complete, to choose components by, to head narrow columns, to
 # be listed with the components in CSV.
@@ -58,12 +59,14 @@ class Proposal(NamedTuple):
 
     reason : why it is a solution, as a clause for the user, if that is certain and the
         relative residual does not show it; else "".
+    is_certain : whether kernels have decided that z meets the tolerance.
     """
 
     z: Vector
     steps: int
     method: str
     reason: str = ""
+    is_certain: bool = False
 
 
 class Objective(NamedTuple):
@@ -268,10 +271,13 @@ class Formulation:
         self,
         problem: Any,  # noqa: ARG002
         states: BasisStatus,  # noqa: ARG002
+        tol: float,  # noqa: ARG002
+        fast: ModuleType | None = None,  # noqa: ARG002
     ) -> Proposal | None:
         """Return a point that may be a solution, to which the basis of the last one
         leads in a sequence; None if there is no method for that, or it does not
-        converge."""
+        converge. fast : the module of the compiled kernels, which may decide whether
+        the point meets the tolerance; None without kernels."""
         return None
 
     def answer(self, result: Any) -> Answer | None:

@@ -332,12 +332,15 @@ def test_contacts_come_and_go_in_a_loop_until_it_is_at_rest(compiled: bool) -> N
     assert len(numbers) > 2
 
 
+@pytest.mark.parametrize("compiled", [False, True])
 @pytest.mark.parametrize("seed", range(8))
-def test_steps_that_jump_satisfy_the_laws(seed: int) -> None:
+def test_steps_that_jump_satisfy_the_laws(seed: int, compiled: bool) -> None:
     """From the states of the last step, with limits, motors and redundant contacts, of
     which the matrix changes now and then."""
     given, random = list(generated(seed)), np.random.default_rng(seed)
-    solver = lcpcli.Solver(lcpcli.from_findex(*given))
+    if compiled:
+        pytest.importorskip("numba")
+    solver = lcpcli.Solver(lcpcli.from_findex(*given), compiled=compiled)
     assert solver.solve().solved
     for step in range(10):
         move = given[0] @ random.normal(size=len(given[1]))

@@ -19,6 +19,7 @@ pytest.importorskip("numba")
 import lcpcli
 from lcpcli import Problem, run
 from lcpcli.basis import tableau
+from lcpcli.formulations.contact import states
 from lcpcli.gallery import families
 from lcpcli.kernels import compiled
 from lcpcli.kernels.compiled import (
@@ -268,3 +269,37 @@ def test_a_violation_is_not_small_in_the_units_of_another_row() -> None:
     assert not surely_solves(
         rows_of(problem), problem.q, *map(np.array, problem.box.vectors(2)), 1e-4, z
     )
+
+
+def test_a_step_of_contacts_is_that_without_kernels_and_certain_where_it_solves() -> (
+    None
+):
+    numbers = set()
+    for seed in range(40):
+        random = np.random.default_rng(seed)
+        k = int(random.integers(1, 9))
+        J = random.standard_normal((2 * k, 2 * k + 2))
+        q = J @ random.standard_normal(2 * k + 2)
+        mu = random.choice([0.0, 0.3, 1.2], k)
+        problem, other = (
+            lcpcli.from_contact(J @ J.T, each, mu) for each in (q, q * (1 + 1e-6))
+        )
+        assert problem.units.parts
+        basis = random.integers(-1, 1, 3 * k).astype(np.int8)
+        plain, fast, far = (
+            states.followed(each.origin, problem, basis, 1e-10, kernels)
+            for each, kernels in (
+                (problem, None),
+                (problem, compiled),
+                (other, compiled),
+            )
+        )
+        assert (plain is None) == (fast is None)
+        if plain is None or fast is None:
+            continue
+        assert fast.steps == plain.steps
+        assert np.allclose(fast.z, plain.z, rtol=1e-9, atol=1e-12)
+        for each in filter(None, (fast, far)):
+            assert each.is_certain == Point(Criterion(problem), each.z).solves()
+            numbers.add((each.steps, each.is_certain))
+    assert numbers >= {(1, True), (2, True), (3, True), (2, False)}

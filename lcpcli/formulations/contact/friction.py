@@ -9,6 +9,7 @@ from collections.abc import Hashable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from dataclasses import fields as fields_of
 from functools import cached_property, lru_cache
+from types import ModuleType
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -31,6 +32,7 @@ from lcpcli.model.arrays import (
 from lcpcli.model.box import as_bound, as_intervals
 from lcpcli.model.formulation import (
     FULL,
+    Answer,
     Conditions,
     Formulation,
     Proposal,
@@ -188,7 +190,6 @@ class Contact(Formulation):
 
     kind = "contact"
     form = "written as the complementarity problem of the contacts,"
-    inverse = "answers"
     left_out = ("contacts",)
 
     @classmethod
@@ -461,6 +462,10 @@ class Contact(Formulation):
         sides = [f"tangential {i}.{j + 1}" for i in numbers for j in range(width)]
         return [*(f"normal {i}" for i in numbers), *sides, *slips]
 
+    def answer(self, result: Any) -> Answer:
+        answer: Answer = self.sibling("answers").answer(self, result)
+        return answer
+
     def accepted(self, result: Any) -> Any:
         return self.sibling("answers").accepted(self, result)
 
@@ -479,11 +484,17 @@ class Contact(Formulation):
 
     def followed(
         self,
-        problem: Any,  # noqa: ARG002
+        problem: Problem,
         states: BasisStatus,
+        tol: float,
+        fast: ModuleType | None = None,
     ) -> Proposal | None:
-        proposal: Proposal | None = self.sibling("states").followed(self, states)
+        followed = self.sibling("states").followed
+        proposal: Proposal | None = followed(self, problem, states, tol, fast)
         return proposal
+
+    def verified(self, proposed: Any) -> Any:
+        return self.sibling("answers").verified(self, proposed)
 
 
 FIELDS = tuple(each.name for each in fields_of(Contact))

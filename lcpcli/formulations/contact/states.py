@@ -11,6 +11,7 @@ solve the problem.
 from __future__ import annotations
 
 import math
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -19,7 +20,11 @@ from lcpcli.formulations.contact.friction import Contact
 from lcpcli.linalg.doubles import EPS, ROW_ROUNDING, largest, number_of
 from lcpcli.model.box import BASIC, LOWER, UPPER
 from lcpcli.model.formulation import Proposal
+from lcpcli.model.problem import Problem
 from lcpcli.typing import BasisStatus, Vector
+
+if TYPE_CHECKING:
+    from types import ModuleType
 
 MAX_SYSTEMS = 5
 # Added to the diagonal of a system, relative to its largest entry, which makes systems
@@ -43,6 +48,21 @@ class _Step:
         self.tangents = friction.tangents[:, 0]
         self.statuses = basis[:n].copy()
         self.statuses[self.tangents[basis[n:] == BASIC]] = UPPER
+
+    def by_kernel(
+        self, problem: Problem, tol: float, fast: ModuleType
+    ) -> Proposal | None:
+        """Return what `followed` returns, by the kernel for the whole step."""
+        contact = self.contact
+        data = contact.A, contact.b, contact.lower, contact.upper
+        contacts = *data, self.normals, self.tangents, self.mu
+        systems = MAX_SYSTEMS, CORRECTIONS, SHIFT
+        outcome = fast.contact_step(problem, contacts, self.statuses, systems, tol)
+        if outcome is None or not outcome[0]:
+            return None
+        number, is_certain, z, *motion = outcome
+        contact.last_motion[:] = z, Motion(*motion)
+        return Proposal(z, number, "newton", is_certain=is_certain)
 
     def impulses(self) -> Vector | None:
         """Return x for these statuses, or None if it is not unique."""
@@ -152,7 +172,13 @@ def _refined(inverse: Vector, block: Vector, row: Vector) -> tuple[Vector, Vecto
 
 
 @np.errstate(all="ignore")
-def followed(contact: Contact, states: BasisStatus) -> Proposal | None:
+def followed(
+    contact: Contact,
+    problem: Problem,
+    states: BasisStatus,
+    tol: float,
+    fast: ModuleType | None,
+) -> Proposal | None:
     """Return the z of contacts from the basis of the previous step; None if this does
     not lead to a solution.
     """
@@ -160,6 +186,8 @@ def followed(contact: Contact, states: BasisStatus) -> Proposal | None:
     if not (is_dense and contact.is_planar and contact.friction.normals.size):
         return None
     step = _Step(contact, states)
+    if fast is not None and problem.is_moderate and problem.box.is_orthant:
+        return step.by_kernel(problem, tol, fast)
     for number in range(1, MAX_SYSTEMS + 1):
         x = step.impulses()
         if x is None or not (size := largest(x)) < math.inf:
