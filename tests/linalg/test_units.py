@@ -15,6 +15,7 @@ from scipy.sparse import coo_array, csc_array, csr_array, diags_array, random_ar
 
 from lcpcli import Problem, from_qp
 from lcpcli.linalg.matrices import (
+    FEW_AS_DENSE,
     column_maxima,
     multiplier,
     norm_inf,
@@ -218,14 +219,18 @@ def test_columns_become_rows_whatever_their_order_and_the_type_of_indices() -> N
     assert same(Problem(A, np.ones(3)).M, np.array([[2.0, 0, 0], [0, 0, 0], [5, 0, 0]]))
 
 
-def test_programs_by_columns_and_by_rows_have_the_same_conditions() -> None:
-    A, Q = random_array((5, 8), density=0.5, rng=4), csr_array(np.diag(np.arange(8.0)))
+@pytest.mark.parametrize("k", [8, FEW_AS_DENSE])
+def test_programs_by_columns_and_by_rows_have_the_same_conditions(k: int) -> None:
+    A, Q = (
+        random_array((5, k), density=0.5, rng=4),
+        csr_array(np.diag(np.arange(1.0 * k))),
+    )
     ends = {"row_lower": [0.0, -1, -np.inf, 2, 3], "row_upper": [1.0, np.inf, 2, 2, 4]}
     made = [
-        from_qp(form(Q), np.ones(8), form(A), **ends)
+        from_qp(form(Q), np.ones(k), form(A), **ends)
         for form in (csr_array, csc_array, coo_array)
     ]
-    dense = from_qp(Q.toarray(), np.ones(8), A.toarray(), **ends)
+    dense = from_qp(Q.toarray(), np.ones(k), A.toarray(), **ends)
     for problem in made:
         assert same(problem.M, dense.M)
         assert not problem.M.data.flags.writeable

@@ -27,6 +27,7 @@ from lcpcli.model.nonlinear import NonlinearProblem
 from lcpcli.solving.result import Status
 from lcpcli.solving.solve_mcp import run_nonlinear, solution_of_linearization
 from lcpcli.typing import Vector
+from lcpcli.verify.nonlinear_point import NonlinearCriterion
 
 from .. import literature
 from ..nonlinear_problems import KINDS, MONOTONE, natural_residual, planted
@@ -738,3 +739,23 @@ def test_a_run_ends_where_the_residual_is_rounding_whatever_the_unit_of_F_is(
     result = lcpcli.solve_mcp(F, J, lower=None, x0=np.zeros(6))
     assert result.solved
     assert result.iterations == 1
+
+
+@pytest.mark.parametrize("is_sparse", [False, True])
+@pytest.mark.parametrize("power", [1, 2])
+def test_linearizations_of_an_affine_F_share_what_is_known_of_their_matrix(
+    power: int, is_sparse: bool
+) -> None:
+    M, q = np.array([[2.0, 1], [0, 3]]), np.array([-3.0, -6])
+
+    def J(z: Vector) -> Any:
+        J = M + np.diag(power * z ** (power - 1))
+        return csr_array(J) if is_sparse else J
+
+    problem = NonlinearProblem(lambda z: M @ z + q + z**power, J, names=["a", "b"])
+    criterion = NonlinearCriterion(Evaluations(problem), 1e-10)
+    z = np.array([0.5, 2])
+    linear = criterion.linearization(z, problem.values(z))
+    assert (linear.facts is criterion.problem.facts) == (power == 1)
+    assert np.allclose(linear.w(z), problem.values(z), rtol=1e-14)
+    assert list(linear.names) == ["a", "b"]
