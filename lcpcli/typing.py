@@ -15,6 +15,7 @@ Vector: TypeAlias = "NDArray[np.float64]"
 Indices: TypeAlias = "NDArray[np.intp]"
 BasisStatus: TypeAlias = "NDArray[np.int8]"  # LOWER, BASIC or UPPER of model/box.py
 Mask: TypeAlias = "NDArray[np.bool_]"
+Support: TypeAlias = "NDArray[np.float32]"  # 1 where a number is positive, otherwise 0
 # A dense float64 array or a scipy.sparse.csr_array; scipy ships no annotations.
 Matrix: TypeAlias = Any
 VectorLike: TypeAlias = "ArrayLike | Sequence[float | Fraction]"

@@ -17,13 +17,14 @@ import math
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
-from functools import lru_cache
+from functools import lru_cache, partial
 from itertools import chain, product
 from typing import Any
 
 import numpy as np
 
 from lcpcli.clock import imports
+from lcpcli.enumeration.bimatrix import nash_subsets
 from lcpcli.interrupts import TimeIsUp, remaining
 from lcpcli.linalg import matrices
 from lcpcli.model.box import BASIC, LOWER, UPPER, WORDS
@@ -216,9 +217,16 @@ def pieces(data: ExactProblem, check: Callable[[], None]) -> Iterator[Piece]:
 
     `check` is called before each step and may raise.
     """
+    m = _strategies(data)
+    subsets = nash_subsets(data, m, check) if m else None
+    if subsets is not None:
+        remembered = lru_cache(MAX_REMEMBERED)(partial(states_of, data))
+        for vertices in subsets:
+            yield Piece.of(map(remembered, vertices), tuple(vertices))
+        return
     shape = shape_of(data, check)
     large = MAX_FOR_TREE if shape else math.inf
-    if not shape and _strategies(data):
+    if m and not shape:
         large = MAX_FOR_TREE_OF_GAME
     z = _solution(data, check) if data.n > large else None
     if z is not None and shape == POINT:

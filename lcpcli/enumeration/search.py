@@ -169,10 +169,8 @@ class Solutions(Iterator[Piece]):
         self._max_pieces = max_pieces
         self._deadline = math.inf
         self._steps, self._last = 0, math.inf
-        self._spend, self._search = (
-            (effort or Effort()).steps(self.problem),
-            self._started(),
-        )
+        self._spend = (effort or Effort()).steps(self.problem)
+        self._search = self._started()
 
     def __getstate__(self) -> dict[str, Any]:
         return {**self.__dict__, "_search": iter(())}

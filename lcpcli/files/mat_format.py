@@ -1,15 +1,14 @@
-"""Problems in MATLAB's MAT files up to version 7: variables called M, q and so on, as
-the keys in JSON.
+"""Problems in MATLAB's MAT files of the versions 5 to 7: variables called M, q and so
+on, as the keys in JSON.
 
 Vectors may be rows or columns. solution is one z or has one z per column. Other
 variables are ignored, as `save` in MATLAB writes the whole workspace, but bounds under
 other names are refused. origin is a JSON string.
 
 The elements of a file are checked before scipy reads them: its readers are compiled,
-and wrong sizes in a file make them run beyond their memory. Version 5 (also 6 and 7):
-elements with a type and a size; an array consists of further elements, with its flags,
-dimensions, name and values. Version 4: arrays with five numbers each. (The MathWorks,
-MAT-File Format.)
+and wrong sizes in a file make them run beyond their memory. An element has a type and a
+size; an array consists of further elements, with its flags, dimensions, name and
+values. (The MathWorks, MAT-File Format.)
 """
 
 from __future__ import annotations
@@ -42,6 +41,8 @@ from lcpcli.files.npy_format import (
 )
 from lcpcli.linalg.matrices import is_sparse
 from lcpcli.linalg.patterns import are_compressed
+
+HINT = "is it cut off? save it again, in MATLAB with -v7"
 
 
 # The interface is that of every format.
@@ -106,9 +107,8 @@ def render(fields: Mapping[str, Any], exact: Exact) -> dict[str, bytes]:  # noqa
 def parse(content: bytes) -> dict[str, Any]:
     from scipy.io import loadmat
 
-    hint = "is it cut off? save it again, in MATLAB with -v7"
     with (
-        unless_damaged("", "is not a MAT file, or is damaged", hint),
+        unless_damaged("", "is not a MAT file, or is damaged", HINT),
         warnings.catch_warnings(),
     ):
         # The warnings are about variables that cannot be represented and are ignored.
@@ -142,7 +142,6 @@ ENCODINGS = {16: "utf-8", 17: "utf-16", 18: "utf-32"}
 INT32, UINT32, MATRIX, COMPRESSED = 5, 6, 14, 15  # types
 # Classes of arrays; others, as objects, are skipped.
 CELL, CHAR, SPARSE, NUMBERS = 1, 4, 5, range(6, 16)
-SIZES_OF_4 = (8, 4, 4, 2, 2, 1)  # of the numbers in version 4, in bytes, by their digit
 
 
 class Element(NamedTuple):
@@ -159,9 +158,8 @@ def _require(condition: Any) -> None:
 def checked(content: bytes) -> bytes:
     """Return a MAT file with those arrays that can be read, uncompressed; raise
     ValueError if it is damaged."""
-    if 0 in content[:4]:  # as scipy tells the versions apart
-        _check_version_4(content)
-        return content
+    # As scipy tells the versions apart.
+    refuse(0 in content[:4], "", "is a MAT file of version 4, or is damaged", HINT)
     order = {b"IM": "<", b"MI": ">"}[content[126:128]]
     _require(content[124:126] in (b"\0\1", b"\1\0"))
     arrays = (
@@ -253,26 +251,3 @@ def _integers(
     element: Element, order: str
 ) -> np.ndarray[tuple[int], np.dtype[np.int64]]:
     return np.frombuffer(element.data, f"{order}i4").astype(np.int64)
-
-
-def _check_version_4(content: bytes) -> None:
-    at = 0
-    order = (
-        "<"
-        if content[:4] == b"\0" * 4
-        or struct.unpack_from("<i", content)[0] in range(5000)
-        else ">"
-    )
-    while at < len(content):
-        kind, rows, columns, is_complex, name = struct.unpack_from(
-            f"{order}5i", content, at
-        )
-        digit = kind // 10 % 10
-        _require(
-            kind in range(5000)
-            and digit < len(SIZES_OF_4)
-            and min(rows, columns) >= 0
-            and 0 < name < 1000
-        )
-        at += 20 + name + rows * columns * SIZES_OF_4[digit] * (1 + bool(is_complex))
-    _require(at == len(content))

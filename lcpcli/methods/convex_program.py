@@ -193,10 +193,8 @@ def _minimizer(
     if not all(((side == 0) | np.isinf(side)).all() for side in sides):
         return None
     q = problem.w(z) if z.any() else q
-    low, high = (
-        np.where(upper > z, -q, -np.inf),
-        np.where(lower < z, -q, np.inf),
-    )
+    low = np.where(upper > z, -q, -np.inf)
+    high = np.where(lower < z, -q, np.inf)
     # PIQP prints a line about other rows.
     has_side = is_row & ~is_equation & (np.isfinite(low) | np.isfinite(high))
     is_x = ~is_row & (lower < upper)

@@ -383,7 +383,7 @@ class Run:
                 if not size <= max(WORSE_FACTOR * smallest_residual, max_residual):
                     return  # the basis is wrong, and almost singular
                 smallest_residual = min(size, smallest_residual)
-                self._count = self._count + 1
+                self._count += 1
                 self._is_solved = basic_solution.is_solution
                 yield self._shown(proximal.z, FINISH)._replace(
                     signs_final=size <= EXACT_RESIDUAL or last

@@ -479,10 +479,8 @@ class _JosephyNewton:
             return None
         lower, upper = self.box.shifted_by(trial.z).vectors(trial.z.size)
         low, high = lower >= -trial.F, upper <= -trial.F
-        d, moving = (
-            np.where(low, lower, np.where(high, upper, 0.0)),
-            (~(low | high)).nonzero()[0],
-        )
+        d = np.where(low, lower, np.where(high, upper, 0.0))
+        moving = (~(low | high)).nonzero()[0]
         with suppress(SingularMatrix):
             rows = dense(J[moving])
             d[moving] = np.linalg.lstsq(
@@ -504,10 +502,8 @@ class _JosephyNewton:
         """Return a semismooth step, or one down the gradient of the merit function,
         projected on the bounds."""
         values = phi(self.box, trial.z, trial.F, mu) if mu else trial.phi
-        G, merit = (
-            slopes(self.box, trial.z, trial.F, J, mu),
-            0.5 * float(values @ values),
-        )
+        G = slopes(self.box, trial.z, trial.F, J, mu)
+        merit = 0.5 * float(values @ values)
         gradient = product(G.T, values)
         square = float(gradient @ gradient)
         if not 0 < square < np.inf:
@@ -522,10 +518,8 @@ class _JosephyNewton:
                 y = self.box.project(trial.z + t * d)
                 if (reached := self.at(y)) is not None:
                     values = phi(self.box, y, reached.F, mu) if mu else reached.phi
-                    now, below = (
-                        0.5 * float(values @ values),
-                        DECREASE * min(float(gradient @ (y - trial.z)), 0.0),
-                    )
+                    now = 0.5 * float(values @ values)
+                    below = DECREASE * min(float(gradient @ (y - trial.z)), 0.0)
                     if (
                         now <= merit + below
                         and now < merit
@@ -601,10 +595,8 @@ class _MultistartNewton(_JosephyNewton):
             )
         trial = self.at(start)
         if trial is not None:
-            self.basis, self._perturbation = (
-                None,
-                PERTURBATIONS[-1] if attempt.is_perturbed else 0.0,
-            )
+            self.basis = None
+            self._perturbation = PERTURBATIONS[-1] if attempt.is_perturbed else 0.0
             self.reference = self.reference or size(trial.gaps)
         return trial
 
@@ -617,10 +609,8 @@ class _MultistartNewton(_JosephyNewton):
         while True:
             merits, first = [trial.merit], SLACK * trial.merit if memory > 1 else 0.0
             while trial.merit and not (is_slow(merits) or self.is_long):
-                max_merit, J = (
-                    max(merits[-memory:]),
-                    self.evaluations.finite_jacobian(trial.z),
-                )
+                max_merit = max(merits[-memory:])
+                J = self.evaluations.finite_jacobian(trial.z)
                 max_merit_unperturbed = (
                     max(max_merit, first) if len(merits) <= memory else max_merit
                 )
@@ -699,10 +689,8 @@ class _MultistartNewton(_JosephyNewton):
             and self._noise_estimates_left
             and is_small
         ):
-            self._last_noise_trial, self._noise_estimates_left = (
-                best,
-                self._noise_estimates_left - 1,
-            )
+            self._last_noise_trial = best
+            self._noise_estimates_left -= 1
             self.evaluations.noise_at(best.z)
             self.is_rounding = self._is_within_noise(best)
         return self.is_rounding

@@ -85,10 +85,8 @@ def _check_declaration(name: str) -> None:
         None,
         f"takes {arguments}, but gets a problem and a start",
     )
-    argument_names, option_names = (
-        [each.name for each in parameters[2:]],
-        registry.parameters_of(name),
-    )
+    argument_names = [each.name for each in parameters[2:]]
+    option_names = registry.parameters_of(name)
     needed = {each.name for each in parameters[2:] if each.default is each.empty}
     is_alike = needed <= set(option_names) <= set(argument_names)
     _require(

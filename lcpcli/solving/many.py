@@ -237,10 +237,8 @@ def _of_problems(
 def _one_by_one(
     problems: Iterable[Problem], method: str, explicit_options: dict[str, Any]
 ) -> Iterator[Result]:
-    wanted, number = (
-        explicit_options.get("compiled"),
-        len(problems) if isinstance(problems, Sized) else 0,
-    )
+    wanted = explicit_options.get("compiled")
+    number = len(problems) if isinstance(problems, Sized) else 0
     compiled = (
         direct_run.uses_kernels(wanted, number) if method == AUTO else bool(wanted)
     )
@@ -281,10 +279,8 @@ def _refuse_as_problems(problems: Any, **bounds: Any) -> None:
 def _by_blocks(
     columns: Columns, limits: Limits, explicit_options: dict[str, Any]
 ) -> Iterator[Result]:
-    like, is_compiled = (
-        columns.like,
-        direct_run.uses_kernels(explicit_options.get("compiled"), columns.k),
-    )
+    like = columns.like
+    is_compiled = direct_run.uses_kernels(explicit_options.get("compiled"), columns.k)
     fast = (
         direct_run.compiled()
         if is_compiled and applies(like) and not is_sparse(like.M)
@@ -550,10 +546,8 @@ def _answers(
     """Return the answers of block pivoting to the problems of a block, by a kernel if
     there is one for them; those of a stack are tested one by one, others by the
     measures of the block and, where these do not decide, one by one."""
-    stopwatch, by_gradient = (
-        Stopwatch(seconds, began),
-        np.zeros(len(block.q), dtype=bool),
-    )
+    stopwatch = Stopwatch(seconds, began)
+    by_gradient = np.zeros(len(block.q), dtype=bool)
     kernel = fast.direct_many if fast is not None and block.box.is_orthant else None
     if kernel is not None or isinstance(block, Stack):
         stopwatch.count("setup")
@@ -610,18 +604,14 @@ def _refine_in_place(
     rows = (pivoting_result.ended & ~solved).nonzero()[0]
     if rows.size:
         part = frame.block.part(rows)
-        again, better_z = (
-            Measure(part),
-            in_given_variables(
-                frame_of(part),
-                refine_once(frame, pivoting_result, rows, rows_of_z.w[rows]),
-            ),
+        again = Measure(part)
+        better_z = in_given_variables(
+            frame_of(part),
+            refine_once(frame, pivoting_result, rows, rows_of_z.w[rows]),
         )
         better = again.rows(better_z)
-        before, after = (
-            again.largest_ratio(z[rows], rows_of_z.part(rows)),
-            again.largest_ratio(better_z, better),
-        )
+        before = again.largest_ratio(z[rows], rows_of_z.part(rows))
+        after = again.largest_ratio(better_z, better)
         solved[rows] = np.minimum(before, after) <= tol
         is_improved = after < before
         z[rows[is_improved]] = better_z[is_improved]

@@ -272,10 +272,8 @@ def _proved(data: ExactProblem, result: Result, exact: Exact) -> Result:
     )
     if exact.status is Status.UNSOLVABLE:
         certificate = Proof("exhaustion", statement=exact.proof)
-    point, message = (
-        result.point if z is None else Point(Criterion(data.problem), z),
-        exact.status.sentence(exact.proof),
-    )
+    point = result.point if z is None else Point(Criterion(data.problem), z)
+    message = exact.status.sentence(exact.proof)
     return replace(
         result,
         status=exact.status,

@@ -132,10 +132,8 @@ class Result:
     nearest: str = ""
     end: BasisStatus | None = None
 
-    z, w = (
-        _derived(lambda result: result.point.z),
-        _derived(lambda result: result.point.w),
-    )
+    z = _derived(lambda result: result.point.z)
+    w = _derived(lambda result: result.point.w)
     residual = _derived(lambda result: result.point.residual)
     relative_residual = _derived(lambda result: result.point.relative_residual)
     negligible_q = _derived(lambda result: result.point.negligible)

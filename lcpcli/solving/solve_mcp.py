@@ -147,10 +147,8 @@ def solve_mcp(
     >>> result.status.word, result.z.round(6).tolist(), result.route
     ('solved', [2.0], ('josephy-newton',))
     """
-    began, explicit_options = (
-        seconds(),
-        chosen(options, NonlinearOptions.__annotations__, of="solve_mcp"),
-    )
+    began = seconds()
+    explicit_options = chosen(options, NonlinearOptions.__annotations__, of="solve_mcp")
     if isinstance(F, NonlinearProblem):
         others: dict[str, tuple[Any, Any]]
         others = {

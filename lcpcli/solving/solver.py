@@ -86,10 +86,8 @@ class Solver:
         explicit_options = chosen(
             options, (*SolverOptions.__annotations__, "compiled"), of="Solver"
         )
-        self._options, self._limits = (
-            explicit_options,
-            Limits.pop_from({**explicit_options}),
-        )
+        self._options = explicit_options
+        self._limits = Limits.pop_from({**explicit_options})
         if compiled is not None:
             self.compiled = direct_run.uses_kernels(compiled, direct_run.MANY)
             self._options["compiled"] = compiled

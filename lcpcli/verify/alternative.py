@@ -129,6 +129,7 @@ def _are_finite(A: Matrix, b: Vector) -> bool:
     return bool(np.isfinite(b).all() and np.isfinite(A.sum()))
 
 
+# Without it: y of random M in two unknowns is no vector of integers.
 def with_margin(problem: Problem) -> Iterator[Vector]:
     """Yield multipliers that prove that a small LCP is infeasible even with larger
     entries of M, so that they remain proofs when they are rounded.

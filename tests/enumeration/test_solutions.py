@@ -12,7 +12,7 @@ import json
 import os
 import re
 from fractions import Fraction
-from itertools import count
+from itertools import combinations, count
 from pathlib import Path
 from typing import Any
 
@@ -21,7 +21,7 @@ import pytest
 
 import lcpcli
 from lcpcli import Problem
-from lcpcli.enumeration import pieces
+from lcpcli.enumeration import bimatrix, pieces
 from lcpcli.enumeration.search import (
     ENOUGH,
     TIME_LIMIT,
@@ -538,6 +538,38 @@ def test_a_game_whose_payoffs_sum_to_a_constant_has_one_subset() -> None:
         assert set(of_game.vertices) == set(of_lcp.vertices)
         faces += len(of_game.vertices) > 1
     assert faces > 2
+
+
+@pytest.mark.parametrize("limit", ["MAX_STRATEGIES", "MAX_VERTICES"])
+def test_branch_and_bound_finds_the_same_equilibria_as_vertices(
+    limit: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    generator, faces = np.random.default_rng(12), 0
+    for _ in range(LISTS):
+        shape = (2, *generator.integers(1, 7, 2))
+        largest = generator.choice([2, 3, 100])
+        problem = lcpcli.from_game(*generator.integers(0, largest, shape))
+        by_vertices, by_branches = (lcpcli.solutions(problem) for _ in range(2))
+        is_isolated = [piece.is_point for piece in by_vertices]
+        with monkeypatch.context() as patched:
+            patched.setattr(bimatrix, limit, 0)
+            assert len(list(by_branches)) == len(is_isolated)
+        assert by_vertices.arranged().pieces == by_branches.arranged().pieces
+        assert by_vertices.equilibria == by_branches.equilibria
+        faces += not all(is_isolated)
+    assert 0 < faces < LISTS
+
+
+def test_a_game_from_a_tournament_has_many_subsets_of_many_vertices() -> None:
+    """The row player wins with a vertex that beats all three of the column player's
+    set, who wins if the vertex is in it; the numbers are those of branch and bound."""
+    beats = np.triu(np.random.default_rng(0).random((6, 6)) < 0.5, 1)
+    beats |= ~beats.T & np.tril(np.ones((6, 6), bool), -1)
+    sets = list(combinations(range(6), 3))
+    A = np.array([[beats[i, list(each)].all() for each in sets] for i in range(6)])
+    B = np.array([[i in each for each in sets] for i in range(6)])
+    found = all_of(A.astype(float), B.astype(float))
+    assert (len(found.subsets), len(found.extreme)) == (134, 130)
 
 
 @pytest.mark.parametrize("sum_is_constant", [True, False])

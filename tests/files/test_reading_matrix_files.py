@@ -143,13 +143,10 @@ def small(**options: Any) -> bytes:
         "M": COLUMNS if options.pop("sparse", False) else MATRIX,
         "q": VECTOR,
         "name": "small",
+        "names": NAMES,
+        "other": {"a": 1.0},
+        "cell": np.array([[MATRIX, "t"]], object),
     }
-    if options.get("format") != "4":
-        held |= {
-            "names": NAMES,
-            "other": {"a": 1.0},
-            "cell": np.array([[MATRIX, "t"]], object),
-        }
     return saved(savemat, held, **options)
 
 
@@ -157,8 +154,6 @@ KINDS = [
     {},
     {"sparse": True},
     {"do_compression": True},
-    {"format": "4"},
-    {"format": "4", "sparse": True},
 ]
 BESIDE = np.column_stack((MATRIX, VECTOR))
 BINARY = {
@@ -195,11 +190,7 @@ def test_arrays_are_read_to_the_right_numbers_from_a_file_and_from_standard_inpu
 ) -> None:
     (tmp_path / name).write_bytes(BINARY[name])
     monkeypatch.setattr(sys, "stdin", io.TextIOWrapper(io.BytesIO(BINARY[name])))
-    sources = [
-        tmp_path / name,
-        *["-"] * (name not in ("3.mat", "sparse-4.mat")),
-    ]  # version 4 has no beginning of its own
-    for problem in map(read, sources):
+    for problem in map(read, (tmp_path / name, "-")):
         assert numbers(problem) == (M, Q)
         assert is_sparse(problem.M) == ("sparse" in name)
     assert list(problem.names) == (
@@ -299,6 +290,12 @@ def test_any_changed_byte_leaves_a_file_that_is_read_or_refused(
         for value in source.sample((0, 255, source.randrange(256)), most):
             refused += bool(outcome(content[:at] + bytes([value]) + content[at + 1 :]))
     assert refused > len(content) * most / 12
+
+
+def test_a_file_of_version_4_is_refused_with_what_to_do() -> None:
+    content = saved(savemat, {"M": MATRIX, "q": VECTOR}, format="4")
+    assert "is a MAT file of version 4" in outcome(content)
+    assert "-v7" in outcome(content)
 
 
 @pytest.mark.parametrize("size", [2**31 - 1, 2**32 - 1, 2**30])

@@ -36,7 +36,6 @@ from lcpcli.model.formulation import (
     CELLS,
     FULL,
     LABELS,
-    Answer,
     Conditions,
     Formulation,
     names_of,
@@ -145,6 +144,7 @@ class Game(Formulation):
 
     kind = "game"
     form = "written as the game's LCP,"
+    inverse = "answers"
     left_out = ("payoffs",)
     counts_solutions = True
 
@@ -296,10 +296,6 @@ class Game(Formulation):
         m, k = self.A.shape
         return [*(self.rows or unnamed(m)), *(self.columns or unnamed(k))]
 
-    def answer(self, result: Any) -> Answer:
-        answer: Answer = self.sibling("answers").answer(self, result)
-        return answer
-
     def accepted(self, result: Any) -> Any:
         return self.sibling("answers").accepted(self, result)
 
@@ -309,9 +305,6 @@ class Game(Formulation):
     def joined(self, parts: Mapping[str, Sequence[Any]]) -> list[Any]:
         values: list[Any] = self.sibling("answers").joined(self, parts)
         return values
-
-    def verified(self, proposed: Any) -> Any:
-        return self.sibling("answers").verified(self, proposed)
 
     def meaning(self, data: Any) -> Any:
         return self.sibling("nash_subsets").Players(data, self)

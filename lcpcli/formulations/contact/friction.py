@@ -32,7 +32,6 @@ from lcpcli.model.arrays import (
 from lcpcli.model.box import as_bound, as_intervals
 from lcpcli.model.formulation import (
     FULL,
-    Answer,
     Conditions,
     Formulation,
     Proposal,
@@ -190,6 +189,7 @@ class Contact(Formulation):
 
     kind = "contact"
     form = "written as the complementarity problem of the contacts,"
+    inverse = "answers"
     left_out = ("contacts",)
 
     @classmethod
@@ -462,10 +462,6 @@ class Contact(Formulation):
         sides = [f"tangential {i}.{j + 1}" for i in numbers for j in range(width)]
         return [*(f"normal {i}" for i in numbers), *sides, *slips]
 
-    def answer(self, result: Any) -> Answer:
-        answer: Answer = self.sibling("answers").answer(self, result)
-        return answer
-
     def accepted(self, result: Any) -> Any:
         return self.sibling("answers").accepted(self, result)
 
@@ -492,9 +488,6 @@ class Contact(Formulation):
         followed = self.sibling("states").followed
         proposal: Proposal | None = followed(self, problem, states, tol, fast)
         return proposal
-
-    def verified(self, proposed: Any) -> Any:
-        return self.sibling("answers").verified(self, proposed)
 
 
 FIELDS = tuple(each.name for each in fields_of(Contact))

@@ -33,7 +33,6 @@ from lcpcli.linalg.matrices import compressed
 from lcpcli.model.formulation import (
     FULL,
     HEADINGS,
-    Answer,
     Conditions,
     Formulation,
 )
@@ -120,6 +119,7 @@ class ExtensiveGame(Formulation):
 
     kind = "efg"
     form = "written as the game's mixed problem,"
+    inverse = "answers"
     left_out = ("game tree",)
 
     @classmethod
@@ -271,18 +271,11 @@ class ExtensiveGame(Formulation):
                 names.append(name)
         return names
 
-    def answer(self, result: Any) -> Answer:
-        answer: Answer = self.sibling("answers").answer(self, result)
-        return answer
-
     def accepted(self, result: Any) -> Any:
         return self.sibling("answers").accepted(self, result)
 
     def lengths(self, problem: Problem) -> dict[int, str]:
         return {problem.n: "z", self.actions: "the probabilities of all actions"}
-
-    def verified(self, proposed: Any) -> Any:
-        return self.sibling("answers").verified(self, proposed)
 
     def meaning(self, data: Any) -> Any:
         return self.sibling("answers").Plans(data, self)

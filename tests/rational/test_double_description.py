@@ -1,0 +1,82 @@
+"""Extreme rays by the double description method against those by pivoting."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from lcpcli.interrupts import raise_if_timed_out
+from lcpcli.rational.dictionary import Dictionary, generators
+from lcpcli.rational.double_description import extreme_rays
+from lcpcli.rational.numbers import primitive
+
+ANY = np.zeros((1, 20), dtype=np.float32)
+
+
+def pivoted(forms: list[list[int]]) -> set[tuple[int, ...]]:
+    """Return the extreme rays as the unbounded edges of the cone at its only vertex."""
+    d = len(forms[0])
+    rows = {d + i: [0, *form] for i, form in enumerate(forms)}
+    dictionary = Dictionary(
+        rows, list(range(d)), range(d + len(forms)), raise_if_timed_out
+    )
+    listed = generators(dictionary, range(d))
+    assert listed is not None
+    return set(listed[1])
+
+
+@pytest.mark.parametrize(("largest", "unit"), [(1, 1), (9, 1), (9, 10**30 + 57)])
+def test_rays_are_those_that_pivoting_finds(largest: int, unit: int) -> None:
+    random = np.random.default_rng(4)
+    degenerate = 0
+    for _ in range(40):
+        shape = (random.integers(1, 9), random.integers(1, 6))
+        whole, small = random.integers(-largest, largest + 1, (2, *shape)).tolist()
+        forms = [
+            [a * unit + b * (unit > 1) for a, b in zip(*rows, strict=True)]
+            for rows in zip(whole, small, strict=True)
+        ]
+        rays = extreme_rays(forms, ANY, 1000, raise_if_timed_out)
+        assert rays is not None
+        assert len(set(map(tuple, rays.values))) == len(rays.values)
+        assert set(map(tuple, rays.values)) == pivoted(forms)
+        for ray, positive in zip(rays.values, rays.positive, strict=True):
+            assert ray == primitive(ray)
+            forms_at_ray = [
+                sum(a * b for a, b in zip(form, ray, strict=True)) for form in forms
+            ]
+            assert min(forms_at_ray) >= 0
+            values = [*ray, *forms_at_ray]
+            assert positive.tolist() == [value > 0 for value in values]
+            degenerate += values.count(0) >= len(ray)
+    assert (degenerate > 0) == (unit == 1)
+
+
+def test_only_rays_that_a_partner_allows_are_returned() -> None:
+    random = np.random.default_rng(5)
+    dropped = 0
+    for _ in range(40):
+        d, k = random.integers(2, 6), random.integers(1, 9)
+        forms = random.integers(-3, 4, (k, d)).tolist()
+        partners = (random.random((2, d + k)) < 0.3).astype(np.float32)
+        whole = extreme_rays(forms, ANY, 1000, raise_if_timed_out)
+        part = extreme_rays(forms, partners, 1000, raise_if_timed_out)
+        assert whole is not None
+        assert part is not None
+        allowed = [
+            tuple(ray)
+            for ray, positive in zip(whole.values, whole.positive, strict=True)
+            if any(not (positive * partner).any() for partner in partners)
+        ]
+        assert sorted(map(tuple, part.values)) == sorted(allowed)
+        dropped += len(allowed) < len(whole.values)
+    assert dropped > 10
+
+
+def test_enumeration_ends_beyond_a_number_of_rays() -> None:
+    """The cone over a cube has eight rays."""
+    cube = [[-int(i == j) for j in range(3)] + [1] for i in range(3)]
+    rays = extreme_rays(cube, ANY, 8, raise_if_timed_out)
+    assert rays is not None
+    assert len(rays.values) == 8
+    assert extreme_rays(cube, ANY, 7, raise_if_timed_out) is None
