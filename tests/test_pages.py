@@ -24,7 +24,6 @@ from lcpcli.bench import suites
 from lcpcli.bench.timing import run_method
 from lcpcli.cli import command as group
 from lcpcli.cli import help as pages
-from lcpcli.cli.command import GONE
 from lcpcli.cli.declarations import STARTS
 from lcpcli.cli.help import FOLDER, OF_THE_SOURCE, TOPICS
 from lcpcli.cli.main import of_status
@@ -279,7 +278,8 @@ def test_commands_and_options_named_in_the_text_exist(page: str) -> None:
         assert {
             word for word in rest.split() if word.startswith("--") or name == "help"
         } <= flags[name], rest
-    gone = {flag(name) for name in (*GONE, *OPTIONS)} | {"--no-presolve", "--scale"}
+    gone = {flag(name) for name in OPTIONS} | {"--no-presolve", "--scale", "--q"}
+    gone |= {"--warm", "--stop", "--from-qp", "--from-game"}
     gone = gone if page == "changes" else set()
     assert set(re.findall(r"`(--[a-z][\w-]*)", text)) <= set.union(
         *flags.values(), gone

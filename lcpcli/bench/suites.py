@@ -323,8 +323,6 @@ SUITES = {
 }
 ALL = "all"
 GONE = {  # suites of earlier versions
-    "path": "run tests/benchmarks/paths.py of the source instead",
-    "sequences": "run tests/benchmarks/steps.py of the source instead",
     **dict.fromkeys(("mixed", "programs"), "run lcp bench peers, which has some"),
     "nonlinear": "name files of models in .nl",
 }

@@ -33,23 +33,8 @@ if TYPE_CHECKING:
 
 # Environment variable that holds a shell's request, such as `bash_complete`
 VARIABLE = "_LCP_COMPLETE"
-TRACE = "--trace"  # which took the name of a file in earlier versions
 # Options of other tools whose names resemble other ones here.
 ELSEWHERE = {"maxiter": "max-iterations"}
-FROM = (
-    "it has gone: use lcp convert with -o FILE.csv, or in Python "
-    'lcpcli.write(lcpcli.read(FILE), "M.json")'
-)
-GONE = {  # options of earlier versions
-    "q": "it has gone: name the file of q after that of M",
-    "warm": "it has gone: give a start close to the solution by --z0",
-    "stop": "it has gone: in Python a callback= stops a run",
-    "from-qp": FROM,
-    "from-game": FROM,
-}
-MOVED = {  # commands of earlier versions
-    "compare-runs": "python tests/benchmarks/compare_runs.py of the source does it",
-}
 NO_OPTION = "is not an option of {}"
 WHOLE = "lcpcli.whole"  # in the context: help shows all options
 HELP = "Help"  # the heading of options that click declares
@@ -95,7 +80,6 @@ class Command(click.Command):
     def parse_args(self, ctx: click.Context, args: list[str]) -> list[str]:
         typed_args, hint = list(args), f"see {ctx.command_path} --help"
         if ctx.allow_interspersed_args:  # else the words belong to another command
-            self._refuse_file_of_trace(args)
             if "--all" in args and not {"-h", "--help"}.isdisjoint(args):
                 ctx.meta[WHOLE], args = True, ["--help"]
             self._refuse_single_dash(ctx, args)
@@ -127,17 +111,6 @@ class Command(click.Command):
             )
             reason = NO_OPTION.format(ctx.command_path)
             raise OptionError(name, reason, suggested or hint) from None
-
-    def _refuse_file_of_trace(self, arguments: Sequence[str]) -> None:
-        """Refuse --trace FILE.csv, where scripts of earlier versions mean an output."""
-        if all(TRACE not in param.opts for param in self.params):
-            return
-        for argument, following in pairwise([*arguments, ""]):
-            is_given = argument == TRACE and following.casefold().endswith(".csv")
-            if is_given or argument.startswith(f"{TRACE}="):
-                file = following if is_given else argument.removeprefix(f"{TRACE}=")
-                hint = f"write {TRACE} -o {file} for the iterates, or put {TRACE} last"
-                raise OptionError(TRACE, "takes no file", hint)
 
     def _refuse_single_dash(self, ctx: click.Context, arguments: Sequence[str]) -> None:
         """Refuse -max-iterations, which would be read as -m ax-iterations."""
@@ -201,8 +174,8 @@ class Command(click.Command):
         """Return the hint for an unknown option, which may be a value of another
         option, or a misspelling."""
         option_name = unknown_option.lstrip("-").casefold().replace("_", "-")
-        if option_name in GONE:
-            return GONE[option_name]
+        if option_name == "q":
+            return "name the file of q after that of M"
         option_name = ELSEWHERE.get(option_name, option_name)
         options = [
             param for param in self.get_params(ctx) if isinstance(param, click.Option)
@@ -443,7 +416,7 @@ class Group(Command, click.Group):
             is_problem = args[0] in ("-", *contents.shipped_problems()) or args[
                 0
             ].casefold().endswith(PROBLEMS)
-            hint = MOVED.get(args[0]) or likely(args[0], self.commands)
+            hint = likely(args[0], self.commands)
             if is_problem:
                 hint = f"did you mean lcp solve {args[0]}?"
             raise OptionError("COMMAND", unknown(args[0]), hint)

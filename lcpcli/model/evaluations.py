@@ -104,8 +104,7 @@ class Evaluations:
         default STEP, or what suits F.
     noise, sizes : the noise of each row of F, and the largest |F_i| at the points where
         the noise was estimated last.
-    functions, jacobians : the numbers of evaluations so far; evaluations for finite
-        differences are functions.
+    functions : the number of evaluations of F so far, also for finite differences.
     pivots : the number of pivots on the linear problems of a run, counted by their
         solver.
     """
@@ -124,7 +123,7 @@ class Evaluations:
                 "pattern", reason, f"give shape ({problem.n}, {problem.n})"
             )
         self.problem, self._given = problem, pattern
-        self.functions = self.jacobians = self.pivots = 0
+        self.functions = self.pivots = 0
         self._is_given, self._left = difference_step is not None, MAX_ADAPTED
         self._shares = np.full(
             problem.n, STEP if difference_step is None else difference_step
@@ -155,7 +154,6 @@ class Evaluations:
         """Return J(z), dense or a csr array, with nan or infinity where it is
         undefined."""
         if self._last is None or not np.array_equal(self._last[0], z):
-            self.jacobians += 1
             is_first, by_differences = self._last is None, self.problem.J is None
             self._last = (
                 z,

@@ -37,8 +37,6 @@ REGISTRY = {
     "gambit": ("packages", "Lemke's method for one equilibrium of a game (Gambit)"),
 }
 PEERS = {name: meaning for name, (_, meaning) in REGISTRY.items()}
-# Peers of earlier versions, each with one to name instead.
-INSTEAD = {"clarabel": "piqp", "osqp": "piqp"}
 NONLINEAR = ("path-start",)  # those that also take nonlinear problems
 
 
@@ -91,7 +89,4 @@ def select(names: Iterable[str]) -> list[str]:
 
 
 def _unknown(name: str) -> OptionError:
-    if name in INSTEAD:
-        hint = f"name {INSTEAD[name]} instead; a bench begun with it cannot be resumed"
-        return ParameterError("peer", f"{name} is no longer called", hint)
     return ParameterError("peer", unknown(name), likely(name, REGISTRY))

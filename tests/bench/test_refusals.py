@@ -24,9 +24,6 @@ bench nothing-like-it
     or name a file
 bench nonlinear
     => nonlinear: is neither a suite nor a file; name files of models in .nl
-bench path
-    => path: is neither a suite nor a file; run tests/benchmarks/paths.py of the source
-    instead
 bench missing.json => missing.json: {NO_SUCH_FILE}; {CHECK_PATH}
 bench -
     => standard input: cannot be read again for a resumed bench; {NAME_A_FILE}

@@ -27,9 +27,6 @@ WORDS = commands(
 zzz
     => COMMAND: {UNKNOWN:'zzz'}; choose one of solve, compare, path, bench, check,
     inspect, why, kernels, make, convert, completion, help
-compare-runs a b
-    => COMMAND: {UNKNOWN:'compare-runs'}; python tests/benchmarks/compare_runs.py of the
-    source does it
 solv good.json => COMMAND: {UNKNOWN:'solv'}; {DID_YOU_MEAN:solve}
 good.json => COMMAND: {UNKNOWN:'good.json'}; {DID_YOU_MEAN:lcp solve good.json}
 completion bahs => SHELL: {UNKNOWN:'bahs'}; {DID_YOU_MEAN:bash}
@@ -54,9 +51,6 @@ solve good.json --newton
     => --newton: {NO_OPTION:lcp solve}; {DID_YOU_MEAN:--method newton}
 solve good.json -max-iterations 1
     => -max-iterations: {NO_OPTION:lcp solve}; {DID_YOU_MEAN:--max-iterations}
-compare good.json --method fixed-point --warm 0.1
-    => --warm: {NO_OPTION:lcp compare}; it has gone: give a start close to the solution
-    by --z0
 solve good.json --method newton-raphson
     => --method: {UNKNOWN:'newton-raphson'}; {DID_YOU_MEAN:newton}
 solve good.json --format xml
@@ -256,12 +250,6 @@ inspect good.json none.json => none.json: {NOT_NEEDED:good.json}; {GIVE_ALONE}
 solve q.csv M.csv => q.csv: holds q, and M.csv M; name M first: M.csv q.csv
 solve M.csv Mq.csv => Mq.csv: {BEGINS_WITH_M}; {ALONE_IF_M_AND_Q}
 convert good.json own.mat => own.mat: {NO_SUCH_FILE}; to write it, give -o own.mat
-solve good.json --trace iterates.csv
-    => --trace: takes no file; write --trace -o iterates.csv for the iterates, or put
-    --trace last
-compare --trace=t.csv
-    => --trace: takes no file; write --trace -o t.csv for the iterates, or put --trace
-    last
 """,
     {**GOOD, "Mq.csv": "2,0,-1\n0,2,-1\n", "iterates.csv": "2,1,-5\n1,2,-6\n"},
 )
@@ -507,9 +495,6 @@ make diagonal --set decades=3 --set decades=4
 make harker-pang --set symmetric=maybe
     => --set: {NO_VALUE_OF:'maybe'|symmetric}; give true or false
 make --list murty => FAMILY: {NO_EFFECT:--list}; {LEAVE_ONE_OUT}
-make --from-qp program.json
-    => --from-qp: {NO_OPTION:lcp make}; it has gone: use lcp convert with -o
-    FILE.csv, or in Python lcpcli.write(lcpcli.read(FILE), "M.json")
 """,
     {
         "program.json": '{"Q": [[2, 0], [0, 2]], "c": [-3, 1]}',

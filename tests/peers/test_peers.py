@@ -17,7 +17,7 @@ from scipy import sparse
 
 import lcpcli
 from lcpcli import Problem
-from lcpcli.errors import OptionError, ParameterError
+from lcpcli.errors import OptionError
 from lcpcli.files import reading
 from lcpcli.gallery import families as gallery
 from lcpcli.model.nonlinear import NonlinearProblem
@@ -248,13 +248,6 @@ def test_highs_is_not_led_astray_by_a_degenerate_problem_without_rows() -> None:
     claim = loaded("highs").solve(problem, TOL, TIME_LIMIT)
     assert claim.z == pytest.approx([0, 1, 1])
     assert claim.solved
-
-
-@pytest.mark.parametrize("name", peers.INSTEAD)
-def test_a_peer_of_an_earlier_version_is_refused_with_one_to_name(name: str) -> None:
-    refusal = f"{name} is no longer called; name {peers.INSTEAD[name]} instead"
-    with pytest.raises(ParameterError, match=refusal):
-        peers.select([name])
 
 
 @pytest.mark.parametrize("name", [name for name in GENERAL if name != "quantecon"])
