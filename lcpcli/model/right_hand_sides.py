@@ -37,7 +37,7 @@ from lcpcli.model.box import (
     reference,
     refuse_crossed,
 )
-from lcpcli.model.problem import Problem, conditions_of
+from lcpcli.model.problem import Facts, Problem, conditions_of
 from lcpcli.typing import Indices, Mask, Matrix, Vector
 
 
@@ -123,16 +123,24 @@ class Columns:
         return (self.block(j, j + 1).problem(0) for j in range(self.k))
 
 
-def like_with(like: Problem, q: Vector, box: Box) -> Problem:
+def like_with(like: Problem, q: Vector, box: Box, M: Matrix | None = None) -> Problem:
     """Return the problem with the M of another one, all computed facts about M, a
-    validated q and bounds, quickly."""
+    validated q and bounds, quickly.
+
+    M : another read-only one of the same shape and kind, whose entries need not be
+        finite; None for that of the other problem.
+    """
     smallest, largest = sizes(q)
+    fields = like.fields_of_M()
+    if M is not None:
+        facts = Facts(M, like.block_form)
+        fields.update(M=M, facts=facts, largest=float(facts.row_maxima.max()))
+        fields.pop("latest", None)
     is_moderate = (
-        like.facts.has_moderate_rows
+        fields["facts"].has_moderate_rows
         and smallest >= 1 / FAR_FROM_ONE
         and largest <= FAR_FROM_ONE
     )
-    fields = like.fields_of_M()
     fields.update(
         q=q,
         sizes_of_q=(smallest, largest),

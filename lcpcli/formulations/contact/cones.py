@@ -55,11 +55,13 @@ class Form(NamedTuple):
     """A problem in z with x = T z.
 
     conditions : M, q and the bounds of z. T : shape (n, number of unknowns in z); None
-    in the compact form.
+    in the compact form. P : shape (k, n) in that form, where x = z - P z for the
+    tangential unknowns and x = z for the others; else None.
     """
 
     conditions: Conditions
     T: Any
+    P: Any = None
 
 
 def compact(
@@ -78,15 +80,16 @@ def compact(
     """
     n, k = b.size, friction.normals.size
     tangents, mu = friction.tangents[:, 0], friction.coefficients
-    rows, normals = np.arange(k), friction.normals
-    # x = z - P z for the first unknowns, with mu z_f in the tangential rows of P.
-    from_normals = A[:, tangents] @ _matrix(A, (k, n), (rows, normals, mu))
     if before is not None:
         M = before.conditions.M.copy()
-        np.subtract(A, from_normals, out=M[:n, :n])
-        M.setflags(write=False)
+        np.subtract(A, A[:, tangents] @ before.P, out=M[:n, :n])
         q = np.concatenate((b, before.conditions.q[n:]))
-        return Form(before.conditions._replace(M=M, q=q), None)
+        for array in (M, q):
+            array.setflags(write=False)
+        return before._replace(conditions=before.conditions._replace(M=M, q=q))
+    rows, normals = np.arange(k), friction.normals
+    P = _matrix(A, (k, n), (rows, normals, mu))
+    from_normals = A[:, tangents] @ P
     low, high = lower.copy(), upper.copy()
     low[tangents], high[tangents] = 0.0, math.inf
     if not is_sparse(A):
@@ -94,7 +97,7 @@ def compact(
         np.subtract(A, from_normals, out=M[:n, :n])
         M[tangents, n + rows], M[n + rows, tangents] = 1.0, -1.0
         M[n + rows, normals] = 2 * mu
-        return _with_slips(M, b, (low, high), None)
+        return _with_slips(M, b, (low, high), None)._replace(P=P)
     first = _matrix(A, (n, n + k), (np.arange(n), np.arange(n)))
     C = _matrix(A, (k, n + k), (rows, tangents), (rows, normals, 2 * mu), values=-1.0)
     E = _matrix(A, (n, n + k), (tangents, n + rows))

@@ -263,14 +263,10 @@ class Contact(Formulation):
 
     def problem(self, **texts: Any) -> Problem:
         """Return the problem, with these texts."""
-        lower, upper = self._form.conditions[2:]
-        is_lcp = lower.size > 0 and not lower.any() and upper.min() == math.inf
-        return self._problem(is_lcp, **texts)
-
-    def _problem(self, is_lcp: bool, **texts: Any) -> Problem:
         M, q, lower, upper = self._form.conditions
-        # The bounds of an LCP need no check.
-        bounds: dict[str, Any] = {} if is_lcp else {"lower": lower, "upper": upper}
+        bounds: dict[str, Any] = {"lower": lower, "upper": upper}
+        if lower.size and not lower.any() and upper.min() == math.inf:
+            bounds = {}  # those of an LCP, which need no check
         try:
             problem = Problem(M, q, **bounds, **texts)
         except ProblemError:
@@ -313,11 +309,16 @@ class Contact(Formulation):
         if not (is_dense and all(map(_are_equal, parts, others))):
             return self.problem()
         origin: Any = like.formulation
-        if not _are_equal(self.A, before.A):
-            if self.is_planar:
-                vars(self)["_form"] = self._compact(origin._form)
-            return self._problem(like.box.is_orthant)
-        problem = like_with(like, self._share_form(origin._form), like.box)
+        if _are_equal(self.A, before.A):
+            problem = like_with(like, self._share_form(origin._form), like.box)
+        elif self.is_planar:
+            form = vars(self)["_form"] = self._compact(origin._form)
+            M, q = form.conditions[:2]
+            problem = like_with(like, q, like.box, M)
+            if not problem.largest < math.inf:
+                self._finite(form)
+        else:
+            return self.problem()
         vars(problem)["origin"] = self
         return problem
 

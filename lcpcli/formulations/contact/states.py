@@ -120,25 +120,28 @@ class _Step:
         |x_i|.
         """
         contact, statuses, tangents = self.contact, self.statuses, self.tangents
-        lower, upper = contact.box(x)
-        inside = np.minimum(np.maximum(x, lower), upper)
-        max_friction = upper[tangents]
+        inside = np.minimum(np.maximum(x, contact.lower), contact.upper)
+        max_friction = self.mu * np.maximum(x[self.normals], 0.0)
+        tangential = np.maximum(x[tangents], -max_friction)
+        inside[tangents] = np.minimum(tangential, max_friction)
         is_wrong = np.abs(x - inside) > EPS * size
-        is_basic = statuses == BASIC
         is_outside = number_of(is_wrong) > 0
         if is_outside:
-            is_wrong &= is_basic
+            is_wrong &= statuses == BASIC
             is_wrong[tangents[max_friction == 0.0]] = False
             is_outside = number_of(is_wrong) > 0
         if not is_outside:
             inside[tangents] = without_rounding(inside[tangents], max_friction)
         motion = Motion.of_impulses(contact, x if is_outside else inside)
         is_pulled = statuses * motion.w > ROW_ROUNDING * motion.terms
-        if number_of(is_pulled):
-            is_wrong |= is_pulled & (lower < upper)
+        if not (is_outside or number_of(is_pulled)):
+            return motion
+        lower, upper = contact.box(x)
+        is_wrong |= is_pulled & (lower < upper)
         if not number_of(is_wrong):
             return motion
-        exchanged = np.where(is_basic, np.where(x < lower, LOWER, UPPER), BASIC)
+        limits = np.where(x < lower, LOWER, UPPER)
+        exchanged = np.where(statuses == BASIC, limits, BASIC)
         statuses[is_wrong] = exchanged[is_wrong]
         closed = tangents[max_friction == 0.0]
         statuses[closed] = -np.sign(motion.w[closed])
