@@ -87,14 +87,18 @@ class Impulses(Answer):
     def __init__(
         self,
         x: Vector | None,
-        w: Vector | None,
+        velocities: Callable[[], Vector] | None,
         states: Callable[[], list[ContactState]] | str,
         exact: dict[str, list[Fraction]] | None = None,
     ) -> None:
-        """states : returns the states of the contacts, which are computed when they are
-        first read, or why they are not known."""
-        self.x, self.w, self.exact = x, w, exact
-        self._states = states
+        """velocities, states : return w and the states of the contacts, which are
+        computed when they are first read; or None, and why they are not known."""
+        self.x, self.exact = x, exact
+        self._velocities, self._states = velocities, states
+
+    @cached_property
+    def w(self) -> Vector | None:
+        return None if self._velocities is None else self._velocities()
 
     @cached_property
     def contacts(self) -> list[ContactState] | None:
@@ -161,7 +165,6 @@ def _numbers(values: Sequence[Any], indices: Sequence[int]) -> str:
     return ", ".join(wording.number(values[i]) for i in indices)
 
 
-@np.errstate(all="ignore")  # overflow gives infinity
 def answer(contact: Contact, result: Result) -> Impulses:
     """Return the impulses and velocities, and what each contact does, if the result is
     solved."""
@@ -169,25 +172,27 @@ def answer(contact: Contact, result: Result) -> Impulses:
         why = WITHOUT_SOLUTION_BY_STATUS.get(result.status, UNSOLVED)
         return Impulses(None, None, why)
     motion = motion_at(contact, result.z)
-    w = motion.w.copy()
-    w[abs(w) <= ROW_ROUNDING * motion.terms] = 0.0
-    motion = motion._replace(w=w)
     exact, proved = None, result.exact
     if proved is not None and proved.z and proved.w and contact.is_planar:
         exact = _exactly(contact, proved.z, proved.w)
     states: Callable[[], list[ContactState]]
     states = partial(_states_of_motion, contact, motion, result.tol)
     if exact is not None:
-        zeros = [0] * len(w)
+        zeros = [0] * len(motion.w)
         values = list(exact["x"]), list(exact["w"])
         states = partial(_states, contact, *values, zeros, zeros)
-    if contact.impact is not None:
-        w = w - contact.impact.shift
-        if exact is not None:
-            shift = map(shortest_decimal, contact.impact.shift.tolist())
-            pairs = zip(exact["w"], shift, strict=True)
-            exact["w"] = [velocity - shift_of_row for velocity, shift_of_row in pairs]
-    return Impulses(motion.x.copy(), w.copy(), states, exact)
+    if contact.impact is not None and exact is not None:
+        shift = map(shortest_decimal, contact.impact.shift.tolist())
+        pairs = zip(exact["w"], shift, strict=True)
+        exact["w"] = [velocity - shift_of_row for velocity, shift_of_row in pairs]
+    velocities = partial(_velocities, contact, motion)
+    return Impulses(motion.x.copy(), velocities, states, exact)
+
+
+def _velocities(contact: Contact, motion: Motion) -> Vector:
+    """Return w, or W x + q with restitution, with 0 for rounding errors."""
+    w = motion.rounded_w()
+    return w if contact.impact is None else w - contact.impact.shift
 
 
 @np.errstate(all="ignore")
@@ -198,7 +203,8 @@ def _states_of_motion(
     velocities to a tolerance."""
     x, rounding = motion.x, tol * motion.terms
     small = _negligible(contact, x, rounding, tol).tolist()
-    return _states(contact, x.tolist(), motion.w.tolist(), small, rounding.tolist())
+    w = motion.rounded_w().tolist()
+    return _states(contact, x.tolist(), w, small, rounding.tolist())
 
 
 def _negligible(contact: Contact, x: Vector, rounding: Vector, tol: float) -> Vector:
@@ -234,6 +240,10 @@ class Motion(NamedTuple):
         w = np.asarray(product(contact.A, x) + contact.b)
         return cls(x, w, absolute_product(contact.A, sizes) + abs(contact.b))
 
+    def rounded_w(self) -> Vector:
+        """Return w with 0 for rounding errors."""
+        return np.where(abs(self.w) <= ROW_ROUNDING * self.terms, 0.0, self.w)
+
 
 def motion_at(contact: Contact, z: Vector) -> Motion:
     """Return the impulses of a z, with tangential ones projected on their bounds, and
@@ -241,10 +251,16 @@ def motion_at(contact: Contact, z: Vector) -> Motion:
 
     The terms of `Motion` also take rounding errors in x_t = beta - mu x_f into account.
     """
-    motion: Motion
     last_z, motion = contact.last_motion
-    if last_z is z:
-        return motion
+    if last_z is not z:
+        motion = _motion_of(contact, z)
+        contact.last_motion[:] = z, motion
+    last_motion: Motion = motion
+    return last_motion
+
+
+@np.errstate(all="ignore")  # overflow gives infinity
+def _motion_of(contact: Contact, z: Vector) -> Motion:
     friction = contact.friction
     if not contact.is_planar:
         x = np.asarray(product(contact.T, z))
@@ -257,9 +273,7 @@ def motion_at(contact: Contact, z: Vector) -> Motion:
         inside = np.minimum(np.maximum(x[tangents], -max_friction), max_friction)
         inside = without_rounding(inside, max_friction)
         x[tangents] = np.where(at_end, max_friction, inside)
-    motion = Motion.of_impulses(contact, x)
-    contact.last_motion[:] = z, motion
-    return motion
+    return Motion.of_impulses(contact, x)
 
 
 def without_rounding(tangential: Vector, max_friction: Vector) -> Vector:
@@ -313,7 +327,6 @@ def _statement(states: Sequence[ContactState]) -> str:
     return f"{count(len(states), 'contact')}: {listed(parts)}"
 
 
-@np.errstate(all="ignore")
 def accepted(contact: Contact, result: Result) -> Result:
     """Return the result if its x and w satisfy the laws of contact to the tolerance,
     otherwise the result with the status stalled.
@@ -328,7 +341,8 @@ def _is_solved(contact: Contact, z: Vector, tol: float) -> bool:
     """Return whether x solves the mixed problem of A and b with the friction bounds
     that the normal impulses of x imply.
     """
-    x, w, terms = motion_at(contact, z)
+    motion = motion_at(contact, z)
+    x, w, terms = motion
     # Almost every result satisfies the conditions up to rounding, which needs no
     # measure.
     rounding = ROW_ROUNDING * terms
