@@ -47,8 +47,6 @@ MAX_BASES_AT_FIRST = 1000
 # Unknowns up to which branch and bound finds a first solution as fast as a method in
 # floating-point arithmetic does.
 MAX_FOR_TREE = 10
-# The same for bimatrix games, which are known to have a solution.
-MAX_FOR_TREE_OF_GAME = 30
 POINT, PIECE = "a point", "a piece"
 # Unknowns up to which branch and bound is faster than testing components for scalings
 # d.
@@ -212,8 +210,9 @@ def _elided(parts: list[str]) -> list[str]:
 
 
 def pieces(data: ExactProblem, check: Callable[[], None]) -> Iterator[Piece]:
-    """Yield every maximal piece of the solution set once, in the order in which branch
-    and bound finds them.
+    """Yield every maximal piece of the solution set once: those of a bimatrix game with
+    few strategies from the vertices of its polyhedra, others in the order in which
+    branch and bound finds them.
 
     `check` is called before each step and may raise.
     """
@@ -225,10 +224,9 @@ def pieces(data: ExactProblem, check: Callable[[], None]) -> Iterator[Piece]:
             yield Piece.of(map(remembered, vertices), tuple(vertices))
         return
     shape = shape_of(data, check)
-    large = MAX_FOR_TREE if shape else math.inf
-    if m and not shape:
-        large = MAX_FOR_TREE_OF_GAME
-    z = _solution(data, check) if data.n > large else None
+    # A bimatrix game is known to have a solution.
+    is_quick = data.n <= MAX_FOR_TREE or not (shape or m)
+    z = None if is_quick else _solution(data, check)
     if z is not None and shape == POINT:
         yield Piece.of([states_of(data, tuple(z))], (tuple(z),))
         return
