@@ -16,6 +16,7 @@ from contextlib import ExitStack, closing, contextmanager, nullcontext, suppress
 from dataclasses import replace
 from functools import partial
 from itertools import chain, repeat, takewhile
+from operator import attrgetter
 from pathlib import Path
 from threading import Event, Semaphore, Thread
 from typing import TYPE_CHECKING, Any, NamedTuple, TypeAlias
@@ -249,6 +250,9 @@ class TaskRecord(NamedTuple):
     exit_code: Exit
     complaints: tuple[str, ...] = ()
     interrupted: bool = False
+
+
+_is_interrupted = attrgetter("interrupted")
 
 
 def until_interrupted(records: Iterable[TaskRecord]) -> Iterator[TaskRecord]:
@@ -518,7 +522,9 @@ class _Distribution:
         try:
             yield from self._all(in_order)
         except KeyboardInterrupt:
-            yield from self._last()
+            last = self._last()
+            # A log is resumed without its unfinished records if they are its last ones.
+            yield from last if in_order else sorted(last, key=_is_interrupted)
             raise
 
     def _last(self) -> Iterator[TaskRecord]:

@@ -225,7 +225,8 @@ def _lock(file: IO[bytes], name: str) -> None:
 
 
 OPENING = b'{"version":'
-UNFINISHED = "interrupted"  # a record with this status is made again
+# A record with this status is made again, and one that has it as a key.
+UNFINISHED = "interrupted"
 FIELDS = {"file", "item", "status", "number", "digest", "given"}  # of a record
 EXPECTED = "name a file that lcp solve -o FILE.jsonl has begun"
 
@@ -263,7 +264,8 @@ class Log:
                     File(self._path), f"is not a log of results (line {at})", EXPECTED
                 )
             n_bytes += len(line)
-            if record["status"] != UNFINISHED:
+            # A run that Ctrl-C ended at a solution may lack what follows from it.
+            if record["status"] != UNFINISHED and not record.get(UNFINISHED):
                 finished = n_bytes
                 yield record
         with naming(self._path):

@@ -344,7 +344,10 @@ def data(result: Result, source: Source = NO_SOURCE) -> dict[str, Any]:
         },
         "trace": trace and columns.records(trace),
     }
-    return record(keys_of("result"), result, overrides) | dict(source.mark or {})
+    log_entry = dict(source.mark or {})
+    if log_entry and result.interrupted:
+        log_entry["interrupted"] = True
+    return record(keys_of("result"), result, overrides) | log_entry
 
 
 def record(

@@ -234,6 +234,33 @@ def test_signal_leaves_what_is_finished(
     ]
 
 
+@pytest.mark.parametrize(
+    ("problem", "place"),
+    [
+        (EXAMPLE, "verify.digits.digits"),
+        (PROGRAM, "formulations.quadratic_program.conclusions.kind_of_point"),
+    ],
+)
+def test_record_cut_before_its_conclusions_is_made_again_when_the_log_is_resumed(
+    problem: str, place: str, stopped: Callable[..., Outcome], lcp: Lcp
+) -> None:
+    files = f"solve {problem} {EXAMPLE}"
+    assert lcp(*f"{files} -o whole.jsonl".split()).code == 0
+    cut = stopped(f"{files} -o cut.jsonl", f"lcpcli.{place}", 0, signal.SIGINT)
+    assert cut.code == 130
+    (unfinished,) = map(json.loads, Path("cut.jsonl").read_text().splitlines())
+    assert (unfinished["status"], unfinished["interrupted"]) == ("solved", True)
+    assert lcp(*f"{files} --resume cut.jsonl".split()).code == 0
+    whole, resumed = (
+        [
+            (each["number"], each["digits"], (each["answer"] or {}).get("statement"))
+            for each in map(json.loads, Path(name).read_text().splitlines())
+        ]
+        for name in ("whole.jsonl", "cut.jsonl")
+    )
+    assert resumed == whole
+
+
 def test_path_that_is_stopped_has_its_points_in_a_file_and_says_why(
     stopped: Callable[..., Outcome],
 ) -> None:
