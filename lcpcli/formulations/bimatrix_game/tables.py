@@ -4,15 +4,13 @@ from __future__ import annotations
 
 import json
 from collections.abc import Sequence
-from decimal import Decimal
 
 from lcpcli.errors import LCPError, ParameterError, ProblemError, quoted
 from lcpcli.files.contents import source_name
-from lcpcli.files.csv_format import is_number
 from lcpcli.files.fields import BOUNDS
-from lcpcli.files.formats import refuse
 from lcpcli.files.input_file import InputFile
 from lcpcli.files.inputs import Input
+from lcpcli.formulations.tables import listed, names_in, table_in
 
 HINT = "give the payoffs of the row player and those of the column player"
 
@@ -25,7 +23,7 @@ def input_of(paths: Sequence[str]) -> Input:
     tables = (_table(InputFile.read(path, HINT)) for path in paths)
     (A, rows, columns), (B, rows_of_B, columns_of_B) = tables
     parts = [
-        f'"{key}": [{", ".join(map(_row, table))}]'
+        f'"{key}": [{", ".join(map(listed, table))}]'
         for key, table in (("A", A), ("B", B))
     ]
     for key, *names in (("rows", rows, rows_of_B), ("columns", columns, columns_of_B)):
@@ -75,22 +73,6 @@ def _shared(path: str, key: str, names: list[str], others: list[str]) -> list[st
     return names or others
 
 
-def _row(values: Sequence[str]) -> str:
-    texts = (
-        json.dumps(value) if "/" in value else str(Decimal(value)) for value in values
-    )
-    return f"[{', '.join(texts)}]"
-
-
 def _table(file: InputFile) -> tuple[list[list[str]], list[str], list[str]]:
-    hint = "write the game as JSON, with the keys A and B"
-    refuse(not file.kind.is_table, file.source_name, "is not a table in CSV", hint)
-    table = file.within(file.data.table, str)
-    reason = f"has columns headed {', '.join(table.column_of)}"
-    refuse(table.column_of, file.source_name, reason, HINT)
-    both = (table.labels, table.header)
-    index, header = (
-        [] if any(not name or is_number(name) for name in names) else names
-        for names in both
-    )
-    return table.rows, index, header
+    table = table_in(file, HINT, "write the game as JSON, with the keys A and B")
+    return table.rows, names_in(table.labels), names_in(table.header)

@@ -4,13 +4,11 @@ from __future__ import annotations
 
 import json
 from collections.abc import Sequence
-from decimal import Decimal
 
 from lcpcli.errors import MAKE_AGREE, ParameterError, ProblemError, count
-from lcpcli.files.csv_format import is_number
-from lcpcli.files.formats import refuse
 from lcpcli.files.input_file import InputFile
 from lcpcli.files.inputs import Input
+from lcpcli.formulations.tables import listed, names_in, table_in
 
 HINT = "give the model A, a column for each coefficient, and the measurements b"
 
@@ -31,28 +29,15 @@ def input_of(paths: Sequence[str]) -> Input:
     if len(values) != len(A):
         reason = f"has {count(len(values), 'number')} for {count(len(A), 'row')} of A"
         raise ProblemError(file.source_name, reason, MAKE_AGREE)
-    rows = ", ".join(map(_listed, A))
-    parts = [f'"lsq": true, "A": [{rows}], "b": {_listed(values)}']
+    rows = ", ".join(map(listed, A))
+    parts = [f'"lsq": true, "A": [{rows}], "b": {listed(values)}']
     if names:
         parts.append(f'"columns": {json.dumps(names)}')
     text = f"{{{', '.join(parts)}}}"
     return Input((InputFile(paths[0], text.encode()),))
 
 
-def _listed(values: Sequence[str]) -> str:
-    texts = (
-        json.dumps(value) if "/" in value else str(Decimal(value)) for value in values
-    )
-    return f"[{', '.join(texts)}]"
-
-
 def _table(file: InputFile) -> tuple[list[list[str]], list[str]]:
     """Return the numbers of a CSV file, as written, and the names of its columns."""
-    hint = "write the fit as JSON, with the keys A, b and lsq"
-    refuse(not file.kind.is_table, file.source_name, "is not a table in CSV", hint)
-    table = file.within(file.data.table, str)
-    reason = f"has columns headed {', '.join(table.column_of)}"
-    refuse(table.column_of, file.source_name, reason, HINT)
-    names = table.header
-    are_names = all(name and not is_number(name) for name in names)
-    return table.rows, names if are_names else []
+    table = table_in(file, HINT, "write the fit as JSON, with the keys A, b and lsq")
+    return table.rows, names_in(table.header)
