@@ -230,7 +230,7 @@ def _log_record(record: Mapping[str, Any], options: Mapping[str, str]) -> LogRec
     number = record["number"]
     status = record["status"]
     exact = record.get("exact")
-    source = Source(record.get("file"), record.get("item"))
+    source = Source(record["file"], record["item"])
     try:
         then = {**dict.fromkeys(options, "none"), **record["given"]}
         now = {**dict.fromkeys(then, "none"), **options}
@@ -242,6 +242,7 @@ def _log_record(record: Mapping[str, Any], options: Mapping[str, str]) -> LogRec
             raise OptionError(
                 "--resume", reason, "give the same options, or begin a new log"
             )
+        hash((source.file, source.item, record["digest"]))  # may raise TypeError
         if number < 1:
             raise TypeError
         code = Exit.BAD_INPUT

@@ -349,6 +349,10 @@ DAMAGED = "good.json that is damaged"
         ),
         ('"number": 1,', '"number": 0,', "good.json none.json", DAMAGED),
         ('"number": 1,', '"number": -1,', "good.json none.json", DAMAGED),
+        ('"number": 1,', '"number": [1],', "good.json none.json", DAMAGED),
+        ('"item": null', '"item": [2]', "good.json none.json", "[2] that is damaged"),
+        ('"file": "good', '"file": {"a": 1}, "is": "good', "good.json", "is damaged"),
+        ('"digest": "', '"digest": [1], "is": "', "good.json none.json", DAMAGED),
         (
             ', "number": .*}',
             "}",

@@ -625,6 +625,9 @@ Solver(from_contact(A, B, 1)).update(ids=[1, 2]) => ids: {ENTRIES:2 ids|1 contac
 {AGREE}
 Solver(from_contact(np.eye(4), [1, 2, 3, 4], 1)).update(ids=["a", "a"])
     => ids[1]: is 'a', as ids[0] is; give each contact another one
+Solver(from_contact(A, B, 1)).update(ids=[[1]])
+    => ids[0]: is a list; give a number or a text
+Solver(from_contact(A, B, 1)).update(ids=3) => ids: is a number; give a list of ids
 Solver(from_contact(A, B, 1)).update(gap=[1, 2])
     => gap: {NO_KEY:the data of contacts}; the keys are W, q, mu, restitution, \
 before, ids

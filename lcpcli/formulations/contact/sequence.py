@@ -4,12 +4,18 @@ contacts that persist.
 
 from __future__ import annotations
 
-from collections.abc import Hashable, Mapping, Sequence
+from collections.abc import Hashable, Iterable, Mapping, Sequence
 from typing import Any
 
 import numpy as np
 
-from lcpcli.errors import MAKE_AGREE, ProblemError, numbers_for, refuse_unknown
+from lcpcli.errors import (
+    MAKE_AGREE,
+    ProblemError,
+    kind,
+    numbers_for,
+    refuse_unknown,
+)
 from lcpcli.formulations.contact.friction import (
     Contact,
     of_delassus,
@@ -40,7 +46,11 @@ def following(
     number = contact.number_of_ids
     ids = data.get("ids")
     if ids is not None:
-        ids = tuple(ids.tolist() if isinstance(ids, np.ndarray) else ids)
+        if isinstance(ids, np.ndarray):
+            ids = ids.tolist()
+        if not isinstance(ids, Iterable):
+            raise ProblemError("ids", f"is {kind(ids)}", "give a list of ids")
+        ids = tuple(ids)
         if ids != before.ids or number != len(ids):
             _refuse_equal(ids, number, contact.key)
     elif number == before.number_of_ids:
@@ -121,6 +131,12 @@ def _refuse_equal(ids: tuple[Hashable, ...], number: int, key: str) -> None:
         raise ProblemError("ids", numbers_for(len(ids), "id", number, of), MAKE_AGREE)
     first_positions: dict[Hashable, int] = {}
     for i, each in enumerate(ids):
+        try:
+            hash(each)
+        except TypeError:
+            raise ProblemError(
+                f"ids[{i}]", f"is {kind(each)}", "give a number or a text"
+            ) from None
         first = first_positions.setdefault(each, i)
         if first != i:
             reason = f"is {each!r}, as ids[{first}] is"
