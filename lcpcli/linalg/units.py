@@ -43,6 +43,7 @@ from lcpcli.linalg.krylov import (
     norm,
 )
 from lcpcli.linalg.matrices import (
+    FEW_AS_DENSE,
     absolute_product,
     column_maxima,
     compressed_multiplier,
@@ -79,11 +80,12 @@ FEW_CG_STEPS = 100
 # The limit on the steps if there are so many rows that elimination may take too long,
 # and for a symmetric M of at most FEW_SYMMETRIC rows.
 MAX_CG_STEPS = 300
-# A symmetric M of at most FEW_SYMMETRIC rows with at most 4 entries a row on average is
-# solved by elimination, which takes half as long as conjugate gradients for narrow
-# grids. For networks of transport and spatial prices, conjugate gradients would take .7
-# of its time with 400 unknowns, .4 with 2000 and .2 with 8000, but leave an error of
-# 1e-3 in the exponents for circuits.
+# A symmetric M of at most FEW_AS_DENSE rows, by dense factors, or of at most
+# FEW_SYMMETRIC rows with at most 4 entries a row on average, is solved by elimination,
+# which takes half as long as conjugate gradients for narrow grids. For networks of
+# transport and spatial prices, conjugate gradients would take .7 of its time with 400
+# unknowns, .4 with 2000 and .2 with 8000, but leave an error of 1e-3 in the exponents
+# for circuits.
 THIN = 4
 FEW_SYMMETRIC, LARGEST_ELIMINATED = 10_000, 100_000  # rows
 # Bandwidth up to which band factors take less time than conjugate gradients.
@@ -283,7 +285,7 @@ def _sparse(M: Matrix, S: Vector | None = None) -> Units:
             ]
             *both, has_converged = _by_gradients(sums, [*counts], times, max_steps)
             x = np.concatenate(both)
-        elif n > FEW_SYMMETRIC or M.nnz > THIN * n:
+        elif n > FEW_AS_DENSE and (n > FEW_SYMMETRIC or M.nnz > THIN * n):
             is_eliminated = np.zeros(n, dtype=bool) if S is None else S < 0
             symmetric_fit, has_converged = _symmetric(
                 M, sums[0], counts[0], is_eliminated, max_steps
@@ -480,6 +482,7 @@ def _eliminated(
         roots = roots[component_of[roots] != component_of[n + roots]]
         b = -sums[0]
         d = counts[0].copy()
+        E = E.toarray() if n <= FEW_AS_DENSE else E
         factors = systems(E, np.ones(n))
     else:
         E = block_array([[None, E], [E.T, None]], format="csr")

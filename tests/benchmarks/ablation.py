@@ -323,14 +323,22 @@ SWITCHES: tuple[Switch, ...] = (
     Switch(
         "units of symmetric M by gradients",
         f"{U}:_sparse",
-        edited(("elif n > FEW_SYMMETRIC or M.nnz > THIN * n:", "elif False:")),
+        edited(
+            (
+                "elif n > FEW_AS_DENSE and (n > FEW_SYMMETRIC or M.nnz > THIN * n):",
+                "elif False:",
+            )
+        ),
         (f"{U}:_symmetric",),
     ),
     Switch(
         "units by elimination",
         f"{U}:_sparse",
         edited(
-            ("elif n > FEW_SYMMETRIC or M.nnz > THIN * n:", "else:"),
+            (
+                "elif n > FEW_AS_DENSE and (n > FEW_SYMMETRIC or M.nnz > THIN * n):",
+                "else:",
+            ),
             ("if not has_converged and n <= LARGEST_ELIMINATED:", "if False:"),
         ),
         (f"{U}:_eliminated",),
