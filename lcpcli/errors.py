@@ -292,6 +292,10 @@ class MissingFolderError(ProblemError, ImportError):
     missing in this installation."""
 
 
+class EmptyIntervalError(ProblemError):
+    """No number lies between a lower and an upper bound of the problem."""
+
+
 class DerivativeError(LCPError):
     """A result has no derivative, or no known one: its problem is not solved, or its
     solution is singular."""

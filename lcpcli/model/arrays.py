@@ -209,16 +209,22 @@ def as_matrix(field: str, values: Any, *, may_be_empty: bool = False) -> Matrix:
     return _as_finite(field, M)[0]
 
 
-def as_rows(field: str, values: Any) -> Matrix:
-    """Return `as_matrix` of values, of which a list or an array of numbers is a single
-    row."""
+def as_rows(field: str, values: Any, k: int, of: str) -> Matrix:
+    """Return `as_matrix` of values with an entry for each of k things of a kind in each
+    row. A list or an array of numbers is a single row; there may be no rows."""
     is_array = isinstance(values, np.ndarray) and values.ndim == 1 and values.size > 0
     is_row = is_array or (
         isinstance(values, (list, tuple))
         and len(values) > 0
         and not has_rows(values[:1])
     )
-    return as_matrix(field, [values] if is_row else values)
+    matrix = as_matrix(field, [values] if is_row else values, may_be_empty=True)
+    if matrix.shape == (0, 0):  # a list without rows
+        return np.zeros((0, k))
+    if matrix.shape[1] != k:
+        reason = numbers_for(matrix.shape[1], "column", k, of)
+        raise ProblemError(field, reason, MAKE_AGREE)
+    return matrix
 
 
 def _as_two_dimensional(field: str, values: Any) -> Matrix:

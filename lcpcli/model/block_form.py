@@ -17,10 +17,8 @@ from lcpcli.clock import imports
 from lcpcli.errors import (
     IS_MISSING,
     LEAVE_ONE_OUT,
-    MAKE_AGREE,
     ProblemError,
     kind,
-    numbers_for,
     quoted,
     refuse_unknown,
 )
@@ -444,8 +442,8 @@ def rows_between(
 def matrix_of_rows(
     field: str, raw_value: Any, k: int, bounds: Mapping[str, Any]
 ) -> Matrix:
-    """Return the matrix of the rows, of shape (m, k), with m = 0 if there are neither a
-    matrix nor bounds."""
+    """Return the matrix of the rows, of shape (m, k), also with m = 0, as if there are
+    neither a matrix nor bounds."""
     present = [name for name, bound in bounds.items() if bound is not None]
     if raw_value is None and not present:
         return np.zeros((0, k))
@@ -457,8 +455,4 @@ def matrix_of_rows(
         raise ProblemError(
             next(iter(bounds)), IS_MISSING, f"give it with {field}, or leave both out"
         )
-    matrix = as_rows(field, raw_value)
-    if matrix.shape[1] != k:
-        reason = numbers_for(matrix.shape[1], "column", k, "variable")
-        raise ProblemError(field, reason, MAKE_AGREE)
-    return matrix
+    return as_rows(field, raw_value, k, "variable")

@@ -22,7 +22,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from lcpcli.errors import ProblemError, kind
+from lcpcli.errors import EmptyIntervalError, ProblemError, kind
 from lcpcli.linalg.doubles import (
     LARGEST_DOUBLE,
     are_moderate,
@@ -452,7 +452,8 @@ def as_intervals(
     infinity: float = math.inf,
 ) -> tuple[Vector, Vector]:
     """Return lower and upper bounds for each of n things of a kind, infinite if absent
-    or if they have at least the size `infinity`, or raise ProblemError."""
+    or if they have at least the size `infinity`, or raise ProblemError:
+    EmptyIntervalError where no number lies between them."""
     if infinity == math.inf:
         low, high = _plain_vector(lower, n), _plain_vector(upper, n)
         if low is not None and high is not None and _are_valid(low, high):
@@ -469,7 +470,7 @@ def as_intervals(
         _refuse_infinite_sides(fields, bounds, (low, high), infinity)
     for i in np.flatnonzero(low > high)[:1].tolist():
         reason = f"is {low.item(i):g}, above {above}[{i}] = {high.item(i):g}"
-        raise ProblemError(
+        raise EmptyIntervalError(
             f"{below}[{i}]",
             reason,
             f"make every lower bound at most the upper one {FROM_0}",
@@ -483,8 +484,8 @@ def _refuse_infinite_sides(
     intervals: tuple[Vector, Vector],
     infinity: float,
 ) -> None:
-    """Raise ProblemError for the first lower bound that is infinity, or else the first
-    upper bound that is minus infinity. bounds : before those of at least the size
+    """Raise EmptyIntervalError for the first lower bound that is infinity, or else the
+    first upper bound that is minus infinity. bounds : before those of at least the size
     `infinity` have become infinite, in `intervals`."""
     (below, above), (low, high) = fields, intervals
     sides = (
@@ -499,7 +500,7 @@ def _refuse_infinite_sides(
                 else f", as it is {bound[i]:g} and infinity begins at {infinity:g}"
             )
             reason = f"is {minus}infinity{size}" if minus else f"is infinite{size}"
-            raise ProblemError(
+            raise EmptyIntervalError(
                 f"{field}[{i}]",
                 reason,
                 f"give a number, or {none}inf for no bound {FROM_0}",

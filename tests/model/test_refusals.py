@@ -100,12 +100,6 @@ Problem(M, q, names=None) => names: {IS:null}; {A_LIST_OF_NAMES}
 Problem(M, q, names=3.0) => names: {IS:a number}; {A_LIST_OF_NAMES}
 Problem(np.eye(3), [-5, -6, -1], names=["price", "price", "flow"])
     => names: {ENTRIES:'price'|2 unknowns}; give each another name, or an empty one
-Problem(np.eye(2), [0, 0], lower=[0, 1e20], upper=1e21, infinity=1e15)
-    => lower[1]: {INFINITE_AS:infinite|1e+20|1e+15}; {NO_BOUND_BELOW}{FROM_0}
-with_infinity(from_qp(None, [1], [[1]], row_upper=[-1e30]), 1e20)
-    => row_upper[0]: {INFINITE_AS:minus infinity|-1e+30|1e+20}; {NO_BOUND_ABOVE}{FROM_0}
-from_qpsolvers(None, [1], [[1]], [-1e20], infinity=1e20)
-    => h[0]: {INFINITE_AS:minus infinity|-1e+20|1e+20}; {NO_BOUND_ABOVE}{FROM_0}
 from_efg("") => line 1: {NO_TREE}; {BEGIN_TREE}
 """,
 )
@@ -139,6 +133,17 @@ np.array([["2004-07-01", "2012-02-01"]] * 2, dtype="datetime64[D]")
 ]
 
 OTHERS = [
+    *calls(
+        "EmptyIntervalError",
+        r"""
+Problem(np.eye(2), [0, 0], lower=[0, 1e20], upper=1e21, infinity=1e15)
+    => lower[1]: {INFINITE_AS:infinite|1e+20|1e+15}; {NO_BOUND_BELOW}{FROM_0}
+with_infinity(from_qp(None, [1], [[1]], row_upper=[-1e30]), 1e20)
+    => row_upper[0]: {INFINITE_AS:minus infinity|-1e+30|1e+20}; {NO_BOUND_ABOVE}{FROM_0}
+from_qpsolvers(None, [1], [[1]], [-1e20], infinity=1e20)
+    => h[0]: {INFINITE_AS:minus infinity|-1e+20|1e+20}; {NO_BOUND_ABOVE}{FROM_0}
+""",
+    ),
     *calls(
         "ParameterError",
         r"""

@@ -31,6 +31,7 @@ from lcpcli import (
     solve,
     write,
 )
+from lcpcli.errors import ProblemError
 from lcpcli.formulations.quadratic_program import no_minimum
 from lcpcli.report.result_formats import plain
 from lcpcli.verify.point import Criterion, Point
@@ -314,6 +315,66 @@ def test_qpsolvers_learns_of_no_solution_and_gets_no_stationary_point() -> None:
         assert lcpcli.solve_qp(**given) is None
     with pytest.warns(UserWarning, match="stationary"):
         assert not qpsolvers.solve_problem(qpsolvers.Problem(**given), "lcp").found
+
+
+INF = np.inf
+
+
+@pytest.mark.parametrize(
+    ("sides", "reason"),
+    [
+        ({"lb": [0.0, 1.0], "ub": [1.0, 0.0]}, "lb[1] is 1, above ub[1] = 0"),
+        ({"G": np.eye(2), "h": [1.0, -INF]}, "h[1] is minus infinity"),
+        ({"lb": [INF, 0.0]}, "lb[0] is infinite"),
+        ({"ub": [-INF, 0.0]}, "ub[0] is minus infinity"),
+    ],
+)
+def test_bounds_without_a_number_between_them_are_no_error_for_qpsolvers(
+    sides: dict[str, Any], reason: str
+) -> None:
+    """As with its other solvers, which return no x, so that a loop goes on."""
+    qpsolvers = pytest.importorskip("qpsolvers")
+    lcpcli.add_to_qpsolvers()
+    arrays = {name: np.array(values) for name, values in sides.items()}
+    problem = qpsolvers.Problem(np.eye(2), np.ones(2), **arrays)
+    solution = qpsolvers.solve_problem(problem, solver="lcp")
+    assert (solution.found, solution.x) == (False, None)
+    assert solution.extras["statement"] == f"the program is infeasible: {reason}"
+    assert qpsolvers.solve_qp(np.eye(2), np.ones(2), **arrays, solver="lcp") is None
+    with pytest.raises(ProblemError, match=reason.split("[", maxsplit=1)[0]):
+        from_qpsolvers(np.eye(2), np.ones(2), **arrays)
+
+
+def test_other_input_errors_are_errors_for_qpsolvers_too() -> None:
+    qpsolvers = pytest.importorskip("qpsolvers")
+    lcpcli.add_to_qpsolvers()
+    with pytest.raises(ProblemError, match="q"):
+        qpsolvers.solve_qp(np.eye(2), np.array([1.0, np.nan]), solver="lcp")
+
+
+@pytest.mark.parametrize("form", [np.array, csr_array, np.ndarray.tolist])
+def test_matrices_without_rows_are_no_constraints(form: Any) -> None:
+    rows, sides = form(np.zeros((0, 2))), np.zeros(0)
+    Q, c = np.array([[2.0, 1.0], [1.0, 2.0]]), [-3.0, -3.0]
+    free = {"lower": -INF}
+    for problem in (
+        from_qp(Q, c, rows, sides),
+        from_qp(Q, c, rows, row_lower=sides, row_upper=sides, rows=[]),
+        from_qpsolvers(Q, c, rows, sides, lb=0),
+        from_qpsolvers(Q, c, None, None, rows, sides),
+        from_qpsolvers(Q, c, rows, sides, [[1.0, -1.0]], [0.0]),
+        from_osqp(Q, c, rows, sides, sides),
+        lcpcli.from_avi(Q, c, rows, sides, **free),
+        lcpcli.from_players([1, 1], Q, c, rows, sides, owner=[]),
+    ):
+        assert run(problem).answer.x == pytest.approx([1, 1])
+    assert lcpcli.solve_qp(Q, c, rows, sides).tolist() == pytest.approx([1, 1])
+    fit = lcpcli.lsq(np.eye(2), [1.0, 2.0], E=rows, d=sides)
+    assert fit.answer.x == pytest.approx([1, 2])
+    with pytest.raises(ProblemError, match="A: has 3 columns for 2 variables"):
+        from_qp(Q, c, np.zeros((0, 3)), sides)
+    with pytest.raises(ProblemError, match="b: has 1 entry for 0 rows"):
+        from_qp(Q, c, rows, [1.0])
 
 
 def test_a_maximum_is_the_minimum_of_the_opposite_in_fractions_too() -> None:

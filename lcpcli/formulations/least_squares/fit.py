@@ -204,10 +204,7 @@ def _equations(E: Any, d: Any, n: int) -> tuple[Matrix, Vector]:
         if value is None:
             reason = f"is missing, though there is {other}"
             raise ProblemError(key, reason, f"add it, or leave {other} out")
-    matrix = as_rows("E", E if has_rows([E]) else [E])
-    if matrix.shape[1] != n:
-        reason = numbers_for(matrix.shape[1], "column", n, COEFFICIENT)
-        raise ProblemError("E", reason, MAKE_AGREE)
+    matrix = as_rows("E", E if has_rows([E]) else [E], n, COEFFICIENT)
     sides = as_vector("d", d if has_rows([d]) else [d], matrix.shape[0], "row of E")
     return matrix, sides
 

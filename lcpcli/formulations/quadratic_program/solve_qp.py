@@ -10,7 +10,7 @@ import warnings
 from typing import TYPE_CHECKING, Any
 
 from lcpcli.clock import imports
-from lcpcli.errors import OptionError, missing
+from lcpcli.errors import EmptyIntervalError, OptionError, missing
 from lcpcli.formulations.quadratic_program.program import Program
 from lcpcli.formulations.quadratic_program.reductions import from_qpsolvers
 from lcpcli.linalg.krylov import is_semidefinite
@@ -122,7 +122,8 @@ def _solve_problem(
     **options: Any,
 ) -> Any:
     """Solve a problem for qpsolvers. Multipliers have the signs that satisfy Px + q +
-    G'z + A'y + z_box = 0.
+    G'z + A'y + z_box = 0. Bounds that no number satisfies are no error there: the
+    problem has no solution.
     """
     from qpsolvers import Solution
 
@@ -130,8 +131,16 @@ def _solve_problem(
         warnings.warn("lcp does not use initvals", stacklevel=3)
     names = ("P", "q", "G", "h", "A", "b", "lb", "ub")
     arguments = {name: getattr(problem, name) for name in names}
-    result = run(from_qpsolvers(**arguments, infinity=infinity), **options)
-    solution, answer = Solution(problem), result.answer
+    solution = Solution(problem)
+    try:
+        program = from_qpsolvers(**arguments, infinity=infinity)
+    except EmptyIntervalError as error:
+        solution.found = False
+        statement = f"the program is infeasible: {error.where} {error.fault}"
+        solution.extras = {"message": statement, "statement": statement}
+        return solution
+    result = run(program, **options)
+    answer = result.answer
     solution.found = _minimizer(result) is not None
     solution.extras = {"message": result.message, "answer": answer}
     if not solution.found:
