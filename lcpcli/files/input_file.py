@@ -7,7 +7,7 @@ import os
 import re
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
-from functools import cached_property
+from functools import cached_property, partial
 from typing import TYPE_CHECKING, Any, TypeAlias, TypeVar, cast
 
 import numpy as np
@@ -224,21 +224,27 @@ class InputFile:
             "add q, or name the file of q after it",
         )
 
-    def refuse_underflow(self, field: str = "", in_columns: bool = False) -> None:
+    def refuse_underflow(
+        self, field: str = "", in_columns: bool = False, may_be_exact: bool = True
+    ) -> None:
         """Raise ProblemError if a number in the text is 0 in double precision without
         being 0.
         field : that of a file with a single vector; "" for a problem. in_columns :
-        whether the file has several vectors."""
+        whether the file has several vectors. may_be_exact : whether --exact takes such
+        numbers."""
         if self.kind.has_arrays or not MAY_UNDERFLOW.search(self.content):
             return
-        from lcpcli.rational.numbers import double_unless_lost
+        from lcpcli.rational.numbers import KEEP_DIGITS, SCALE, double_unless_lost
 
+        number = partial(
+            double_unless_lost, hint=KEEP_DIGITS if may_be_exact else SCALE
+        )
         if in_columns and self.kind.is_table:
-            self.within(self.data.table, double_unless_lost)
+            self.within(self.data.table, number)
         elif field:
-            self.values(field, double_unless_lost)
+            self.values(field, number)
         else:
-            self.fields_as(double_unless_lost)
+            self.fields_as(number)
 
     def values(self, field: str, number: Number = float) -> Any:
         """Return the numbers of a file with a single field, or those of `field`."""

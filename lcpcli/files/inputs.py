@@ -68,8 +68,8 @@ class Input(NamedTuple):
 
     def read(self, as_written: bool = False) -> Problem:
         """Return the problem; a ProblemError names the file. as_written : whether the
-        numbers are also read by `exactly`, so that they may be 0 in double
-        precision."""
+        numbers are also read by `exactly`, so that those of M, q and bounds may be 0 in
+        double precision."""
         return problem_of(self.files, as_written)
 
     def length(self) -> int:
@@ -158,11 +158,13 @@ InputItem: TypeAlias = Input | QColumns
 
 def problem_of(files: Sequence[InputFile], as_written: bool = False) -> Problem:
     """Return the problem in one file, or in those of M and of q. as_written : as for
-    `Input.read`."""
+    `Input.read`; a formulation computes its answers from double precision too."""
     first, *others = files
     problem = first.problem(*others)
-    if not as_written:
-        first.refuse_underflow()
+    origin = problem.origin
+    is_plain = origin is None or origin.is_names_alone
+    if not (as_written and is_plain):
+        first.refuse_underflow(may_be_exact=is_plain)
         for other in others:
             other.refuse_underflow("q")
     return problem

@@ -20,7 +20,15 @@ from lcpcli.files.formats import refuse
 from lcpcli.model import formulations
 from lcpcli.model.formulations import TEXTS
 from lcpcli.model.problem import Problem
-from lcpcli.rational.numbers import Doubles, Written, places, written
+from lcpcli.rational.numbers import (
+    SCALE,
+    Doubles,
+    Written,
+    brief,
+    places,
+    rounded,
+    written,
+)
 
 
 def write(
@@ -67,6 +75,7 @@ def contents_of(
 ) -> dict[str, bytes]:
     kind = formats.FORMATS[ending.casefold()]
     in_text = kind.in_decimals
+    _refuse_underflow(as_written, path, kind)
     problem, exact = (
         (as_written.distinct, as_written.exact) if in_text else (as_written.rounded, {})
     )
@@ -105,6 +114,25 @@ def contents_of(
         raise ProblemError(File(path), reason, "write .json") from None
     except ProblemError as error:
         raise error.inside(File(path)) from None
+
+
+def _refuse_underflow(
+    as_written: Written[Problem], path: str, kind: formats.Kind
+) -> None:
+    """Raise ProblemError if a number that the format rounds is 0 in double precision
+    without being 0, as the file would have another problem."""
+    if kind.has_fractions:
+        return
+    values = [
+        value
+        for value in as_written.exact.values()
+        if not kind.in_decimals or places(value) is None
+    ]
+    for value, double in zip(values, rounded(values).tolist(), strict=True):
+        if not double:
+            reason = f"cannot hold {brief(value)}, which is 0 in double precision"
+            hint = f"use {listed(exact_endings(as_written), 'or')}, or {SCALE}"
+            raise ProblemError(File(path), reason, hint)
 
 
 def _fields(problem: Problem, in_text: bool) -> dict[str, Any]:

@@ -32,7 +32,8 @@ LARGEST_INTEGER = 2**53
 # slow.
 LARGEST_EXPONENT = 5000
 MAX_SHOWN_DIGITS = 25  # digits of a fraction in a line of text
-KEEP_DIGITS = "scale the data; lcp solve --exact keeps all digits"
+SCALE = "scale the data"
+KEEP_DIGITS = f"{SCALE}; lcp solve --exact keeps all digits"
 MANTISSA = 53  # binary digits of a double precision number
 SUBNORMAL = 1074  # the smallest positive double precision number is 2^-1074
 RATIO = re.compile(r"[-+]?[0-9]+/[0-9]+")
@@ -93,9 +94,9 @@ def double(text: str) -> float:
     return _rounded(ratio(text)) if "/" in text else float(text)
 
 
-def double_unless_lost(text: str) -> float:
-    """Return `double` of a text; raise ProblemError if it is 0 and the number is
-    not."""
+def double_unless_lost(text: str, hint: str) -> float:
+    """Return `double` of a text; raise ProblemError, with this hint, if it is 0 and the
+    number is not."""
     value = double(text)
     if value:
         return value
@@ -103,7 +104,7 @@ def double_unless_lost(text: str) -> float:
     digits = re.split("[eE/]", text)[0]
     if any(digit in digits for digit in "123456789"):
         raise ProblemError(
-            "", f"has {quoted(text)}, which is 0 in double precision", KEEP_DIGITS
+            "", f"has {quoted(text)}, which is 0 in double precision", hint
         )
     return value
 

@@ -5,6 +5,8 @@ from __future__ import annotations
 
 import io
 import json
+from collections.abc import Sequence
+from fractions import Fraction
 from pathlib import Path
 from typing import Any
 
@@ -179,6 +181,65 @@ def test_a_number_that_is_0_only_in_double_precision_is_refused(
         (in_folder / name).write_text(text)
     asked = lcp(command, *files)
     assert_refused(asked, "0 in double precision", "lcp solve --exact keeps all digits")
+
+
+# Of each the solutions would be those of 0 in the place of a number.
+LOST_IN_FORMULATIONS: list[dict[str, Any]] = [
+    {"Q": [["1e-400"]], "c": ["-1e-400"]},
+    {"Q": [["-1e-400"]], "c": [1]},
+    {"Q": [[1]], "c": [-1], "A": [["1e-400"]], "row_lower": ["2e-400"]},
+    {"Q": [[1]], "c": [-1], "A": [[1]], "row_lower": ["2e-400"]},
+    {"P": [["1e-400"]], "q": [-1]},
+    {"H": [["1e-400"]], "h": ["-1e-400"]},
+    {"sizes": [1, 1], "H": [["1e-400", 0], [0, 1]], "c": ["-1e-400", -1]},
+    {"W": [["1e-400", 0], [0, 1]], "q": [-1, 0], "mu": 0.5},
+    {"M": [["1e-400"]], "q": [-1], "origin": {"kind": "qp", "variables": 1}},
+]
+
+
+@pytest.mark.parametrize("data", LOST_IN_FORMULATIONS, ids=lambda data: " ".join(data))
+@pytest.mark.parametrize("options", [(), ("--exact",), ("--all",)])
+def test_a_formulation_is_refused_in_exact_arithmetic_too(
+    options: Sequence[str], data: dict[str, Any], lcp: Lcp, in_folder: Path
+) -> None:
+    """As its answers are computed in double precision, in which a number is 0."""
+    (in_folder / "p.json").write_text(json.dumps(data))
+    refused = lcp("solve", "p.json", *options)
+    assert_refused(refused, "0 in double precision; scale the data")
+    assert "--exact" not in refused.err
+    scaled = json.dumps(data).replace("e-400", "e-3")
+    (in_folder / "scaled.json").write_text(scaled)
+    assert "double precision" not in lcp("solve", "scaled.json", *options).err
+
+
+@pytest.mark.parametrize(
+    ("value", "shown", "refusing", "others"),
+    [
+        ("1e-400", "~1e-400", ("npz", "mat", "npy"), ".json, .csv or .mtx"),
+        (TINY, "~1e-400", ("npz",), ".json, .csv or .mtx"),
+        ("1/3" + 400 * "0", "~3.333333e-401", ("npz", "mtx"), ".json or .csv"),
+    ],
+)
+def test_a_file_of_doubles_has_no_0_for_another_number(
+    value: str,
+    shown: str,
+    refusing: Sequence[str],
+    others: str,
+    lcp: Lcp,
+    in_folder: Path,
+) -> None:
+    data = {"M": [[value, 0], [0, 1]], "q": ["-1", -1]}
+    (in_folder / "p.json").write_text(json.dumps(data))
+    for ending in refusing:
+        refused = lcp("convert", "p.json", "-o", f"o.{ending}")
+        words = f"cannot hold {shown}, which is 0 in double precision; use {others}"
+        assert_refused(refused, f"lcp: o.{ending}: {words}")
+        assert not [*in_folder.glob("o.*")]
+    for ending in others.replace(" or ", ", ").split(", "):
+        assert lcp("convert", "p.json", "-o", f"o{ending}").code == 0
+        files = ["o.mtx", "o.q.mtx"] if ending == ".mtx" else [f"o{ending}"]
+        solved = record(lcp("solve", "--exact", *files, "-f", "json"))
+        assert solved["exact"]["z"] == [str(1 / Fraction(value)), "1"]
 
 
 def test_a_q_that_is_0_only_in_double_precision_is_refused(
