@@ -109,15 +109,13 @@ def solutions(
 
 
 def in_exact_numbers(problem: Problem | ExactProblem) -> ExactProblem:
-    """Return a problem with the exact numbers of its formulation, if it has any;
-    otherwise with its floats taken as exact. Raises ProblemError if `refuse_large`
-    does.
+    """Return a problem in exact numbers, unless it has them, by
+    `ExactProblem.of_problem`. Raises ProblemError if `refuse_large` does.
     """
     data = problem if isinstance(problem, ExactProblem) else None
     rounded = as_problem(problem) if data is None else data.problem
     refuse_large(rounded)
-    exact = ExactProblem.of_formulation(rounded) or data
-    return ExactProblem.of_floats(rounded) if exact is None else exact
+    return ExactProblem.of_problem(rounded) if data is None else data
 
 
 def refuse_large(problem: Problem) -> None:

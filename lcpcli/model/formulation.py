@@ -146,6 +146,7 @@ class Formulation:
         of_conditions  the object for another q with the same M
         exact_conditions  M, q and the lower bounds in fractions, where doubles may be
                           too short for them
+        is_of_doubles  whether these are made from doubles, which round what a text has
         fields       the keys of `of_fields` for a problem, to be written to a file
         names        of the components of z
 
@@ -184,6 +185,7 @@ class Formulation:
     # the problem has others.
     is_names_alone: ClassVar[bool] = False
     counts_solutions: ClassVar[bool] = False
+    is_of_doubles: ClassVar[bool] = False
     # The module in the folder of the class with functions `answer` and `verified`, of
     # the object and the arguments of these methods; "" if there is none.
     inverse: ClassVar[str] = ""

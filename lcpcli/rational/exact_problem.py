@@ -121,12 +121,12 @@ class ExactProblem:
         )
 
     @classmethod
-    def of_formulation(cls, problem: Problem) -> ExactProblem | None:
+    def of_problem(cls, problem: Problem) -> ExactProblem:
         """Return the problem with the numbers of what it was made from, such as the
-        payoffs of a game, whose differences doubles round; None if those of the problem
-        are not rounded."""
+        payoffs of a game, whose differences doubles round, or else with its floats, as
+        exact rational numbers."""
         parts = problem.formulation.exact_conditions()
-        return None if parts is None else cls(problem, *parts)
+        return cls.of_floats(problem) if parts is None else cls(problem, *parts)
 
     @classmethod
     def of_basis(cls, problem: Problem, basis: BasisStatus) -> ExactProblem:

@@ -112,7 +112,7 @@ def check(
         if values.size not in lengths(problem):
             as_vector("z", values, n)
         if exact:
-            return verified_exactly(ExactProblem.of_floats(problem), exact)
+            return verified_exactly(ExactProblem.of_problem(problem), exact)
         return verified(problem, values, tol or TOL.value)
     if tol is not None:
         raise ParameterError("tol", "has no effect on a proof", LEAVE_OUT)

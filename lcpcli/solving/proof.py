@@ -110,10 +110,7 @@ def exact(
     chosen({"interrupts": interrupts}, ["interrupts"])
     limits = DEFAULTS if time_limit is None else Limits(time_limit=time_limit)
     result = driver.run(problem, "auto", limits=limits)
-    result = prove(
-        lambda: ExactProblem.of_formulation(problem) or ExactProblem.of_floats(problem),
-        result,
-    )
+    result = prove(lambda: ExactProblem.of_problem(problem), result)
     return unless_interrupted(result, interrupts)
 
 

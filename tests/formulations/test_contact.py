@@ -25,6 +25,7 @@ from lcpcli.gallery.rigid_bodies import contact_in_time
 from lcpcli.typing import Vector
 from lcpcli.verify.point import Criterion, Point
 
+from ..cli.conftest import assert_refused, record
 from ..refusals import Refusal, calls, contents, raised
 from ..seeds import few_of
 
@@ -503,6 +504,56 @@ def test_numbers_are_exact_as_decimals() -> None:
     assert (q[0], lower[0], upper[0]) == (-1, 0, None)
 
 
+EXACTLY = [
+    ({"W": [["1/3", 0], [0, 1]], "q": ["-1/7", 1], "mu": "1/3"}, "3/7", "-1/7"),
+    ({"W": [["0.1", 0], [0, 1]], "q": [-0.1, 1], "mu": "1/3"}, "1", "-1/3"),
+    (
+        {"A": [[1, 0], [0, 1]], "b": [-1, 1], "lo": ["1/3", "-1/7"]}
+        | {"hi": ["2/3", "1/7"], "findex": [-1, 0]},
+        "2/3",
+        "-2/21",
+    ),
+    (
+        {"W": [["1/3", 0], [0, 1]], "q": [0.1, 1], "mu": 0}
+        | {"restitution": 0.3, "before": [-0.7, 0]},
+        "33/100",
+        "0",
+    ),
+]
+
+
+@pytest.mark.parametrize(("data", "normal", "tangential"), EXACTLY)
+def test_an_exact_answer_is_that_of_the_numbers_as_written(
+    data: dict[str, Any], normal: str, tangential: str, lcp: Any, in_folder: Path
+) -> None:
+    (in_folder / "p.json").write_text(json.dumps(data))
+    solved = record(lcp("solve", "p.json", "--exact", "-f", "json"))
+    assert solved["answer"]["exact"]["x"] == [normal, tangential]
+    z = ",".join(solved["exact"]["z"])
+    for answer in (z, f"{normal},{tangential}"):
+        assert lcp("check", "p.json", answer, "--exact").code == 0
+    (found,) = record(lcp("solve", "p.json", "--all", "--exact", "-f", "json"))[
+        "solutions"
+    ]
+    assert found["z"] == solved["exact"]["z"]
+
+
+def test_restitution_that_is_no_decimal_is_refused_where_all_is_exact(
+    lcp: Any, in_folder: Path
+) -> None:
+    data = {"W": [[1, 0], [0, 1]], "q": [0.1, 1], "mu": 0, "before": [-0.7, 0]}
+    (in_folder / "p.json").write_text(json.dumps(data | {"restitution": "1/3"}))
+    assert lcp("solve", "p.json").code == 0
+    refused = lcp("solve", "p.json", "--exact")
+    assert_refused(refused, "p.json: restitution[0]: has more digits than a double")
+
+
+def test_what_is_proved_to_be_exact_passes_the_exact_check() -> None:
+    problem = lcpcli.from_contact([[1 / 3, 0], [0, 1]], [-1 / 7, 1], 1 / 3)
+    z = lcpcli.exact(problem).exact.z
+    assert lcpcli.check(problem, z).exact
+
+
 def test_x_is_verified_in_place_of_z() -> None:
     problem = lcpcli.from_findex(A, B, LOWER, UPPER, FINDEX)
     assert lcpcli.check(problem, [10 / 11, 5 / 11]).accepted
@@ -617,6 +668,11 @@ from_findex(A, B, -0.5, 0.5, [-1, 0])
     => lower[0]: is -0.5, but findex[1] makes unknown 0 a normal one; give a number \
 from 0{FROM_0}
 from_contact(A, B, -0.5) => mu[0]: {IS:-0.5}; give a number from 0{FROM_0}
+from_contact(A, B, None)
+    => mu[0]: is not a finite number in double precision; give a finite number{FROM_0}
+from_contact(A, B, 1, restitution=[None], before=B)
+    => restitution[0]: is not a finite number in double precision; give a finite \
+number{FROM_0}
 from_contact(A, B, [1, 1]) => mu: {ENTRIES:2 entries|1 contact}; {AGREE}
 from_contact([[1, 2]], B, 0.5) => W: {SHAPE:1|2}; {SQUARE}
 from_contact(A, [1, 2, 3], 0.5)

@@ -10,6 +10,7 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from fractions import Fraction
 from functools import cached_property, partial
+from operator import sub
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -20,8 +21,7 @@ from lcpcli.linalg.doubles import ROUNDING, ROW_ROUNDING, number_of
 from lcpcli.linalg.matrices import absolute_product, product
 from lcpcli.model.formulation import Answer
 from lcpcli.model.problem import Problem
-from lcpcli.rational.exact_problem import rows_of
-from lcpcli.rational.numbers import shortest_decimal
+from lcpcli.rational.numbers import zeros
 from lcpcli.report import wording
 from lcpcli.report.document import Table
 from lcpcli.solving.result import Result, Status
@@ -178,13 +178,12 @@ def answer(contact: Contact, result: Result) -> Impulses:
     states: Callable[[], list[ContactState]]
     states = partial(_states_of_motion, contact, motion, result.tol)
     if exact is not None:
-        zeros = [0] * len(motion.w)
+        nothing = [0] * len(motion.w)
         values = list(exact["x"]), list(exact["w"])
-        states = partial(_states, contact, *values, zeros, zeros)
+        states = partial(_states, contact, *values, nothing, nothing)
     if contact.impact is not None and exact is not None:
-        shift = map(shortest_decimal, contact.impact.shift.tolist())
-        pairs = zip(exact["w"], shift, strict=True)
-        exact["w"] = [velocity - shift_of_row for velocity, shift_of_row in pairs]
+        shift = contact.impact.exact_shift(contact.friction.normals)
+        exact["w"] = [*map(sub, exact["w"], shift)]
     velocities = partial(_velocities, contact, motion)
     return Impulses(motion.x.copy(), velocities, states, exact)
 
@@ -388,13 +387,16 @@ def verified(contact: Contact, proposed: Proposed) -> Verification:
     if proposed.data is None:
         motion = Motion.of_impulses(contact, np.array(proposed.values))
         return proposed.of_z(point_of(contact, motion))
-    z = [Fraction(value) for value in proposed.values]
-    x = list(z)
+    x = [Fraction(value) for value in proposed.values]
     friction = contact.friction
-    rows = rows_of(contact.A, shortest_decimal)
-    parts = friction.tangents[:, 0], friction.normals, friction.coefficients
-    for t, f, mu in zip(*(part.tolist() for part in parts), strict=True):
-        z[t] += shortest_decimal(mu) * x[f]
-        w = sum((a * x[j] for j, a in rows[t].items()), Fraction(0))
-        z.append(max(-w - shortest_decimal(float(contact.b[t])), Fraction(0)))
+    data, n = proposed.data, contact.b.size
+    z = x + zeros(data.n - n)
+    tangents = friction.tangents[:, 0].tolist()
+    # A row of lambda is 2 mu x_f - beta, where beta = x_t + mu x_f.
+    for row, t in enumerate(tangents, n):
+        z[t] = Fraction(0)
+        z[t] = x[t] + data.w(z)[row] / 2
+    w = data.w(z)
+    for row, t in enumerate(tangents, n):
+        z[row] = max(-w[t], Fraction(0))
     return proposed.of_z(z)

@@ -23,6 +23,7 @@ directions are the vertices of a regular polygon inside the friction circle.
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from fractions import Fraction
 from typing import Any, NamedTuple
 
@@ -31,8 +32,7 @@ import numpy as np
 from lcpcli.clock import imports
 from lcpcli.linalg.matrices import is_sparse
 from lcpcli.model.formulation import Conditions
-from lcpcli.rational.exact_problem import rows_of
-from lcpcli.rational.numbers import shortest_decimal
+from lcpcli.rational.exact_problem import bounds_of, rows_of
 from lcpcli.typing import Indices, Matrix, Vector
 
 ONE = Fraction(1)
@@ -157,15 +157,19 @@ def polygon(facets: int) -> Vector:
 
 
 def exact_compact(
-    A: Matrix, b: Vector, lower: Vector, upper: Vector, friction: Friction
+    A: Matrix,
+    b: list[Fraction],
+    bounds: tuple[Vector, Vector],
+    friction: Friction,
+    number: Callable[[float], Fraction],
 ) -> tuple[Any, ...]:
-    """Return the compact form for the shortest decimals of the numbers: the rows of M,
-    q and the bounds, as fractions.
+    """Return the compact form in exact numbers: the rows of M, q and the bounds, as
+    fractions. number : returns the exact number of a float.
     """
-    n, normals = b.size, friction.normals.tolist()
+    n, normals = len(b), friction.normals.tolist()
     tangents = friction.tangents[:, 0].tolist()
-    mus = [shortest_decimal(mu) for mu in friction.coefficients.tolist()]
-    rows = rows_of(A, shortest_decimal)
+    mus = [number(mu) for mu in friction.coefficients.tolist()]
+    rows = rows_of(A, number)
     for row in rows:
         for f, t, mu in zip(normals, tangents, mus, strict=True):
             if entry := row.get(t):
@@ -173,14 +177,8 @@ def exact_compact(
     for k, (f, t, mu) in enumerate(zip(normals, tangents, mus, strict=True)):
         rows[t][n + k] = ONE
         rows.append({f: 2 * mu, t: -ONE})
-    q = [*map(shortest_decimal, b.tolist()), *[Fraction(0)] * len(mus)]
-    low, high = (
-        [
-            None if math.isinf(bound) else shortest_decimal(bound)
-            for bound in bounds.tolist()
-        ]
-        for bounds in (lower, upper)
-    )
+    q = [*b, *[Fraction(0)] * len(mus)]
+    low, high = (bounds_of(bound, number) for bound in bounds)
     for t in tangents:
         low[t], high[t] = Fraction(0), None
     low += [Fraction(0)] * len(mus)

@@ -5,10 +5,12 @@ findex, as in ODE, Bullet and DART, or a Delassus matrix W, q and mu, as in Sico
 from __future__ import annotations
 
 import math
-from collections.abc import Hashable, Mapping, Sequence
+from collections.abc import Callable, Hashable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from dataclasses import fields as fields_of
+from fractions import Fraction
 from functools import cached_property, lru_cache
+from operator import add
 from types import ModuleType
 from typing import Any, NamedTuple
 
@@ -39,7 +41,7 @@ from lcpcli.model.formulation import (
 from lcpcli.model.formulations import TEXTS
 from lcpcli.model.problem import Problem
 from lcpcli.model.right_hand_sides import like_with
-from lcpcli.rational.numbers import shortest_decimal
+from lcpcli.rational.numbers import rounded, shortest_decimal, zeros
 from lcpcli.typing import BasisStatus, BoundLike, Indices, Matrix, Vector, VectorLike
 
 NONE = -1  # in findex: an unknown that is not tangential
@@ -163,6 +165,14 @@ class Impact(NamedTuple):
     before: Vector
     shift: Vector
 
+    def exact_shift(self, normals: Indices) -> list[Fraction]:
+        """Return b - q for the shortest decimals of the numbers: .1 times 3 is .3."""
+        shift = zeros(self.q.size)
+        before = self.before.tolist()
+        for f, e in zip(normals.tolist(), self.restitution.tolist(), strict=True):
+            shift[f] = shortest_decimal(e) * shortest_decimal(before[f])
+        return shift
+
 
 @dataclass(frozen=True, eq=False)
 class Contact(Formulation):
@@ -190,6 +200,7 @@ class Contact(Formulation):
     kind = "contact"
     form = "written as the complementarity problem of the contacts,"
     inverse = "answers"
+    is_of_doubles = True
     left_out = ("contacts",)
 
     @classmethod
@@ -428,14 +439,29 @@ class Contact(Formulation):
         off = abs(q - conditions.q).max(initial=0.0)
         return contact if off <= ROUNDING * abs(q).max(initial=0.0) else None
 
-    def exact_conditions(self) -> tuple[Any, ...] | None:
-        """Return the conditions for the shortest decimals of all numbers; None in
-        space, where the directions are no rational numbers.
+    def exact_conditions(
+        self, number: Callable[[float], Fraction] = shortest_decimal
+    ) -> tuple[Any, ...] | None:
+        """Return the conditions for the exact numbers of all floats; None in space,
+        where the directions are no rational numbers.
         """
         if not self.is_planar:
             return None
-        parts = self.A, self.b, self.lower, self.upper, self.friction
-        return cones.exact_compact(*parts)
+        impact = self.impact
+        b = [*map(number, (self.b if impact is None else impact.q).tolist())]
+        if impact is not None:
+            for key, values in (
+                ("restitution", impact.restitution),
+                ("before", impact.before),
+            ):
+                for i, value in enumerate(values.tolist()):
+                    if number(value) != shortest_decimal(value):
+                        reason = "has more digits than a double"
+                        raise ProblemError(f"{key}[{i}]", reason, "round it")
+            b = [*map(add, b, impact.exact_shift(self.friction.normals))]
+        return cones.exact_compact(
+            self.A, b, (self.lower, self.upper), self.friction, number
+        )
 
     @cached_property
     def contacts(self) -> list[list[int]]:
@@ -586,7 +612,7 @@ def of_delassus(
     matrix = readonly_matrix(as_square("W", W, q.size)[0], W)
     coefficients = same_coefficients(mu, contacts) if type(mu) is float else None
     if coefficients is None:
-        coefficients = as_vector("mu", as_bound("mu", mu, contacts, "contact", 0.0))
+        coefficients = _of_contacts("mu", mu, contacts)
         for k in np.flatnonzero(coefficients < 0)[:1].tolist():
             raise ProblemError(f"mu[{k}]", f"is {coefficients[k]:g}", FROM_ZERO)
     normals, tangents, lower, upper = _unknowns(contacts, width)
@@ -595,6 +621,11 @@ def of_delassus(
     impact = _impact(q, normals, *law)
     b = q if impact is None else as_vector("q", q + impact.shift)
     return Contact(matrix, b, lower, upper, friction, edges, "W", impact=impact)
+
+
+def _of_contacts(field: str, values: Any, contacts: int) -> Vector:
+    """Return a finite number for each contact from one for all, or from a list."""
+    return as_vector(field, as_bound(field, values, contacts, "contact", math.inf))
 
 
 @lru_cache(maxsize=16)  # as in a sequence mu is often the same
@@ -633,20 +664,14 @@ def _impact(
             reason = f"is missing, though there is {other}"
             raise ProblemError(key, reason, f"add it, or leave {other} out")
     size = normals.size
-    raw_coefficients = as_bound("restitution", restitution, size, "contact", 0.0)
-    coefficients = as_vector("restitution", raw_coefficients)
+    coefficients = _of_contacts("restitution", restitution, size)
     for k in np.flatnonzero((coefficients < 0) | (coefficients > 1))[:1].tolist():
         reason = f"is {coefficients[k]:g}"
         hint = f"give a number from 0 to 1 {FROM_0}"
         raise ProblemError(f"restitution[{k}]", reason, hint)
     velocities = as_vector("before", before, q.size, "velocity")
-    shift = np.zeros(q.size)
-    # The product of the decimals is exact: .1 times 3 is .3.
-    pairs = zip(coefficients.tolist(), velocities[normals].tolist(), strict=True)
-    shift[normals] = [
-        float(shortest_decimal(e) * shortest_decimal(u)) for e, u in pairs
-    ]
-    return Impact(q, coefficients, velocities, shift)
+    impact = Impact(q, coefficients, velocities, np.zeros(q.size))
+    return impact._replace(shift=rounded(impact.exact_shift(normals)))
 
 
 def _are_equal(array: Any, other: Any) -> bool:
