@@ -654,7 +654,6 @@ from_findex(np.eye(3), [1, 1, 1], -1, 1, [1, 2, -1])
     => findex[0]: is 1, a tangential unknown itself; give the index of a normal \
 unknown, or -1 for none{FROM_0}
 from_findex(A, B, 0, 1, [-1]) => findex: {ENTRIES:1 entry|2 unknowns}; {AGREE}
-from_findex(A, B, 1, 0, [-1, -1]) => lower[0]: {ABOVE:1|upper[0]|0}; {IN_ORDER}{FROM_0}
 from_findex([[1, 2]], B, 0, 1, [-1, -1]) => A: {SHAPE:1|2}; {SQUARE}
 from_findex(A, B, [0, -1], [1, -0.5], [-1, 0])
     => upper[1]: is -0.5, but findex makes it a coefficient of friction; give a \
@@ -713,6 +712,12 @@ unknown, or -1 for none{FROM_0}
 {"W": [[1, 0], [0, 1]], "q": [1, 1], "mu": 1, "e": 0.1}
     => e: {NO_KEY:a problem of contact}; the keys are W, q, mu, dimension, facets, \
 restitution, before, name, source, note
+""",
+)
+REFUSED += calls(
+    "EmptyIntervalError",
+    r"""
+from_findex(A, B, 1, 0, [-1, -1]) => lower[0]: {ABOVE:1|upper[0]|0}; {IN_ORDER}{FROM_0}
 """,
 )
 
