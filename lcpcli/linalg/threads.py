@@ -70,12 +70,9 @@ def with_limited_threads(function: Function) -> Function:
 
     @wraps(function)
     def limited_function(problem: Any, *arguments: Any, **keywords: Any) -> Any:
-        is_small = (
-            2 * problem.n < MIN_THREADED_ROWS and options.THREADS.name not in keywords
-        )
-        number = (
-            None if is_small else _number(problem, keywords.get(options.THREADS.name))
-        )
+        asked = keywords.get(options.THREADS.name)
+        is_small = asked is None and 2 * problem.n < MIN_THREADED_ROWS
+        number = None if is_small else _number(problem, asked)
         if number is None:
             return function(problem, *arguments, **keywords)
         with limited(number):

@@ -42,6 +42,7 @@ REMARKS = ("name", "solutions", "verdict", "source", "note", "reference", "origi
 # and bounds are: a problem with the same M gets these, and no others.
 M_FIELDS = ("M", "n", "largest", "facts", "latest")
 LABELS = ("name", "source", "note", "origin", "names", "x0", "x1")
+M_AND_LABELS = (*M_FIELDS, *LABELS)
 VERDICTS = ("infeasible", "unsolvable", "ray")
 WITHOUT_SOLUTION = ("infeasible", "unsolvable")
 
@@ -292,8 +293,10 @@ class Problem:
     def fields_of_M(self) -> dict[str, Any]:
         """Return the fields of this problem that hold for any q and bounds: M_FIELDS
         and LABELS."""
-        fields = vars(self) | {"facts": self.facts}
-        return {name: fields[name] for name in (*M_FIELDS, *LABELS) if name in fields}
+        fields, facts = vars(self), self.facts
+        shared = {name: fields[name] for name in M_AND_LABELS if name in fields}
+        shared["facts"] = facts
+        return shared
 
     def having(self, **values: Any) -> Problem:
         """Return the same problem with other values of these fields, which nothing

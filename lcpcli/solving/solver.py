@@ -200,8 +200,9 @@ class Solver:
             self.compiled,
             prepared=self._prepared,
         )
-        if warm and (basis := self._states(problem)) is not None:
-            session.start = Start(problem, basis)
+        if warm:
+            basis = self._states(problem) if self._moved is None else self._moved
+            session.start = None if basis is None else Start(problem, basis)
         result = self._answered(session, threads=self._options.get("threads"))
         if result is None:
             result = run(problem, **self._options)
@@ -235,8 +236,6 @@ class Solver:
         """Return the basis of the last solution; None if q points in too different a
         direction, or other variables are bounded."""
         last, box = self._last, problem.box
-        if self._moved is not None:
-            return self._moved
         if last is None or (
             box is not last.problem.box and box.kinds != last.problem.box.kinds
         ):

@@ -21,7 +21,7 @@ from lcpcli.files import fields as files
 from lcpcli.files.json_format import sparse_matrix
 from lcpcli.formulations.contact import cones
 from lcpcli.formulations.contact.cones import Form, Friction
-from lcpcli.linalg.doubles import EPS
+from lcpcli.linalg.doubles import EPS, number_of
 from lcpcli.linalg.matrices import compressed, is_sparse, product
 from lcpcli.model.arrays import (
     FROM_0,
@@ -305,10 +305,7 @@ class Contact(Formulation):
         one's x."""
         friction, before = self.friction, other.friction
         is_like = self.b.size == other.b.size and self.facets == other.facets
-        return is_like and (
-            friction.tangents is before.tangents
-            or np.array_equal(friction.tangents, before.tangents)
-        )
+        return is_like and are_equal(friction.tangents, before.tangents)
 
     def problem_after(self, like: Problem, before: Contact) -> Problem:
         """Return the problem after another one, of the contacts before: with its M and
@@ -317,10 +314,10 @@ class Contact(Formulation):
         parts = (*self.friction, self.lower, self.upper)
         others = (*before.friction, before.lower, before.upper)
         is_dense = type(self.A) is type(before.A) is np.ndarray
-        if not (is_dense and all(map(_are_equal, parts, others))):
+        if not (is_dense and all(map(are_equal, parts, others))):
             return self.problem()
         origin: Any = like.formulation
-        if _are_equal(self.A, before.A):
+        if are_equal(self.A, before.A):
             problem = like_with(like, self._share_form(origin._form), like.box)
         elif self.is_planar:
             form = vars(self)["_form"] = self._compact(origin._form)
@@ -674,8 +671,11 @@ def _impact(
     return impact._replace(shift=rounded(impact.exact_shift(normals)))
 
 
-def _are_equal(array: Any, other: Any) -> bool:
-    return array is other or np.array_equal(array, other)
+def are_equal(array: Any, other: Any) -> bool:
+    """Return whether two arrays have the same shape and numbers."""
+    return array is other or (
+        array.shape == other.shape and not number_of(array != other)
+    )
 
 
 def _integer(raw_value: Any) -> int:

@@ -18,6 +18,7 @@ from lcpcli.errors import (
 )
 from lcpcli.formulations.contact.friction import (
     Contact,
+    are_equal,
     of_delassus,
     of_findex,
     same_coefficients,
@@ -113,7 +114,7 @@ def _is_same(value: Any, before: Vector) -> bool:
     return value is before or (
         type(value) is np.ndarray
         and value.dtype.kind in "fi"
-        and np.array_equal(value, before)
+        and are_equal(value, before)
     )
 
 
