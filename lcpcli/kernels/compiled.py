@@ -53,6 +53,7 @@ from lcpcli.kernels.measure_kernels import (  # noqa: E402
     compressed,
     on_bounds,
     reference_of,
+    units_of,
 )
 from lcpcli.kernels.measure_kernels import (  # noqa: E402
     surely_solves as surely_solves,
@@ -240,7 +241,10 @@ def contact_step(
     kernels = _module("contact_kernels")
     if kernels is None:
         return None
-    units, near = (LOWEST[:0], NO_PARTS, 0.0), problem.facts.near_units
+    facts = problem.facts
+    if facts.near_units is None:
+        _set_units(problem, *units_of(rows_of(problem)))
+    units, near = (LOWEST[:0], NO_PARTS, 0.0), facts.near_units
     if near is not None:
         of_rows, digits = near
         parts = of_rows.row_part.astype(np.int64, copy=False)
@@ -250,6 +254,16 @@ def contact_step(
     step: tuple[Any, ...]
     step = kernels.contact_step(contacts, statuses, systems, M, problem.q, units, tol)
     return step
+
+
+def _set_units(
+    problem: Problem, rho: Vector, gamma: Vector, parts: Indices, count: int
+) -> None:
+    """Let a problem have the scaling factors that a kernel has computed, unless it has
+    not: then there are no components."""
+    if count:
+        n = problem.n
+        problem.facts.units = Units(rho, gamma, parts[:n], parts[n:], count)
 
 
 def test_sparse(
@@ -264,11 +278,7 @@ def test_sparse(
     answer, rows, unit_arrays = acceptance_test(
         rows_of(problem), problem.q, *bounds, tol, np.ascontiguousarray(z)
     )
-    if unit_arrays[-1]:
-        rho, gamma, parts, count = unit_arrays
-        problem.facts.units = Units(
-            rho, gamma, parts[: problem.n], parts[problem.n :], count
-        )
+    _set_units(problem, *unit_arrays)
     return {SOLVES: True, FAILS: False}.get(answer), Rows(*rows) if len(rows) else None
 
 

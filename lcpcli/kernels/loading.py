@@ -26,7 +26,7 @@ ANNOUNCEMENT = (
 DAMAGED = "lcpcli: compiled kernels were damaged, and are compiled again"
 LEFT_OUT = "lcpcli: continuing without compiled kernels"
 WAITING = "lcpcli: waiting for another process, which compiles the kernels"
-KERNELS = 16  # the number of kernels that `compiled` uses
+KERNELS = 17  # the number of kernels that `compiled` uses
 # The modules are independent of each other, so that processes that start together
 # compile different ones; those that take longest come first.
 MODULES = (

@@ -80,13 +80,15 @@ class Facts:
         if is_known:
             before._before = None
 
-    @cached_property
+    @property
     def near_units(self) -> tuple[Units, float] | None:
         """Return the units of this M, if they are known, or of one before, and a bound
         on how many binary digits the quotients of two R_i differ from those of this
         one; None if no M before is near."""
-        if "units" in vars(self):
-            return self.units, 0.0
+        return (self.units, 0.0) if "units" in vars(self) else self._units_before
+
+    @cached_property
+    def _units_before(self) -> tuple[Units, float] | None:
         if self._before is None:
             return None
         base = self._before.base
