@@ -9,6 +9,7 @@ equilibrium.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Sequence
 from contextlib import suppress
 from dataclasses import replace
@@ -46,17 +47,23 @@ class Profile(Answer):
     players: Sequence[str]
     gains: tuple[Any, ...]
 
-    def verdict(self, are_equilibrium: bool) -> str:
-        """Return a sentence on whether the strategies are an equilibrium, and on what a
-        player would gain."""
+    def verdict(self, are_equilibrium: bool | None) -> str:
+        """Return a sentence on whether the strategies are an equilibrium, which is None
+        if that is not decided, and on what a player would gain."""
         tolerance = "" if isinstance(self.gains[0], Fraction) else " to the tolerance"
-        verdict = (
-            "an equilibrium" if are_equilibrium else f"not an equilibrium{tolerance}"
-        )
-        first, *others = zip(self.players, map(float, self.gains), strict=True)
-        gains = ["{} would gain {:.1g}".format(*first)]
-        gains += [f"{who} {gain:.1g}" for who, gain in others]
-        return f"{verdict}: by a best response {', '.join(gains)}"
+        verdicts = {
+            True: "an equilibrium",
+            False: f"not an equilibrium{tolerance}",
+            None: "whether this is an equilibrium is not decided",
+        }
+        first, *others = zip(self.players, map(_amount, self.gains), strict=True)
+        gains = ["{} would gain {}".format(*first)]
+        gains += [f"{who} {gain}" for who, gain in others]
+        return f"{verdicts[are_equilibrium]}: by a best response {', '.join(gains)}"
+
+
+def _amount(gain: Any) -> str:
+    return "an unknown amount" if math.isnan(gain) else f"{float(gain):.1g}"
 
 
 class CheckedProfile(NamedTuple):

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Callable
+from dataclasses import replace
 from fractions import Fraction
 from itertools import chain, product
 from pathlib import Path
@@ -14,6 +15,7 @@ import pytest
 
 import lcpcli
 from lcpcli.errors import ProblemError
+from lcpcli.solving import driver
 
 INF = np.inf
 # Three producers with costs 1, 2, 3 and 4, 3, 2 a unit, at a price of 20 less all that
@@ -51,6 +53,87 @@ def test_gains_are_those_of_best_responses() -> None:
     now = losses(np.full(3, 2.0))[0]
     assert not found.accepted
     assert found.strategies.gains[0] == pytest.approx(now - best)
+
+
+def follower(slope: float) -> lcpcli.Problem:
+    """A game in which 1 / slope is the best output of the first player, and any output
+    is one of the second player, whose cost is then 0."""
+    return lcpcli.from_players([1, 1], [[slope, 0], [slope, 0]], [-1, -1])
+
+
+@pytest.mark.parametrize("slope", [3, 7, 49, 49e8, 49e-8, 103])
+def test_a_cost_without_slope_but_for_rounding_refutes_no_equilibrium(
+    slope: float,
+) -> None:
+    problem = follower(slope)
+    for words in (
+        lcpcli.run(problem).answer.statement,
+        lcpcli.check(problem, [1 / slope, 0]).message,
+    ):
+        assert "not an equilibrium" not in words
+    exact = lcpcli.exact(problem).answer
+    nobody_gains = (
+        "an equilibrium: by a best response player 1 would gain 0, player 2 0"
+    )
+    assert (exact.statement, exact.gains) == (nobody_gains, (0, 0))
+    x = exact.exact["strategies"]
+    check = lcpcli.check(problem, [x[0][0], x[1][0]])
+    assert check.message.endswith(f"; as strategies, {nobody_gains}")
+
+
+def test_a_slope_of_the_size_of_its_rounding_is_not_decided() -> None:
+    problem = follower(49)  # 49 * (1 / 49) - 1 is -1.1e-16
+    answer = lcpcli.run(problem).answer
+    words = (
+        "whether this is an equilibrium is not decided: by a best response player 1 "
+        "would gain 0, player 2 an unknown amount"
+    )
+    assert answer.statement == words
+    assert answer.gains == pytest.approx((0, np.nan), nan_ok=True)
+    assert json.loads(lcpcli.run(problem).to_json())["answer"]["gains"] == [0, None]
+    assert lcpcli.check(problem, answer.x).message.endswith(f"; as strategies, {words}")
+    for x in ([1 / 49 + 1e-3, 0], [1 / 49 - 1e-3, 0]):
+        found: Any = lcpcli.check(problem, x)
+        grows = x[0] > 1 / 49
+        assert found.strategies.gains[1] == (0 if grows else np.inf)
+        assert "not an equilibrium" in found.message
+
+
+def test_a_gain_that_rounding_of_a_row_makes_is_none() -> None:
+    """The first player is at 0, where its row is active: the terms of its cost are 0,
+    and those of the row are not."""
+    H = [[18, -6, 1.5, -1], [-6, 10, -0.5, -0.5], [1.5, -0.5, 4, 6], [-1, -0.5, 6, 9]]
+    sides = {"row_lower": [-1, -np.inf], "row_upper": [-1, np.inf]}
+    bounds = {"lower": [0, -1, -np.inf, -3], "upper": [np.inf, 3, np.inf, 2]}
+    problem = lcpcli.from_players(
+        [2, 2],
+        H,
+        [3, 3, 0, 0],
+        [[1, -3, -1, 3], [0, 0, 0, 0]],
+        owner=[0, None],
+        shared="each",
+        **sides,
+        **bounds,
+    )
+    answer = lcpcli.run(problem).answer
+    assert answer.gains == (0, 0)
+    assert answer.statement.startswith("an equilibrium: ")
+    moved: Any = lcpcli.check(problem, np.add(answer.x, [0, 1e-3, 0, 0]))
+    assert moved.strategies.gains[0] > 1e-4
+
+
+def test_without_a_best_response_nothing_is_decided(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    result = lcpcli.run(lcpcli.from_players(**MARKET, upper=4))
+    run = driver.run
+
+    def stalled(*arguments: Any) -> Any:
+        return replace(run(*arguments), status=lcpcli.Status.STALLED)
+
+    monkeypatch.setattr(driver, "run", stalled)
+    assert np.isnan(result.answer.gains).all()
+    assert "is not decided: " in result.answer.statement
 
 
 def test_a_shared_row_has_one_price_for_all_or_one_for_each() -> None:

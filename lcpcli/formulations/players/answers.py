@@ -9,13 +9,15 @@ import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from fractions import Fraction
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from lcpcli.enumeration.meaning import Meaning, Values
 from lcpcli.formulations.equilibria import PER_UNKNOWN, Profile
 from lcpcli.formulations.players.quadratic import Players
+from lcpcli.inspection.classes import definiteness
+from lcpcli.inspection.verdict import YES
 from lcpcli.linalg.doubles import ROW_ROUNDING
 from lcpcli.linalg.matrices import absolute_product, dense, product
 from lcpcli.model.block_form import Blocks
@@ -25,7 +27,7 @@ from lcpcli.rational.exact_problem import ExactProblem
 from lcpcli.rational.numbers import brief, rounded, zeros
 from lcpcli.report import wording
 from lcpcli.solving import driver
-from lcpcli.solving.result import Result
+from lcpcli.solving.result import Result, Status
 from lcpcli.typing import Vector
 from lcpcli.verify import blocks as verification
 from lcpcli.verify.verification import Proposed, Verification
@@ -41,9 +43,10 @@ class PlayersEquilibrium(Profile):
     strategies : the parts of x that belong to each player.
     costs : the cost of each player.
     gains : by how much a best response of each player, within its constraints and with
-        the others as they are, would lower its cost; 0 if that is only rounding error,
-        infinite if its cost is unbounded below.
-    statement : whether x is an equilibrium.
+        the others as they are, would lower its cost; 0 if that is only rounding error
+        or if z is proved, infinite if its cost is unbounded below, nan if that is not
+        decided.
+    statement : whether x is an equilibrium, or that this is not decided.
     y : the multipliers of the rows; a row with several multipliers has them one after
         the other.
     exact : strategies and costs as fractions if z is proved, otherwise None.
@@ -88,60 +91,80 @@ class PlayersEquilibrium(Profile):
         return dict(zip(("player", "cost"), zip(*rows, strict=True), strict=True))
 
 
-class _Examination:
-    """A game with the blocks of its problem in floating-point numbers."""
+class _BestResponse(NamedTuple):
+    """gain : what a player would gain by it; infinite if its cost is unbounded below,
+    nan if that is not decided. terms : the sum of the sizes of the terms of which the
+    gain is computed."""
 
-    def __init__(self, game: Players, problem: Problem) -> None:
+    gain: float
+    terms: float
+
+
+UNDECIDED = _BestResponse(math.nan, math.inf)
+
+
+class _Examination:
+    """The players at a point x, in floating-point numbers.
+
+    blocks : the problem of the game. g, sizes : the gradients of the costs, and the
+        sums of the sizes of their terms. tolerance : up to this, relative to its terms,
+        a gain is tolerated.
+    """
+
+    def __init__(self, game: Players, problem: Problem, x: Vector, tol: float) -> None:
         blocks = game.blocks(conditions_of(problem))
         assert blocks is not None
         self.game = game
-        self.problem = problem
         self.blocks = blocks
+        self.x = x
+        self.g = product(blocks.Q, x) + blocks.c
+        self.sizes = absolute_product(blocks.Q, np.abs(x)) + np.abs(blocks.c)
+        self.tolerance = max(PER_UNKNOWN * x.size * tol, ROW_ROUNDING)
 
-    def profile(self, x: Vector, tol: float) -> tuple[PlayersEquilibrium, bool]:
-        """Return what the players do at x, and whether no gain exceeds the
-        tolerance.
+    def profile(self, is_proved: bool) -> tuple[PlayersEquilibrium, bool | None]:
+        """Return what the players do, and whether no gain exceeds the tolerance, None
+        if that is not decided.
+
+        is_proved : whether x and multipliers satisfy the conditions exactly, so that a
+            player with a convex cost gains nothing.
         """
-        game, parts = self.game, self.game.parts_of_players()
-        g = product(self.blocks.Q, x) + self.blocks.c
-        sizes = absolute_product(self.blocks.Q, np.abs(x)) + np.abs(self.blocks.c)
+        game, x = self.game, self.x
+        parts = game.parts_of_players()
         costs = list[float]()
         gains = list[float]()
-        is_best = True
+        is_refuted = False
         for player, part in enumerate(parts):
-            own_cost = x[part] @ dense(self.blocks.Q[part, part]) @ x[part] / 2
-            costs.append(float(x[part] @ g[part] - own_cost))
-            best, best_x = self.best(player, part, x, g)
-            terms = float(np.maximum(np.abs(x[part]), np.abs(best_x)) @ sizes[part])
-            gain = costs[-1] - best
-            gains.append(gain if not gain <= ROW_ROUNDING * terms else 0.0)
-            is_best &= gains[-1] <= PER_UNKNOWN * x.size * tol * terms
-        columns = [game.columns[part] for part in parts]
+            H = dense(self.blocks.Q[part, part])
+            costs.append(float(x[part] @ self.g[part] - x[part] @ H @ x[part] / 2))
+            if is_proved and definiteness(H).semidefinite == YES:
+                gains.append(0.0)
+                continue
+            gain, terms = self.best(player, part, costs[-1])
+            gains.append(0.0 if gain <= ROW_ROUNDING * terms else gain)
+            is_refuted |= gain > self.tolerance * terms
+        is_decided = is_refuted or not any(map(math.isnan, gains))
+        is_best = not is_refuted if is_decided else None
         profile = PlayersEquilibrium(
             game.names_of_players(),
             x,
             [x[part] for part in parts],
             tuple(costs),
             tuple(gains),
-            columns=columns,
+            columns=[game.columns[part] for part in parts],
         )
         return replace(profile, statement=profile.verdict(is_best)), is_best
 
-    def best(
-        self, player: int, part: slice, x: Vector, g: Vector
-    ) -> tuple[float, Vector]:
-        """Return the least cost of a player, for fixed decisions of the others, and a
-        point where it is attained; minus infinity if the cost is unbounded below, nan
-        if the problem of the player was not solved.
-        """
-        blocks, copies = self.blocks, self.game.copies
+    def best(self, player: int, part: slice, cost: float) -> _BestResponse:
+        """Return the best response of a player with this cost to the decisions of the
+        others."""
+        blocks, copies, x = self.blocks, self.game.copies, self.x
         H, numbers = dense(blocks.Q[part, part]), [i for i, _ in copies]
         rows = [
             numbers.index(i)
             for i, owner in enumerate(self.game.owner)
             if owner in (None, player)
         ]
-        A, c = dense(blocks.A[rows])[:, part], g[part] - H @ x[part]
+        A, c = dense(blocks.A[rows])[:, part], self.g[part] - H @ x[part]
         own_terms, all_of_it = A @ x[part], product(blocks.A[rows], x)
         others, matters = all_of_it - own_terms, A.any(axis=1)
         # x is feasible up to rounding; the row bounds are widened to make it feasible.
@@ -153,12 +176,29 @@ class _Examination:
         alone = Blocks(H, c, A[matters], *sides, *bounds)
         M, q, low, high = alone.conditions()
         result = driver.run(Problem(M, q, lower=low, upper=high), "auto")
-        best_x = result.z[: c.size]
         if result.status.has_no_solution:
-            return -math.inf, x[part]
+            return self.without_minimum(part, c, result)
         if not result.solved:
-            return math.nan, x[part]
-        return float(best_x @ (H @ best_x / 2 + c)), best_x
+            return UNDECIDED
+        best_x, y = np.split(result.z[: c.size + sides[0].size], [c.size])
+        sizes = np.maximum(np.abs(x[part]), np.abs(best_x))
+        # Rounding of an active row changes the cost by its multiplier times this.
+        of_rows = absolute_product(blocks.A[rows], np.abs(x)) + np.abs(A) @ sizes
+        terms = sizes @ self.sizes[part] + np.abs(y) @ of_rows[matters]
+        return _BestResponse(cost - float(best_x @ (H @ best_x / 2 + c)), float(terms))
+
+    def without_minimum(self, part: slice, c: Vector, result: Result) -> _BestResponse:
+        """Return that a cost with the linear part c is unbounded below, unless its
+        slope in the direction of the proof may be the rounding of x or of its terms.
+        """
+        proof = result.certificate
+        if proof is None or proof.vector is None:
+            return UNDECIDED
+        direction = proof.vector[: c.size]
+        terms = np.abs(direction) @ self.sizes[part]
+        if not -(c @ direction) > self.tolerance * terms:
+            return UNDECIDED
+        return _BestResponse(math.inf, float(terms))
 
 
 @np.errstate(all="ignore")
@@ -167,7 +207,8 @@ def answer(game: Players, result: Result) -> PlayersEquilibrium:
     if not result.solved:
         return PlayersEquilibrium(names, None, None, None, (), UNSOLVED)
     x, y = game.parts(result.z + 0.0)
-    profile, _ = _Examination(game, result.problem).profile(x, result.tol)
+    is_proved = result.exact is not None and result.exact.status is Status.SOLVED
+    profile, _ = _Examination(game, result.problem, x, result.tol).profile(is_proved)
     exact = None
     if result.exact is not None and result.exact.z is not None:
         exact_x = game.parts(result.exact.z)[0]
@@ -186,12 +227,13 @@ def verified(game: Players, proposed: Proposed) -> Verification:
     """
     verification_of_x = verification.verified(game, proposed)
     x = rounded(map(Fraction, proposed.values))[: game.variables]
-    profile, is_best = _Examination(game, proposed.problem).profile(
-        x, proposed.tol or TOL.value
-    )
+    is_solution = verification_of_x.accepted
+    profile, is_best = _Examination(
+        game, proposed.problem, x, proposed.tol or TOL.value
+    ).profile(is_solution and verification_of_x.exact)
     joint = (
         "; as strategies, "
-        if is_best == verification_of_x.accepted
+        if is_best in (None, is_solution)
         else ", but as strategies, "
     )
     message = f"{verification_of_x.message}{joint}{profile.statement}"
