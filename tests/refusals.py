@@ -22,6 +22,7 @@ import pytest
 from scipy.sparse import csr_array
 
 import lcpcli
+from lcpcli.errors import EmptyIntervalError
 
 from . import wordings
 
@@ -92,7 +93,8 @@ def raised(call: str, names: Mapping[str, Any]) -> str:
     known |= {"np": np, "inf": np.inf, "nan": np.nan, "csr_array": csr_array}
     with pytest.raises(Exception) as error:  # noqa: PT011
         eval(call, {**known, **names})
-    return f"{error.type.__name__}: {error.value}"
+    is_empty = error.type is EmptyIntervalError  # a ProblemError to those who catch it
+    return f"{'ProblemError' if is_empty else error.type.__name__}: {error.value}"
 
 
 def rows(table: str) -> Iterator[tuple[list[str], str]]:

@@ -644,6 +644,7 @@ def test_an_origin_of_other_numbers_is_refused() -> None:
 REFUSED = calls(
     "ProblemError",
     """
+from_findex(A, B, 1, 0, [-1, -1]) => lower[0]: {ABOVE:1|upper[0]|0}; {IN_ORDER}{FROM_0}
 from_findex(A, B, 0, [1, 1], [-1, 1])
     => findex[1]: is 1, the index of this unknown; give the index of a normal \
 unknown, or -1 for none{FROM_0}
@@ -712,12 +713,6 @@ unknown, or -1 for none{FROM_0}
 {"W": [[1, 0], [0, 1]], "q": [1, 1], "mu": 1, "e": 0.1}
     => e: {NO_KEY:a problem of contact}; the keys are W, q, mu, dimension, facets, \
 restitution, before, name, source, note
-""",
-)
-REFUSED += calls(
-    "EmptyIntervalError",
-    r"""
-from_findex(A, B, 1, 0, [-1, -1]) => lower[0]: {ABOVE:1|upper[0]|0}; {IN_ORDER}{FROM_0}
 """,
 )
 

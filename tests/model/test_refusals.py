@@ -134,7 +134,7 @@ np.array([["2004-07-01", "2012-02-01"]] * 2, dtype="datetime64[D]")
 
 OTHERS = [
     *calls(
-        "EmptyIntervalError",
+        "ProblemError",
         r"""
 Problem(np.eye(2), [0, 0], lower=[0, 1e20], upper=1e21, infinity=1e15)
     => lower[1]: {INFINITE_AS:infinite|1e+20|1e+15}; {NO_BOUND_BELOW}{FROM_0}
