@@ -39,6 +39,7 @@ EXITS: dict[Exit, str] = {
 }
 # A longer text is cut off after this many characters in a message, which has one line.
 LONGEST_QUOTE = 40
+LONGEST_LOCATION = 200  # characters of a path that is repeated whole
 UMLAUTS = {
     ord(letter): ascii
     for letter, ascii in {"ä": "ae", "ö": "oe", "ü": "ue", "é": "e", "ú": "u"}.items()
@@ -66,6 +67,11 @@ ROW_OF_NUMBERS = "give one row or one column of numbers"
 ONE_VARIABLE = "give a program with at least one variable"
 REAL = "give real numbers; lcp solves real problems only"
 SCALE_PAYOFFS = "scale the payoffs"
+# The fault and the hint for an empty entry of a list with commas.
+EMPTY_ENTRY = (
+    "lacks an entry before or behind a comma",
+    "write the entry, or remove the comma",
+)
 # Characters that control a terminal, that terminate a line or change its direction, and
 # that occur in no text: surrogates and noncharacters.
 _LAST = "".join(
@@ -115,6 +121,14 @@ def visible_json(text: str) -> str:
 def quoted(text: str) -> str:
     """Return a text in quotes for a message: on one line, truncated if it is long."""
     return repr(text if len(text) <= LONGEST_QUOTE else text[:LONGEST_QUOTE] + "...")
+
+
+def shortened(location: str) -> str:
+    """Return a location for a message: its beginning and its end if it is longer than
+    paths of files usually are."""
+    if len(location) <= LONGEST_LOCATION:
+        return location
+    return f"{location[:LONGEST_QUOTE]}...{location[-LONGEST_QUOTE:]}"
 
 
 def unknown(value: object) -> str:
@@ -263,7 +277,8 @@ class LCPError(ValueError):
 
     def __str__(self) -> str:
         clauses = "; ".join(filter(None, (self.fault, self.hint)))
-        return visible(": ".join(filter(None, (*self.parts, clauses))))
+        shown = map(shortened, self.parts)
+        return visible(": ".join(filter(None, (*shown, clauses))))
 
     @property
     def where(self) -> str:

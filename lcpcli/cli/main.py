@@ -46,6 +46,8 @@ NO_THREAD = "can't start new thread"  # the message of a RuntimeError
 # -f, -o or a longer name, alone or with its value, perhaps behind -q.
 OUTPUT_OPTION = re.compile(r"-q?([fo])(.*)|--(format|output)(?:=(.*))?", re.DOTALL)
 QUIET = re.compile(r"--quiet|-q.*", re.DOTALL)
+# A word of a message that may be a location of any length.
+WORD = re.compile(r"[^\s()]+")
 
 # Threads that may wait for input forever; the process does not wait for them.
 reading: list[threading.Thread] = []
@@ -360,5 +362,8 @@ def _complain_of_loading(error: BaseException) -> int:
 
 
 def one_line(message: str) -> str:
+    from lcpcli.errors import shortened
+
     line = " ".join(message.split())
+    line = WORD.sub(lambda word: shortened(word[0]), line)
     return (line[0].lower() + line[1:]).rstrip(".") if line else line

@@ -23,7 +23,7 @@ from lcpcli.cli.main import of_end
 from lcpcli.cli.output import Destination, require_plot
 from lcpcli.cli.problems import InputProblem, Inputs
 from lcpcli.cli.terminal import Line, shows_progress
-from lcpcli.errors import EXITS, Exit, OptionError, ProblemError
+from lcpcli.errors import EXITS, Exit, OptionError, ProblemError, quoted
 from lcpcli.files import contents
 from lcpcli.options import MAX_BREAKPOINTS, TIME_LIMIT, TOL
 from lcpcli.report import document, wording
@@ -244,9 +244,10 @@ def _values(text: str | None, start: Number, stop: Number, exact: bool) -> list[
         return []
     from lcpcli.files.beside import typed_numbers
 
-    typed = typed_numbers(text, may_be_file=False)
+    typed = typed_numbers("--at", text, may_be_file=False)
     if typed is None:
-        raise OptionError("--at", f"{text!r} is not a list of numbers", "write 0,0.5,1")
+        reason = f"{quoted(text)} is not a list of numbers"
+        raise OptionError("--at", reason, "write 0,0.5,1")
     values = [_number("--at", number, exact) for number in typed]
     for value in values:
         reason = (
@@ -262,7 +263,7 @@ def _direction(text: str, problem: Problem) -> list[Fraction]:
     from lcpcli.files.input_file import InputFile
     from lcpcli.rational.numbers import ratio
 
-    typed = typed_numbers(text)
+    typed = typed_numbers("--direction", text)
     if typed is not None:
         typed_vector("--direction", typed, problem.n)
         return list(map(ratio, typed))

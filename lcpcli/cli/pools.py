@@ -24,7 +24,7 @@ from types import FrameType
 from typing import Any, TypeAlias
 
 from lcpcli.cli.problems import tell
-from lcpcli.errors import OptionError, ResourceError, missing
+from lcpcli.errors import OptionError, ResourceError, missing, shortened
 from lcpcli.interrupts import (
     REQUESTS,
     deferring_signals,
@@ -248,7 +248,8 @@ class Cluster:
             )
             raise OptionError(
                 "--cluster",
-                f"{address} needs certificates, and Dask's configuration names none",
+                f"{shortened(address)} needs certificates, and Dask's configuration "
+                "names none",
                 hint,
             )
         try:
@@ -260,7 +261,7 @@ class Cluster:
         except (OSError, ValueError):
             hint = "start dask scheduler, and give its address"
             raise OptionError(
-                "--cluster", f"{address} cannot be reached", hint
+                "--cluster", f"{shortened(address)} cannot be reached", hint
             ) from None
         hint = (
             "start the scheduler again; --resume continues a log that -o FILE.jsonl "

@@ -693,7 +693,9 @@ def _value(name: str, text: Any, problem: AnyProblem) -> Any:
 
     if name == "basis" and isinstance(problem, Problem):
         return beside.read_states(text, problem)
-    if beside.typed_numbers(text) is None and not (text and os.path.exists(text)):
+    if beside.typed_numbers(flag(name), text) is None and not (
+        text and os.path.exists(text)
+    ):
         raise OptionError(
             flag(name),
             f"{quoted(text)} is neither a file nor numbers",

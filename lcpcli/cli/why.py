@@ -15,7 +15,7 @@ from lcpcli.cli.declarations import OneProblem, Reporting, option, refuse, repor
 from lcpcli.cli.main import of_end
 from lcpcli.cli.output import Destination
 from lcpcli.cli.problems import Inputs
-from lcpcli.errors import Exit
+from lcpcli.errors import Exit, quoted
 from lcpcli.files import contents
 from lcpcli.interrupts import TimeIsUp, stopping
 from lcpcli.options import TIME_LIMIT
@@ -127,5 +127,5 @@ def _weight(text: str) -> tuple[str, Fraction]:
     from lcpcli.rational.numbers import ratio
 
     name, _, number = text.rpartition("=")
-    refuse(not name, "--weights", f"{text!r} is not NAME=NUMBER", "write z1=2")
+    refuse(not name, "--weights", f"{quoted(text)} is not NAME=NUMBER", "write z1=2")
     return name, contents.within("--weights", partial(ratio, number))

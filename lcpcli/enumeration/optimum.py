@@ -25,7 +25,7 @@ import numpy as np
 from lcpcli import clock, options
 from lcpcli.enumeration.meaning import InPayoffs, meaning_of
 from lcpcli.enumeration.search import TIME_LIMIT, UNSOLVABLE, in_exact_numbers
-from lcpcli.errors import ProblemError
+from lcpcli.errors import ProblemError, quoted
 from lcpcli.interrupts import TimeIsUp, deadline_after, remaining
 from lcpcli.model.arrays import as_vector
 from lcpcli.model.block_form import SENSES, sense_of
@@ -309,15 +309,13 @@ def _index(data: ExactProblem, name: Any) -> int:
             hint = f"use names of unknowns, or {positions[0]} to {positions[-1]}"
         raise ProblemError(
             "objective",
-            f"names {name!r}",
+            f"names {quoted(name)}",
             ", or ".join([hint, *map(repr, names_of_payoffs(data))]),
         )
     if matching_names.count(name) > 1:
-        raise ProblemError(
-            "objective",
-            f"names {name!r}, as {matching_names.count(name)} unknowns are called",
-            "use z1, z2, ...",
-        )
+        times = matching_names.count(name)
+        reason = f"names {quoted(name)}, as {times} unknowns are called"
+        raise ProblemError("objective", reason, "use z1, z2, ...")
     return matching_names.index(name)
 
 

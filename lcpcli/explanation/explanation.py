@@ -12,7 +12,7 @@ from typing import Any
 
 from lcpcli import clock, options
 from lcpcli.enumeration.search import TIME_LIMIT, UNSOLVABLE
-from lcpcli.errors import ParameterError
+from lcpcli.errors import ParameterError, quoted
 from lcpcli.explanation.conditions import (
     COMPLEMENTARITY,
     Condition,
@@ -124,7 +124,7 @@ def _weights(
         except (TypeError, ValueError, OverflowError, ZeroDivisionError):
             value = Fraction(0)
         if value <= 0:
-            reason = f"is {weight} for {pattern!r}"
+            reason = f"is {weight} for {quoted(pattern)}"
             raise ParameterError("weights", reason, "give a positive number")
         weight_of |= dict.fromkeys(matching(chosen, [pattern], "weights"), value)
     return weight_of

@@ -26,6 +26,7 @@ from typing import Any, Literal, NamedTuple, cast
 import numpy as np
 
 from lcpcli.errors import (
+    EMPTY_ENTRY,
     IS_EMPTY,
     IS_MISSING,
     MAKE_AGREE,
@@ -108,7 +109,7 @@ def with_bounds(
             (name for name in values if error.where.startswith(name)), ""
         )
         name = named_bound or next(iter(values))
-        if not _is_typed(texts[name]):
+        if not _is_typed(f"--{name}", texts[name]):
             raise error.inside((f"--{name}", source_name(texts[name]))) from None
         before = "--" if named_bound else f"--{name}: "
         raise ProblemError(f"{before}{error.where}", error.fault, error.hint) from None
@@ -163,7 +164,7 @@ def _values(
 ) -> Any:
     """Return the value of a bound, or the list of values; None means no bound. files :
     the files that have been read. number : converts a number."""
-    if _is_typed(text):
+    if _is_typed(f"--{name}", text):
         texts = re.split(PARTING, text.strip().strip("[]").strip())
         values = [
             None
@@ -189,10 +190,11 @@ def _values(
     return contents.tolist() if is_array else contents
 
 
-def _is_typed(text: str) -> bool:
-    return typed_numbers(
-        re.sub("none|null|infinity", "inf", text.casefold())
-    ) is not None and not os.path.exists(text)
+def _is_typed(field: str, text: str) -> bool:
+    if os.path.exists(text):
+        return False
+    words = re.sub("none|null|infinity", "inf", text.casefold())
+    return typed_numbers(field, words) is not None
 
 
 def _bound(name: str, text: str, number: Callable[[Fraction], Any]) -> Any:
@@ -207,14 +209,19 @@ def _bound(name: str, text: str, number: Callable[[Fraction], Any]) -> Any:
         ) from None
 
 
-def typed_numbers(text: str, may_be_file: bool = True) -> list[str] | None:
+def typed_numbers(field: str, text: str, may_be_file: bool = True) -> list[str] | None:
     """Return the numbers in a text, each as typed; None if the text is not a list of
-    numbers or may name a file."""
-    return (
-        None
-        if not LIST.fullmatch(text) or (may_be_file and os.path.lexists(text))
-        else re.findall(NUMBER, text)
-    )
+    numbers or may name a file. Raise ProblemError if a number is missing before or
+    behind a comma. field : the location of the error, by default the text."""
+    if may_be_file and os.path.lexists(text):
+        return None
+    if LIST.fullmatch(text):
+        return re.findall(NUMBER, text)
+    entries = re.split("[,;]", text.strip().strip("[]"))
+    others = [entry for entry in entries if entry.strip()]
+    if 0 < len(others) < len(entries) and all(map(LIST.fullmatch, others)):
+        raise ProblemError(field or text, *EMPTY_ENTRY)
+    return None
 
 
 def typed_vector(field: str, typed: list[str], n: int) -> Vector:
@@ -227,7 +234,7 @@ def read_start(
     """Return a starting point of length n from typed numbers or from a file. The file
     has the vector itself, or results of `lcp solve -o`; then the starting point is the
     final iterate of the first result: x for the bounds in `box`, or z."""
-    if (numbers := typed_numbers(path)) is not None:
+    if (numbers := typed_numbers(field, path)) is not None:
         return typed_vector(field, numbers, n)
     file = InputFile.read(path)
     is_object = re.match(rb"\s*(\[\s*)?\{", file.content)
@@ -248,7 +255,7 @@ def read_candidates(
     problem : the problem whose result is chosen from several. names : of the unknowns,
     by which the rows of a table may be labelled.
     """
-    if (numbers := typed_numbers(path)) is not None:
+    if (numbers := typed_numbers("", path)) is not None:
         file = InputFile(path, " ".join(numbers).encode())
     else:
         file = InputFile.read(path)

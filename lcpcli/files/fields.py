@@ -126,7 +126,10 @@ def _unknown_key(
         (bounds, "bounds as lower and upper, each a list"),
     )
     for (names, what), key in product(meanings, others):
-        if key.casefold() in names:
+        is_part = any(
+            key in name.split() and keys.issuperset(name.split()) for name in names
+        )
+        if key.casefold() in names or is_part:
             return key, f"is not a key of {subject}", f"give the {what}"
     other_names = {k: v for k, v in OTHER_NAMES.items() if v in valid_names}
     return errors.unknown_key(field, others, valid_names, subject, other_names)

@@ -113,6 +113,8 @@ class InputFile:
     def _named(self, error: ProblemError | MemoryError) -> LCPError:
         """Return an error with the location of this file. Where the file is one line of
         another, the line number 1 within it is omitted."""
+        if isinstance(error, ProblemError) and error.parts[:1] == (self.source_name,):
+            return error
         if self.line is None:
             return contents.inside(self.source_name, error)
         if isinstance(error, ProblemError) and error.where.startswith(FIRST_LINE):

@@ -31,7 +31,7 @@ from lcpcli.errors import (
     quoted,
     visible_json,
 )
-from lcpcli.files.contents import decode, refuse_mostly_absent
+from lcpcli.files.contents import decode, refuse_mostly_absent, within
 from lcpcli.files.fields import (
     BOUNDS,
     KEYS,
@@ -62,6 +62,8 @@ LOSSLESS = " or ".join(
 KEPT_AS_WRITTEN = {
     kind: row.matrices for kind, row in formulations.TABLE.items() if row.unrounded
 }
+# A start, or a known solution, is rounded also where all other numbers are exact.
+ROUNDED = (*STARTS, "solution")
 OF_COORDINATES = ("format", "shape", "rows", "cols", "values")
 # A decimal of at most so many digits is the shortest decimal of the number that it is
 # rounded to: double precision has at least 15 decimal digits.
@@ -99,7 +101,13 @@ class JsonText:
     def value(self, number: Callable[[str], Any]) -> Any:
         if number is float:
             return self._of_doubles
-        return _converted(self._as_written, number)
+        data = self._as_written
+        if not isinstance(data, dict):
+            return _converted(data, number)
+        return {
+            key: within(key, _converted, part, float if key in ROUNDED else number)
+            for key, part in data.items()
+        }
 
     def is_lossless(self) -> bool:
         """Return whether it has tables whose numbers are not rounded. The numbers of a
@@ -205,7 +213,9 @@ def _with_numbers(
     data: Mapping[str, Any], number: Callable[[str], Any]
 ) -> dict[str, Any]:
     return {
-        key: value if key in WITHOUT_NUMBERS else numbers_in(value, number)
+        key: value
+        if key in WITHOUT_NUMBERS
+        else within(key, numbers_in, value, float if key in ROUNDED else number)
         for key, value in data.items()
     }
 

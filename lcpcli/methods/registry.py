@@ -31,6 +31,7 @@ from lcpcli.errors import (
     meant,
     quoted,
     raised,
+    shortened,
     unknown,
 )
 from lcpcli.methods import quantities as of
@@ -702,9 +703,8 @@ def _checked(variant: Variant, where: str) -> Variant:
             )
             if owners := owning(name):
                 hint = f"it belongs to {listed(owners)}"
-            raise ParameterError(
-                "method", f"{variant.method} has no option {_dashed(name)}", hint
-            )
+            reason = f"{variant.method} has no option {shortened(_dashed(name))}"
+            raise ParameterError("method", reason, hint)
         if name in dict(variant.settings[:i]):
             raise ParameterError(
                 "method", f"{_dashed(name)} is set twice in {variant}", LEAVE_ONE_OUT

@@ -314,6 +314,12 @@ def _may_be_masked(values: Any) -> bool:
     return "numpy.ma" in sys.modules and isinstance(values, np.ma.MaskedArray)
 
 
+def refuse_masked(field: str, values: Any) -> None:
+    """Raise ProblemError for an array with masked entries."""
+    if _may_be_masked(values) and np.ma.is_masked(values):
+        raise ProblemError(field, "has masked entries", "fill them, or leave them out")
+
+
 def _of_plain_numbers(values: Any) -> Vector | None:
     """Return the numbers of a list without other types than int and float, which numpy
     converts at once; None for anything else."""
@@ -328,8 +334,7 @@ def _of_plain_numbers(values: Any) -> Vector | None:
 def as_floats(field: str, values: Any, expected: str = NUMBERS) -> Vector:
     """Return the numbers of an array, or of a list that has been checked, as
     float64."""
-    if _may_be_masked(values) and np.ma.is_masked(values):
-        raise ProblemError(field, "has masked entries", "fill them, or leave them out")
+    refuse_masked(field, values)
     if isinstance(values, np.ndarray) and values.dtype == np.float64:
         return np.asarray(values)
     if is_sparse(values):

@@ -75,7 +75,8 @@ class Row(NamedTuple):
     page : its page of help.
     unrounded : the noun for its numbers, if JSON keeps those that are no shortest
         decimals of floating-point numbers as fractions.
-    meant : keys that are understood as attempts at its keys, and what to write instead.
+    meant : keys that are understood as attempts at its keys, or texts with several keys
+        that together are, and what to write instead.
     parts : keys of a proposed solution in parts.
     bounds : the hint for bounds of z, if it cannot have them; "" if it can.
     tables : the option for files that are tables.
@@ -161,7 +162,7 @@ TABLE = {
             "A q l",
             "A q u",
         ),
-        files={".mps": MPS, ".qps": MPS, ".lp": FileForm("mps_format")},
+        files={".mps": MPS, ".qps": MPS, ".lp": FileForm("lp_format")},
         others=(
             "rows",
             "lower",
@@ -191,7 +192,8 @@ TABLE = {
         unrounded="payoff",
         meant=(
             ("payoff", "payoffs", "payoff_matrix", "payoff_matrices", "players"),
-            "payoffs of a game as A and B",
+            "payoffs of two players as A and B; those by pairs of players need the key "
+            "players too",
         ),
         parts=("row", "column"),
         bounds=LEAVE_OUT,
@@ -254,6 +256,10 @@ TABLE = {
         others=("lower", "upper", "E", "d", "columns"),
         matrices=("A", "E"),
         page="fits",
+        meant=(
+            ("A b",),
+            "key lsq, true, for a fit, findex for contact, or M and q in their place",
+        ),
         tables=OfTables(
             "--lsq",
             "They are tables of A and b of a fit, min |Ax - b|; bounds are those of x.",

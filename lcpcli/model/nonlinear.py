@@ -13,7 +13,7 @@ import numpy as np
 from lcpcli.clock import imports
 from lcpcli.errors import MAKE_AGREE, ProblemError, count, kind, numbers_for
 from lcpcli.linalg.matrices import is_sparse
-from lcpcli.model.arrays import as_solutions, as_vector, readonly_copy
+from lcpcli.model.arrays import as_solutions, as_vector, readonly_copy, refuse_masked
 from lcpcli.model.box import Box, as_intervals
 from lcpcli.model.formulation import Named
 from lcpcli.typing import BoundLike, Matrix, Vector, VectorLike
@@ -85,6 +85,7 @@ class NonlinearProblem:
     """
 
     origin: ClassVar[None] = None  # as of a Problem that consists of M and q
+    start_name = "x0"  # the name of the start in errors
 
     @property
     def formulation(self) -> Named:
@@ -150,6 +151,7 @@ class NonlinearProblem:
     def starting_at(self, z: VectorLike) -> NonlinearProblem:
         """Return the problem with another start, moved within the bounds."""
         other = copy(self)
+        other.start_name = "z0"
         other.x0 = readonly_copy(self.box.project(as_vector("z0", z, self.n)))
         return other
 
@@ -230,6 +232,7 @@ def _reals(field: str, raw_value: Any) -> Vector:
     as roots of negative numbers."""
     if raw_value is None:
         raise ProblemError(field, "returns nothing", "add a return statement")
+    refuse_masked(field, raw_value)
     try:
         numbers = np.asarray(raw_value)
         if numbers.dtype.kind == "c":

@@ -103,9 +103,12 @@ def double_unless_lost(text: str, hint: str) -> float:
     # Not by its value, as an exponent may be beyond what Decimal takes.
     digits = re.split("[eE/]", text)[0]
     if any(digit in digits for digit in "123456789"):
-        raise ProblemError(
-            "", f"has {quoted(text)}, which is 0 in double precision", hint
-        )
+        reason = f"has {quoted(text)}, which is 0 in double precision"
+        try:
+            ratio(text)
+        except ProblemError:  # exact arithmetic does not take it either
+            hint = SCALE
+        raise ProblemError("", reason, hint)
     return value
 
 

@@ -9,7 +9,7 @@ from collections.abc import Callable, Iterable, Sequence
 from functools import partial
 from typing import TYPE_CHECKING, Any, NamedTuple, TypeAlias
 
-from lcpcli.errors import ParameterError, likely, quoted
+from lcpcli.errors import EMPTY_ENTRY, ParameterError, likely, quoted
 from lcpcli.methods.quantities import Z0, Quantity, X
 from lcpcli.methods.registry import (
     ALL,
@@ -234,6 +234,8 @@ def selected_columns(names: Sequence[str], methods: Sequence[str]) -> list[Colum
 def require(names: Sequence[str], methods: Sequence[str]) -> None:
     """Raise an error for a name that is no column, or one of none of the methods."""
     valid_names = [*table(), ALL]
+    if "" in names:
+        raise ParameterError("columns", *EMPTY_ENTRY)
     for name in names:
         if name not in valid_names:
             reason = f"{quoted(name)} is not a column"

@@ -18,7 +18,14 @@ from importlib.util import find_spec
 from pathlib import PurePath
 from typing import TYPE_CHECKING, Any, NamedTuple
 
-from lcpcli.errors import LEAVE_ONE_OUT, LEAVE_OUT, ParameterError, count, missing
+from lcpcli.errors import (
+    LEAVE_ONE_OUT,
+    LEAVE_OUT,
+    ParameterError,
+    count,
+    missing,
+    shortened,
+)
 from lcpcli.files.atomic_write import write_whole
 from lcpcli.report import wording
 from lcpcli.report.document import FIGURES
@@ -234,7 +241,7 @@ def form_of(path: str, option: str = PLOT) -> str:
     if ending not in FORMS:
         raise ParameterError(
             option,
-            f"{path!r} has no known suffix of a picture",
+            f"{shortened(path)!r} has no known suffix of a picture",
             "use one of .png, .svg, .pdf",
         )
     return ending

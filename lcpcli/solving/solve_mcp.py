@@ -30,7 +30,7 @@ from lcpcli.methods import registry as methods
 from lcpcli.methods.direct import MAX_PIVOTED, MAX_UNKNOWNS, may_be_program
 from lcpcli.methods.josephy_newton import josephy_newton
 from lcpcli.methods.lemke import SHORT_PATH
-from lcpcli.model.arrays import FROM_0
+from lcpcli.model.arrays import FROM_0, as_vector
 from lcpcli.model.box import Box, in_words
 from lcpcli.model.evaluations import Evaluations
 from lcpcli.model.nonlinear import NonlinearProblem
@@ -175,12 +175,14 @@ def solve_mcp(
             raise ParameterError(
                 "x0", "is another name of z0, which is passed too", LEAVE_OUT
             )
-        x0 = x0 if z0 is None else z0
+        x0 = x0 if z0 is None else as_vector("z0", z0)
         if jax:
             F, J = by_jax(F, J)
         problem = NonlinearProblem(
             F, J, lower=lower, upper=upper, infinity=infinity, x0=x0, names=names
         )
+        if z0 is not None:
+            problem = problem.starting_at(z0)
     return run_nonlinear(
         problem,
         pattern=pattern,
@@ -297,7 +299,8 @@ def _start(evaluations: Evaluations) -> Vector:
             if problem.names[i]
             else f"F[{i}] is {value} there"
         )
-        raise ProblemError("x0", row, f"start where F is defined and finite {FROM_0}")
+        name = problem.start_name
+        raise ProblemError(name, row, f"start where F is defined and finite {FROM_0}")
     return z
 
 

@@ -21,6 +21,7 @@ GOOD: Files = {
     "loop": Path("loop"),
 }
 LONG_NAME = "a" * 300
+CUT_NAME = f"{'a' * 40}...{'a' * 40}"
 
 WORDS = commands(
     r"""
@@ -39,6 +40,24 @@ check a => FILE [Q_FILE] SOLUTION: {FILES_NOT:2|3|1}; {ALL_FILES_OF_CHECK}
 check good.json => FILE [Q_FILE] SOLUTION: {FILES_NOT:2|3|1}; {ALL_FILES_OF_CHECK}
 check good.json missing.json => missing.json: {NO_SUCH_FILE}; {CHECK_PATH}
 check good.json 1,1,1 -q => 1,1,1: z: {ENTRIES:3 entries|2 unknowns}; {AGREE}
+check good.json 1,1,
+    => 1,1,: lacks an entry before or behind a comma; write the entry, or remove the
+    comma
+check good.json [1,,1]
+    => [1,,1]: lacks an entry before or behind a comma; write the entry, or remove the
+    comma
+solve good.json --z0 ,1,1
+    => --z0: lacks an entry before or behind a comma; write the entry, or remove the
+    comma
+solve good.json --upper none,
+    => --upper: lacks an entry before or behind a comma; write the entry, or remove the
+    comma
+path good.json --direction 1, --to 1
+    => --direction: lacks an entry before or behind a comma; write the entry, or remove
+    the comma
+solve good.json --trace --columns k,
+    => --columns: lacks an entry before or behind a comma; write the entry, or remove
+    the comma
 check good.json -x1 => -x1: {NO_OPTION:lcp check}; {SEE_HELP:check}
 check good.json -1,4 -x => -x: {NO_OPTION:lcp check}; {SEE_HELP:check}
 solve --game --lsq A.csv b.csv => --game: has no effect with --lsq; {LEAVE_ONE_OUT}
@@ -267,7 +286,7 @@ solve good.json -o /proc/x.json
 solve good.json -o loop
     => loop: {{CANNOT_BE_WRITTEN:Too many levels of symbolic links}}; {{OTHER_PLACE}}
 solve good.json -o {LONG_NAME}
-    => {LONG_NAME}: {{CANNOT_BE_WRITTEN:File name too long}}; {{OTHER_PLACE}}
+    => {CUT_NAME}: {{CANNOT_BE_WRITTEN:File name too long}}; {{OTHER_PLACE}}
 solve good.json -o json
     => --output: json is a format; {{GIVE_JSON}}, or a name with a suffix
 solve good.json -o result.pdf => result.pdf: {{NO_FORMAT:.pdf}}; {{SUFFIXES}}
@@ -534,7 +553,7 @@ convert market.nl => market.nl: {NONLINEAR}; {HELP_MODELS}
 solve market.nl --z0 1 => --z0: {ENTRIES:1 entry|2 unknowns}; {AGREE}
 check market.nl 2 => 2: z: {ENTRIES:1 entry|2 unknowns}; {AGREE}
 solve undefined.nl --z0 1
-    => undefined.nl: x0: F is nan there, in row v0; {WHERE_F_IS_DEFINED}{FROM_0}
+    => undefined.nl: z0: F is nan there, in row v0; {WHERE_F_IS_DEFINED}{FROM_0}
 solve empty.nl => empty.nl: {EMPTY}; write the model again
 two\n\nOptions\n3\n1\n1\n0\n1\n0\n1\n1\n1.5\nobjno 0 0\n > one.sol
 check market.nl one.sol
@@ -604,3 +623,27 @@ def test_a_command_line_that_cannot_be_run_is_refused(
     refusal: Refusal, refused: Callable[[str, Files], str]
 ) -> None:
     assert refused(refusal.command, refusal.files) == refusal.line
+
+
+@pytest.mark.parametrize(
+    "command",
+    [
+        "solve {}",
+        "bench {}",
+        "kernels {}",
+        "solve good.json --{}",
+        "solve good.json -m {}",
+        "solve good.json -m shi:{}=1",
+        "solve good.json -o {}.json",
+        "solve good.json --plot {}",
+        "solve good.json --maximize {}",
+        "path good.json good.json --at {}",
+        "why good.json --weights {}",
+    ],
+)
+def test_a_name_of_thousands_of_letters_is_cut_in_the_line(
+    command: str, refused: Callable[[str, Files], str]
+) -> None:
+    line = refused(command.format("a" * 5000), GOOD)
+    assert ("a" * 40 in line, "a" * 41 in line) == (True, False)
+    assert len(line) < 300

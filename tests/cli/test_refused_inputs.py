@@ -242,6 +242,27 @@ def test_a_file_of_doubles_has_no_0_for_another_number(
         assert solved["exact"]["z"] == [str(1 / Fraction(value)), "1"]
 
 
+def test_a_number_of_too_large_an_exponent_is_refused_in_its_field_without_a_wrong_hint(
+    lcp: Lcp, in_folder: Path
+) -> None:
+    (in_folder / "t.json").write_text('{"M": [[1]], "q": [-1e-6000]}')
+    where, hint = "lcp: t.json: q: has ", "keep exponents between -5000 and 5000"
+    lost = "'-1e-6000', which is 0 in double precision; scale the data"
+    assert lcp("solve", "t.json").err == f"{where}{lost}\n"
+    exactly = lcp("solve", "t.json", "--exact").err
+    assert exactly == f"{where}the number '-1e-6000'; {hint}\n"
+
+
+@pytest.mark.parametrize("options", [[], ["--exact"]])
+def test_a_start_and_a_known_solution_may_round_to_0(
+    options: list[str], lcp: Lcp, in_folder: Path
+) -> None:
+    text = '{"M": [[1]], "q": [1], "x0": [1e-400], "solution": [1e-400]}'
+    (in_folder / "t.json").write_text(text)
+    outcome = lcp("solve", "t.json", "-f", "json", *options)
+    assert (outcome.err, record(outcome)["z"]) == ("", [0.0])
+
+
 def test_a_q_that_is_0_only_in_double_precision_is_refused(
     lcp: Lcp, in_folder: Path
 ) -> None:

@@ -333,6 +333,15 @@ def test_a_variable_of_the_quadratic_part_alone_in_lp(tmp_path: Path) -> None:
     assert run(read(written(tmp_path, lp, "p.lp"))).answer.objective == pytest.approx(3)
 
 
+def test_names_in_lp_may_have_bytes_that_are_not_utf_8(tmp_path: Path) -> None:
+    pytest.importorskip("highspy")
+    file = tmp_path / "p.lp"
+    file.write_bytes(b"min\n obj: a\xe9\nst\n c\xe9: a\xe9 >= 1\nend\n")
+    problem = read(file)
+    assert [*problem.names] == ["a\ufffd", "c\ufffd"]
+    assert run(problem).answer.objective == pytest.approx(1)
+
+
 def test_two_rows_of_one_name_in_lp_are_refused_by_it(tmp_path: Path) -> None:
     pytest.importorskip("highspy")
     lp = "min\n obj: a + b\nst\n c1: a + b >= 3\n c1: a >= 1\nend\n"

@@ -130,7 +130,12 @@ JSON = contents(
 {"A": [[1]], "B": [[1]], "C": [[1]]} => {MORE_PLAYERS}; {NO_LCP}
 {"A": [[[1, 2]]], "B": [[1]]} => {MORE_PLAYERS}; {NO_LCP}
 {"payoffs": [[3, 0], [0, 2]]}
-    => payoffs: {NO_KEY:a problem}; give the payoffs of a game as A and B
+    => payoffs: {NO_KEY:a problem}; give the payoffs of two players as A and B; those by
+    pairs of players need the key players too
+{"A": [[1], [2]], "b": [1, 2]}
+    => A: {NO_KEY:a problem}; give the key lsq, true, for a fit, findex for contact, or
+    M and q in their place
+{"A": [[1]], "q": [1]} => A: {NO_KEY:a problem}; {DID_YOU_MEAN:M}
 {"matrix": [[1]], "q": [1]} => matrix: {NO_KEY:a problem}; {DID_YOU_MEAN:M}
 {"q": [1]} => M: {MISSING}; add the key M
 {"M": [[1]]} => {NO_Q:1 x 1}; {ADD_Q}
@@ -746,6 +751,7 @@ min\n obj: x + 2 y\nst\n c1: [x^2] + y >= 1\nbounds\n x <= 3\nend\n
     => {NOT_LP:line 4: quadratic constraints are not supported by HiGHS}; {CORRECT_LP}
 min\n obj: x + 2 y\nsubject two\n c1: x + y >= 1\nbounds\n x <= 3\nend\n
     => {NOT_LP:line 3: expected `+` or `-`, found `subject`}; {CORRECT_LP}
+max\nend\n => is not a program in the LP format; is it complete?
 """,
 )
 

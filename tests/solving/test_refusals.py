@@ -284,6 +284,13 @@ solve_mcp(lambda z: np.multiply(z, 2, out=z) - 1, x0=[1, 2])
     => F: changes its argument z; let it change a copy, such as z.copy()
 solve_mcp(lambda z: np.log(z - 5), x0=[1, 2])
     => x0: F[0] is nan there; {WHERE_F_IS_DEFINED}{FROM_0}
+solve_mcp(lambda z: np.log(z - 5), z0=[1, 2])
+    => z0: F[0] is nan there; {WHERE_F_IS_DEFINED}{FROM_0}
+solve_mcp(F, z0=1.0) => z0: is a number; give a list of numbers
+solve_mcp(lambda z: np.ma.masked_array(z, [True, False]), x0=[1, 2])
+    => F: has masked entries; fill them, or leave them out
+solve_mcp(lambda z: z, lambda z: np.ma.masked_array(np.eye(2), np.eye(2)), x0=[1, 2])
+    => J: has masked entries; fill them, or leave them out
 solve_mcp(lambda z: z + 2j, x0=[1, 2])
     => x0: F[0] is the complex number 1+2j there; {WHERE_F_IS_DEFINED}{FROM_0}
 solve_mcp(np.log, x0=[-1, -1], names=["a", "b"], lower=None)

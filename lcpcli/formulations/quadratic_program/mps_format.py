@@ -95,10 +95,15 @@ NOT_NONE = (
 FIXED = ((1, 3), (4, 12), (14, 22), (24, 36), (39, 47), (49, 61))
 
 
-def fields(content: bytes, number: Number = float) -> dict[str, Any]:
+def fields(
+    content: bytes,
+    number: Number = float,
+    expected: str = "in MPS or in the LP format",
+) -> dict[str, Any]:
+    """expected : the formats that an error names if the content has neither."""
     if not MPS.search(content):
         try:
-            return fields(as_mps(content), number)
+            return fields(as_mps(content, expected), number)
         except ProblemError as error:  # in a line of another text file
             raise ProblemError("", error.fault, error.hint) from None
     refuse(not END.search(content), "", "has no ENDATA", CUT_OFF)
@@ -665,7 +670,7 @@ TOLD = ("inconsistent bounds", "Parser error")
 HINT = "correct it there; quadratic constraints and integer variables are not read"
 
 
-def as_mps(text: bytes) -> bytes:
+def as_mps(text: bytes, expected: str) -> bytes:
     try:
         import highspy
     except ModuleNotFoundError:
@@ -680,7 +685,8 @@ def as_mps(text: bytes) -> bytes:
         source_file, made = (
             Path(folder) / name for name in ("program.lp", "program.mps")
         )
-        source_file.write_bytes(text)
+        # HiGHS returns names as text, which other bytes are not.
+        source_file.write_bytes(text.decode("utf-8", "replace").encode())
         try:
             status = highs.readModel(str(source_file))
         except UnicodeDecodeError:  # a message that quotes bytes that are no text
@@ -698,9 +704,7 @@ def as_mps(text: bytes) -> bytes:
                     "", f"cannot be read ({where}{' '.join(first.split())})", HINT
                 )
         if status == highspy.HighsStatus.kError or not highs.getNumCol():
-            raise ProblemError(
-                "", "is not a program in MPS or in the LP format", "is it complete?"
-            )
+            raise ProblemError("", f"is not a program {expected}", "is it complete?")
         # HiGHS writes invented names for all rows if two have the same one.
         names = Counter(filter(None, highs.getLp().row_names_))
         repeated = [name for name, times in names.items() if times > 1]
