@@ -162,6 +162,10 @@ class Format(Protocol):
         """Return what had to be changed in a problem in order to write it; a format has
         this if only problems of one formulation are written in it."""
 
+    def without_rounded(self, content: Any, /) -> Any:
+        """Return the content without the numbers that may be rounded to 0; a format has
+        this if it has keys for such numbers."""
+
 
 class ModelFormat(Format, Protocol):
     """Interface of the module of a format whose problems may be nonlinear, or may have

@@ -246,7 +246,10 @@ class InputFile:
         elif field:
             self.values(field, number)
         else:
-            self.fields_as(number)
+            data = self.data
+            if hasattr(load(self.kind.form), "without_rounded"):
+                data = self._called("without_rounded", data)
+            self._called("fields", data, number)
 
     def values(self, field: str, number: Number = float) -> Any:
         """Return the numbers of a file with a single field, or those of `field`."""

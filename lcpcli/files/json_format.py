@@ -11,8 +11,9 @@ from __future__ import annotations
 import json
 import math
 from collections import Counter
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Collection, Mapping, Sequence
 from contextlib import suppress
+from copy import copy
 from functools import cache, cached_property, partial
 from itertools import chain
 from typing import TYPE_CHECKING, Any
@@ -62,7 +63,7 @@ LOSSLESS = " or ".join(
 KEPT_AS_WRITTEN = {
     kind: row.matrices for kind, row in formulations.TABLE.items() if row.unrounded
 }
-# A start, or a known solution, is rounded also where all other numbers are exact.
+# Keys whose numbers may be rounded to 0: no answer depends on them.
 ROUNDED = (*STARTS, "solution")
 OF_COORDINATES = ("format", "shape", "rows", "cols", "values")
 # A decimal of at most so many digits is the shortest decimal of the number that it is
@@ -105,9 +106,16 @@ class JsonText:
         if not isinstance(data, dict):
             return _converted(data, number)
         return {
-            key: within(key, _converted, part, float if key in ROUNDED else number)
-            for key, part in data.items()
+            key: within(key, _converted, part, number) for key, part in data.items()
         }
+
+    def without(self, keys: Collection[str]) -> JsonText:
+        """Return the text with the value as written without these keys."""
+        other = copy(self)
+        if isinstance(self._as_written, dict):
+            parts = self._as_written.items()
+            other._as_written = {key: part for key, part in parts if key not in keys}
+        return other
 
     def is_lossless(self) -> bool:
         """Return whether it has tables whose numbers are not rounded. The numbers of a
@@ -181,6 +189,11 @@ def fields(content: JsonText, number: Number = float) -> dict[str, Any]:
     return data
 
 
+def without_rounded(content: JsonText) -> JsonText:
+    """Return the content without the keys whose numbers may be rounded to 0."""
+    return content.without(ROUNDED)
+
+
 def values(field: str, content: JsonText, number: Number = float) -> Any:
     """Return the numbers in a JSON list, or in the list of an object with this field
     alone."""
@@ -213,9 +226,7 @@ def _with_numbers(
     data: Mapping[str, Any], number: Callable[[str], Any]
 ) -> dict[str, Any]:
     return {
-        key: value
-        if key in WITHOUT_NUMBERS
-        else within(key, numbers_in, value, float if key in ROUNDED else number)
+        key: value if key in WITHOUT_NUMBERS else within(key, numbers_in, value, number)
         for key, value in data.items()
     }
 

@@ -261,6 +261,8 @@ def test_a_start_and_a_known_solution_may_round_to_0(
     (in_folder / "t.json").write_text(text)
     outcome = lcp("solve", "t.json", "-f", "json", *options)
     assert (outcome.err, record(outcome)["z"]) == ("", [0.0])
+    assert lcp("convert", "t.json", "-o", "copy.json").code == 0
+    assert '"x0": [1E-400]' in (in_folder / "copy.json").read_text()
 
 
 def test_a_q_that_is_0_only_in_double_precision_is_refused(

@@ -571,7 +571,8 @@ FROM_QP = contents(
     "bad.json",
     r"""
 {"Q": [[1]], "c": [1], "b": [1]} => A: {MISSING}; {LEAVE_BOTH_OUT:b}
-{"Q": [[1]], "c": [1], "A": [[]], "b": [1]} => A: {ENTRIES:0 columns|1 variable}; {AGREE}
+{"Q": [[1]], "c": [1], "A": [[]], "b": [1]}
+    => A: {ENTRIES:0 columns|1 variable}; {AGREE}
 {"Q": [[1]], "c": [1e999]} => c[0]: {NOT_FINITE}; {FINITE}{FROM_0}
 {"Q": [[1]], "c": [1], "free": 0} => free: {IS:a number}; give a list of indices
 {"Q": [[1]], "c": [1], "free": [0, 0]} => free: names an index twice; {KEEP_ONE}
