@@ -259,7 +259,7 @@ def test_numbers_are_typed_in_any_usual_way_unless_a_file_has_their_name(
         " 1; -2.5;1/3",
         "[1,-2.5 1/3]",
     ):
-        assert beside.typed_numbers(text) == ["1", "-2.5", "1/3"]
+        assert beside.typed_numbers("--x0", text) == ["1", "-2.5", "1/3"]
         assert lcp("solve", "p.csv", "--x0", text, "-q").code == 0
         assert (
             lcp("check", "p.csv", text.replace("-2.5", "0").replace("1/3", "3/3")).code
@@ -272,9 +272,9 @@ def test_numbers_are_typed_in_any_usual_way_unless_a_file_has_their_name(
     ]
     Path("1").write_text("5")
     assert (
-        beside.typed_numbers("1"),
-        beside.typed_numbers("2"),
-        beside.typed_numbers("p.csv"),
+        beside.typed_numbers("--x0", "1"),
+        beside.typed_numbers("--x0", "2"),
+        beside.typed_numbers("--x0", "p.csv"),
     ) == (None, ["2"], None)
 
 
