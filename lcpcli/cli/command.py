@@ -33,6 +33,7 @@ if TYPE_CHECKING:
 
 # Environment variable that holds a shell's request, such as `bash_complete`
 VARIABLE = "_LCP_COMPLETE"
+TRACE = "--trace"  # which took the name of a file in earlier versions
 # Options of other tools whose names resemble other ones here.
 ELSEWHERE = {"maxiter": "max-iterations"}
 NO_OPTION = "is not an option of {}"
@@ -80,6 +81,7 @@ class Command(click.Command):
     def parse_args(self, ctx: click.Context, args: list[str]) -> list[str]:
         typed_args, hint = list(args), f"see {ctx.command_path} --help"
         if ctx.allow_interspersed_args:  # else the words belong to another command
+            self._refuse_file_of_trace(args)
             if "--all" in args and not {"-h", "--help"}.isdisjoint(args):
                 ctx.meta[WHOLE], args = True, ["--help"]
             self._refuse_single_dash(ctx, args)
@@ -111,6 +113,18 @@ class Command(click.Command):
             )
             reason = NO_OPTION.format(ctx.command_path)
             raise OptionError(name, reason, suggested or hint) from None
+
+    def _refuse_file_of_trace(self, arguments: Sequence[str]) -> None:
+        """Refuse --trace FILE.csv, where scripts of earlier versions mean an output, as
+        the file would be read as a problem."""
+        if all(TRACE not in param.opts for param in self.params):
+            return
+        for argument, following in pairwise([*arguments, ""]):
+            is_given = argument == TRACE and following.casefold().endswith(".csv")
+            if is_given or argument.startswith(f"{TRACE}="):
+                file = following if is_given else argument.removeprefix(f"{TRACE}=")
+                hint = f"write {TRACE} -o {file} for the iterates, or put {TRACE} last"
+                raise OptionError(TRACE, "takes no file", hint)
 
     def _refuse_single_dash(self, ctx: click.Context, arguments: Sequence[str]) -> None:
         """Refuse -max-iterations, which would be read as -m ax-iterations."""

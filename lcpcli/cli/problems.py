@@ -349,7 +349,8 @@ class Inputs(NamedTuple):
         @cache
         def exactly() -> ExactProblem:
             data = as_given.exactly(original)
-            if changed.is_mixed:
+            # A bound may be 0 in double precision alone.
+            if changed.is_mixed or changed is not original:
                 from lcpcli.files import beside
 
                 data = beside.with_exact_bounds(data, changed, self.bounds, bounds)

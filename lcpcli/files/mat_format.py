@@ -42,7 +42,8 @@ from lcpcli.files.npy_format import (
 from lcpcli.linalg.matrices import is_sparse
 from lcpcli.linalg.patterns import are_compressed
 
-HINT = "is it cut off? save it again, in MATLAB with -v7"
+SAVE = "save it again, in MATLAB with -v6 or -v7"
+HINT = f"is it cut off? {SAVE}"
 
 
 # The interface is that of every format.
@@ -159,7 +160,7 @@ def checked(content: bytes) -> bytes:
     """Return a MAT file with those arrays that can be read, uncompressed; raise
     ValueError if it is damaged."""
     # As scipy tells the versions apart.
-    refuse(0 in content[:4], "", "is a MAT file of version 4, or is damaged", HINT)
+    refuse(0 in content[:4], "", "is a MAT file of version 4, or is damaged", SAVE)
     order = {b"IM": "<", b"MI": ">"}[content[126:128]]
     _require(content[124:126] in (b"\0\1", b"\1\0"))
     arrays = (

@@ -166,7 +166,7 @@ def _z(contacts: Any, x: Any, w: Any, terms: Any) -> Any:
 
 @compiled
 def _surely_solves(M: Any, q: Any, units: Any, tol: float, z: Any) -> bool:
-    """Return whether z >= 0 solves an LCP for all possible rounding errors, by the
+    """Return whether z >= 0 solves an LCP with rounding errors of ROW_ROUNDING, by the
     terms of its rows and bounds on their caps as `measure.least_caps` computes them.
     """
     rho, parts, digits = units
@@ -207,7 +207,7 @@ def contact_step(
     contacts: Any, statuses: Any, systems: Any, M: Any, q: Any, units: Any, tol: float
 ) -> Any:
     """Return the number of systems that led to a solution, 0 if none did; whether z
-    solves the LCP for all possible rounding errors; and z, x, w and its terms.
+    solves the LCP with rounding errors of ROW_ROUNDING; and z, x, w and its terms.
 
     contacts : A, b, the bounds, the normal and the tangential unknowns, and mu.
     statuses : of each unknown, to be changed. systems : how many are solved at most,

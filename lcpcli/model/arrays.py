@@ -280,7 +280,8 @@ def _as_sparse(field: str, M: Any) -> Matrix:
     else:
         with imports:
             from scipy.sparse import csr_array
-        by_rows = csr_array(M, dtype=np.float64)
+        with np.errstate(over="ignore"):
+            by_rows = csr_array(M, dtype=np.float64)
         entries = M.tocoo()
         _refuse_underflow(
             field, entries.data, lambda: np.column_stack((entries.row, entries.col))
@@ -369,7 +370,8 @@ def _refuse_underflow(
     but not 0. positions : as for `refuse_infinite`."""
     if values.dtype.itemsize <= np.float64().itemsize:
         return
-    lost = (values.astype(np.float64) == 0) & (values != 0)
+    with np.errstate(over="ignore"):
+        lost = (values.astype(np.float64) == 0) & (values != 0)
     if lost.any():
         raise ProblemError(_first(field, lost, positions), *UNDERFLOWS)
 

@@ -124,11 +124,11 @@ class Columns:
 
 
 def like_with(like: Problem, q: Vector, box: Box, M: Matrix | None = None) -> Problem:
-    """Return the problem with the M of another one, all computed facts about M, a
-    validated q and bounds, quickly.
+    """Return a problem like another one, with a validated q and bounds, quickly: with
+    its M and all that is computed of it, or with another M, of which nothing is.
 
-    M : another read-only one of the same shape and kind, whose entries need not be
-        finite; None for that of the other problem.
+    M : read-only, of the same shape and kind, with entries that need not be finite;
+        None for that of the other problem.
     """
     smallest, largest = sizes(q)
     fields = like.fields_of_M()

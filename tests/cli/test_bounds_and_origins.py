@@ -5,6 +5,7 @@ from __future__ import annotations
 
 import json
 from dataclasses import replace
+from fractions import Fraction
 from pathlib import Path
 from typing import Any
 
@@ -233,3 +234,12 @@ def test_a_comparison_in_csv_says_that_the_file_has_no_iterates(
     assert lcp(*command, "it.csv").err == f"{said}{hint}\n"
     assert lcp(*command, "it.csv", "--trace").err == f"{said}\n"
     assert lcp(*command, "it.txt").err == f"{said}\n"
+
+
+def test_a_bound_that_is_0_in_double_precision_alone_is_exact(
+    in_folder: Path, lcp: Lcp
+) -> None:
+    (in_folder / "p.json").write_text('{"M": [[1]], "q": [1]}')
+    asked = ("solve", "p.json", "--lower", "1e-400", "--exact", "-f", "json")
+    (z,) = record(lcp(*asked))["exact"]["z"]
+    assert Fraction(z) == Fraction(1, 10**400)

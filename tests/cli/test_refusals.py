@@ -269,6 +269,12 @@ inspect good.json none.json => none.json: {NOT_NEEDED:good.json}; {GIVE_ALONE}
 solve q.csv M.csv => q.csv: holds q, and M.csv M; name M first: M.csv q.csv
 solve M.csv Mq.csv => Mq.csv: {BEGINS_WITH_M}; {ALONE_IF_M_AND_Q}
 convert good.json own.mat => own.mat: {NO_SUCH_FILE}; to write it, give -o own.mat
+solve good.json --trace iterates.csv
+    => --trace: takes no file; write --trace -o iterates.csv for the iterates, or put
+    --trace last
+compare --trace=t.csv
+    => --trace: takes no file; write --trace -o t.csv for the iterates, or put --trace
+    last
 """,
     {**GOOD, "Mq.csv": "2,0,-1\n0,2,-1\n", "iterates.csv": "2,1,-5\n1,2,-6\n"},
 )

@@ -182,7 +182,7 @@ def test_the_best_equilibrium_is_one_of_the_payoffs_as_written(payoffs: Any) -> 
     everything = lcpcli.solutions(game)
     list(everything)
     values = [each.payoffs[1] for each in everything.equilibria.extreme]
-    for data in (game, ExactProblem.of_floats(game)):
+    for data in (game, ExactProblem.of_problem(game)):
         for sense, best in (("min", min), ("max", max)):
             found = lcpcli.optimum(data, '"payoff of column"', sense=sense)
             assert (found.status, found.value) == ("optimal", best(values))

@@ -407,7 +407,7 @@ solve p.mat
 MATLAB 5.0 MAT-file > p.mat
 solve p.mat
     => p.mat: is not a MAT file, or is damaged; is it cut off? save it again, in MATLAB
-    with -v7
+    with -v6 or -v7
 \x89HDF\x0d\n\x1a\n > p.h5
 solve p.h5 => p.h5: is HDF5; save M and q with numpy.savez, or in MATLAB with -v7
 \x80\x04\x95\x06\x00\x00\x00\x00\x00\x00\x00]\x94K\x01a. > p.pkl

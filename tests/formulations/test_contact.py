@@ -554,6 +554,35 @@ def test_what_is_proved_to_be_exact_passes_the_exact_check() -> None:
     assert lcpcli.check(problem, z).exact
 
 
+@pytest.mark.parametrize("compiled", [False, True])
+def test_the_caller_may_write_the_arrays_of_a_step_again(compiled: bool) -> None:
+    """As an engine does that has one buffer for each of them."""
+    if compiled:
+        pytest.importorskip("numba")
+    data = {"A": np.array(A, float), "b": np.array([-2.0, -3.0])}
+    data |= {"lower": np.array([0, -0.5]), "upper": np.array([0.6, 0.5])}
+    data["findex"] = np.array([-1, 0])
+    solver = lcpcli.Solver(lcpcli.from_findex(**data), compiled=compiled)
+    solver.solve()
+    rng = np.random.default_rng(0)
+    for _ in range(20):
+        mu = rng.uniform(0, 1)
+        data["lower"][:], data["upper"][:] = (0, -mu), (rng.uniform(0.1, 9), mu)
+        data["A"][0, 0] = rng.uniform(1, 2)
+        data["b"][:] = rng.uniform(-4, -1, 2)
+        solver.update(**data)
+        result = solver.solve()
+        cold = lcpcli.run(lcpcli.from_findex(**data))
+        assert result.solved
+        assert np.allclose(result.answer.x, cold.answer.x, rtol=0, atol=1e-9)
+        before = result.answer.x.copy()
+        data["upper"][:] = data["lower"][:] = data["b"][:] = 7.0
+        solver.update(b=np.array([-1.0, -2.0]))
+        again = solver.solve()
+        assert (again.z <= again.problem.upper + 1e-12).all()
+        assert result.answer.x.tolist() == before.tolist()
+
+
 def test_x_is_verified_in_place_of_z() -> None:
     problem = lcpcli.from_findex(A, B, LOWER, UPPER, FINDEX)
     assert lcpcli.check(problem, [10 / 11, 5 / 11]).accepted

@@ -219,3 +219,10 @@ def test_a_number_that_is_0_only_in_double_precision_is_refused(
     assert refused.value.where == where
     assert "0 in double precision" in refused.value.fault
     assert Problem([[Fraction(1)]], [Fraction(0)]).q[0] == 0
+
+
+def test_a_number_beyond_doubles_is_refused_without_a_warning() -> None:
+    large = np.array([[np.longdouble(2)]]) ** np.longdouble(2000)
+    for M, q in (([[1]], large[0]), (large, [1]), (csc_array(large), [1])):
+        with pytest.raises(ProblemError, match="is not a finite number"):
+            Problem(M, q)

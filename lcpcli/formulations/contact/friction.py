@@ -29,6 +29,7 @@ from lcpcli.model.arrays import (
     as_square,
     as_vector,
     plain,
+    readonly_copy,
     readonly_matrix,
 )
 from lcpcli.model.box import as_bound, as_intervals
@@ -270,6 +271,7 @@ class Contact(Formulation):
         """Return the friction indices as numbers for a file."""
         findex = np.full(self.b.size, float(NONE))
         findex[self.friction.tangents[:, 0]] = self.friction.normals
+        findex.setflags(write=False)
         return findex
 
     def problem(self, **texts: Any) -> Problem:
@@ -533,7 +535,8 @@ def of_findex(
     normal_of = _friction_indices(findex, n)
     tangents = np.flatnonzero(normal_of >= 0)
     normals = normal_of[tangents]
-    lower, upper = as_intervals(fields, *bounds, n)
+    # In separate memory, as the caller may write the bounds of the next step in theirs.
+    lower, upper = map(readonly_copy, as_intervals(fields, *bounds, n))
     for t, f in zip(tangents.tolist(), normals.tolist(), strict=True):
         _refuse_friction(t, f, lower, upper, fields)
     friction = Friction(normals, tangents[:, np.newaxis], upper[tangents])
