@@ -25,14 +25,14 @@ import numpy as np
 
 from lcpcli.clock import imports
 from lcpcli.enumeration.bimatrix import nash_subsets
-from lcpcli.interrupts import TimeIsUp, remaining
+from lcpcli.interrupts import TimeIsUp, in_time, remaining
 from lcpcli.linalg import matrices
 from lcpcli.model.box import BASIC, LOWER, UPPER, WORDS
 from lcpcli.rational import elimination
 from lcpcli.rational.dictionary import Direction, RationalPoint, generators
 from lcpcli.rational.exact_problem import ExactProblem, fractions_of
 from lcpcli.rational.numbers import brief, over_one_denominator, zeros
-from lcpcli.rational.tree import Node, Unknowns
+from lcpcli.rational.tree import Node, Unknowns, explored
 from lcpcli.typing import Vector
 from lcpcli.verify.error_theorems import row_scalings, scaling
 
@@ -47,6 +47,13 @@ MAX_BASES_AT_FIRST = 1000
 # Unknowns up to which branch and bound finds a first solution as fast as a method in
 # floating-point arithmetic does.
 MAX_FOR_TREE = 10
+# Vertices of a polyhedron of a game up to which they are enumerated at once, which
+# takes less than a tenth of a second.
+MAX_VERTICES_AT_FIRST = 1000
+# The work of branch and bound, in seconds by `Effort`, before more are enumerated, and
+# the number of vertices up to which that takes less time than branch and bound.
+SECONDS_AT_FIRST = 5.0
+MAX_VERTICES = 15_000
 POINT, PIECE = "a point", "a piece"
 # Unknowns up to which branch and bound is faster than testing components for scalings
 # d.
@@ -116,7 +123,7 @@ class Piece:
                 for name in unknown_states[0]
                 if all(name in each for each in unknown_states)
             )
-            for unknown_states in zip(*states, strict=True)
+            for unknown_states in in_time(zip(*states, strict=True))
         )
         piece = cls(vertices, rays, lines, tuple(common))
         if not all(piece.states):
@@ -210,19 +217,75 @@ def _elided(parts: list[str]) -> list[str]:
 
 
 def pieces(data: ExactProblem, check: Callable[[], None]) -> Iterator[Piece]:
-    """Yield every maximal piece of the solution set once: those of a bimatrix game with
-    few strategies from the vertices of its polyhedra, others in the order in which
-    branch and bound finds them.
+    """Yield every maximal piece of the solution set once. Those of a bimatrix game with
+    few vertices are combined from these. Other problems are searched by branch and
+    bound; if this does not end soon, the vertices of a game are enumerated after all,
+    unless there are too many. It does not begin with them, as no piece is known before
+    all vertices are.
 
     `check` is called before each step and may raise.
     """
     m = _strategies(data)
-    subsets = nash_subsets(data, m, check) if m else None
-    if subsets is not None:
-        remembered = lru_cache(MAX_REMEMBERED)(partial(states_of, data))
-        for vertices in subsets:
-            yield Piece.of(map(remembered, vertices), tuple(vertices))
+    effort = elimination.Effort()
+    count_step = effort.steps(data)
+
+    def check_and_count() -> None:
+        check()
+        count_step()
+
+    late: list[Callable[[], Piece | None]] = []
+    branches = _by_branches(data, m, late, check_and_count)
+    yielded = set[frozenset[RationalPoint]]()
+    subsets = nash_subsets(data, m, MAX_VERTICES_AT_FIRST, check)
+    if subsets is None:
+        for piece in branches:
+            if piece is not None:
+                yielded.add(frozenset(piece.vertices))
+                yield piece
+            if effort.spent > SECONDS_AT_FIRST:
+                break
+        else:
+            if not late:
+                return
+        subsets = nash_subsets(data, m, MAX_VERTICES, check)
+    if subsets is None:
+        yield from filter(None, branches)
+        yield from filter(None, (piece_of_node() for piece_of_node in late))
         return
+    by_vertices = _by_vertices(data, subsets, check)
+    yield from (
+        piece for piece in by_vertices if frozenset(piece.vertices) not in yielded
+    )
+
+
+def _by_vertices(
+    data: ExactProblem,
+    subsets: Iterable[Iterable[RationalPoint]],
+    check: Callable[[], None],
+) -> Iterator[Piece]:
+    """Yield the pieces with these vertices."""
+    remembered = lru_cache(MAX_REMEMBERED)(partial(states_of, data))
+    for subset in subsets:
+        vertices, statuses = [], []
+        for vertex in subset:
+            check()
+            vertices.append(vertex)
+            statuses.append(remembered(vertex))
+        yield Piece.of(statuses, tuple(vertices))
+
+
+def _by_branches(
+    data: ExactProblem,
+    m: int,
+    late: list[Callable[[], Piece | None]],
+    check: Callable[[], None],
+) -> Iterator[Piece | None]:
+    """Yield the pieces in the order in which branch and bound finds them, and None
+    after each other node.
+
+    m : the number of strategies of the row player of a game; otherwise 0. late : to it
+    a function is appended that returns a piece for each one that takes many bases.
+    """
     shape = shape_of(data, check)
     # A bimatrix game is known to have a solution.
     is_quick = data.n <= MAX_FOR_TREE or not (shape or m)
@@ -245,28 +308,27 @@ def pieces(data: ExactProblem, check: Callable[[], None]) -> Iterator[Piece]:
             if WORDS[state] in statuses[k]
         )
         _choose_common(unknowns, starts[0], bits)
-    late: list[Node] = []
+    max_bases = math.inf if shape and not m else MAX_BASES_AT_FIRST
 
     @lru_cache(MAX_REMEMBERED)
     def states_at(values: Direction) -> tuple[RationalPoint, Words]:
         vertex = unknowns.vertex(values)
         return vertex, states_of(data, vertex)
 
-    for leaf in chain.from_iterable(
-        unknowns.leaves(start) for start in starts[z is None :]
+    for leaf, is_leaf in chain.from_iterable(
+        explored(unknowns, [start]) for start in starts[z is None :]
     ):
+        if not is_leaf:
+            yield None
+            continue
         node, common = _largest(unknowns, root, leaf)
         unknowns.cover.add(common)
-        piece = _listed(
-            unknowns, node, states_at, math.inf if shape else MAX_BASES_AT_FIRST
-        )
+        piece = _listed(unknowns, node, states_at, max_bases)
         if piece is None:
-            late.append(node)
-            continue
+            late.append(partial(_listed, unknowns, node, states_at))
         yield piece
         if shape:
             return
-    yield from filter(None, (_listed(unknowns, node, states_at) for node in late))
 
 
 def _listed(

@@ -100,7 +100,8 @@ def solutions(
     The search is a tree over the basis statuses, which cuts a branch only where a row
     of an integer dictionary shows that it is empty, or that it lies in a known piece.
     The pieces of a game in which a player has few strategies are combinations of the
-    vertices of two polyhedra instead, which are all enumerated first.
+    vertices of two polyhedra, which are all enumerated before the first combination: at
+    once if they are few, and otherwise if the search in the tree does not end soon.
     """
     explicit_options = {"time_limit": time_limit, "max_solutions": max_solutions}
     options.check((options.TIME_LIMIT, options.MAX_SOLUTIONS), explicit_options)

@@ -107,11 +107,11 @@ def _edges(
     above, below = np.flatnonzero(signs > 0), np.flatnonzero(signs < 0)
     sizes = positive.sum(axis=1)
     most = positive.shape[1] - (d - 2)
-    for part in _parts(above, len(below), check):
+    for part in parts(above, len(below), check):
         common = positive[part] @ positive[below].T
         sizes_of_both = sizes[part, np.newaxis] + sizes[below] - common
         candidates = np.argwhere(sizes_of_both <= most)
-        for some in _parts(candidates, len(positive), check):
+        for some in parts(candidates, len(positive), check):
             i, j = some.T
             pairs = np.array([part[i], below[j]])
             # A ray with d - 1 zeros has an edge for each d - 2 of them.
@@ -124,16 +124,14 @@ def _edges(
 def _allowed(positive: Support, partners: Support, check: Callable[[], None]) -> Mask:
     """Return which of some rays are zero wherever one of the partners is positive."""
     others = partners[:, : positive.shape[1]].T
-    parts = [
+    allowed = [
         (positive[some] @ others == 0).any(axis=1)
-        for some in _parts(np.arange(len(positive)), len(partners), check)
+        for some in parts(np.arange(len(positive)), len(partners), check)
     ]
-    return np.concatenate([np.zeros(0, dtype=bool), *parts])
+    return np.concatenate([np.zeros(0, dtype=bool), *allowed])
 
 
-def _parts(
-    indices: Indices, width: int, check: Callable[[], None]
-) -> Iterator[Indices]:
+def parts(indices: Indices, width: int, check: Callable[[], None]) -> Iterator[Indices]:
     """Yield indices in parts, so that matrices with a row of this width for each index
     have at most MAX_ENTRIES entries, or one row."""
     step = max(MAX_ENTRIES // max(width, 1), 1)

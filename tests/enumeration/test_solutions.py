@@ -11,6 +11,7 @@ from __future__ import annotations
 import json
 import os
 import re
+from collections.abc import Callable
 from fractions import Fraction
 from itertools import combinations, count
 from pathlib import Path
@@ -31,6 +32,7 @@ from lcpcli.enumeration.search import (
 from lcpcli.files import contents
 from lcpcli.files.contents import Source
 from lcpcli.formulations.bimatrix_game.nash_subsets import Equilibria
+from lcpcli.rational import double_description
 from lcpcli.rational.exact_problem import ExactProblem, decimal_parts_of
 from lcpcli.report import solutions
 
@@ -540,10 +542,12 @@ def test_a_game_whose_payoffs_sum_to_a_constant_has_one_subset() -> None:
     assert faces > 2
 
 
-@pytest.mark.parametrize("limit", ["MAX_STRATEGIES", "MAX_VERTICES"])
+@pytest.mark.parametrize("seconds", [np.inf, 2e-4, 0.0])
 def test_branch_and_bound_finds_the_same_equilibria_as_vertices(
-    limit: str, monkeypatch: pytest.MonkeyPatch
+    seconds: float, monkeypatch: pytest.MonkeyPatch
 ) -> None:
+    """Also if it is stopped after some of them, or after the first node, and the others
+    come from vertices."""
     generator, faces = np.random.default_rng(12), 0
     for _ in range(LISTS):
         shape = (2, *generator.integers(1, 7, 2))
@@ -552,12 +556,134 @@ def test_branch_and_bound_finds_the_same_equilibria_as_vertices(
         by_vertices, by_branches = (lcpcli.solutions(problem) for _ in range(2))
         is_isolated = [piece.is_point for piece in by_vertices]
         with monkeypatch.context() as patched:
-            patched.setattr(bimatrix, limit, 0)
+            patched.setattr(pieces, "MAX_VERTICES_AT_FIRST", 0)
+            patched.setattr(pieces, "SECONDS_AT_FIRST", seconds)
             assert len(list(by_branches)) == len(is_isolated)
+        assert by_branches.complete
         assert by_vertices.arranged().pieces == by_branches.arranged().pieces
         assert by_vertices.equilibria == by_branches.equilibria
         faces += not all(is_isolated)
     assert 0 < faces < LISTS
+
+
+@pytest.mark.parametrize("limit", ["MAX_STRATEGIES", "MAX_VERTICES"])
+def test_branch_and_bound_goes_on_where_there_are_too_many_vertices(
+    limit: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    problem = lcpcli.from_game(np.eye(5), np.eye(5))
+    monkeypatch.setattr(pieces, "MAX_VERTICES_AT_FIRST", 0)
+    monkeypatch.setattr(pieces, "SECONDS_AT_FIRST", 0.0)
+    monkeypatch.setattr(bimatrix if limit == "MAX_STRATEGIES" else pieces, limit, 0)
+    listed = lcpcli.solutions(problem)
+    assert (len(set(map(str, listed))), len(listed.pieces)) == (31, 31)
+    assert listed.complete
+
+
+def test_pieces_of_many_bases_come_from_vertices_if_these_are_few_enough(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    problem = lcpcli.from_game([[1, 1, 0], [1, 1, 0]], [[2, 2, 0], [2, 2, 0]])
+    expected = lcpcli.solutions(problem)
+    assert {len(piece.vertices) for piece in expected} == {4}
+    monkeypatch.setattr(pieces, "MAX_VERTICES_AT_FIRST", 0)
+    monkeypatch.setattr(pieces, "MAX_BASES_AT_FIRST", 1)
+    for most in (0, 15_000):
+        monkeypatch.setattr(pieces, "MAX_VERTICES", most)
+        listed = lcpcli.solutions(problem)
+        assert [len(piece.vertices) for piece in listed] == [4]
+        assert listed.equilibria == expected.equilibria
+
+
+class Stop(Exception):
+    """What `check` raises."""
+
+
+def stopping_after(steps: int) -> Callable[[], None]:
+    """Return a `check` that raises Stop after so many calls."""
+    left = iter(range(steps))
+
+    def check() -> None:
+        if next(left, None) is None:
+            raise Stop
+
+    return check
+
+
+def test_a_search_stops_at_any_vertex_of_a_piece(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """All pairs of pure strategies are the vertices of one piece."""
+    data = ExactProblem.of_problem(lcpcli.from_game(*np.zeros((2, 8, 12))))
+    steps = count()
+    subsets = bimatrix.nash_subsets(data, 8, 1000, lambda: next(steps))
+    assert subsets is not None
+    assert len(list(next(subsets))) == 8 * 12
+    before = next(steps)
+    states_of, calls = pieces.states_of, count()
+
+    def counted(*arguments: Any) -> pieces.Words:
+        next(calls)
+        return states_of(*arguments)
+
+    monkeypatch.setattr(pieces, "states_of", counted)
+    with pytest.raises(Stop):
+        next(pieces.pieces(data, stopping_after(before + 10)))
+    assert next(calls) == 10
+
+
+@pytest.mark.parametrize("shape", [(11, 14), (8, 30)])
+def test_an_equilibrium_of_a_game_with_many_vertices_is_known_before_these_are(
+    shape: tuple[int, int],
+) -> None:
+    """It takes fewer steps than the vertices, of which there are thousands."""
+    payoffs = np.random.default_rng(1).integers(-99, 100, (2, *shape))
+    data = ExactProblem.of_problem(lcpcli.from_game(*payoffs))
+    steps, all_steps = count(), count()
+    first = next(pieces.pieces(data, lambda: next(steps)))
+    assert data.is_solution(first.vertices[0])
+    m = shape[0]
+    assert bimatrix.nash_subsets(data, m, 1000, lambda: None) is None
+    bimatrix.nash_subsets(data, m, 15_000, lambda: next(all_steps))
+    assert 2 * next(steps) < next(all_steps)
+
+
+def test_pairs_of_vertices_are_computed_in_parts(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """Between them the search may stop; one row at a time has the same result."""
+    data = ExactProblem.of_problem(lcpcli.from_game(np.eye(5), np.eye(5)))
+    steps = []
+    listed = []
+    for max_entries in (4_000_000, 1):
+        monkeypatch.setattr(double_description, "MAX_ENTRIES", max_entries)
+        calls = count()
+        subsets = bimatrix.nash_subsets(data, 5, 1000, lambda calls=calls: next(calls))
+        assert subsets is not None
+        enumerated = next(calls)
+        listed.append([list(subset) for subset in subsets])
+        steps.append(next(calls) - enumerated)
+    assert listed[0] == listed[1]
+    assert len(listed[0]) == 31
+    # One step less than there are vertices of the first polyhedron.
+    assert steps[1] - steps[0] == 30
+
+
+def test_rows_are_combined_only_as_far_as_a_search_goes() -> None:
+    """Each row of a matrix has all columns but one, so that any columns but none and
+    all belong to a submatrix without zeros."""
+    combined, n = count(), 10
+
+    class Bits(int):
+        def __and__(self, other: int) -> int:
+            next(combined)
+            return int(self) & other
+
+    columns = [Bits(2**n - 1 - 2**i) for i in range(n)]
+    assert len(list(bimatrix._maximal(columns, n, lambda: None))) == 2**n - 2
+    combined = count()
+    with pytest.raises(Stop):
+        list(bimatrix._maximal(columns, n, stopping_after(n + 600)))
+    assert next(combined) == 600
 
 
 def test_a_game_from_a_tournament_has_many_subsets_of_many_vertices() -> None:
