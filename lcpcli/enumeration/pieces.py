@@ -50,9 +50,10 @@ MAX_FOR_TREE = 10
 # Vertices of a polyhedron of a game up to which they are enumerated at once, which
 # takes less than a tenth of a second.
 MAX_VERTICES_AT_FIRST = 1000
-# The work of branch and bound, in seconds by `Effort`, before more are enumerated, and
-# the number of vertices up to which that takes less time than branch and bound.
-SECONDS_AT_FIRST = 5.0
+# The steps of branch and bound before more vertices are enumerated, times the n^2
+# entries of a dictionary: they take about two seconds.
+ENTRIES_AT_FIRST = 20_000_000
+# Vertices up to which they are enumerated in less time than branch and bound takes.
 MAX_VERTICES = 15_000
 POINT, PIECE = "a point", "a piece"
 # Unknowns up to which branch and bound is faster than testing components for scalings
@@ -226,12 +227,12 @@ def pieces(data: ExactProblem, check: Callable[[], None]) -> Iterator[Piece]:
     `check` is called before each step and may raise.
     """
     m = _strategies(data)
-    effort = elimination.Effort()
-    count_step = effort.steps(data)
+    entries = 0
 
     def check_and_count() -> None:
+        nonlocal entries
+        entries += data.n**2
         check()
-        count_step()
 
     late: list[Callable[[], Piece | None]] = []
     branches = _by_branches(data, m, late, check_and_count)
@@ -242,7 +243,7 @@ def pieces(data: ExactProblem, check: Callable[[], None]) -> Iterator[Piece]:
             if piece is not None:
                 yielded.add(frozenset(piece.vertices))
                 yield piece
-            if effort.spent > SECONDS_AT_FIRST:
+            if entries > ENTRIES_AT_FIRST:
                 break
         else:
             if not late:
