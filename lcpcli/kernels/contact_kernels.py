@@ -22,7 +22,7 @@ from lcpcli.kernels.kernels import (
     factorize,
     solve,
 )
-from lcpcli.linalg.doubles import EPS, ROUNDING, ROW_ROUNDING
+from lcpcli.linalg.doubles import ROUNDING, ROW_ROUNDING, SYSTEM_ROUNDING
 from lcpcli.linalg.matrices import TINY_TERMS
 from lcpcli.model.box import BASIC, LOWER, UPPER
 from lcpcli.verify.measure import CERTAIN
@@ -116,12 +116,11 @@ def _motion(contacts: Any, statuses: Any, x: Any) -> Any:
         high[tangents[k]] = mu[k] * max(x[normals[k]], 0.0)
         low[tangents[k]] = -high[tangents[k]]
         is_closed[tangents[k]] = high[tangents[k]] == 0.0
-    inside, small, is_outside = x.copy(), EPS * np.abs(x).max(), False
+    inside, is_outside = x.copy(), False
+    small = SYSTEM_ROUNDING * np.abs(x).max()
     for i in range(n):
         inside[i] = min(max(x[i], low[i]), high[i])
-        is_wrong[i] = (
-            abs(x[i] - inside[i]) > small and statuses[i] == BASIC and not is_closed[i]
-        )
+        is_wrong[i] = abs(x[i] - inside[i]) > small and statuses[i] == BASIC
         is_outside |= is_wrong[i]
     for t in tangents:
         if abs(inside[t]) <= ROUNDING * high[t]:
@@ -130,7 +129,7 @@ def _motion(contacts: Any, statuses: Any, x: Any) -> Any:
     w, terms = _velocities(contacts, at)
     is_right = True
     for i in range(n):
-        is_pulled = statuses[i] * w[i] > ROW_ROUNDING * terms[i]
+        is_pulled = statuses[i] * w[i] > SYSTEM_ROUNDING * terms[i]
         is_wrong[i] |= is_pulled and low[i] < high[i]
         is_right &= not is_wrong[i]
     for i in range(n):
@@ -139,7 +138,7 @@ def _motion(contacts: Any, statuses: Any, x: Any) -> Any:
         elif is_wrong[i]:
             statuses[i] = BASIC
         if is_closed[i] and not is_right:
-            statuses[i] = -np.sign(w[i])
+            statuses[i] = UPPER if w[i] < 0.0 else LOWER
     return at, w, terms, is_right
 
 
@@ -153,7 +152,7 @@ def _z(contacts: Any, x: Any, w: Any, terms: Any) -> Any:
     for k in range(mu.size):
         t = tangents[k]
         friction = mu[k] * x[normals[k]]
-        zero, rounding = ROW_ROUNDING * terms[t], ROUNDING * friction
+        zero, rounding = SYSTEM_ROUNDING * terms[t], ROUNDING * friction
         z[t] = x[t] + friction
         if z[t] <= rounding and w[t] > zero:
             z[t] = 0.0

@@ -31,6 +31,10 @@ LARGEST_DOUBLE = float(np.finfo(np.float64).max)
 # The rounding error in a row of w = M z + q is assumed to be at most this times |q_i| +
 # |M_i| |z|, however long the row is, as the errors of its terms largely cancel.
 ROW_ROUNDING = 8 * EPS
+# The solution of a linear system has errors of the size of its condition number times
+# EPS; this is what they are assumed to be for systems of contacts, relative to the
+# largest impulse, and to the terms of the rows.
+SYSTEM_ROUNDING = 1e-12
 # A number of this size relative to z_j, or to |q_i| + |M_i| |z|, may be the result of
 # rounding z and w in what is exactly 0.
 ROUNDING = 4 * EPS

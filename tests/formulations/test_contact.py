@@ -374,6 +374,17 @@ def test_a_stack_at_rest_keeps_its_states_though_its_contacts_are_redundant() ->
     assert set(routes[-20:]) == {("newton",)}
 
 
+def test_a_step_with_the_data_of_the_one_before_takes_one_system() -> None:
+    """Also where impulses are not unique, and some are at the limit of friction though
+    nothing slides."""
+    for _, (W, q, *_), _ in list(falling(240, False))[::6]:
+        solver = lcpcli.Solver(lcpcli.from_contact(W, q, 0.5))
+        assert solver.solve().solved
+        solver.update(W=W, q=q)
+        result = solver.solve()
+        assert (result.route, result.iterations) == (("newton",), 1)
+
+
 @pytest.mark.parametrize("dimension", [2, 3])
 def test_a_solver_with_another_q_answers_for_the_b_that_makes_it(
     dimension: int,

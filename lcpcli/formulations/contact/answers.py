@@ -17,7 +17,7 @@ import numpy as np
 
 from lcpcli.errors import count, listed
 from lcpcli.formulations.contact.friction import Contact
-from lcpcli.linalg.doubles import ROUNDING, ROW_ROUNDING, number_of
+from lcpcli.linalg.doubles import ROUNDING, ROW_ROUNDING, SYSTEM_ROUNDING, number_of
 from lcpcli.linalg.matrices import absolute_product, product
 from lcpcli.model.formulation import Answer
 from lcpcli.model.problem import Problem
@@ -342,9 +342,9 @@ def _is_solved(contact: Contact, z: Vector, tol: float) -> bool:
     """
     motion = motion_at(contact, z)
     x, w, terms = motion
-    # Almost every result satisfies the conditions up to rounding, which needs no
-    # measure.
-    rounding = ROW_ROUNDING * terms
+    # Almost every result satisfies the conditions up to rounding errors of the system
+    # that it solves, which needs no measure, as z has been measured.
+    rounding = min(SYSTEM_ROUNDING, tol) * terms
     if number_of(abs(w) <= rounding) == w.size:
         return True
     lower, upper = contact.box(x)
@@ -366,7 +366,7 @@ def point_of(contact: Contact, motion: Motion) -> Vector:
     x = motion.x
     max_friction = friction.coefficients * x[friction.normals]
     w = motion.w[tangents]
-    zero = ROW_ROUNDING * motion.terms[tangents]
+    zero = SYSTEM_ROUNDING * motion.terms[tangents]
     beta, slips = x[tangents] + max_friction, np.zeros(w.size)
     if number_of(abs(w) <= zero) < w.size:
         rounding = ROUNDING * max_friction

@@ -17,7 +17,7 @@ import numpy as np
 
 from lcpcli.formulations.contact.answers import Motion, point_of, without_rounding
 from lcpcli.formulations.contact.friction import Contact
-from lcpcli.linalg.doubles import EPS, ROW_ROUNDING, largest, number_of
+from lcpcli.linalg.doubles import SYSTEM_ROUNDING, largest, number_of
 from lcpcli.model.box import BASIC, LOWER, UPPER
 from lcpcli.model.formulation import Proposal
 from lcpcli.model.problem import Problem
@@ -124,16 +124,15 @@ class _Step:
         max_friction = self.mu * np.maximum(x[self.normals], 0.0)
         tangential = np.maximum(x[tangents], -max_friction)
         inside[tangents] = np.minimum(tangential, max_friction)
-        is_wrong = np.abs(x - inside) > EPS * size
+        is_wrong = np.abs(x - inside) > SYSTEM_ROUNDING * size
         is_outside = number_of(is_wrong) > 0
         if is_outside:
             is_wrong &= statuses == BASIC
-            is_wrong[tangents[max_friction == 0.0]] = False
             is_outside = number_of(is_wrong) > 0
         if not is_outside:
             inside[tangents] = without_rounding(inside[tangents], max_friction)
         motion = Motion.of_impulses(contact, x if is_outside else inside)
-        is_pulled = statuses * motion.w > ROW_ROUNDING * motion.terms
+        is_pulled = statuses * motion.w > SYSTEM_ROUNDING * motion.terms
         if not (is_outside or number_of(is_pulled)):
             return motion
         lower, upper = contact.box(x)
@@ -143,8 +142,9 @@ class _Step:
         limits = np.where(x < lower, LOWER, UPPER)
         exchanged = np.where(statuses == BASIC, limits, BASIC)
         statuses[is_wrong] = exchanged[is_wrong]
+        # Their tangential impulses are 0, whatever their velocities are.
         closed = tangents[max_friction == 0.0]
-        statuses[closed] = -np.sign(motion.w[closed])
+        statuses[closed] = np.where(motion.w[closed] < 0, UPPER, LOWER)
         return None
 
 
