@@ -297,12 +297,13 @@ class InputFile:
 
         # The formulation may keep its numbers as written.
         formulation: Any = problem.formulation
-        parts = formulation.exact_conditions()
+        if formulation.is_of_doubles and not self.kind.has_arrays:
+            read = self.within(written, lambda number: made(self.fields_as(number)))
+            formulation = read.distinct.formulation
+            parts = self.within(formulation.exact_conditions, read.number)
+        else:
+            parts = formulation.exact_conditions()
         if parts is not None:
-            if formulation.is_of_doubles and not self.kind.has_arrays:
-                read = self.within(written, lambda number: made(self.fields_as(number)))
-                formulation = read.distinct.formulation
-                parts = self.within(formulation.exact_conditions, read.number)
             return ExactProblem(problem, *parts)
         M, q_in_file, lower, upper = self._exact_parts(lacks_q=q is not None)
         exact_q = q_in_file if q is None else q.exact_vector("q")

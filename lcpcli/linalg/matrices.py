@@ -34,6 +34,7 @@ from lcpcli.linalg.doubles import (
     MAX_LOOPED_ENTRIES,
     ROW_ROUNDING,
     SMALLEST_NORMAL,
+    number_of,
     sizes,
 )
 from lcpcli.typing import Indices, Mask, Matrix, Vector
@@ -72,8 +73,11 @@ def is_sparse(M: Any) -> bool:
 
 
 def are_equal(A: Matrix, B: Matrix) -> bool:
+    """Return whether two arrays, dense or sparse, have the same shape and numbers."""
     if A is B or A.shape != B.shape:
         return A is B
+    if not (is_sparse(A) or is_sparse(B)):
+        return not number_of(A != B)
     if is_sparse(A) and is_sparse(B) and A.format == B.format == "csr":
         same_arrays = (
             np.array_equal(getattr(A, name), getattr(B, name))

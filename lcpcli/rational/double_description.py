@@ -106,16 +106,18 @@ def _edges(
     """
     above, below = np.flatnonzero(signs > 0), np.flatnonzero(signs < 0)
     sizes = positive.sum(axis=1)
-    most = positive.shape[1] - (d - 2)
+    max_size = positive.shape[1] - (d - 2)
     for part in parts(above, len(below), check):
         common = positive[part] @ positive[below].T
         sizes_of_both = sizes[part, np.newaxis] + sizes[below] - common
-        candidates = np.argwhere(sizes_of_both <= most)
+        candidates = np.argwhere(sizes_of_both <= max_size)
         for some in parts(candidates, len(positive), check):
             i, j = some.T
             pairs = np.array([part[i], below[j]])
             # A ray with d - 1 zeros has an edge for each d - 2 of them.
-            is_edge = (sizes_of_both[i, j] == most) & (sizes[pairs[0]] == most - 1)
+            is_edge = (sizes_of_both[i, j] == max_size) & (
+                sizes[pairs[0]] == max_size - 1
+            )
             zero = 1 - np.maximum(*positive[pairs[:, ~is_edge]])
             is_edge[~is_edge] = (zero @ positive.T == 0).sum(axis=1) == 2
             yield pairs[:, is_edge]

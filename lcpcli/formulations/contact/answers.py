@@ -392,10 +392,12 @@ def verified(contact: Contact, proposed: Proposed) -> Verification:
     data, n = proposed.data, contact.b.size
     z = x + zeros(data.n - n)
     tangents = friction.tangents[:, 0].tolist()
-    # A row of lambda is 2 mu x_f - beta, where beta = x_t + mu x_f.
-    for row, t in enumerate(tangents, n):
+    for t in tangents:
         z[t] = Fraction(0)
-        z[t] = x[t] + data.w(z)[row] / 2
+    # The row of a lambda is 2 mu x_f - beta, here with beta = 0, which is x_t + mu x_f.
+    twice_friction = data.w(z)[n:]
+    for t, twice in zip(tangents, twice_friction, strict=True):
+        z[t] = x[t] + twice / 2
     w = data.w(z)
     for row, t in enumerate(tangents, n):
         z[row] = max(-w[t], Fraction(0))

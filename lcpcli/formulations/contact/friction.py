@@ -21,8 +21,8 @@ from lcpcli.files import fields as files
 from lcpcli.files.json_format import sparse_matrix
 from lcpcli.formulations.contact import cones
 from lcpcli.formulations.contact.cones import Form, Friction
-from lcpcli.linalg.doubles import EPS, number_of
-from lcpcli.linalg.matrices import compressed, is_sparse, product
+from lcpcli.linalg.doubles import EPS
+from lcpcli.linalg.matrices import are_equal, compressed, is_sparse, product
 from lcpcli.model.arrays import (
     FROM_0,
     as_flat,
@@ -672,13 +672,6 @@ def _impact(
     velocities = as_vector("before", before, q.size, "velocity")
     impact = Impact(q, coefficients, velocities, np.zeros(q.size))
     return impact._replace(shift=rounded(impact.exact_shift(normals)))
-
-
-def are_equal(array: Any, other: Any) -> bool:
-    """Return whether two arrays have the same shape and numbers."""
-    return array is other or (
-        array.shape == other.shape and not number_of(array != other)
-    )
 
 
 def _integer(raw_value: Any) -> int:

@@ -18,11 +18,11 @@ from lcpcli.errors import (
 )
 from lcpcli.formulations.contact.friction import (
     Contact,
-    are_equal,
     of_delassus,
     of_findex,
     same_coefficients,
 )
+from lcpcli.linalg.matrices import are_equal
 from lcpcli.model.arrays import as_square, as_vector, readonly_matrix
 from lcpcli.model.box import BASIC, LOWER, UPPER
 from lcpcli.model.problem import Problem
