@@ -1,3 +1,3 @@
 """The version of the package."""
 
-VERSION = "1.17.0"
+VERSION = "1.18.0"
