@@ -111,10 +111,11 @@ def problem_of(content: bytes, path: str) -> Problem | NonlinearProblem:
 def lcp(
     capfd: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> Callable[..., Outcome]:
-    """Run `lcp ARGUMENTS` in this process, as the installed command does."""
+    """Run `lcp LINE` in this process, as the installed command does; words that are
+    given beside the line are not split."""
 
-    def run(*arguments: str) -> Outcome:
-        monkeypatch.setattr("sys.argv", ["lcp", *arguments])
+    def run(line: str = "", *more: str) -> Outcome:
+        monkeypatch.setattr("sys.argv", ["lcp", *shlex.split(line), *more])
         # A busy machine adds no line to tables.
         monkeypatch.setattr("lcpcli.report.outcome.WIDE_SPREAD", math.inf)
         # A call that was abandoned must not end the tests.
@@ -253,7 +254,7 @@ def refused(
             lambda *given, **named: solved.append(run(*given, **named)) or solved[-1],
         )
         before = entries_of(folder)
-        outcome = lcp(*shlex.split(command))
+        outcome = lcp(command)
         line = outcome.err.removesuffix("\n")
         assert (outcome.code, outcome.err) == (2, f"{line}\n")
         made = [json.loads(text) for text in outcome.out.splitlines()]

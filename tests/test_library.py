@@ -44,7 +44,7 @@ def test_result_and_inspection_are_what_the_command_writes(
     result = lcpcli.run(lcpcli.read(EXAMPLE), "shi", trace=True)
     ours, theirs = (
         result.to_dict(),
-        json.loads(lcp("solve", EXAMPLE, "--method", "shi", "--format", "json").out),
+        json.loads(lcp(f"solve {EXAMPLE} --method shi --format json").out),
     )
     assert json.loads(result.to_json()) == ours
     assert "\n" not in result.to_json()
@@ -57,7 +57,7 @@ def test_result_and_inspection_are_what_the_command_writes(
     assert len(ours["trace"]) == result.iterations + 1
     assert (
         repr(lcpcli.inspect(result.problem))
-        == lcp("inspect", EXAMPLE, "--all").out.rstrip()
+        == lcp(f"inspect {EXAMPLE} --all").out.rstrip()
     )
     failed = lcpcli.run(result.problem, "shi", max_iterations=1)
     assert failed.to_dict()["advice"] == failed.advice
@@ -69,7 +69,7 @@ def test_check_reports_what_the_command_does_and_verifies_proofs(
     problem = lcpcli.read(EXAMPLE)
     assert (
         repr(lcpcli.check(problem, [0, 1, 1, 0]))
-        == lcp("check", EXAMPLE, "0,1,1,0").out.rstrip()
+        == lcp(f"check {EXAMPLE} 0,1,1,0").out.rstrip()
     )
     assert lcpcli.check(problem, lcpcli.run(problem).z)
     assert not lcpcli.check(INFEASIBLE, [1.0], tol=1e-3)

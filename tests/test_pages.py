@@ -306,7 +306,7 @@ def test_there_are_two_commands_and_ci_runs_exactly_these() -> None:
 def test_json_examples_are_solved(text: str, lcp: Lcp, tmp_path: Path) -> None:
     file = tmp_path / "problem.json"
     file.write_text(text)
-    assert lcp("solve", str(file), "-q").code == 0
+    assert lcp(f"solve {file} -q").code == 0
 
 
 def test_every_status_and_its_exit_code_is_documented() -> None:
@@ -340,7 +340,7 @@ def test_every_key_of_a_result_in_json_is_documented(lcp: Lcp) -> None:
     rows = re.findall(r"^\| ((?:`\w+`(?:, )?)+) \|", page, re.MULTILINE)
     shown = [name for row in rows for name in re.findall(r"\w+", row)]
     keys = json.loads(
-        lcp("solve", str(ROOT / "problems" / "bimatrix.json"), "--format", "json").out
+        lcp(f"solve {ROOT / 'problems' / 'bimatrix.json'} --format json").out
     )
     assert sorted(shown) == sorted(keys)
 

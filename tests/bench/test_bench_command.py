@@ -121,7 +121,7 @@ def test_other_solvers_may_lie_take_some_problems_or_be_missing(
     assert [
         (row.claimed, row.success, row.false_success, row.kind) for row in lied
     ] == 3 * [(True, False, True, "peer")]
-    shown = lcp("bench", "--resume", str(output))
+    shown = lcp(f"bench --resume {output}")
     assert shown.code == 1
     scores = {
         line.split()[0]: line.split()[1:4]
@@ -164,7 +164,7 @@ def test_interrupted_bench_keeps_its_rows(
         ("one.json", "impatient"),
         ("two.json", "auto"),
     ]
-    assert lcp("bench", "--resume", str(output), "-q").code == 0
+    assert lcp(f"bench --resume {output} -q").code == 0
     whole = records.read(str(output))
     assert whole.measurements[:3] == done.measurements
     assert keys(whole) == [
@@ -192,7 +192,7 @@ def test_bench_that_was_killed_goes_on_behind_the_last_whole_line(
     assert whole.count(b"\n") == 1
     output.write_bytes(texts[-1][: len(texts[-1]) - cut])
     assert len(records.read(str(output)).measurements) == 5 - bool(cut)
-    assert lcp("bench", "--resume", str(output), "-q").code == 0
+    assert lcp(f"bench --resume {output} -q").code == 0
     assert keys(records.read(str(output))) == keys(done)
 
 
@@ -204,32 +204,28 @@ def test_what_was_measured_elsewhere_is_shown_as_it_is_but_not_resumed(
     text = render(record, "json", None, False)
     output.write_text(text)
     assert (
-        lcp("bench", "--resume", str(output), "--format", "json").out
-        == text
-        == output.read_text()
+        lcp(f"bench --resume {output} --format json").out == text == output.read_text()
     )
     output.write_text(json.dumps({**json.loads(text), "measurements": []}))
-    assert_refused(
-        lcp("bench", "--resume", str(output)), "--resume: was measured with cores"
-    )
+    assert_refused(lcp(f"bench --resume {output}"), "--resume: was measured with cores")
 
 
 def test_progress_is_shown_on_a_terminal_alone(
     tmp_path: Path, lcp: Lcp, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     files = bench_problems.write(tmp_path, "one")
-    arguments = ("bench", *files, *FAST, "--method", "auto", "--method", "lemke")
-    assert lcp(*arguments).err == ""
+    line = f"bench {' '.join(files)} --budget 0 --method auto --method lemke"
+    assert lcp(line).err == ""
     monkeypatch.setenv("TERM", "xterm")
     monkeypatch.setattr("lcpcli.cli.terminal.PATIENCE", 0.0)
     monkeypatch.setattr("sys.stderr.isatty", lambda: True, raising=False)
-    shown = lcp(*arguments).err
+    shown = lcp(line).err
     assert [
         word
         for word in ("one.json: auto", "one.json: lemke", "1/2")
         if word not in shown
     ] == []
-    quiet = lcp(*arguments, "-q")
+    quiet = lcp(f"{line} -q")
     assert (quiet.code, quiet.out, quiet.err) == (0, "", "")
 
 
@@ -254,32 +250,19 @@ def test_bench_that_another_run_writes_is_left_to_it_behind_a_link_too(
     files = bench_problems.write(tmp_path, "one", "two")
     output, name = tmp_path / "r.json", tmp_path / "link.json"
     name.symlink_to(output)
-    bench = (
-        "bench",
-        *files,
-        "--budget",
-        "0",
-        "--method",
-        "auto",
-        "-o",
-        str(name),
-        "-q",
-    )
+    bench = f"bench {' '.join(files)} --budget 0 --method auto -o {name} -q"
     with reserve([str(output)]):
-        assert_refused(lcp(*bench), f"{name}: is being written by another run")
-    assert lcp(*bench).code == 0
+        assert_refused(lcp(bench), f"{name}: is being written by another run")
+    assert lcp(bench).code == 0
     with reserve([str(output)]):
         # Nothing is left, so that nothing is written.
-        assert lcp("bench", "--resume", str(name), "-q").code == 0
+        assert lcp(f"bench --resume {name} -q").code == 0
     record = records.read(str(output))
     del record.measurements[1:]
     output.write_text(render(record, "json", None, False))
     with reserve([str(output)]):
-        assert (
-            "is being written by another run"
-            in lcp("bench", "--resume", str(name), "-q").err
-        )
-    assert lcp("bench", "--resume", str(name), "-o", str(output), "-q").code == 0
+        assert "is being written by another run" in lcp(f"bench --resume {name} -q").err
+    assert lcp(f"bench --resume {name} -o {output} -q").code == 0
     assert len(records.read(str(output)).measurements) == len(files)
     assert not [*tmp_path.glob(".*")]
 
@@ -291,6 +274,6 @@ def test_a_missing_problem_is_refused_before_a_bench_goes_on(
     record = json.loads(output.read_text())
     output.write_text(begun := json.dumps(record | {"measurements": []}))
     (tmp_path / "none.json").unlink()
-    outcome = lcp("bench", "--resume", str(output))
+    outcome = lcp(f"bench --resume {output}")
     assert_refused(outcome, "none.json: ")
     assert output.read_text() == begun

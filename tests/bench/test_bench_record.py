@@ -246,7 +246,7 @@ def test_bench_of_linear_and_nonlinear_problems_leaves_out_what_does_not_take_th
         "market.nl"
     )
     assert_refused(
-        lcp("bench", "market.nl", "--infinity", "1e20"),
+        lcp("bench market.nl --infinity 1e20"),
         "--infinity: ",
     )
 

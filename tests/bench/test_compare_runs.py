@@ -129,8 +129,8 @@ def test_records_of_lcp_bench_are_compared_and_logs_of_lcp_solve(
     lcp: Lcp, capfd: pytest.CaptureFixture[str]
 ) -> None:
     for file, p in (("old.json", "1e15"), ("new.json", "10")):
-        given = ("--method", "newton", "--method", f"shi:p={p}", "--budget", "0")
-        assert lcp("bench", FIRST, *given, "-o", file, "-q").code == 0
+        given = f"--method newton --method shi:p={p} --budget 0"
+        assert lcp(f"bench {FIRST} {given} -o {file} -q").code == 0
     found = {
         change.key[1]: change.verdict
         for change in changes_between(["old.json", "new.json"])
@@ -138,15 +138,8 @@ def test_records_of_lcp_bench_are_compared_and_logs_of_lcp_solve(
     assert {found["shi:p=1e15"], found["shi:p=10"]} == {"gone", "new"}
     for limit in ("100", "2"):
         lcp(
-            "solve",
-            FIRST,
-            SECOND,
-            "--method",
-            "fixed-point",
-            "--max-iterations",
-            limit,
-            "-o",
-            f"log{limit}.jsonl",
+            f"solve {FIRST} {SECOND} --method fixed-point --max-iterations "
+            f"{limit} -o log{limit}.jsonl"
         )
     assert main(["log100.jsonl", "log2.jsonl"]) == 1
     told = capfd.readouterr().out
@@ -272,30 +265,19 @@ def test_every_value_that_is_asked_for_runs(lcp: Lcp) -> None:
         lcp, "--method", "shi:p=10", "--method", "shi:k-star=7", "--p", "50"
     )
     assert [run["options"]["p"] for run in runs] == [10, 50]
-    result = json.loads(
-        lcp("solve", EXAMPLE, "--method", "shi:k-star=5", "--format", "json").out
-    )
+    result = json.loads(lcp(f"solve {EXAMPLE} --method shi:k-star=5 --format json").out)
     assert result["options"]["k_star"] == 5
 
 
 def test_bench_measures_variants_and_resumes_them(lcp: Lcp, tmp_path: Path) -> None:
     output = str(tmp_path / "bench.json")
-    given = (
-        "--method",
-        "shi",
-        "--method",
-        "newton",
-        "--sweep",
-        "p=100,1e4",
-        "--budget",
-        "0",
-    )
-    outcome = lcp("bench", EXAMPLE, *given, "-o", output)
+    given = "--method shi --method newton --sweep p=100,1e4 --budget 0"
+    outcome = lcp(f"bench {EXAMPLE} {given} -o {output}")
     assert (outcome.code, outcome.err) == (0, "lcp: 3 of 3 measurements succeeded\n")
     record = records.read(output)
     assert record.methods == ["shi:p=100", "shi:p=1e4", "newton"]
     assert [row.solver for row in record.measurements] == record.methods
-    resumed = lcp("bench", "--resume", output, "--format", "csv")
+    resumed = lcp(f"bench --resume {output} --format csv")
     lines = list(
         csv.DictReader(
             line for line in resumed.out.splitlines() if not line.startswith("#")
@@ -303,4 +285,4 @@ def test_bench_measures_variants_and_resumes_them(lcp: Lcp, tmp_path: Path) -> N
     )
     assert resumed.code == 0
     assert [line["solver"] for line in lines] == record.methods
-    assert_refused(lcp("bench", "--resume", output, "--sweep", "p=1,2"))
+    assert_refused(lcp(f"bench --resume {output} --sweep p=1,2"))

@@ -469,14 +469,7 @@ def test_long_solve_shows_its_line_on_standard_error(
     monkeypatch.setattr("lcpcli.solving.loop.INTERVAL", 0.0)
     assert (folder / "none.json").exists()  # so that the iterates run off for ever
     outcome = lcp(
-        "solve",
-        "none.json",
-        "--method",
-        "fixed-point",
-        "--max-iterations",
-        "200",
-        "--format",
-        "json",
+        "solve none.json --method fixed-point --max-iterations 200 --format json"
     )
     *shown, last = lines_in(stream)
     assert (outcome.out[:1], outcome.out.count("\n"), last) == ("{", 1, "")

@@ -50,10 +50,10 @@ def test_list_that_is_stopped_while_numbers_are_read_is_none(
 def test_long_table_is_cut_and_says_so(
     name: str, lcp: Lcp, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    whole = lcp("solve", f"{name}.json", "--all").out.split("\n\n")
+    whole = lcp(f"solve {name}.json --all").out.split("\n\n")
     monkeypatch.setattr(solutions, "MAX_LINES", 2)
     monkeypatch.setattr(solutions.wording, "LINE_ENTRIES", 1)
-    head, rows = lcp("solve", f"{name}.json", "--all").out.split("\n\n")
+    head, rows = lcp(f"solve {name}.json --all").out.split("\n\n")
     assert re.search(
         r"the first 2 of [34] rows; --format json and csv have all of them", head
     )
@@ -66,7 +66,7 @@ def test_long_table_is_cut_and_says_so(
 
 
 def test_a_path_of_the_command_is_that_of_python(lcp: Lcp) -> None:
-    found = record(lcp("path", "first.json", "last.json", "--format", "json"))
+    found = record(lcp("path first.json last.json --format json"))
     own = lcpcli.path(lcpcli.read("first.json"), lcpcli.read("last.json")).to_dict()
     assert own.keys() == found.keys()
     assert {**found, "file": None, "to_file": None, "seconds": 0} == {

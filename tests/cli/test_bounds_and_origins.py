@@ -46,64 +46,33 @@ def files(in_folder: Path) -> Path:
 def test_check_inspect_convert_compare_and_bench_read_the_same_problem_as_solve(
     lcp: Lcp,
 ) -> None:
-    infinity = ("--infinity", "1e20")
-    assert lcp("solve", "far.json", *infinity, "-o", "z.csv").code == 0
-    assert lcp("check", "far.json", "z.csv", *infinity).code == 0
-    assert lcp("check", "far.json", "z.csv", *infinity, "--exact").code == 0
-    assert lcp("inspect", "far.json", *infinity).out.startswith("far: n = 6 ")
-    assert lcp("convert", "far.json", *infinity, "-o", "near.json") == Outcome(
+    infinity = "--infinity 1e20"
+    assert lcp(f"solve far.json {infinity} -o z.csv").code == 0
+    assert lcp(f"check far.json z.csv {infinity}").code == 0
+    assert lcp(f"check far.json z.csv {infinity} --exact").code == 0
+    assert lcp(f"inspect far.json {infinity}").out.startswith("far: n = 6 ")
+    assert lcp(f"convert far.json {infinity} -o near.json") == Outcome(
         0, "", "lcp: wrote near.json\n"
     )
     near = read("near.json")
     assert near.n == read("far.json", infinity=1e20).n == 6
     assert not (near.q != from_qp(**FAR, infinity=1e20).q).any()
     assert (
-        record(
-            lcp(
-                "compare",
-                "far.json",
-                *infinity,
-                "--method",
-                "newton",
-                "--format",
-                "json",
-            )
-        )["n"]
+        record(lcp(f"compare far.json {infinity} --method newton --format json"))["n"]
         == 6
     )
-    lcp(
-        "bench",
-        "far.json",
-        *infinity,
-        "--method",
-        "newton",
-        "--budget",
-        "0",
-        "-o",
-        "bench.json",
-        "-q",
-    )
+    lcp(f"bench far.json {infinity} --method newton --budget 0 -o bench.json -q")
     assert json.loads(Path("bench.json").read_text())["measurements"][0]["n"] == 6
-    assert lcp("bench", "--resume", "bench.json", "-q").code == 0
-    lcp(
-        "bench",
-        "lcp.json",
-        "--method",
-        "newton",
-        "--budget",
-        "0",
-        "-o",
-        "older.json",
-        "-q",
-    )
+    assert lcp("bench --resume bench.json -q").code == 0
+    lcp("bench lcp.json --method newton --budget 0 -o older.json -q")
     text = Path("older.json").read_text()
     assert ', "infinity": null' in text
     Path("older.json").write_text(text.replace(', "infinity": null', ""))
-    assert lcp("bench", "--resume", "older.json", "-q") == Outcome(0, "", "")
+    assert lcp("bench --resume older.json -q") == Outcome(0, "", "")
 
 
 def test_bench_and_inspect_tell_of_far_bounds_too(lcp: Lcp) -> None:
-    assert lcp("bench", "far.json", "--method", "newton", "--budget", "0").err == REMARK
+    assert lcp("bench far.json --method newton --budget 0").err == REMARK
     assert REMARK.split(": ")[2].strip() in lcpcli.inspect(read("far.json")).hints
 
 
@@ -179,7 +148,7 @@ def test_bad_origins_and_options_without_effect_are_reported_in_one_line(
         np.savez(
             files / "bad.npz", M=[[2.0, 1.0], [1.0, 2.0]], q=[-1.0, -1.0], origin=origin
         )
-        assert_refused(lcp("solve", "bad.npz"), f"lcp: bad.npz: origin: {words}")
+        assert_refused(lcp("solve bad.npz"), f"lcp: bad.npz: origin: {words}")
 
 
 @pytest.mark.parametrize("place", [(0, 1), (0, 2), (2, 2), (3, 3)])
@@ -208,9 +177,9 @@ def test_a_note_says_once_that_b_alone_is_a_lower_bound(
     note = "b is read as Ax >= b; name it row_upper for Ax <= b, and give it as "
     note += "row_lower and as row_upper for Ax = b"
     (in_folder / "b.json").write_text(json.dumps(program))
-    assert lcp("solve", "b.json").err == f"lcp: b.json: {note}\n"
-    assert lcp("check", "b.json", "1.5").err == f"lcp: b.json: {note}\n"
-    assert lcp("solve", "b.json", "-q").err == ""
+    assert lcp("solve b.json").err == f"lcp: b.json: {note}\n"
+    assert lcp("check b.json 1.5").err == f"lcp: b.json: {note}\n"
+    assert lcp("solve b.json -q").err == ""
     others = {
         "range": program | {"row_upper": [2]},
         "qpsolvers": {"P": [[2]], "q": [-3], "A": [[1]], "b": [1]},
@@ -218,10 +187,10 @@ def test_a_note_says_once_that_b_alone_is_a_lower_bound(
     }
     for name, data in others.items():
         (in_folder / f"{name}.json").write_text(json.dumps(data))
-        assert lcp("solve", f"{name}.json").err == ""
+        assert lcp(f"solve {name}.json").err == ""
     lines = f"{json.dumps(program)}\n" * 2
     (in_folder / "b.jsonl").write_text(lines)
-    assert note not in lcp("solve", "b.jsonl").err
+    assert note not in lcp("solve b.jsonl").err
 
 
 def test_a_comparison_in_csv_says_that_the_file_has_no_iterates(
@@ -230,16 +199,16 @@ def test_a_comparison_in_csv_says_that_the_file_has_no_iterates(
 ) -> None:
     said = "lcp: 2 of 2 runs solved"
     hint = "; the file has their solutions, with --trace the iterates"
-    command = ("compare", "paper-example-1", "-o")
-    assert lcp(*command, "it.csv").err == f"{said}{hint}\n"
-    assert lcp(*command, "it.csv", "--trace").err == f"{said}\n"
-    assert lcp(*command, "it.txt").err == f"{said}\n"
+    command = "compare paper-example-1 -o"
+    assert lcp(f"{command} it.csv").err == f"{said}{hint}\n"
+    assert lcp(f"{command} it.csv --trace").err == f"{said}\n"
+    assert lcp(f"{command} it.txt").err == f"{said}\n"
 
 
 def test_a_bound_that_is_0_in_double_precision_alone_is_exact(
     in_folder: Path, lcp: Lcp
 ) -> None:
     (in_folder / "p.json").write_text('{"M": [[1]], "q": [1]}')
-    asked = ("solve", "p.json", "--lower", "1e-400", "--exact", "-f", "json")
-    (z,) = record(lcp(*asked))["exact"]["z"]
+    asked = "solve p.json --lower 1e-400 --exact -f json"
+    (z,) = record(lcp(asked))["exact"]["z"]
     assert Fraction(z) == Fraction(1, 10**400)

@@ -45,7 +45,7 @@ def checked(lcp: Lcp, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Lcp:
 def test_results_of_solve_are_accepted_and_any_changed_digit_is_refused(
     lcp: Lcp, checked: Lcp
 ) -> None:
-    solved = record(lcp("solve", EXAMPLE, "--exact", "--format", "json"))
+    solved = record(lcp(f"solve {EXAMPLE} --exact --format json"))
     found = record(checked(solved, "--exact", "--format", "json"))
     assert (
         found["accepted"],
@@ -80,20 +80,12 @@ def test_at_most_ten_violations_are_listed(lcp: Lcp, tmp_path: Path) -> None:
     writing.write(Problem(np.eye(30), -np.arange(1.0, 31.0)), tmp_path / "p.json")
     (tmp_path / "z.txt").write_text("0 " * 30)
     found = record(
-        lcp(
-            "check",
-            str(tmp_path / "p.json"),
-            str(tmp_path / "z.txt"),
-            "--format",
-            "json",
-        )
+        lcp(f"check {tmp_path / 'p.json'} {tmp_path / 'z.txt'} --format json")
     )
     assert (found["violated"], len(found["violations"])) == (30, 10)
     assert (
         "the worst 10 of 30"
-        in lcp(
-            "check", str(tmp_path / "p.json"), str(tmp_path / "z.txt"), "--exact"
-        ).out
+        in lcp(f"check {tmp_path / 'p.json'} {tmp_path / 'z.txt'} --exact").out
     )
 
 
@@ -237,8 +229,8 @@ def test_a_log_that_another_program_has_written_again_without_blanks_is_read(
     (folder / "elsewhere").mkdir()
     for i in range(3):
         (folder / "elsewhere" / f"p{i}.json").write_text(NAMED.format("trial", -i))
-        assert lcp("check", f"elsewhere/p{i}.json", "log.jsonl").code == 0
-        assert lcp("check", f"p{i}.json", "bare.jsonl", "-q").code == 0
+        assert lcp(f"check elsewhere/p{i}.json log.jsonl").code == 0
+        assert lcp(f"check p{i}.json bare.jsonl -q").code == 0
 
 
 @pytest.mark.parametrize("n", [8, 30])
@@ -256,7 +248,7 @@ def test_of_an_ill_posed_problem_the_proof_stands_and_no_solution(
     (folder / "ill.json").write_text(
         json.dumps({"M": M.tolist(), "q": [-1.0] + [0.0] * (n - 1)})
     )
-    solved = lcp("solve", "ill.json", "--format", "json")
+    solved = lcp("solve ill.json --format json")
     result = record(solved)
     assert (solved.code, result["status"], result["solved"]) == (1, "ill_posed", False)
     assert result["certificate"]["kind"] == "farkas"
@@ -274,11 +266,11 @@ def test_a_wrong_argument_costs_one_line_beside_a_wrong_known_solution(
 ) -> None:
     problem = {"M": [[2]], "q": [-2], "solution": [[5], [1]]}
     (in_folder / "p.json").write_text(json.dumps(problem))
-    assert_refused(lcp(*command.split()))
-    told = lcp("solve", "p.json", "-q")
+    assert_refused(lcp(command))
+    told = lcp("solve p.json -q")
     assert (told.code, told.err) == (0, "")
-    assert "is ignored" in lcp("solve", "p.json").err
-    assert "is ignored" in lcp("check", "p.json", "1").err
+    assert "is ignored" in lcp("solve p.json").err
+    assert "is ignored" in lcp("check p.json 1").err
 
 
 def test_a_z_beyond_the_range_of_doubles_is_checked_in_fractions(
@@ -293,7 +285,7 @@ def test_a_z_beyond_the_range_of_doubles_is_checked_in_fractions(
     assert checked("[1e400, 1]", "--exact", problem=two).code == 1
     far = {"M": [[1e-300]], "q": [-1e300]}
     assert checked("[1]", problem=far).code == 1
-    solution = record(lcp("solve", "p.json", "--exact", "-f", "json"))
+    solution = record(lcp("solve p.json --exact -f json"))
     assert checked(solution, problem=far).code == 2
     assert checked(solution, "--exact", problem=far).code == 0
 
@@ -304,6 +296,6 @@ def test_x_at_which_a_row_overflows_is_refused_without_warnings(
     program = """{"Q": [[1e308, 1e308], [1e308, 1e308]], "c": [-1, -1],
         "A": [[1e308, 1e308]], "row_lower": [1]}"""
     (folder / "p.json").write_text(program)
-    outcome = lcp("check", "p.json", "1,1")
+    outcome = lcp("check p.json 1,1")
     assert (outcome.code, outcome.err) == (1, "")
     assert "z does not solve the problem" in outcome.out

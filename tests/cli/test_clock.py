@@ -246,14 +246,12 @@ def runs(monkeypatch: pytest.MonkeyPatch) -> list[lcpcli.Result]:
 def test_a_first_run_of_a_method_is_made_again_for_one_problem_as_for_many(
     lcp: Lcp, runs: list[lcpcli.Result]
 ) -> None:
-    shown = record(lcp("solve", EXAMPLE, "--method", "newton", "--format", "json"))
+    shown = record(lcp(f"solve {EXAMPLE} --method newton --format json"))
     assert 1 < len(runs) <= 1 + driver.FEW_REPETITIONS
     assert shown["seconds"] == pytest.approx(least_of(runs[1:]))
     assert len({id(run.problem) for run in runs}) == len(runs)
     runs.clear()
-    found = records(
-        lcp("solve", EXAMPLE, EXAMPLE, "--method", "lemke", "--format", "json")
-    )
+    found = records(lcp(f"solve {EXAMPLE} {EXAMPLE} --method lemke --format json"))
     *first, last = runs
     assert [each["seconds"] for each in found] == pytest.approx(
         [least_of(first[1:]), last.seconds]

@@ -250,7 +250,7 @@ def test_capitals_and_beginnings_are_understood() -> None:
 def test_every_command_suggests_the_likely_option(lcp: Lcp) -> None:
     for name in group.lcp.commands:
         fault, hint = NO_OPTION.format(f"lcp {name}"), DID_YOU_MEAN.format("--help")
-        assert_refused(lcp(name, "--hepl"), f"lcp: --hepl: {fault}; {hint}")
+        assert_refused(lcp(f"{name} --hepl"), f"lcp: --hepl: {fault}; {hint}")
 
 
 def test_a_longer_word_for_an_option_is_understood() -> None:

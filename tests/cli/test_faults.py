@@ -65,16 +65,14 @@ def test_file_that_cannot_be_written_leaves_the_old_one_and_nothing_else(
     fault = re.escape(CANNOT_BE_WRITTEN.format("File too large"))
     told = rf"lcp: out\.\w+: {fault}; {OTHER_PLACE}\n"
     with no_file_larger_than(200):
-        outcome = lcp(*line.split())
+        outcome = lcp(line)
     assert (outcome.code, bool(re.fullmatch(told, outcome.err))) == (
         2,
         True,
     ), outcome.err
     monkeypatch.setattr("tempfile.TemporaryFile", refuse)
     monkeypatch.setattr(driver, "run", lambda *_, **__: pytest.fail("worked in vain"))
-    assert_refused(
-        lcp(*line.split()), CANNOT_BE_WRITTEN.format("Read-only file system")
-    )
+    assert_refused(lcp(line), CANNOT_BE_WRITTEN.format("Read-only file system"))
     assert {path.name: path.read_text() for path in in_folder.iterdir()} == {
         old.name: "old"
     }
@@ -137,7 +135,7 @@ def test_stray_fault_is_reported_in_one_line(
         raise ERRORS[kind]
 
     monkeypatch.setattr(InputFile, "problem", refuse)
-    outcome = lcp("solve", EXAMPLE)
+    outcome = lcp(f"solve {EXAMPLE}")
     if kind == "file":
         assert_refused(outcome, "lcp: /elsewhere: Permission denied\n")
     else:
@@ -162,9 +160,7 @@ def test_an_overflow_is_told_in_words_of_the_field(
     (tmp_path / "p.json").write_text(
         '{"M": [[1e200, 1e300], [1e300, -1e308]], "q": [-1, -1e300]}'
     )
-    outcome = lcp(
-        "solve", str(tmp_path / "p.json"), "--method", method, "--max-iterations", "100"
-    )
+    outcome = lcp(f"solve {tmp_path / 'p.json'} --method {method} --max-iterations 100")
     assert (outcome.code, outcome.err) == (1, "")
     assert "encountered" not in outcome.out
     assert ("shi broke down: an overflow of double precision" in outcome.out) is (
@@ -208,7 +204,7 @@ def test_program_that_calls_the_command_has_its_output_back(
     lcp: Lcp, capfd: pytest.CaptureFixture[str]
 ) -> None:
     usual = sys.stdout, sys.__stdout__
-    assert json.loads(lcp("solve", EXAMPLE, "--format", "json").out)["solved"]
+    assert json.loads(lcp(f"solve {EXAMPLE} --format json").out)["solved"]
     os.write(1, b"back")
     assert (capfd.readouterr().out, (sys.stdout, sys.__stdout__)) == ("back", usual)
 
@@ -230,7 +226,7 @@ def test_a_count_of_thousands_of_digits_in_a_model_is_refused(
     lines = LINEAR.split(b"\n")
     lines[line] = b" " + 4400 * b"1" + lines[line].lstrip().lstrip(b"0123456789")
     (folder / "long.nl").write_bytes(b"\n".join(lines))
-    assert_refused(lcp("solve", "long.nl"), f"long.nl: line {line + 1}")
+    assert_refused(lcp("solve long.nl"), f"long.nl: line {line + 1}")
 
 
 ZEROS = 140_000 * "0"
@@ -245,17 +241,17 @@ def test_a_number_longer_than_cells_of_csv_may_be_is_read(
     (folder / "problem.json").write_text(
         json.dumps({"M": [[2, 1], [1, 2]], "q": [number, -1]})
     )
-    assert lcp("solve", "M.csv", "q.csv", "-q").code == 0
-    assert lcp("solve", "problem.json", "-q").code == 0
+    assert lcp("solve M.csv q.csv -q").code == 0
+    assert lcp("solve problem.json -q").code == 0
 
 
 def test_names_in_a_problem_without_unknowns_are_refused(
     lcp: Lcp, folder: Path
 ) -> None:
     (folder / "empty.json").write_text('{"M": [], "q": []}')
-    assert_refused(lcp("solve", "empty.json", "--minimize", "z1"), "no unknowns")
-    assert_refused(lcp("why", "empty.json", "--keep", "z1"), "names nothing")
-    assert lcp("why", "empty.json").code == 0
+    assert_refused(lcp("solve empty.json --minimize z1"), "no unknowns")
+    assert_refused(lcp("why empty.json --keep z1"), "names nothing")
+    assert lcp("why empty.json").code == 0
 
 
 def test_closed_standard_output_is_an_error_only_where_it_is_written(
@@ -356,7 +352,7 @@ def test_stray_refusal_of_the_system_is_not_blamed_on_standard_output(
 
         with monkeypatch.context() as patched:
             patched.setattr(InputFile, "problem", refuse)
-            outcome = lcp("solve", EXAMPLE)
+            outcome = lcp(f"solve {EXAMPLE}")
         assert (outcome.code, outcome.out, outcome.err) == (1, "", told)
 
 
@@ -364,9 +360,9 @@ def test_a_refused_run_for_ampl_leaves_no_answer_of_an_earlier_one(
     lcp: Lcp, folder: Path
 ) -> None:
     (folder / "stub.nl").write_bytes(LINEAR)
-    assert lcp("stub", "-AMPL").code == 0
+    assert lcp("stub -AMPL").code == 0
     assert (folder / "stub.sol").is_file()
-    assert lcp("stub", "-AMPL", "speed=1").code == 2
+    assert lcp("stub -AMPL speed=1").code == 2
     assert not (folder / "stub.sol").exists()
 
 

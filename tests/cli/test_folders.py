@@ -65,47 +65,26 @@ def test_a_line_names_each_file_that_cannot_be_read(lcp: Lcp) -> None:
     ],
 )
 def test_no_result_is_taken_for_a_problem(command: str, lcp: Lcp) -> None:
-    assert lcp(*command.split(), "-q").code == 0
+    assert lcp(f"{command} -q").code == 0
     file = command.split()[-1]
-    assert_refused(lcp("solve", file), f"{file}: {RESULT}; {NAME_PROBLEM}")
+    assert_refused(lcp(f"solve {file}"), f"{file}: {RESULT}; {NAME_PROBLEM}")
 
 
 def test_bench_and_compare_take_the_same_files(lcp: Lcp) -> None:
-    assert (
-        lcp(
-            "bench",
-            "inside",
-            "--method",
-            "newton",
-            "--budget",
-            "0",
-            "-o",
-            "r.json",
-            "-q",
-        ).code
-        == 0
-    )
+    assert lcp("bench inside --method newton --budget 0 -o r.json -q").code == 0
     assert [
         case["file"] for case in json.loads(Path("r.json").read_text())["cases"]
     ] == INSIDE
-    outcome = lcp("compare", "inside", "--method", "newton", "--format", "json")
+    outcome = lcp("compare inside --method newton --format json")
     assert [record["file"] for record in records(outcome)] == INSIDE
     Path("wrong.json").write_text("{")
     assert (
         lcp(
-            "bench",
-            "wrong.json",
-            "inside/deeper.json",
-            "inside",
-            "-q",
-            "--method",
-            "newton",
-            "--budget",
-            "0",
+            "bench wrong.json inside/deeper.json inside -q --method newton --budget 0"
         ).code
         == 2
     )
-    assert lcp("bench", "wrong.json", "-o", "none.json").code == 2
+    assert lcp("bench wrong.json -o none.json").code == 2
     assert not Path("none.json").exists()
 
 
@@ -134,7 +113,7 @@ def test_an_output_that_is_the_input_under_another_name_is_refused(
     lcp: Lcp, inputs: Path
 ) -> None:
     os.link(inputs / "p.json", inputs / "hard.json")
-    assert_refused(lcp("solve", "p.json", "-o", "hard.json"), HOLDS_PROBLEM)
+    assert_refused(lcp("solve p.json -o hard.json"), HOLDS_PROBLEM)
     assert (inputs / "p.json").read_text() == PROBLEM
 
 
@@ -145,7 +124,7 @@ def test_a_picture_that_is_read_is_refused(
     pytest.importorskip("matplotlib")
     os.link(inputs / "p.json", inputs / "picture.svg")
     told = f"lcp: picture.svg: {HOLDS_PROBLEM}; {OTHER_OUTPUT}\n"
-    assert_refused(lcp(*command.split(), "--plot", "picture.svg"), told)
+    assert_refused(lcp(f"{command} --plot picture.svg"), told)
     assert (inputs / "p.json").read_text() == PROBLEM
 
 
@@ -190,7 +169,7 @@ def test_steps_in_folders_and_columns_have_same_verdicts_in_fewer_pivots(
     ]
     np.savetxt("M.csv", CONTACT, delimiter=",")
     np.savetxt("q.csv", [[-1, -1.1, -1.2]] * 2 + [[0.5] * 3], delimiter=",")
-    columns = records(lcp("solve", "M.csv", "q.csv", "--sequence", "--format", "json"))
+    columns = records(lcp("solve M.csv q.csv --sequence --format json"))
     assert [record["item"] for record in columns] == [1, 2, 3]
     assert [record["route"] for record in columns] == [
         ["lemke"],
@@ -210,15 +189,15 @@ def test_interrupted_sequence_goes_on_from_its_log(
     usual = solver.Solver.next
     with monkeypatch.context() as patch:
         patch.setattr(solver.Solver, "next", interrupted)
-        outcome = lcp("solve", "steps", "--sequence", "-o", "log.jsonl")
+        outcome = lcp("solve steps --sequence -o log.jsonl")
     told = "lcp: 2 problems: 2 solved; interrupted; continue with --resume log.jsonl\n"
     assert (outcome.code, outcome.err) == (130, told)
     assert_refused(
-        lcp("solve", "steps", "--resume", "log.jsonl"),
+        lcp("solve steps --resume log.jsonl"),
         "sequence True, but here it is none",
     )
     assert (
-        lcp("solve", "steps", "--sequence", "--resume", "log.jsonl").err
+        lcp("solve steps --sequence --resume log.jsonl").err
         == "lcp: 4 problems: 4 solved\n"
     )
     found = [json.loads(line) for line in Path("log.jsonl").read_text().splitlines()]

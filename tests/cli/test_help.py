@@ -91,7 +91,7 @@ def name(request: pytest.FixtureRequest) -> str:
 
 def help_of(lcp: Lcp, name: str) -> str:
     """The whole help, with all options."""
-    outcome = lcp("help", name, "--all") if name else lcp("--help")
+    outcome = lcp(f"help {name} --all") if name else lcp("--help")
     assert (outcome.code, outcome.err) == (0, "")
     return outcome.out
 
@@ -265,27 +265,27 @@ def test_topics_and_commands_are_listed_with_their_meanings(lcp: Lcp) -> None:
 def test_help_of_every_command_is_one_screen_and_leads_to_the_rest(
     name: str, lcp: Lcp
 ) -> None:
-    text = lcp(name, "--help").out
+    text = lcp(f"{name} --help").out
     assert len(text.splitlines()) <= 60
     assert text == help_of(lcp, name) or f"lcp help {name} --all" in text
-    assert lcp(name, "--help", "--all").out == help_of(lcp, name)
+    assert lcp(f"{name} --help --all").out == help_of(lcp, name)
 
 
 @pytest.mark.parametrize("method", [*METHODS, *NONLINEAR])
 def test_help_on_a_method_ends_with_all_of_its_options(method: str, lcp: Lcp) -> None:
-    page = re.split(r"^(?=Options |Columns )", lcp("help", method).out, flags=re.M)
+    page = re.split(r"^(?=Options |Columns )", lcp(f"help {method}").out, flags=re.M)
     lists = [part for part in page if part.startswith("Options ")]
     names = re.findall(r"^  (?:--)?([a-z]\w*[\w-]*)", "".join(lists), re.MULTILINE)
     assert {*names} == {flag(name)[2:] for name in known_options(method)}
 
 
 def test_a_section_of_a_page_can_be_asked_for(lcp: Lcp) -> None:
-    assert re.findall(
-        "^#.*", lcp("help", "formats", "csv").out, re.MULTILINE
-    ) == re.findall("^#.*", lcp("help", "csv").out, re.MULTILINE)
-    assert_refused(lcp("help", "solve", "csv"), "lcp: WORDS: 'solve' is no page; ")
+    assert re.findall("^#.*", lcp("help formats csv").out, re.MULTILINE) == re.findall(
+        "^#.*", lcp("help csv").out, re.MULTILINE
+    )
+    assert_refused(lcp("help solve csv"), "lcp: WORDS: 'solve' is no page; ")
     assert_refused(
-        lcp("help", "csv", "--all"),
+        lcp("help csv --all"),
         "lcp: --all: shows all options of a command; name one: lcp help solve",
     )
 
@@ -294,7 +294,7 @@ def test_help_on_a_command_is_its_own_help_and_on_a_topic_in_a_pipe_its_markdown
     lcp: Lcp,
 ) -> None:
     for name in group.lcp.commands:
-        assert lcp("help", name).out == lcp(name, "--help").out
+        assert lcp(f"help {name}").out == lcp(f"{name} --help").out
     meant = {
         "exit": "statuses",
         "exit-codes": "statuses",
@@ -303,7 +303,7 @@ def test_help_on_a_command_is_its_own_help_and_on_a_topic_in_a_pipe_its_markdown
     }
     meant |= {"bounds": "mixed", "qp": "programs", "citing": "cite"}
     for word, topic in (meant | {topic: topic for topic in TOPICS}).items():
-        assert lcp("help", word).out == source(topic)
+        assert lcp(f"help {word}").out == source(topic)
 
 
 def test_help_on_a_word_with_sections_of_its_own_is_these_sections(lcp: Lcp) -> None:
@@ -321,10 +321,10 @@ def test_help_on_a_word_with_sections_of_its_own_is_these_sections(lcp: Lcp) -> 
     for word, heading in (
         headings | dict.fromkeys(("mtx", "npz", "npy", "mat", "gz"), problems)
     ).items():
-        out = lcp("help", word).out
+        out = lcp(f"help {word}").out
         assert out.startswith(heading)
         assert out.count("\n#") == 0
-    assert re.findall("^#.*", lcp("help", "csv").out, re.MULTILINE) == [
+    assert re.findall("^#.*", lcp("help csv").out, re.MULTILINE) == [
         "### Problems in CSV",
         "### Results in CSV",
     ]
@@ -336,7 +336,7 @@ def test_help_on_a_word_with_sections_of_its_own_is_these_sections(lcp: Lcp) -> 
 def test_help_of_a_command_that_reads_problems_names_all_kinds_of_files(
     name: str, lcp: Lcp
 ) -> None:
-    assert set(words(lcp(name, "--help").out)) >= {
+    assert set(words(lcp(f"{name} --help").out)) >= {
         "mps",
         "qps",
         "lp",
@@ -352,7 +352,7 @@ def test_a_page_that_is_not_installed_is_named_in_a_line(page: str, lcp: Lcp) ->
     root = Path(__file__).parents[2]
     assert (root / path).is_file()
     assert f'exclude = ["{path}"]' in (root / "pyproject.toml").read_text()
-    outcome = lcp("help", page)
+    outcome = lcp(f"help {page}")
     assert (outcome.code, outcome.out, outcome.err) == (
         0,
         f"{page}: {path} of the source is this page\n",
@@ -361,7 +361,7 @@ def test_a_page_that_is_not_installed_is_named_in_a_line(page: str, lcp: Lcp) ->
 
 
 def test_a_word_that_is_no_topic_is_looked_for_on_all_pages(lcp: Lcp) -> None:
-    outcome = lcp("help", "duality gap")
+    outcome = lcp("help 'duality gap'")
     assert outcome.code == 0
     assert outcome.out.startswith("Pages with 'duality gap', and their sections:")
     shown = {
@@ -376,7 +376,7 @@ def test_a_word_that_is_no_topic_is_looked_for_on_all_pages(lcp: Lcp) -> None:
 
 def test_words_are_found_on_pages_in_the_singular_and_in_the_plural(lcp: Lcp) -> None:
     for one, many in (("duality gap", "duality gaps"), ("dual", "duals")):
-        pages = [lcp("help", words).out.partition("\n")[2] for words in (one, many)]
+        pages = [lcp(f"help {words}").out.partition("\n")[2] for words in (one, many)]
         assert pages[0] == pages[1] != ""
 
 
@@ -428,13 +428,13 @@ def test_statuses_and_routes_that_answers_show_have_a_line_of_help(lcp: Lcp) -> 
     single = attempts.PRESOLVE, attempts.EXACT, attempts.MILP
     routes = {row.method for row in (*itertools.chain(*phases), *single)}
     for name in routes | FURTHER_ROUTES:
-        outcome = lcp("help", name)
+        outcome = lcp(f"help {name}")
         assert outcome.code == 0, name
         has_section = outcome.out.startswith("#")
         assert has_section or outcome.out.startswith(f"{name}: "), name
         assert has_section or "\nlcp help methods " in outcome.out, name
     for status in Status:
-        outcome = lcp("help", status.word)
+        outcome = lcp(f"help {status.word}")
         assert outcome.out.startswith(f"{status.word}: "), status
         assert "\nlcp help statuses " in outcome.out
 
@@ -443,7 +443,7 @@ def test_statuses_and_routes_that_answers_show_have_a_line_of_help(lcp: Lcp) -> 
     "words", ["xyzzy", "shadow xyzzy", "csv xyzzy", "quadratic sorcery", "layr"]
 )
 def test_unknown_words_are_an_error(words: str, lcp: Lcp) -> None:
-    outcome = lcp("help", *words.split())
+    outcome = lcp(f"help {words}")
     assert_refused(outcome, f"lcp: TOPIC: {words!r} is unknown; ")
     assert ("did you mean layer?" in outcome.err) == (words == "layr")
 
@@ -457,7 +457,7 @@ def test_glossary_has_each_word_once_and_names_pages_and_sections_that_are_there
     assert len(known) == len(set(known)) > 100
     for word in {page for entry in entries for page in entry.pages}:
         name, _, section = word.partition(" ")
-        out = lcp("help", *word.split()).out
+        out = lcp(f"help {word}").out
         assert (out == source(name)) is (not section), word
 
 
@@ -483,7 +483,7 @@ def test_terminal_shows_the_page_formatted(
     color: bool, lcp: Lcp, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(command, "terminal", lambda: (200, color))
-    shown = lcp("help", "statuses").out
+    shown = lcp("help statuses").out
     assert ("```" in shown, "**" in shown, "\x1b[" in shown) == (False, False, color)
     plain = re.sub(r"\x1b\[[\d;]*m", "", shown)
     assert 80 < max(len(line.rstrip()) for line in plain.splitlines()) <= 100

@@ -128,7 +128,7 @@ def test_each_record_is_one_that_its_schema_allows(
 ) -> None:
     for name, content in FILES.items():
         (in_folder / name).write_bytes(as_bytes(content))
-    outcome = lcp(*shlex.split(command), "--format", "json")
+    outcome = lcp(f"{command} --format json")
     records = list(map(json.loads, outcome.out.splitlines()))
     names = COMMANDS[command]
     assert len(records) == len(names), outcome.err
@@ -187,7 +187,7 @@ def test_a_record_says_which_file_and_what_in_it(
     (in_folder / "lacks.json").write_text(lacks)
     (in_folder / "good.json: a.json").write_text(lacks)
     (in_folder / "folder" / "lacks.json").write_text(lacks)
-    outcome = lcp(*shlex.split(command), "-f", "json")
+    outcome = lcp(f"{command} -f json")
     record = json.loads(outcome.out.splitlines()[-1])
     assert (outcome.code, record["file"], record["field"]) == (2, file, field)
     assert outcome.err.splitlines()[0] == f"lcp: {record['message']}"
@@ -214,7 +214,7 @@ def test_the_words_of_the_command_line_ask_for_the_record(
 ) -> None:
     earlier = in_folder / "new.json"
     earlier.write_text("an earlier result")
-    outcome = lcp("solve", "--tol", "2", "missing.json", *words.split())
+    outcome = lcp(f"solve --tol 2 missing.json {words}")
     assert (outcome.code, outcome.err.count("\n")) == (2, 1)
     assert bool(outcome.out) == are_asked_for
     assert earlier.read_text() == "an earlier result"
@@ -244,7 +244,7 @@ def test_each_of_many_inputs_has_one_record_and_each_bad_one_a_line(
         (in_folder / name).write_text(FILES[name.removeprefix("folder/")])
     lines = io.BytesIO(FILES["lines.jsonl"].encode())
     monkeypatch.setattr(sys, "stdin", io.TextIOWrapper(lines))
-    outcome = lcp(*command.split())
+    outcome = lcp(command)
     written = "".join(file.read_text() for file in in_folder.glob("new.*"))
     records = list(map(json.loads, json_format.objects_in(outcome.out + written)))
     names = SEVERAL[command]
@@ -259,4 +259,4 @@ def test_each_of_many_inputs_has_one_record_and_each_bad_one_a_line(
 
 
 def test_a_problem_that_is_written_has_no_record_of_a_refusal(lcp: Lcp) -> None:
-    assert lcp("make", "murtty", "-o", "new.json").out == ""
+    assert lcp("make murtty -o new.json").out == ""

@@ -33,35 +33,33 @@ def test_records_figures_and_the_version_say_that_a_process_uses_the_kernels(
 ) -> None:
     (folder / "two.jsonl").write_text(2 * '{"M": [[2, 1], [1, 2]], "q": [-5, -6]}\n')
     commands = (
-        ("good.json",),
-        ("two.jsonl", "--jobs", "2"),
-        ("two.jsonl", "--sequence"),
-        ("M.csv", "q.csv"),
+        "good.json",
+        "two.jsonl --jobs 2",
+        "two.jsonl --sequence",
+        "M.csv q.csv",
     )
-    for command in (("solve", *files, "--format", "json") for files in commands):
+    for command in (f"solve {files} --format json" for files in commands):
         lcpcli.use_kernels(False)
-        assert {"compiled" in each["options"] for each in records(lcp(*command))} == {
+        assert {"compiled" in each["options"] for each in records(lcp(command))} == {
             False
         }
         lcpcli.use_kernels()
-        assert {each["options"]["compiled"] for each in records(lcp(*command))} == {
-            True
-        }
+        assert {each["options"]["compiled"] for each in records(lcp(command))} == {True}
     first = lcp("--version").out.splitlines()[0]
     assert (
         first
         == f"lcp, version {VERSION}, with kernels compiled by numba {numba.__version__}"
     )
-    assert "; auto: compiled=true\n" in lcp("solve", "good.json").out
-    assert "compiled" not in lcp("solve", "good.json", "--method", "newton").out
+    assert "; auto: compiled=true\n" in lcp("solve good.json").out
+    assert "compiled" not in lcp("solve good.json --method newton").out
 
 
 def test_a_bench_records_the_version_of_numba_and_is_not_resumed_without_the_kernels(
     folder: Path, lcp: Lcp
 ) -> None:
-    bench = ("bench", "good.json", "--method", "auto", "--budget", "0")
+    bench = "bench good.json --method auto --budget 0"
     lcpcli.use_kernels()
-    assert lcp(*bench, "-o", "bench.json").code == 0
+    assert lcp(f"{bench} -o bench.json").code == 0
     assert (
         json.loads((folder / "bench.json").read_text())["versions"]["numba"]
         == numba.__version__
@@ -70,10 +68,10 @@ def test_a_bench_records_the_version_of_numba_and_is_not_resumed_without_the_ker
     unfinished = json.loads((folder / "bench.json").read_text()) | {"measurements": []}
     (folder / "bench.json").write_text(json.dumps(unfinished))
     assert_refused(
-        lcp("bench", "--resume", "bench.json"),
+        lcp("bench --resume bench.json"),
         f"was measured with numba {numba.__version__}, not None",
     )
-    assert "numba" not in record(lcp(*bench, "--format", "json"))["versions"]
+    assert "numba" not in record(lcp(f"{bench} --format json"))["versions"]
 
 
 def test_another_value_of_the_variable_is_refused(
@@ -88,10 +86,8 @@ def test_another_value_of_the_variable_is_refused(
         "bench good.json",
         "-V",
     ):
-        assert_refused(
-            lcp(*command.split()), "lcp: LCPCLI_KERNELS: is 'yes'; set it to 1 "
-        )
-    assert lcp("help", "speed").code == lcp("completion", "bash").code == 0
+        assert_refused(lcp(command), "lcp: LCPCLI_KERNELS: is 'yes'; set it to 1 ")
+    assert lcp("help speed").code == lcp("completion bash").code == 0
 
 
 def test_without_numba_there_is_nothing_to_compile(

@@ -34,7 +34,7 @@ EXIT_CODES = {"infeasible": 3, "unsolvable": 3, "solved": 0}
 def test_what_is_made_can_be_solved_from_its_file(
     family: str, lcp: Lcp, tmp_path: Path
 ) -> None:
-    made = lcp("make", family)
+    made = lcp(f"make {family}")
     assert (made.code, made.err) == (0, "")
     file = tmp_path / "made.json"
     file.write_text(made.out)
@@ -45,7 +45,7 @@ def test_what_is_made_can_be_solved_from_its_file(
         expected.note,
     )
     assert np.array_equal(problem.q, expected.q)
-    outcome = lcp("solve", str(file), "--format", "json")
+    outcome = lcp(f"solve {file} --format json")
     status = json.loads(outcome.out)["status"]
     assert outcome.code == EXIT_CODES[status]
     # Of which it is not known.
@@ -88,7 +88,7 @@ def test_options_reach_the_family(
     line: str, family: str, arguments: dict[str, Any], lcp: Lcp, tmp_path: Path
 ) -> None:
     file = tmp_path / "made.json"
-    file.write_text(lcp("make", *line.split()).out)
+    file.write_text(lcp(f"make {line}").out)
     problem, expected = read(file), gallery.make(family, **arguments)
     assert abs(problem.M - expected.M).max() == 0
     assert np.array_equal(problem.q, expected.q)
@@ -97,7 +97,7 @@ def test_options_reach_the_family(
 def test_the_list_shows_every_family_on_narrow_and_wide_screens(
     lcp: Lcp, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    lines = lcp("make", "--list").out.splitlines()
+    lines = lcp("make --list").out.splitlines()
     assert max(map(len, lines)) <= 80
     assert [line.split()[0] for line in lines[3:] if not line.startswith(" ")] == list(
         gallery.FAMILIES
@@ -108,7 +108,7 @@ def test_the_list_shows_every_family_on_narrow_and_wide_screens(
         assert set(description.split()) <= set(words)
         assert set(gallery.entry(family).matrices.split()) <= set(words)
     monkeypatch.setenv("COLUMNS", "200")
-    lines = lcp("make", "--list").out.splitlines()
+    lines = lcp("make --list").out.splitlines()
     assert [
         line.split()[0] for line in lines if "no z >= 0 with Mz + q >= 0" in line
     ] == ["infeasible"]
@@ -125,11 +125,11 @@ def test_one_line_says_where_what_and_how_to_fix_it_before_anything_is_made(
         assert len(outcome.err) < 1000
     monkeypatch.setattr(gallery, "make", lambda *_, **__: pytest.fail("made in vain"))
     assert_refused(
-        lcp("make", "murty", "-o", "own.xyz"),
+        lcp("make murty -o own.xyz"),
         "own.xyz: has the unknown suffix .xyz; use .json",
     )
     assert_refused(
-        lcp("make", "murty", "-o", "nowhere/own.json"),
+        lcp("make murty -o nowhere/own.json"),
         "nowhere/own.json: there is no folder",
     )
     assert set(folder.iterdir()) == files
@@ -226,14 +226,12 @@ def test_starting_points_and_solutions_keep_the_conditions(
         solutions=[solved],
     )
     write(known, tmp_path / "known.json")
-    assert set(json.loads(lcp("convert", str(tmp_path / "known.json")).out)) >= {
+    assert set(json.loads(lcp(f"convert {tmp_path / 'known.json'}").out)) >= {
         "M",
         "q",
         "solution",
     }
-    outcome = lcp(
-        "convert", str(tmp_path / "known.json"), "-o", str(tmp_path / "known.mps")
-    )
+    outcome = lcp(f"convert {tmp_path / 'known.json'} -o {tmp_path / 'known.mps'}")
     assert (outcome.code, outcome.err.count("left out: solution")) == (0, 1)
 
 
@@ -295,13 +293,8 @@ def test_complete_formats_keep_everything(
     tmp_path: Path, lcp: Lcp, ending: str, problem: Problem
 ) -> None:
     write(problem, tmp_path / "a.json", as_program=True)
-    assert (
-        lcp(
-            "convert", str(tmp_path / "a.json"), "-o", str(tmp_path / f"b{ending}")
-        ).code
-        == 0
-    )
-    outcome = lcp("convert", str(tmp_path / f"b{ending}"))
+    assert lcp(f"convert {tmp_path / 'a.json'} -o {tmp_path / f'b{ending}'}").code == 0
+    outcome = lcp(f"convert {tmp_path / f'b{ending}'}")
     assert outcome.out.encode() == (tmp_path / "a.json").read_bytes()
 
 
@@ -311,7 +304,7 @@ def test_a_problem_that_has_no_room_in_memory_is_refused_before_it_is_made(
     family: str, output: str, lcp: Lcp, in_folder: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(contents, "memory", lambda: 10**8)
-    told = lcp("make", family, "-n", "2000000", "-o", output)
+    told = lcp(f"make {family} -n 2000000 -o {output}")
     assert told.err == "lcp: -n: not enough memory for this problem; give less\n"
     assert told.code == Exit.NOT_SOLVED
     assert not (in_folder / output).exists()

@@ -59,16 +59,7 @@ def test_a_mixture_has_records_a_summary_and_the_exit_code_of_the_worst(
     for at, line in ((10, MALFORMED), (20, INFEASIBLE), (30, SLOW)):
         lines.insert(at, line)
     (files / "all.jsonl").write_text("".join(f"{line}\n" for line in lines))
-    outcome = lcp(
-        "solve",
-        "all.jsonl",
-        "--format",
-        "json",
-        "--max-iterations",
-        "100",
-        "--jobs",
-        jobs,
-    )
+    outcome = lcp(f"solve all.jsonl --format json --max-iterations 100 --jobs {jobs}")
     found = records(outcome)
     assert outcome.code == 2
     assert [(record["file"], record["item"]) for record in found] == [
@@ -103,11 +94,11 @@ def test_a_file_of_blank_lines_is_an_input_error(
 ) -> None:
     (files / "blank.jsonl").write_text(lines)
     error = f"lcp: blank.jsonl: {EMPTY}; give M and q, as JSON or CSV\n"
-    alone = lcp("solve", "blank.jsonl", *options.split())
+    alone = lcp(f"solve blank.jsonl {options}")
     assert alone.code == 2
     assert alone.err.startswith(error)
     Path("log.jsonl").unlink(missing_ok=True)
-    beside = lcp("solve", "blank.jsonl", "good.json", *options.split())
+    beside = lcp(f"solve blank.jsonl good.json {options}")
     assert beside.code == 2
     assert beside.err.startswith(error)
     assert beside.err.endswith("lcp: 2 problems: 1 bad input, 1 solved\n")
@@ -115,8 +106,8 @@ def test_a_file_of_blank_lines_is_an_input_error(
 
 def test_files_of_M_and_q_and_whole_problems_come_in_any_order(lcp: Lcp) -> None:
     np.save("whole.npy", np.array([[2.0, 1, -5], [1, 2, -6]]))
-    given = ("M.csv", "q.csv", "good.json", "M.csv", "q.csv", "whole.npy")
-    found = records(lcp("solve", *given, "--format", "json"))
+    given = "M.csv q.csv good.json M.csv q.csv whole.npy"
+    found = records(lcp(f"solve {given} --format json"))
     assert [record["file"] for record in found] == [
         "M.csv",
         "good.json",
@@ -127,7 +118,7 @@ def test_files_of_M_and_q_and_whole_problems_come_in_any_order(lcp: Lcp) -> None
     Path("bad.csv").write_text("2,x\n1,2\n")
     for whole in ("good.json", "bad.csv", "nowhere.csv"):
         # A vector is no problem of its own.
-        assert_refused(lcp("solve", whole, "q.csv"))
+        assert_refused(lcp(f"solve {whole} q.csv"))
 
 
 def columns(k: int) -> tuple[lcpcli.Problem, Any]:
@@ -161,7 +152,7 @@ def test_several_q_for_one_M_are_the_columns_of_a_file(
     name: str, options: str, lcp: Lcp
 ) -> None:
     problem, Q = columns(4)
-    found = records(lcp("solve", "A.csv", name, "--format", "json", *options.split()))
+    found = records(lcp(f"solve A.csv {name} --format json {options}"))
     assert [(record["file"], record["item"]) for record in found] == [
         (name, j) for j in range(1, 5)
     ]
@@ -173,10 +164,10 @@ def test_several_q_for_one_M_are_the_columns_of_a_file(
 
 def test_bounds_are_those_of_every_problem(lcp: Lcp) -> None:
     problem, Q = columns(3)
-    for given in (["A.csv", "Q.csv"], ["good.json", "good.json"]):
-        found = records(lcp("solve", *given, "--upper", "0.1", "--format", "json"))
+    for given in ("A.csv Q.csv", "good.json good.json"):
+        found = records(lcp(f"solve {given} --upper 0.1 --format json"))
         assert all(max(record["z"]) <= 0.1 for record in found)
-        assert given[0] == "good.json" or np.allclose(
+        assert "good" in given or np.allclose(
             found[1]["z"], lcpcli.solve(problem.M, Q[:, 1], upper=0.1).z
         )
 
@@ -209,7 +200,7 @@ def test_a_problem_alone_is_a_stream_of_one(
         buffer = iter([LINE])
 
     monkeypatch.setattr(sys, "stdin", Stream)
-    outcome = lcp("solve", "-", *option.split())
+    outcome = lcp(f"solve - {option}")
     assert (outcome.code, outcome.err) == (0, "lcp: 1 problem: 1 solved\n")
 
 
@@ -250,13 +241,11 @@ def test_a_full_folder_of_temporary_files_is_named(
         f"cannot be collected in {tempfile.gettempdir()} (No space left on device); "
         "set TMPDIR to a folder with enough space"
     )
-    assert_refused(
-        lcp("solve", "two.jsonl", "-o", "out.csv"), f"lcp: out.csv: {told}\n"
-    )
+    assert_refused(lcp("solve two.jsonl -o out.csv"), f"lcp: out.csv: {told}\n")
     assert not (in_folder / "out.csv").exists()
 
 
-BOTH = ("solve", "good.json", "none.json")
+BOTH = "solve good.json none.json"
 
 
 def records_of(text: str) -> list[dict[str, Any]]:
@@ -266,7 +255,7 @@ def records_of(text: str) -> list[dict[str, Any]]:
 @pytest.fixture
 def written(lcp: Lcp, folder: Path) -> Path:
     """A log of good.json and none.json."""
-    lcp(*BOTH, "-o", "log.jsonl")
+    lcp(f"{BOTH} -o log.jsonl")
     return folder / "log.jsonl"
 
 
@@ -281,8 +270,8 @@ def test_a_log_goes_on_where_it_was_cut_off_and_counts_what_it_had(
         header="a,b,c,d",
         comments="",
     )
-    files = ("good.json", "two.jsonl", "M.csv", "Q.csv")
-    assert lcp("solve", *files, "-o", "log.jsonl").code == 0
+    files = "good.json two.jsonl M.csv Q.csv"
+    assert lcp(f"solve {files} -o log.jsonl").code == 0
     path = folder / "log.jsonl"
     whole = path.read_text().splitlines(keepends=True)
     unfinished = whole[4].replace('"solved"', '"interrupted"')
@@ -295,7 +284,7 @@ def test_a_log_goes_on_where_it_was_cut_off_and_counts_what_it_had(
     ]
     for cut in cuts:
         path.write_text(cut)
-        outcome = lcp("solve", *files, "--resume", "log.jsonl")
+        outcome = lcp(f"solve {files} --resume log.jsonl")
         assert (outcome.code, outcome.out, outcome.err) == (
             0,
             "",
@@ -311,10 +300,8 @@ def test_a_log_goes_on_where_it_was_cut_off_and_counts_what_it_had(
         assert places == expected
     (folder / "bad.json").write_text(GOOD[:-1])
     path.unlink()
-    lcp("solve", "bad.json", "good.json", "-o", "log.jsonl")
-    outcome = lcp(
-        "solve", "bad.json", "good.json", "none.json", "--resume", "log.jsonl"
-    )
+    lcp("solve bad.json good.json -o log.jsonl")
+    outcome = lcp("solve bad.json good.json none.json --resume log.jsonl")
     assert (outcome.code, outcome.err) == (
         2,
         "lcp: 3 problems: 1 bad input, 1 solved, 1 infeasible\n",
@@ -371,7 +358,7 @@ def test_a_log_of_something_else_or_that_was_edited_is_refused_and_kept(
             re.escape(was) if ".*" not in was else was, becomes, text, count=1
         )
     written.write_text(text)
-    assert_refused(lcp("solve", *line.split(), "--resume", "log.jsonl"), words)
+    assert_refused(lcp(f"solve {line} --resume log.jsonl"), words)
     assert written.read_text() == text
 
 
@@ -383,10 +370,8 @@ def test_a_log_has_files_of_any_name_and_goes_on_after_them(
         (folder / name).write_text(GOOD)
     except OSError:
         pytest.skip("no such names on this system")
-    assert lcp("solve", name, "good.json", "-o", "log.jsonl").code == 0
-    assert (
-        lcp("solve", name, "good.json", "none.json", "--resume", "log.jsonl").code == 3
-    )
+    assert lcp(f"solve {name} good.json -o log.jsonl").code == 0
+    assert lcp(f"solve {name} good.json none.json --resume log.jsonl").code == 3
     files = [each["file"] for each in records_of((folder / "log.jsonl").read_text())]
     assert files == [name, "good.json", "none.json"]
 
@@ -395,7 +380,7 @@ def test_a_log_has_files_of_any_name_and_goes_on_after_them(
 def test_a_full_disk_is_told_of_the_log(lcp: Lcp, folder: Path) -> None:
     (folder / "log.jsonl").symlink_to("/dev/full")
     told = f"lcp: log.jsonl: {CANNOT_BE_WRITTEN}".format("No space left on device")
-    assert_refused(lcp(*BOTH, "-o", "log.jsonl"), told)
+    assert_refused(lcp(f"{BOTH} -o log.jsonl"), told)
 
 
 @pytest.mark.skipif(sys.platform == "win32", reason="no such locks")
@@ -406,7 +391,7 @@ def test_a_log_that_another_run_writes_is_left_to_it(
     before = written.read_text()
     with atomic_write.open_log("log.jsonl", anew=False):
         assert_refused(
-            lcp(*BOTH, option, "log.jsonl"),
+            lcp(f"{BOTH} {option} log.jsonl"),
             "log.jsonl: is being written by another run",
         )
     assert written.read_text() == before
@@ -417,14 +402,9 @@ def test_a_resumed_run_without_a_proof_has_its_exit_code(
 ) -> None:
     monkeypatch.setattr(proof, "EXACT_SEARCH_EFFORT", 0.0)
     (folder / "face.json").write_text(FACE)
-    assert (
-        lcp("solve", "good.json", "face.json", "--exact", "-o", "log.jsonl").code == 1
-    )
+    assert lcp("solve good.json face.json --exact -o log.jsonl").code == 1
     assert records_of((folder / "log.jsonl").read_text())[1]["exact"]["status"] is None
-    assert (
-        lcp("solve", "good.json", "face.json", "--exact", "--resume", "log.jsonl").code
-        == 1
-    )
+    assert lcp("solve good.json face.json --exact --resume log.jsonl").code == 1
 
 
 def test_a_problem_that_has_changed_is_solved_again_once_its_line_is_gone(
@@ -436,11 +416,11 @@ def test_a_problem_that_has_changed_is_solved_again_once_its_line_is_gone(
         "has a result of good.json as it was before it changed; give the same "
         "files, delete its line to solve it again"
     )
-    assert_refused(lcp(*BOTH, "--resume", "log.jsonl"), told)
+    assert_refused(lcp(f"{BOTH} --resume log.jsonl"), told)
     assert written.read_text() == "".join(lines)
     written.write_text(lines[1])
     assert (
-        lcp(*BOTH, "--resume", "log.jsonl").err
+        lcp(f"{BOTH} --resume log.jsonl").err
         == "lcp: 2 problems: 1 infeasible, 1 solved\n"
     )
     assert [each["number"] for each in records_of(written.read_text())] == [2, 1]
@@ -450,11 +430,11 @@ def test_a_changed_q_of_two_files_is_not_taken_for_another_problem(
     lcp: Lcp, folder: Path
 ) -> None:
     (folder / "q.csv").write_text("-1\n-1\n")
-    line = ("solve", "M.csv", "q.csv", "good.json")
-    assert lcp(*line, "-o", "log.jsonl").code == 0
+    line = "solve M.csv q.csv good.json"
+    assert lcp(f"{line} -o log.jsonl").code == 0
     (folder / "q.csv").write_text("-1\n-2\n")
     told = "has a result of M.csv as it was before it changed"
-    assert_refused(lcp(*line, "--resume", "log.jsonl"), told)
+    assert_refused(lcp(f"{line} --resume log.jsonl"), told)
 
 
 def place_of(record: dict[str, Any]) -> str:
@@ -497,8 +477,8 @@ def test_run_that_is_resumed_solves_what_was_added_and_names_what_is_gone(
         for name, text in files.items():
             ending = "jsonl" if name == "l" else "json"
             (folder / "in" / f"{name}.{ending}").write_text(text)
-        given = ["in/l.jsonl"] if "l" in files else ["in"]
-        outcome = lcp("solve", *given, "--jobs", jobs, option, "log.jsonl")
+        given = "in/l.jsonl" if "l" in files else "in"
+        outcome = lcp(f"solve {given} --jobs {jobs} {option} log.jsonl")
         codes.append(outcome.code)
     assert codes == [0, 0]
     log = records_of((folder / "log.jsonl").read_text())
@@ -514,7 +494,7 @@ def test_run_that_is_resumed_solves_what_was_added_and_names_what_is_gone(
     for name in gone:
         file, _, item = name.partition(":")
         assert f"in/{file}.json" + ("l:" + item if item else "") in outcome.err
-    again = lcp("solve", *given, "--resume", "log.jsonl")
+    again = lcp(f"solve {given} --resume log.jsonl")
     assert records_of((folder / "log.jsonl").read_text()) == log
     assert again.err == outcome.err
 
@@ -526,12 +506,12 @@ def test_equal_lines_have_a_record_each_in_whichever_order_they_were_written(
     """As several processes write them, whose run is ended before all are there."""
     (folder / "equal.jsonl").write_text(5 * A)
     log = folder / "log.jsonl"
-    assert lcp("solve", "equal.jsonl", "-o", "log.jsonl").code == 0
+    assert lcp("solve equal.jsonl -o log.jsonl").code == 0
     lines = log.read_text().splitlines(keepends=True)
     left = [line for at, line in enumerate(lines) if at not in gone]
     for order in (left, left[::-1]):
         log.write_text("".join(order))
-        assert lcp("solve", "equal.jsonl", "--resume", "log.jsonl").code == 0
+        assert lcp("solve equal.jsonl --resume log.jsonl").code == 0
         records = records_of(log.read_text())
         for key in ("item", "number"):
             assert sorted(record[key] for record in records) == [1, 2, 3, 4, 5]
@@ -541,16 +521,16 @@ def test_columns_may_be_added_to_a_resumed_run_but_not_changed_with_their_matrix
     lcp: Lcp, folder: Path
 ) -> None:
     (folder / "Q.csv").write_text("a,b\n-1,-2\n-1,1\n")
-    line = ("solve", "M.csv", "Q.csv")
-    assert lcp(*line, "-o", "log.jsonl").code == 0
+    line = "solve M.csv Q.csv"
+    assert lcp(f"{line} -o log.jsonl").code == 0
     (folder / "Q.csv").write_text("a,new,b\n-1,5,-2\n-1,-1,1\n")
-    outcome = lcp(*line, "--resume", "log.jsonl")
+    outcome = lcp(f"{line} --resume log.jsonl")
     assert (outcome.code, outcome.err) == (0, "lcp: 3 problems: 3 solved\n")
     text = (folder / "log.jsonl").read_text()
     assert [record["problem"] for record in records_of(text)] == ["a", "b", "new"]
     (folder / "M.csv").write_text("3,1\n1,3\n")
     told = "has a result of Q.csv:1 as it was before it changed"
-    assert_refused(lcp(*line, "--resume", "log.jsonl"), told)
+    assert_refused(lcp(f"{line} --resume log.jsonl"), told)
     assert (folder / "log.jsonl").read_text() == text
 
 
@@ -576,7 +556,7 @@ def test_summary_of_an_interrupted_run_says_how_many_have_a_result(
         "results",
         lambda *given, **named: run(*given, **named) if any(left) else interrupt(),
     )
-    outcome = lcp("solve", "good.json", "good.json", "-", "M.csv", "Q.csv")
+    outcome = lcp("solve good.json good.json - M.csv Q.csv")
     told = (
         "lcp: 1 problem: 1 solved; interrupted; with -o FILE.jsonl it could be "
         "resumed\n"

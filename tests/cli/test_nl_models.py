@@ -26,7 +26,7 @@ from .models import FILES, PLANT
 
 def test_compressed_models_have_their_names(models: Path, lcp: Lcp) -> None:
     (models / "plant.nl.gz").write_bytes(gzip.compress(PLANT))
-    assert record(lcp("solve", "plant.nl.gz", "--format", "json"))["names"] == ["plant"]
+    assert record(lcp("solve plant.nl.gz --format json"))["names"] == ["plant"]
 
 
 @pytest.fixture(autouse=True)
@@ -46,14 +46,14 @@ def test_commands_print_what_the_document_shows(
 def test_ampl_hears_of_stationary_points_and_gives_options_in_two_places(
     lcp: Lcp, models: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    assert "stalled: z is almost a stationary point" in lcp("hopeless", "-AMPL").out
+    assert "stalled: z is almost a stationary point" in lcp("hopeless -AMPL").out
     *_, value, last = (models / "hopeless.sol").read_text().splitlines()
     assert (
         np.isfinite(float(value)),
         403 <= int(last.removeprefix("objno 0 ")) < 500,
     ) == (True, True)
     monkeypatch.setenv("lcp_options", "max_iterations=0 tol=1e-8")
-    assert lcp("linear", "-AMPL").code == 0
+    assert lcp("linear -AMPL").code == 0
     for options, number in (((), 400), (("max_iterations=90",), 0)):
         assert lcp("market", "-AMPL", *options).code == 0
         assert (models / "market.sol").read_text().splitlines()[
@@ -105,9 +105,7 @@ def test_terms_that_cancel_keep_their_domain(lcp: Lcp, folder: Path) -> None:
         (folder / f"{name}.nl").write_bytes(
             model(1, [((4, side), {0: 1}, terms)], [(3,)])
         )
-        done = lcp(
-            "solve", f"{name}.nl", "--z0", "1", "-m", "josephy-newton:restarts=0", "-q"
-        )
+        done = lcp(f"solve {name}.nl --z0 1 -m josephy-newton:restarts=0 -q")
         assert done.code == 1, done
 
 
@@ -134,14 +132,14 @@ def test_inspection_in_python_counts_the_operators_of_a_model(models: Path) -> N
 
 @pytest.mark.parametrize("command", ["solve twice.nl", "solve twice.nl linear.nl"])
 def test_a_fault_has_its_file_and_names(command: str, lcp: Lcp) -> None:
-    first = lcp(*command.split(), "--format", "json").out.splitlines()[0]
+    first = lcp(f"{command} --format json").out.splitlines()[0]
     fault = json.loads(first)
     assert (fault["file"], fault["field"]) == ("twice.nl", "clearing")
     assert fault["message"].startswith("twice.nl: clearing: complements price, and so")
 
 
 def test_a_fault_of_one_model_leaves_others_their_methods(lcp: Lcp) -> None:
-    done = lcp("compare", "twice.nl", "market.nl", "--format", "csv")
+    done = lcp("compare twice.nl market.nl --format csv")
     assert (done.code, "josephy-newton" in done.out) == (2, True)
 
 

@@ -81,7 +81,7 @@ def test_long_step_is_named_with_the_time_so_far(
 
     monkeypatch.setattr(name, long_step)
     monkeypatch.setattr(terminal, "INTERVAL", 0.01)
-    lcp(*line.split())
+    lcp(line)
     assert all(named_in_time)
     assert any(shown.startswith(text) for shown in lines_in(stream))
     assert set(threading.enumerate()) <= others
@@ -93,10 +93,8 @@ def test_folder_has_a_bar_with_the_number_of_its_files(
     stream = watched(monkeypatch)
     for name in ("M.csv", "q.csv"):
         (folder / name).unlink()
-    lcp("solve", ".", "-o", "out.csv")
+    lcp("solve . -o out.csv")
     assert "1/2" in stream.getvalue()
     assert "2/2" in stream.getvalue()
-    lcp(
-        "bench", "good.json", "--method", "newton", "--method", "lemke", "--budget", "0"
-    )
+    lcp("bench good.json --method newton --method lemke --budget 0")
     assert any(re.search(r"lemke .*\b1/2\b", text) for text in lines_in(stream))

@@ -144,19 +144,19 @@ def test_object_in_json(
     fields: dict[str, Any], words: str, lcp: Lcp, in_folder: Path
 ) -> None:
     (in_folder / "bad.json").write_text(json.dumps(fields))
-    assert_refused(lcp("solve", "bad.json"), "lcp: bad.json: ", words)
+    assert_refused(lcp("solve bad.json"), "lcp: bad.json: ", words)
 
 
 @pytest.mark.parametrize(("text", "words"), CSV, ids=[words for _, words in CSV])
 def test_table(text: str, words: str, lcp: Lcp, in_folder: Path) -> None:
     (in_folder / "bad.csv").write_text(text)
-    assert_refused(lcp("solve", "bad.csv"), f"lcp: bad.csv: {words}")
+    assert_refused(lcp("solve bad.csv"), f"lcp: bad.csv: {words}")
 
 
 @pytest.mark.parametrize(("arrays", "words"), NPZ, ids=[words for _, words in NPZ])
 def test_arrays(arrays: dict[str, Any], words: str, lcp: Lcp, in_folder: Path) -> None:
     (in_folder / "bad.npz").write_bytes(archive(**arrays))
-    assert_refused(lcp("solve", "bad.npz"), f"lcp: bad.npz: {words}")
+    assert_refused(lcp("solve bad.npz"), f"lcp: bad.npz: {words}")
 
 
 TINY = "1/1" + 400 * "0"
@@ -231,12 +231,12 @@ def test_a_file_of_doubles_has_no_0_for_another_number(
     data = {"M": [[value, 0], [0, 1]], "q": ["-1", -1]}
     (in_folder / "p.json").write_text(json.dumps(data))
     for ending in refusing:
-        refused = lcp("convert", "p.json", "-o", f"o.{ending}")
+        refused = lcp(f"convert p.json -o o.{ending}")
         words = f"cannot hold {shown}, which is 0 in double precision; use {others}"
         assert_refused(refused, f"lcp: o.{ending}: {words}")
         assert not [*in_folder.glob("o.*")]
     for ending in others.replace(" or ", ", ").split(", "):
-        assert lcp("convert", "p.json", "-o", f"o{ending}").code == 0
+        assert lcp(f"convert p.json -o o{ending}").code == 0
         files = ["o.mtx", "o.q.mtx"] if ending == ".mtx" else [f"o{ending}"]
         solved = record(lcp("solve", "--exact", *files, "-f", "json"))
         assert solved["exact"]["z"] == [str(1 / Fraction(value)), "1"]
@@ -248,8 +248,8 @@ def test_a_number_of_too_large_an_exponent_is_refused_in_its_field_without_a_wro
     (in_folder / "t.json").write_text('{"M": [[1]], "q": [-1e-6000]}')
     where, hint = "lcp: t.json: q: has ", "keep exponents between -5000 and 5000"
     lost = "'-1e-6000', which is 0 in double precision; scale the data"
-    assert lcp("solve", "t.json").err == f"{where}{lost}\n"
-    exactly = lcp("solve", "t.json", "--exact").err
+    assert lcp("solve t.json").err == f"{where}{lost}\n"
+    exactly = lcp("solve t.json --exact").err
     assert exactly == f"{where}the number '-1e-6000'; {hint}\n"
 
 
@@ -261,7 +261,7 @@ def test_a_start_and_a_known_solution_may_round_to_0(
     (in_folder / "t.json").write_text(text)
     outcome = lcp("solve", "t.json", "-f", "json", *options)
     assert (outcome.err, record(outcome)["z"]) == ("", [0.0])
-    assert lcp("convert", "t.json", "-o", "copy.json").code == 0
+    assert lcp("convert t.json -o copy.json").code == 0
     assert '"x0": [1E-400]' in (in_folder / "copy.json").read_text()
 
 
@@ -271,7 +271,7 @@ def test_a_q_that_is_0_only_in_double_precision_is_refused(
     (in_folder / "M.csv").write_text("1\n")
     for q in ("-1e-400\n", "-1,-1e-400\n"):  # one, and one in each column
         (in_folder / "q.csv").write_text(q)
-        assert_refused(lcp("solve", "M.csv", "q.csv"), "lcp: q.csv: has '-1e-400'")
+        assert_refused(lcp("solve M.csv q.csv"), "lcp: q.csv: has '-1e-400'")
 
 
 @pytest.mark.parametrize("files", LOST)
@@ -286,7 +286,7 @@ def test_exact_arithmetic_has_numbers_that_doubles_have_not(
 
 def test_a_subnormal_number_is_no_0(lcp: Lcp, in_folder: Path) -> None:
     (in_folder / "t.json").write_text('{"M": [[1e-320]], "q": [-1e-320]}')
-    solved = record(lcp("solve", "t.json", "-f", "json"))
+    solved = record(lcp("solve t.json -f json"))
     assert (solved["status"], solved["z"]) == ("solved", [1.0])
 
 
@@ -296,7 +296,7 @@ def test_several_q_with_small_numbers_are_solved(
 ) -> None:
     (in_folder / "M.csv").write_text("2,1\n1,2\n")
     (in_folder / "Q.csv").write_text(table)
-    told = lcp("solve", "M.csv", "Q.csv", "-f", "json")
+    told = lcp("solve M.csv Q.csv -f json")
     assert (told.code, told.out.count('"status": "solved"')) == (0, 2)
     (in_folder / "Q.csv").write_text("-5,-1e-400\n-6,-3\n")
-    assert "is 0 in double precision" in lcp("solve", "M.csv", "Q.csv").err
+    assert "is 0 in double precision" in lcp("solve M.csv Q.csv").err

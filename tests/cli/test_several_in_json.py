@@ -14,28 +14,27 @@ from lcpcli.files.formats import is_result
 
 from .conftest import GOOD, Lcp, interrupt, records
 
-BOTH = ("solve", "good.json", "none.json")
+BOTH = "solve good.json none.json"
 
 
 @pytest.mark.parametrize(
     "line",
     [
-        ["solve", "good.json", "none.json"],
-        ["solve", "good.json", "none.json", "--jobs", "2"],
-        ["solve", "good.json", "absent.json"],
-        ["solve", "M.csv", "Q.csv"],
-        ["compare", "good.json", "--method", "newton", "--method", "lemke"],
-        ["compare", "good.json", "none.json", "--method", "newton"],
+        BOTH,
+        f"{BOTH} --jobs 2",
+        "solve good.json absent.json",
+        "solve M.csv Q.csv",
+        "compare good.json --method newton --method lemke",
+        "compare good.json none.json --method newton",
     ],
-    ids=" ".join,
 )
 @pytest.mark.parametrize("suffix", ["json", "JSON"])
 def test_json_file_of_several_runs_is_one_list_with_the_records_of_the_lines(
-    suffix: str, line: list[str], lcp: Lcp, folder: Path
+    suffix: str, line: str, lcp: Lcp, folder: Path
 ) -> None:
     (folder / "Q.csv").write_text("-5,1\n-6,2\n")
-    lcp(*line, "-o", f"out.{suffix}")
-    lcp(*line, "-o", "out.jsonl")
+    lcp(f"{line} -o out.{suffix}")
+    lcp(f"{line} -o out.jsonl")
     content = (folder / f"out.{suffix}").read_text()
     found = json.loads(content)
     lines = [*map(json.loads, (folder / "out.jsonl").read_text().splitlines())]
@@ -50,28 +49,28 @@ def test_json_file_of_several_runs_is_one_list_with_the_records_of_the_lines(
 def test_json_file_of_one_run_is_an_object_and_output_to_a_pipe_has_lines(
     lcp: Lcp, folder: Path
 ) -> None:
-    lcp("solve", "good.json", "-o", "out.json")
+    lcp("solve good.json -o out.json")
     assert isinstance(json.loads((folder / "out.json").read_text()), dict)
-    assert len(records(lcp(*BOTH, "--format", "json"))) == 2
+    assert len(records(lcp(f"{BOTH} --format json"))) == 2
 
 
 def test_list_of_results_is_read_where_lines_are(lcp: Lcp, folder: Path) -> None:
     (folder / "other.json").write_text(GOOD.replace("5", "4"))
-    line = ("solve", "other.json", "good.json")
-    lcp(*line, "-o", "out.json")
-    lcp(*line, "-o", "out.jsonl")
-    lcp("solve", "other.json", "--jobs", "1", "-o", "one.json")
+    line = "solve other.json good.json"
+    lcp(f"{line} -o out.json")
+    lcp(f"{line} -o out.jsonl")
+    lcp("solve other.json --jobs 1 -o one.json")
     assert len(json.loads((folder / "one.json").read_text())) == 1
-    assert lcp("check", "other.json", "one.json").code == 0
-    assert lcp("solve", "other.json", "--z0", "one.json", "-q").code == 0
+    assert lcp("check other.json one.json").code == 0
+    assert lcp("solve other.json --z0 one.json -q").code == 0
     (folder / "one.json").unlink()
     for results in ("out.json", "out.jsonl"):
-        assert lcp("check", "good.json", results).code == 0
-        assert lcp("check", "other.json", results).code == 0
-        assert lcp("solve", "other.json", "--z0", results, "-q").code == 0
-        assert lcp("solve", "other.json", "--basis", results, "-q").code == 0
+        assert lcp(f"check good.json {results}").code == 0
+        assert lcp(f"check other.json {results}").code == 0
+        assert lcp(f"solve other.json --z0 {results} -q").code == 0
+        assert lcp(f"solve other.json --basis {results} -q").code == 0
     told = "file left out (results of lcp, not problems): out.json"
-    assert told in lcp("solve", ".").err
+    assert told in lcp("solve .").err
 
 
 def test_interrupted_run_leaves_a_whole_list(
@@ -83,7 +82,7 @@ def test_interrupted_run_leaves_a_whole_list(
         return run(*given, **named) if any(left) else interrupt()
 
     monkeypatch.setattr(Runs, "results", once)
-    assert lcp(*BOTH, "-o", "out.json").code == 130
+    assert lcp(f"{BOTH} -o out.json").code == 130
     assert [
         each["status"] for each in json.loads((folder / "out.json").read_text())
     ] == ["solved"]
@@ -111,6 +110,6 @@ def test_file_may_have_a_name_that_begins_like_a_negative_number(
     (folder / "-1.csv").write_text("1\n-1\n")
     (folder / "-5.csv").write_text(f"{4 / 3}\n{7 / 3}\n")
     before = {path.name for path in folder.iterdir()}
-    assert lcp(*line.split()).code == 0
+    assert lcp(line).code == 0
     written = {path.name for path in folder.iterdir()} - before
     assert written == {MINUS[line]} - {""}

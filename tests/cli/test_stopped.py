@@ -10,7 +10,6 @@ import json
 import os
 import pickle
 import pkgutil
-import shlex
 import signal
 import subprocess
 import sys
@@ -93,7 +92,7 @@ def stopped(
             return function(*given, **named)
 
         monkeypatch.setattr(place, counted)
-        return lcp(*shlex.split(line))
+        return lcp(line)
 
     return run
 
@@ -245,12 +244,12 @@ def test_record_cut_before_its_conclusions_is_made_again_when_the_log_is_resumed
     problem: str, place: str, stopped: Callable[..., Outcome], lcp: Lcp
 ) -> None:
     files = f"solve {problem} {EXAMPLE}"
-    assert lcp(*f"{files} -o whole.jsonl".split()).code == 0
+    assert lcp(f"{files} -o whole.jsonl").code == 0
     cut = stopped(f"{files} -o cut.jsonl", f"lcpcli.{place}", 0, signal.SIGINT)
     assert cut.code == 130
     (unfinished,) = map(json.loads, Path("cut.jsonl").read_text().splitlines())
     assert (unfinished["status"], unfinished["interrupted"]) == ("solved", True)
-    assert lcp(*f"{files} --resume cut.jsonl".split()).code == 0
+    assert lcp(f"{files} --resume cut.jsonl").code == 0
     whole, resumed = (
         [
             (each["number"], each["digits"], (each["answer"] or {}).get("statement"))
@@ -301,7 +300,7 @@ def test_interrupt_that_a_library_wraps_is_one_and_leaves_what_is_measured(
 
     pytest.importorskip("piqp")
     monkeypatch.setattr("lcpcli.peers.packages.piqp.solve", wrapped)
-    outcome = lcp(*BENCH.split(), "--peer", "piqp")
+    outcome = lcp(f"{BENCH} --peer piqp")
     told = (
         "lcp: interrupted after 1 of 2 measurements; with -o FILE.json it "
         "could be resumed\n"
@@ -312,7 +311,7 @@ def test_interrupt_that_a_library_wraps_is_one_and_leaves_what_is_measured(
         True,
     )
     monkeypatch.setattr(InputFile, "problem", wrapped)
-    assert lcp("solve", EXAMPLE) == Outcome(130, "", "")
+    assert lcp(f"solve {EXAMPLE}") == Outcome(130, "", "")
 
 
 LOADING = f"""
@@ -453,7 +452,7 @@ def test_signal_while_an_extension_module_loads_is_not_lost(
             time.sleep(0.01)
 
     monkeypatch.setattr(loop, "in_range", load)
-    assert lcp("solve", EXAMPLE).code == code
+    assert lcp(f"solve {EXAMPLE}").code == code
 
 
 def test_ctrl_c_that_the_caller_ignores_stays_ignored(lcp: Lcp) -> None:

@@ -113,14 +113,7 @@ def test_at_a_limit_there_is_the_best_so_far_and_a_proved_gap(
     assert found.bound is None or found.value is None or found.bound <= found.value
     lcpcli.write(problem, tmp_path / "p.json")
     ended = lcp(
-        "solve",
-        str(tmp_path / "p.json"),
-        "--minimize",
-        "z1",
-        "--time-limit",
-        "1e-6",
-        "--format",
-        "json",
+        f"solve {tmp_path / 'p.json'} --minimize z1 --time-limit 1e-6 --format json"
     )
     assert (ended.code, json.loads(ended.out)["status"]) == (1, "time_limit")
 
@@ -281,7 +274,7 @@ def test_a_table_of_an_optimum_says_where_it_is_cut(
         "values": [1] * n,
     }
     file.write_text(json.dumps({"M": diagonal, "q": [-1] * n}))
-    shown = lcp("solve", str(file), "--minimize", "z1").out
+    shown = lcp(f"solve {file} --minimize z1").out
     assert (
         f"the first {n - 1} of {n} rows; --format json and csv have all of them"
         in shown

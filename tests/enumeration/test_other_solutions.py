@@ -128,7 +128,7 @@ def test_error_in_the_search_for_others_leaves_the_solution(
 
     monkeypatch.setattr(others, "quick_search", broken)
     (tmp_path / "murty.json").write_text('{"M": [[1, 2], [2, 1]], "q": [-1, -1]}')
-    outcome = lcp("solve", str(tmp_path / "murty.json"), "--format", "json")
+    outcome = lcp(f"solve {tmp_path / 'murty.json'} --format json")
     held = json.loads(outcome.out)
     assert (outcome.code, held["solved"], held["others"]) == (0, True, None)
 

@@ -4,7 +4,6 @@ what is known at a limit and after Ctrl-C."""
 from __future__ import annotations
 
 import json
-import shlex
 import signal
 from collections.abc import Callable
 from pathlib import Path
@@ -72,7 +71,7 @@ def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     ],
 )
 def test_wrong_options_are_told_in_one_line(options: str, told: str, lcp: Lcp) -> None:
-    outcome = lcp("why", "diet.json", *shlex.split(options))
+    outcome = lcp(f"why diet.json {options}")
     assert (outcome.code, outcome.out, outcome.err) == (2, "", f"lcp: {told}\n")
 
 
@@ -82,7 +81,7 @@ def test_json_has_all_keys_for_every_outcome(lcp: Lcp) -> None:
         "irreducible fewest near repair repairable z ranges seconds"
     )
     found = {
-        name: json.loads(lcp("why", f"{name}.json", "--format", "json").out)
+        name: json.loads(lcp(f"why {name}.json --format json").out)
         for name in ("diet", "pipes", "two")
     }
     assert {" ".join(each) for each in found.values()} == {keys}
@@ -104,30 +103,30 @@ def test_decimals_count_as_written(folder: Path, lcp: Lcp) -> None:
     """Three tenths are not more than 0.1 + 0.2, as they are in doubles."""
     data = {"c": [1], "A": [[1], [1]], "row_lower": [0.3, None]}
     (folder / "sum.json").write_text(json.dumps(data | {"row_upper": [None, 0.3]}))
-    assert '"solved"' in lcp("why", "sum.json", "--format", "json").out
+    assert '"solved"' in lcp("why sum.json --format json").out
     text = '{"M": [[0]], "q": [-0.1]}'
     (folder / "tenth.json").write_text(text)
-    assert '"change": "1/10"' in lcp("why", "tenth.json", "--format", "json").out
+    assert '"change": "1/10"' in lcp("why tenth.json --format json").out
 
 
 def test_runs_without_a_solution_end_with_the_hint(folder: Path, lcp: Lcp) -> None:
     for name in ("diet", "rows"):
         file = next(folder.glob(f"{name}.*")).name
-        outcome = lcp("solve", file)
+        outcome = lcp(f"solve {file}")
         assert outcome.code == 3
         assert f"\ntry lcp why {file}\n" in outcome.out
     (folder / "M.csv").write_text("0,1\n0,0\n")
     (folder / "the q.csv").write_text("-1,-1\n")
-    assert "\ntry lcp why M.csv 'the q.csv'\n" in lcp("solve", "M.csv", "the q.csv").out
+    assert "\ntry lcp why M.csv 'the q.csv'\n" in lcp("solve M.csv 'the q.csv'").out
     # Another command cannot read standard input again, or name a line.
     piped, line = InputFile("-"), InputFile("many.jsonl", line=3)
     assert [*Input((piped,)).paths, *Input((line,)).paths] == []
-    assert "try" not in lcp("solve", "two.json").out
+    assert "try" not in lcp("solve two.json").out
     assert lcpcli.run(lcpcli.read("rows.csv")).advice == "try lcpcli.why(problem)"
 
 
 def test_what_is_proved_of_a_program_comes_before_the_proof_in_z(lcp: Lcp) -> None:
-    lines = lcp("solve", "diet.json").out.splitlines()
+    lines = lcp("solve diet.json").out.splitlines()
     assert lines[1] == "the program is infeasible: no x satisfies its constraints"
     assert lines[2].startswith("excluded within the bounds by its rows times (protein ")
     (of_z,) = (line for line in lines if "has no solution" in line)
@@ -161,7 +160,7 @@ def _raising(number: int) -> Callable[..., Any]:
 )
 def test_an_interrupt_shows_what_is_known(number: int, code: int, lcp: Lcp) -> None:
     def shown(name: str) -> dict[str, Any]:
-        outcome = lcp("why", name, "--format", "json")
+        outcome = lcp(f"why {name} --format json")
         assert (outcome.code, outcome.err) == (code, "")
         found: dict[str, Any] = json.loads(outcome.out)
         assert found["complete"] is False
@@ -191,7 +190,7 @@ def test_at_the_time_limit_nothing_else_is_said(lcp: Lcp) -> None:
     late = lcpcli.why(problem, time_limit=1e-9)
     assert (late.status, late.complete, late.conflict) == ("time_limit", False, ())
     assert late.message == "time limit: neither a conflict nor a solution is known"
-    outcome = lcp("why", "pipes.json", "--time-limit", "1e-9")
+    outcome = lcp("why pipes.json --time-limit 1e-9")
     assert outcome.code == 1
     assert "time limit: neither" in outcome.out
 
@@ -203,7 +202,7 @@ def test_a_conflict_that_is_not_reduced_is_told_as_such(
         raise lcpcli.interrupts.TimeIsUp
 
     monkeypatch.setattr(conflicts.Finder, "_reduce", late)
-    outcome = lcp("why", "pipes.json")
+    outcome = lcp("why pipes.json")
     assert outcome.code == 1
     assert "it is not proved that all of them are necessary" in outcome.out
     assert "the cheapest change" in outcome.out
@@ -211,12 +210,12 @@ def test_a_conflict_that_is_not_reduced_is_told_as_such(
 
 def test_every_format_has_the_conflict(lcp: Lcp) -> None:
     for form in ("table", "markdown", "latex", "html", "json", "csv"):
-        out = lcp("why", "diet.json", "--format", form).out
+        out = lcp(f"why diet.json --format {form}").out
         assert "protein" in out
-    outcome = lcp("why", "diet.json", "-o", "diet.html")
+    outcome = lcp("why diet.json -o diet.html")
     assert outcome.out == ""
     assert outcome.err.startswith("lcp: diet.json: these 4 conditions cannot hold")
-    assert lcp("why", "diet.json", "--quiet").out == ""
+    assert lcp("why diet.json --quiet").out == ""
 
 
 def test_a_solution_beyond_the_range_of_doubles_has_ranges(
@@ -225,7 +224,7 @@ def test_a_solution_beyond_the_range_of_doubles_has_ranges(
     """z = 1e400 is at no upper bound, although it is rounded to infinity."""
     problem = {"M": [["1e-400", 0], [0, 1]], "q": [-1, -1], "upper": [None, 5]}
     (folder / "tiny.json").write_text(json.dumps(problem))
-    told = json.loads(lcp("why", "tiny.json", "-f", "json").out)
+    told = json.loads(lcp("why tiny.json -f json").out)
     first, second = told["ranges"]["q"]
     assert (first["lower"], first["upper"]) == (None, "0")
     assert (second["lower"], second["upper"]) == ("-5", "0")
@@ -236,6 +235,6 @@ def test_conditions_whose_quotients_overflow_are_proved_to_contradict_each_other
     M: str, folder: Path, lcp: Lcp
 ) -> None:
     (folder / "p.json").write_text(f'{{"M": [[{M}]], "q": [-1e200]}}')
-    outcome = lcp("why", "p.json")
+    outcome = lcp("why p.json")
     assert outcome.err == ""
     assert "these 2 conditions cannot hold together: z1 (lower bound)" in outcome.out

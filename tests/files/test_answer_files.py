@@ -51,26 +51,26 @@ def folder(in_folder: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
 
 
 @pytest.mark.parametrize("answer", ["z.md", "z.tex", "z.txt"])
-@pytest.mark.parametrize("options", [(), ("--all",)])
+@pytest.mark.parametrize("options", ["", "--all"])
 def test_a_result_as_a_table_is_for_people_alone(
-    answer: str, options: tuple[str, ...], lcp: Lcp, folder: Path
+    answer: str, options: str, lcp: Lcp, folder: Path
 ) -> None:
-    assert lcp("solve", "murty.json", *options, "-o", answer, "-q").code == 0
-    for command in (("check", "murty.json", answer), ("solve", answer)):
+    assert lcp(f"solve murty.json {options} -o {answer} -q").code == 0
+    for command in (f"check murty.json {answer}", f"solve {answer}"):
         told = f"lcp: {answer}: {RESULT_AS_TABLE}; {AS_JSON_OR_CSV}\n"
-        assert lcp(*command) == Outcome(2, "", told)
+        assert lcp(command) == Outcome(2, "", told)
     assert (folder / answer).exists()
 
 
 def test_a_file_of_iterates_has_each_of_them_or_every_tenth(
     lcp: Lcp, folder: Path
 ) -> None:
-    arguments = ("solve", EXAMPLE, "--method", "fixed-point")
-    assert lcp(*arguments, "--trace", "-o", "t.csv").out == ""
+    arguments = f"solve {EXAMPLE} --method fixed-point"
+    assert lcp(f"{arguments} --trace -o t.csv").out == ""
     rows = table(folder / "t.csv")
     assert [int(row["k"]) for row in rows] == list(range(len(rows)))
     assert [row["status"] for row in rows] == [""] * (len(rows) - 1) + ["solved"]
-    assert lcp(*arguments, "-q", "--trace", "-o", "t.csv", "--every", "10").out == ""
+    assert lcp(f"{arguments} -q --trace -o t.csv --every 10").out == ""
     assert len(table(folder / "t.csv")) < len(rows) / 5
 
 
@@ -96,17 +96,8 @@ def test_figure_can_be_redrawn_from_the_trace(
         plotting, "convergence", lambda panels: drawn.extend(panels) or usual(panels)
     )
     lcp(
-        "compare",
-        EXAMPLE,
-        "--method",
-        "shi",
-        "--sweep",
-        "k-star=5,20",
-        "--plot",
-        "figure.svg",
-        "--trace",
-        "-o",
-        "t.csv",
+        f"compare {EXAMPLE} --method shi --sweep k-star=5,20 --plot figure.svg "
+        "--trace -o t.csv"
     )
     assert [curve.label for curve in drawn[0].curves] == [
         "shi:k-star=5",
@@ -161,17 +152,14 @@ def test_each_solution_of_a_list_is_checked(
 def test_wrong_solution_among_others_in_csv_is_told_apart(
     name: str, swapped: tuple[int, int], cell: int, other: str, lcp: Lcp, folder: Path
 ) -> None:
-    assert (
-        lcp("solve", f"{name}.json", "--all", "--format", "csv", "-o", "all.csv").code
-        == 0
-    )
+    assert lcp(f"solve {name}.json --all --format csv -o all.csv").code == 0
     lines = (folder / "all.csv").read_text().splitlines()
     first, second = (next(csv.reader([lines[k]])) for k in swapped)
     first[cell], second[cell] = second[cell], other or first[cell]
     for k, row in zip(swapped, (first, second), strict=True):
         lines[k] = ",".join(f'"{text}"' for text in row)
     (folder / "all.csv").write_text("\n".join(lines))
-    outcome = lcp("check", f"{name}.json", "all.csv", "--format", "json")
+    outcome = lcp(f"check {name}.json all.csv --format json")
     correct = [json.loads(line)["accepted"] for line in outcome.out.splitlines()]
     assert (outcome.code, correct.count(False)) == (1, 1)
 
@@ -182,7 +170,7 @@ def test_a_table_of_equilibria_that_lacks_a_player_is_refused_in_a_line(
     (folder / "all.csv").write_text(
         "equilibrium,player,strategy,probability\n1,column,1,1/2\n1,column,2,1/2\n"
     )
-    outcome = lcp("check", "both.json", "all.csv")
+    outcome = lcp("check both.json all.csv")
     fault = (
         "lcp: all.csv: has an equilibrium with the strategy of one player alone; "
         "give both strategies\n"
@@ -216,8 +204,8 @@ def test_each_of_several_lists_is_checked_and_two_may_be_parts_of_one_answer(
         assert outcome.out.count("z solves the problem") == sum(accepted)
     Path("lists.json").write_text('[["3/5", "2/5"], ["2/5", "3/5"]]')
     Path("game.json").write_text('{"A": [[3, 0], [0, 2]], "B": [[2, 0], [0, 3]]}')
-    outcome = lcp("check", "game.json", "lists.json", "--exact")
+    outcome = lcp("check game.json lists.json --exact")
     assert "the strategies are an equilibrium" in outcome.out
     answer = run(read("portfolio")).answer
     Path("lists.json").write_text(json.dumps([answer.x.tolist(), answer.y.tolist()]))
-    assert lcp("check", "portfolio", "lists.json").code == 0
+    assert lcp("check portfolio lists.json").code == 0

@@ -290,7 +290,7 @@ def test_a_closed_standard_input_is_refused(
     lcp: Callable[..., Outcome], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(sys, "stdin", None)
-    outcome = lcp("solve", "-")
+    outcome = lcp("solve -")
     assert "standard input" in outcome.err
     assert (outcome.code, outcome.out, outcome.err.count("\n")) == (2, "", 1)
 
@@ -302,7 +302,7 @@ def test_a_missing_file_in_a_folder_that_cannot_be_listed_is_refused(
         raise PermissionError(13, os.strerror(13), str(folder))
 
     monkeypatch.setattr(Path, "iterdir", refuse)
-    outcome = lcp("solve", str(tmp_path / "good.json"))
+    outcome = lcp(f"solve {tmp_path / 'good.json'}")
     assert NO_SUCH_FILE in outcome.err
     assert (outcome.code, outcome.out, outcome.err.count("\n")) == (2, "", 1)
 

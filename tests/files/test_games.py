@@ -96,20 +96,17 @@ def test_both_forms_are_only_read_and_complete_formats_keep_payoffs_and_tree(
         contents.shipped_path("games/winkels.nfg"),
         game_of(GAME, "g.efg").tree.terminal_nodes,
     )
-    assert lcp("convert", winkels, "-o", "w.json").code == 0
+    assert lcp(f"convert {winkels} -o w.json").code == 0
     assert read("w.json").origin.payoffs()[0][4][0] == Fraction(5, 2)
     for suffix in ("json", "npz", "mat"):
-        assert (
-            lcp("convert", "g.efg", "-o", f"g.{suffix}").err
-            == f"lcp: wrote g.{suffix}\n"
-        )
+        assert lcp(f"convert g.efg -o g.{suffix}").err == f"lcp: wrote g.{suffix}\n"
         again = read(f"g.{suffix}")
         assert again.origin.tree.terminal_nodes == kept
         assert (again.M == read("g.efg").M).all()
     for output in ("w.nfg", "w.efg"):
-        done = lcp("convert", winkels, "-o", output)
+        done = lcp(f"convert {winkels} -o {output}")
         assert (done.code, ONLY_READ in done.err) == (2, True)
-    done = lcp("convert", "g.efg", "-o", "g.csv")
+    done = lcp("convert g.efg -o g.csv")
     assert (
         "written as the game's mixed problem, M, q and bounds; left out: name, "
         "game tree, names" in done.err
@@ -118,7 +115,7 @@ def test_both_forms_are_only_read_and_complete_formats_keep_payoffs_and_tree(
     data = json.loads(Path("m.json").read_text())
     data["M"][0][3] += 1
     Path("m.json").write_text(json.dumps(data))
-    assert f"origin: {OTHER_ORIGIN}" in lcp("solve", "m.json").err
+    assert f"origin: {OTHER_ORIGIN}" in lcp("solve m.json").err
 
 
 GAMES = {
@@ -147,8 +144,8 @@ NO_GAMES = {
 def test_two_tables_that_may_be_a_game_get_a_hint(kind: str, lcp: Lcp) -> None:
     put(*(GAMES | NO_GAMES)[kind])
     for command in ("solve", "inspect"):
-        assert lcp(command, "A.csv", "B.csv").err.count(ADD_GAME) == int(kind in GAMES)
-        assert lcp(command, "A.csv", "B.csv", "--game").err == "" or kind in NO_GAMES
+        assert lcp(f"{command} A.csv B.csv").err.count(ADD_GAME) == int(kind in GAMES)
+        assert lcp(f"{command} A.csv B.csv --game").err == "" or kind in NO_GAMES
 
 
 @pytest.mark.parametrize(
@@ -196,7 +193,7 @@ def test_costs_are_minimized(lcp: Lcp) -> None:
     assert cost.M.tolist() == payoff.M.tolist()
     assert cost.origin.payoffs() == payoff.origin.payoffs()
     Path("costs.json").write_text(json.dumps(costs | {"sense": "least"}))
-    assert 'give "max" for payoffs or "min" for costs' in lcp("solve", "costs.json").err
+    assert 'give "max" for payoffs or "min" for costs' in lcp("solve costs.json").err
 
 
 GAME = TREE + (
@@ -257,7 +254,7 @@ def test_it_is_recognized_by_its_first_word_also_compressed_and_from_text(
     assert game_of(GAME, "g.txt").sizes == (3, 3, 2, 2)
     found = [read("g.efg.gz"), lcpcli.from_efg(GAME), read("g.txt")]
     assert len({problem.M.tobytes() for problem in found}) == 1
-    assert lcp("solve", "g.efg.gz", "-q").code == lcp("inspect", "g.efg.gz").code == 0
+    assert lcp("solve g.efg.gz -q").code == lcp("inspect g.efg.gz").code == 0
     Path("g.efg").write_text(GAME)
     assert "g.efg" in map(str, map(Path, contents.files_in(["."], print)))
     with pytest.raises(
@@ -269,7 +266,7 @@ def test_it_is_recognized_by_its_first_word_also_compressed_and_from_text(
 def test_labels_in_latin_1_are_read_and_what_is_no_text_is_refused(lcp: Lcp) -> None:
     Path("g.efg").write_bytes(GAME.replace("Ann", "J\xfcrgen").encode("latin-1"))
     assert read("g.efg").names[0] == "J\xfcrgen"
-    assert lcp("convert", "g.efg", "-o", "g.json").code == 0
+    assert lcp("convert g.efg -o g.json").code == 0
     Path("g.efg").write_bytes(b"EFG 2 R \0")
     with pytest.raises(errors.ProblemError, match=NOT_UTF_8):
         read("g.efg")

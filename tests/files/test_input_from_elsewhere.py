@@ -250,7 +250,7 @@ def test_games_starts_and_solutions_have_numbers_as_texts(lcp: Lcp) -> None:
     game |= {"A": [["3", "1/4"], ["1/3", 2]]}
     Path("other.json").write_text(json.dumps(game))
     texts = {
-        lcp("solve", name, "--exact", "--format", "csv").out.partition("\ncomp")[2]
+        lcp(f"solve {name} --exact --format csv").out.partition("\ncomp")[2]
         for name in ("game.json", "other.json")
     }
     assert len(texts) == 1
@@ -260,22 +260,22 @@ def test_games_starts_and_solutions_have_numbers_as_texts(lcp: Lcp) -> None:
     found = read("p.json")
     assert (found.x0.tolist(), found.solutions[0][0]) == ([1, 0.5], 4 / 3)
     Path("z.json").write_text('{"z": ["4/3", "7/3"], "w": ["0", 0]}')
-    assert lcp("solve", "p.json", "--z0", "z.json", "--exact").code == 0
-    assert lcp("check", "p.json", "z.json", "--exact").code == 0
+    assert lcp("solve p.json --z0 z.json --exact").code == 0
+    assert lcp("check p.json z.json --exact").code == 0
     Path("x0.json").write_text('["1/2", " 2 "]')
     Path("upper.json").write_text('["inf", "7/4"]')
-    more = ("--x0", "x0.json", "--upper", "upper.json")
-    assert lcp("solve", "p.json", *more, "-q").code == 0
+    more = "--x0 x0.json --upper upper.json"
+    assert lcp(f"solve p.json {more} -q").code == 0
     Path("q.json").write_text('{"q": ["-5", "-6"]}')
     Path("M.json").write_text('{"M": [["2", "1"], ["1", "2"]]}')
-    assert lcp("solve", "M.json", "q.json", "-q").code == 0
+    assert lcp("solve M.json q.json -q").code == 0
 
 
 @pytest.mark.usefixtures("in_folder")
 def test_csv_has_fractions_which_are_exact_where_that_is_asked_for(lcp: Lcp) -> None:
     Path("p.csv").write_text("x,y,q,upper\n2,1/3,-1,inf\n1/4, 1 ,-3/4,2\n")
     assert read("p.csv").M[0, 1] == 1 / 3
-    assert "exact z = (9/23, 15/23)" in lcp("solve", "p.csv", "--exact").out
+    assert "exact z = (9/23, 15/23)" in lcp("solve p.csv --exact").out
     Path("semicolons.csv").write_text("0,5;1/3;-1\n1/3;2;-1,5\n")
     assert read("semicolons.csv").M.tolist() == [[0.5, 1 / 3], [1 / 3, 2]]
 
@@ -367,7 +367,7 @@ def test_fractions_are_written_as_such_where_they_are_read_and_else_rounded(
     Path("program.json").write_text(json.dumps(program))
     exact = read_exact("problem.json")
     for name in ("a.json", "a.csv", "a.mtx", "a.npz"):
-        outcome = lcp("convert", "problem.json", "-o", name)
+        outcome = lcp(f"convert problem.json -o {name}")
         is_rounded = name not in ("a.json", "a.csv")
         assert ("were rounded; .json or .csv would" in outcome.err) is is_rounded
         if not is_rounded:
@@ -375,7 +375,7 @@ def test_fractions_are_written_as_such_where_they_are_read_and_else_rounded(
         others = ["a.q.mtx"] if name == "a.mtx" else []
         assert (read(name, *others).M == read("problem.json").M).all()
     for name in ("b.json", "b.mps", "b.npz"):
-        outcome = lcp("convert", "program.json", "-o", name)
+        outcome = lcp(f"convert program.json -o {name}")
         assert ("were rounded; .json would" in outcome.err) is (name != "b.json")
         found, right = read(name).M, read("program.json").M
         assert found == pytest.approx(right, rel=1e-15)

@@ -133,7 +133,7 @@ def test_exact_answers_are_of_the_decimals_in_the_file(
 ) -> None:
     pytest.importorskip("flint")
     text = "NAME e\nROWS\n N c\n G r\nCOLUMNS\n x c 0.1 r 0.3\nRHS\n b r 0.7\nENDATA\n"
-    outcome = lcp("solve", str(written(tmp_path, text)), "--exact", "--format", "json")
+    outcome = lcp(f"solve {written(tmp_path, text)} --exact --format json")
     assert json.loads(outcome.out)["answer"]["exact"] == {"x": ["7/3"], "y": ["1/3"]}
 
 

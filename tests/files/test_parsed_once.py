@@ -157,7 +157,7 @@ def test_each_file_is_opened_and_parsed_once(
     command: str, lcp: Lcp, counted: Counter[str]
 ) -> None:
     expected = COMMANDS[command]
-    outcome = lcp(*command.split())
+    outcome = lcp(command)
     assert outcome.code in (0, 1), outcome.err
     assert counted == {"opened": expected.get("opened", sum(expected.values()))} | (
         expected

@@ -133,16 +133,8 @@ def test_a_start_is_taken_from_a_file_or_hundreds_of_typed_numbers(
     Path(file).write_text(JSON)
     Path(start).write_text("-1\n0.25\n")
     for number, option in enumerate(("--x0", "--x1")):
-        options = (
-            option,
-            start,
-            "--format",
-            "json",
-            "--trace",
-            "--max-iterations",
-            "1",
-        )
-        trace = json.loads(lcp("solve", file, "--method", "shi", *options).out)["trace"]
+        options = f"{option} {start} --format json --trace --max-iterations 1"
+        trace = json.loads(lcp(f"solve {file} --method shi {options}").out)["trace"]
         assert trace[number]["z"] == [0, 0.5]
     write(Problem(2 * sparse.eye_array(300, format="csr"), np.full(300, -1.0)), file)
     outcome = lcp("solve", file, "--x0", ",".join(["0.25"] * 300), "-q")
@@ -213,25 +205,25 @@ def test_two_files_are_one_problem_in_every_command(lcp: Lcp, files: str) -> Non
         "compare {} --method lemke -q",
         "check {} 0.5,0",
     ):
-        outcome = lcp(*line.format(files).split())
+        outcome = lcp(line.format(files))
         assert (outcome.code, outcome.err) == (0, "")
 
 
 def test_a_file_that_holds_M_alone_takes_exactly_the_next_one(
     folder: Path, lcp: Lcp
 ) -> None:
-    files = ["p.csv", "M.npy", "q.npy", "M.mat", "b.mat", "p.csv"]
-    found = lcp("compare", *files, "--method", "newton", "--format", "json")
+    files = "p.csv M.npy q.npy M.mat b.mat p.csv"
+    found = lcp(f"compare {files} --method newton --format json")
     assert [json.loads(line)["problem"] for line in found.out.splitlines()] == [
         "p",
         "M",
         "M",
         "p",
     ]
-    assert lcp("compare", "p.csv", "M.npy").err.strip() == (
+    assert lcp("compare p.csv M.npy").err.strip() == (
         f"lcp: M.npy: {NO_Q}; {ADD_Q}".format("2 x 2")
     )
-    lcp("bench", *files, "--method", "newton", "--budget", "0", "-q", "-o", "b.json")
+    lcp(f"bench {files} --method newton --budget 0 -q -o b.json")
     record = json.loads((folder / "b.json").read_text())
     assert [case["name"] for case in record["cases"]] == [
         "p.csv",
@@ -240,7 +232,7 @@ def test_a_file_that_holds_M_alone_takes_exactly_the_next_one(
     ]
     record["measurements"].clear()
     (folder / "b.json").write_text(json.dumps(record))
-    assert lcp("bench", "--resume", "b.json", "-q").code == 0
+    assert lcp("bench --resume b.json -q").code == 0
     assert all(
         row["success"]
         for row in json.loads((folder / "b.json").read_text())["measurements"]
@@ -260,7 +252,7 @@ def test_numbers_are_typed_in_any_usual_way_unless_a_file_has_their_name(
         "[1,-2.5 1/3]",
     ):
         assert beside.typed_numbers("--x0", text) == ["1", "-2.5", "1/3"]
-        assert lcp("solve", "p.csv", "--x0", text, "-q").code == 0
+        assert lcp("solve p.csv -q --x0", text).code == 0
         assert (
             lcp("check", "p.csv", text.replace("-2.5", "0").replace("1/3", "3/3")).code
             == 0
@@ -312,7 +304,7 @@ def test_what_is_not_read_is_refused_by_name(
     tmp_path: Path, lcp: Lcp, name: str, content: bytes, words: str
 ) -> None:
     (tmp_path / name).write_bytes(content)
-    outcome = lcp("solve", str(tmp_path / name))
+    outcome = lcp(f"solve {tmp_path / name}")
     assert outcome.err.startswith(f"lcp: {tmp_path / name}: {words}"), outcome.err
     assert (outcome.code, outcome.out, outcome.err.count("\n")) == (2, "", 1)
 
@@ -389,7 +381,7 @@ def test_each_is_read_by_its_name_from_any_folder(elsewhere: Path) -> None:
 def test_every_command_that_reads_a_problem_takes_the_names(
     elsewhere: Path, lcp: Callable[..., Any]
 ) -> None:
-    assert lcp("solve", "bimatrix", "-o", "result.json").code == 0
+    assert lcp("solve bimatrix -o result.json").code == 0
     for line in (
         "solve bimatrix diode-bridge -q",
         "solve winkels --all",
@@ -399,7 +391,7 @@ def test_every_command_that_reads_a_problem_takes_the_names(
         "convert portfolio -o portfolio.mat -q",
         "bench two-unknowns --method newton --budget 0 -q",
     ):
-        outcome = lcp(*line.split())
+        outcome = lcp(line)
         assert (outcome.code, outcome.err) == (0, ""), line
     assert (elsewhere / "portfolio.mat").exists()
 
@@ -419,5 +411,5 @@ def test_blanks_around_a_problem_take_no_time(
 ) -> None:
     """Time that grew with the square of their number would be a minute."""
     (in_folder / "problem").write_bytes(content)
-    outcome = lcp("solve", "problem", "-f", "json")
+    outcome = lcp("solve problem -f json")
     assert json.loads(outcome.out)["z"] == pytest.approx([4 / 3, 7 / 3])

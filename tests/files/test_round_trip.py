@@ -287,14 +287,7 @@ def plain(value: Any) -> str:
 
 def test_bounds_typed_beside_a_file_keep_their_digits(folder: Path, lcp: Lcp) -> None:
     (folder / "a.json").write_text('{"M": [[1, 0], [0, 1]], "q": [0, -1]}')
-    lcp(
-        "convert",
-        str(folder / "a.json"),
-        "--upper",
-        f"{DIGITS},1/8",
-        "-o",
-        str(folder / "b.csv"),
-    )
+    lcp(f"convert {folder / 'a.json'} --upper {DIGITS},1/8 -o {folder / 'b.csv'}")
     assert exact(folder / "b.csv")[3] == [Fraction(DIGITS), Fraction(1, 8)]
 
 
@@ -390,7 +383,7 @@ def test_games_keep_their_payoffs(folder: Path, lcp: Lcp) -> None:
     convert(folder / "g.nfg", folder / "h.json")
     held = json.loads((folder / "h.json").read_text(), parse_int=str, parse_float=str)
     assert held["A"] == [["1/3"], ["0.10000000000000000555"]]
-    outcome = lcp("convert", str(folder / "g.nfg"), "-o", str(folder / "h.csv"))
+    outcome = lcp(f"convert {folder / 'g.nfg'} -o {folder / 'h.csv'}")
     assert outcome.err.splitlines()[2:] == [
         f"lcp: {folder}/h.csv: some numbers have more digits than doubles and "
         "were rounded; .json would keep them all"
@@ -405,7 +398,7 @@ def test_doubles_are_rounded_with_one_remark(
         f'{{"M": [[{DIGITS}, 0], [0, {INTEGER}]], "q": [0, -1]}}'
     )
     output = folder / f"a.{ending}"
-    outcome = lcp("convert", str(folder / "a.json"), "-o", str(output))
+    outcome = lcp(f"convert {folder / 'a.json'} -o {output}")
     assert (outcome.code, outcome.err.count("\n"), "were rounded" in outcome.err) == (
         0,
         2,
@@ -414,12 +407,7 @@ def test_doubles_are_rounded_with_one_remark(
     again = read(*([output, folder / "a.q.npy"] if ending == "npy" else [output]))
     assert again.M.tolist() == [[0.1, 0.0], [0.0, float(INTEGER)]]
     (folder / "b.json").write_text('{"M": [[0.1]], "q": [-0.3333333333333333]}')
-    assert (
-        lcp(
-            "convert", str(folder / "b.json"), "-o", str(folder / f"b.{ending}"), "-q"
-        ).err
-        == ""
-    )
+    assert lcp(f"convert {folder / 'b.json'} -o {folder / f'b.{ending}'} -q").err == ""
 
 
 @settings(max_examples=30)

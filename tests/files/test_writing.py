@@ -140,11 +140,11 @@ def file(tmp_path: Path) -> str:
 
 def test_a_device_is_written_to_and_not_replaced(lcp: Lcp, file: str) -> None:
     with refused_rename(AssertionError("the device would have been replaced")):
-        outcome = lcp("solve", file, "-q", "-o", "/dev/null")
+        outcome = lcp(f"solve {file} -q -o /dev/null")
         write_whole("/dev/null", "text")
     assert outcome == Outcome(0, "", "")
     assert_refused(
-        lcp("solve", file, "-o", "/dev/full"), "lcp: /dev/full: cannot be written"
+        lcp(f"solve {file} -o /dev/full"), "lcp: /dev/full: cannot be written"
     )
     assert stat.S_ISCHR(Path("/dev/null").stat().st_mode)
 
@@ -173,9 +173,9 @@ def test_a_pipe_is_written_to_and_not_replaced_and_read_from(tmp_path: Path) -> 
 def test_a_name_that_is_no_unicode_loses_no_result(
     lcp: Lcp, file: str, tmp_path: Path, ending: str
 ) -> None:
-    assert lcp(
-        "solve", file, "-q", "-o", str(tmp_path / f"result.{ending}")
-    ) == Outcome(0, "", "")
+    assert lcp(f"solve {file} -q -o {tmp_path / f'result.{ending}'}") == Outcome(
+        0, "", ""
+    )
     assert "half" in (tmp_path / f"result.{ending}").read_text(encoding="utf-8")
 
 
@@ -214,10 +214,10 @@ def test_a_log_in_any_order_goes_on_with_what_it_lacks(lcp: Lcp, folder: Path) -
     path = folder / "log.jsonl"
     whole = whole_log(lcp)
     path.write_text("".join(whole[at] for at in (7, 2, 5, 0, 3)) + whole[1][:40])
-    assert lcp("check", "good.json", "log.jsonl", "-q").code == 0, (
+    assert lcp("check good.json log.jsonl -q").code == 0, (
         "the first problem is that of number 1"
     )
-    assert lcp("solve", "good.json", "--z0", "log.jsonl", "-q").code == 0
+    assert lcp("solve good.json --z0 log.jsonl -q").code == 0
     outcome = lcp("solve", *TOGETHER, "--resume", "log.jsonl")
     assert (outcome.code, outcome.err) == (0, "lcp: 8 problems: 8 solved\n")
     held = records(path)
@@ -271,8 +271,7 @@ def test_zeros_at_the_end_are_what_was_not_written(
     path = folder / "log.jsonl"
     path.write_text("".join(whole_log(lcp, "three.jsonl")[:2]) + tail)
     assert (
-        lcp("solve", "three.jsonl", "--resume", "log.jsonl").err
-        == "lcp: 3 problems: 3 solved\n"
+        lcp("solve three.jsonl --resume log.jsonl").err == "lcp: 3 problems: 3 solved\n"
     )
     assert [record["number"] for record in records(path)] == [1, 2, 3]
 
@@ -295,7 +294,7 @@ def test_a_log_is_left_to_a_run_that_has_read_it_and_waits(
 
     monkeypatch.setattr(streams, "all_records", late)
     (folder / "log.jsonl").write_text(whole_log(lcp, "three.jsonl")[1])
-    assert lcp("solve", "three.jsonl", "--resume", "log.jsonl").code == 0
+    assert lcp("solve three.jsonl --resume log.jsonl").code == 0
     assert (refused, len(records(folder / "log.jsonl"))) == ([True, True], 3)
 
 
@@ -330,7 +329,7 @@ def test_a_file_that_is_replaced_just_before_it_is_locked_is_opened_again(
 
 
 def test_a_log_that_was_never_begun_leaves_no_file(lcp: Lcp, folder: Path) -> None:
-    outcome = lcp("solve", "three.jsonl", "-o", "log.jsonl", "--jobs", "0")
+    outcome = lcp("solve three.jsonl -o log.jsonl --jobs 0")
     assert outcome.code == 2
     with (
         pytest.raises(OSError, match="nothing"),

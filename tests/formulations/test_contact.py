@@ -502,7 +502,7 @@ def test_an_exact_answer_has_fractions(tmp_path: Path, lcp: Any) -> None:
     x, w = lcpcli.exact(problem).answer.exact.values()
     assert (abs(x[1]) == x[0] / 2, w[0]) == (True, 0)  # of the doubles, in fractions
     (tmp_path / "slide.json").write_text(json.dumps(SLIDE))
-    out = lcp("solve", str(tmp_path / "slide.json"), "--exact", "-f", "json").out
+    out = lcp(f"solve {tmp_path / 'slide.json'} --exact -f json").out
     exact = json.loads(out)["answer"]["exact"]
     assert exact == {"x": ["10/11", "5/11"], "w": ["0", "-21/11"]}
 
@@ -538,14 +538,12 @@ def test_an_exact_answer_is_that_of_the_numbers_as_written(
     data: dict[str, Any], normal: str, tangential: str, lcp: Any, in_folder: Path
 ) -> None:
     (in_folder / "p.json").write_text(json.dumps(data))
-    solved = record(lcp("solve", "p.json", "--exact", "-f", "json"))
+    solved = record(lcp("solve p.json --exact -f json"))
     assert solved["answer"]["exact"]["x"] == [normal, tangential]
     z = ",".join(solved["exact"]["z"])
     for answer in (z, f"{normal},{tangential}"):
-        assert lcp("check", "p.json", answer, "--exact").code == 0
-    (found,) = record(lcp("solve", "p.json", "--all", "--exact", "-f", "json"))[
-        "solutions"
-    ]
+        assert lcp(f"check p.json {answer} --exact").code == 0
+    (found,) = record(lcp("solve p.json --all --exact -f json"))["solutions"]
     assert found["z"] == solved["exact"]["z"]
 
 
@@ -554,8 +552,8 @@ def test_restitution_that_is_no_decimal_is_refused_where_all_is_exact(
 ) -> None:
     data = {"W": [[1, 0], [0, 1]], "q": [0.1, 1], "mu": 0, "before": [-0.7, 0]}
     (in_folder / "p.json").write_text(json.dumps(data | {"restitution": "1/3"}))
-    assert lcp("solve", "p.json").code == 0
-    refused = lcp("solve", "p.json", "--exact")
+    assert lcp("solve p.json").code == 0
+    refused = lcp("solve p.json --exact")
     assert_refused(refused, "p.json: restitution[0]: has more digits than a double")
 
 
@@ -606,12 +604,12 @@ def test_a_file_that_is_solved_has_the_answer_in_text_json_and_csv(
 ) -> None:
     (tmp_path / "slide.json").write_text(json.dumps(SLIDE))
     file = str(tmp_path / "slide.json")
-    text = lcp("solve", file).out
+    text = lcp(f"solve {file}").out
     assert "1 contact: 1 sliding" in text
-    answer = json.loads(lcp("solve", file, "-f", "json").out)["answer"]
+    answer = json.loads(lcp(f"solve {file} -f json").out)["answer"]
     assert answer["contacts"] == [{"normal": 0, "tangential": [1], "state": "sliding"}]
     assert np.allclose(answer["x"], [10 / 11, 5 / 11])
-    rows = lcp("solve", file, "-f", "csv").out.splitlines()
+    rows = lcp(f"solve {file} -f csv").out.splitlines()
     assert rows[2] == "component,z,w,name,impulse,velocity,contact"
     assert rows[3].endswith(",sliding")
 

@@ -294,7 +294,7 @@ def test_sparse_and_dense_A_give_the_same_fit(seed: int) -> None:
 @pytest.mark.usefixtures("in_folder")
 def test_the_command_prints_coefficients_with_their_multipliers(lcp: Lcp) -> None:
     Path("fit.json").write_text(json.dumps(PEAKS | {"b": [1, 0, 1, -2.5]}))
-    lines = lcp("solve", "fit.json").out.splitlines()
+    lines = lcp("solve fit.json").out.splitlines()
     assert "|A x - b| = 2.872281, 0 of 3 coefficients not 0" in lines
     assert "x is the only minimizer, also for data that differ by rounding" in lines
     assert any(line.split() == ["level", "0", "0.5", "lower"] for line in lines)
@@ -303,11 +303,11 @@ def test_the_command_prints_coefficients_with_their_multipliers(lcp: Lcp) -> Non
 @pytest.mark.usefixtures("in_folder")
 def test_fractions_of_a_fit_are_those_of_its_decimals(lcp: Lcp) -> None:
     Path("fit.json").write_text(json.dumps(PEAKS))
-    record = json.loads(lcp("solve", "fit.json", "--exact", "--format", "json").out)
+    record = json.loads(lcp("solve fit.json --exact --format json").out)
     assert record["answer"]["exact"] == ["17/94", "11/47", "27/47"]
     x = [Fraction(value) for value in record["answer"]["exact"]]
     assert lcp("check", "fit.json", ",".join(map(str, x)), "--exact").code == 0
-    assert lcp("check", "fit.json", "0.18,0.23,0.57").code == 1
+    assert lcp("check fit.json 0.18,0.23,0.57").code == 1
 
 
 @pytest.mark.parametrize("has_equation", [False, True])
@@ -351,12 +351,12 @@ def spectrum(in_folder: Path) -> None:
 def test_two_tables_are_a_fit_whose_bounds_are_those_of_the_coefficients(
     lcp: Lcp,
 ) -> None:
-    done = lcp("solve", "--lsq", "A.csv", "b.csv", "--lower", "0.6,none", "-f", "json")
+    done = lcp("solve --lsq A.csv b.csv --lower 0.6,none -f json")
     answer = json.loads(done.out)["answer"]
     assert answer["columns"] == ["level", "peak"]
     assert answer["x"] == pytest.approx([0.6, 0.92])
     assert answer["states"] == ["lower", "basic"]
-    assert lcp("convert", "--lsq", "A.csv", "b.csv", "-o", "fit.json").code == 0
+    assert lcp("convert --lsq A.csv b.csv -o fit.json").code == 0
     assert lcpcli.read("fit.json").names[4:] == ["level", "peak"]
 
 
@@ -373,7 +373,7 @@ def test_two_tables_are_a_fit_whose_bounds_are_those_of_the_coefficients(
 )
 def test_tables_that_are_no_fit_get_a_line(lcp: Lcp, arguments: str, line: str) -> None:
     Path("c.csv").write_text("1\n2\n")
-    done = lcp("solve", "--lsq", *arguments.split())
+    done = lcp(f"solve --lsq {arguments}")
     assert (done.code, done.out) == (2, "")
     assert done.err.removeprefix("lcp: ").startswith(line)
 
@@ -401,10 +401,8 @@ def test_a_run_with_a_trace_knows_of_a_fit_what_one_without_knows() -> None:
 
 @pytest.mark.usefixtures("spectrum")
 def test_the_figure_of_a_fit_needs_no_iterates(lcp: Lcp) -> None:
-    plain = lcp("solve", "--lsq", "A.csv", "b.csv", "--lower", "0").out.splitlines()
-    drawn = lcp(
-        "solve", "--lsq", "A.csv", "b.csv", "--lower", "0", "--plot", "fit.svg"
-    ).out.splitlines()
+    plain = lcp("solve --lsq A.csv b.csv --lower 0").out.splitlines()
+    drawn = lcp("solve --lsq A.csv b.csv --lower 0 --plot fit.svg").out.splitlines()
     assert Path("fit.svg").exists()
     assert drawn[0] == plain[0]
     assert len(drawn) == len(plain)
@@ -412,7 +410,7 @@ def test_the_figure_of_a_fit_needs_no_iterates(lcp: Lcp) -> None:
 
 @pytest.mark.usefixtures("spectrum")
 def test_numbers_far_below_others_in_A_leave_a_fit_solved(lcp: Lcp) -> None:
-    done = lcp("solve", "--lsq", "A.csv", "b.csv", "--lower", "0", "-f", "json")
+    done = lcp("solve --lsq A.csv b.csv --lower 0 -f json")
     record = json.loads(done.out)
     assert (record["status"], record["route"]) == ("solved", ["least-squares"])
 

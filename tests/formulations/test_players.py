@@ -198,22 +198,20 @@ def test_its_answer_in_text_json_and_csv(
 ) -> None:
     file = tmp_path / "market.json"
     file.write_text(json.dumps({**MARKET, "A": [[1, 1, 1]], "row_upper": 4}))
-    text = lcp("solve", str(file), "--exact").out
+    text = lcp(f"solve {file} --exact").out
     assert "Ann = (7/3)" in text
     assert "an equilibrium: by a best response Ann would gain 0, Bob 0, Cid 0" in text
-    data = json.loads(lcp("solve", str(file), "--format", "json").out)["answer"]
+    data = json.loads(lcp(f"solve {file} --format json").out)["answer"]
     assert data["players"] == MARKET["players"]
     assert data["costs"] == pytest.approx([-14, -20 / 3, -4 / 3])
-    rows = lcp("solve", str(file), "--exact", "--format", "csv").out.splitlines()
+    rows = lcp(f"solve {file} --exact --format csv").out.splitlines()
     assert rows[-4].startswith("1,7/3,0,basic")
-    listed = lcp("solve", str(file), "--all").out
+    listed = lcp(f"solve {file} --all").out
     assert "cost of Ann" in listed
-    record = json.loads(
-        lcp("solve", str(file), "--all", "--exact", "--format", "json").out
-    )
+    record = json.loads(lcp(f"solve {file} --all --exact --format json").out)
     (solution,) = record["solutions"]
     assert solution["equilibrium"]["costs"] == ["-14", "-20/3", "-4/3"]
-    best = lcp("solve", str(file), "--minimize", "z1").out
+    best = lcp(f"solve {file} --minimize z1").out
     assert "costs: Ann -14, Bob -20/3, Cid -4/3" in best
 
 
@@ -271,8 +269,8 @@ def test_check_takes_fractions_of_all_players(
 ) -> None:
     file = tmp_path / "market.json"
     file.write_text(json.dumps({**MARKET, "A": [[1, 1, 1]], "row_upper": 4}))
-    assert lcp("check", str(file), "7/3,4/3,1/3", "--exact").code == 0
-    assert lcp("check", str(file), "2,1,1").code == 1
+    assert lcp(f"check {file} 7/3,4/3,1/3 --exact").code == 0
+    assert lcp(f"check {file} 2,1,1").code == 1
 
 
 @pytest.mark.parametrize(
@@ -431,17 +429,17 @@ def test_strategies_in_text_json_and_csv(
 ) -> None:
     file = tmp_path / "ring.json"
     file.write_text(json.dumps(RING))
-    text = lcp("solve", str(file), "--exact").out
+    text = lcp(f"solve {file} --exact").out
     assert "Ann = (a 3/5, b 2/5)" in text
     assert "payoffs: Ann 0, Bob 0, Cid 1/5" in text
-    data = json.loads(lcp("solve", str(file), "--format", "json").out)["answer"]
+    data = json.loads(lcp(f"solve {file} --format json").out)["answer"]
     assert data["kind"] == "polymatrix"
     assert data["strategies"][0] == pytest.approx([0.6, 0.4])
-    rows = lcp("solve", str(file), "--exact", "--format", "csv").out.splitlines()
+    rows = lcp(f"solve {file} --exact --format csv").out.splitlines()
     assert rows[3].endswith("Ann: a,Ann,3/5,0")
-    assert "Cid gets" in lcp("solve", str(file), "--all").out
-    assert lcp("check", str(file), "3/5,2/5,1/2,1/2,1/2,1/2", "--exact").code == 0
-    assert lcp("check", str(file), "1,0,1,0,1,0").code == 1
+    assert "Cid gets" in lcp(f"solve {file} --all").out
+    assert lcp(f"check {file} 3/5,2/5,1/2,1/2,1/2,1/2 --exact").code == 0
+    assert lcp(f"check {file} 1,0,1,0,1,0").code == 1
 
 
 @pytest.mark.parametrize(

@@ -193,13 +193,13 @@ def test_its_answer_in_text_json_and_csv(
 ) -> None:
     file = tmp_path / "avi.json"
     file.write_text(json.dumps({**DATA, "columns": ["left", "right"]}))
-    text = lcp("solve", str(file), "--exact").out
+    text = lcp(f"solve {file} --exact").out
     assert "exact x = (left 1/2, right 3/2)" in text
     assert "x is the only solution: H + H' is positive definite" in text
-    data = json.loads(lcp("solve", str(file), "--format", "json").out)
+    data = json.loads(lcp(f"solve {file} --format json").out)
     assert data["answer"]["kind"] == "avi"
     assert data["answer"]["proved"]["monotone"]["holds"] is True
-    rows = lcp("solve", str(file), "--exact", "--format", "csv").out.splitlines()
+    rows = lcp(f"solve {file} --exact --format csv").out.splitlines()
     assert rows[-3:] == [
         "1,1/2,0,basic,left,x,1/2",
         "2,3/2,0,basic,right,x,3/2",

@@ -241,25 +241,25 @@ def test_odd_problems_are_inspected_without_a_warning(problem: Problem) -> None:
 def test_command_shows_or_writes_a_table_of_80_columns_or_one_json_object(
     lcp: Lcp, tmp_path: Path
 ) -> None:
-    table = lcp("inspect", EXAMPLE)
+    table = lcp(f"inspect {EXAMPLE}")
     assert (table.code, table.err) == (0, "")
     assert "P-matrix               yes: it is positive definite" in table.out
     assert len(table.out.splitlines()) <= 28
     assert (
         "P-matrix                      yes  it is positive definite"
-        in lcp("inspect", EXAMPLE, "--all").out
+        in lcp(f"inspect {EXAMPLE} --all").out
     )
     assert max(map(len, table.out.splitlines())) <= 80
-    shown = lcp("inspect", EXAMPLE, "--format", "json")
+    shown = lcp(f"inspect {EXAMPLE} --format json")
     assert json.loads(shown.out)["classes"]["m_matrix"]["verdict"] == "yes"
     for name, start in (("out.json", "{"), ("out.txt", "paper-example-1: n = 4")):
-        assert lcp(
-            "inspect", EXAMPLE, "-o", str(tmp_path / name), "--quiet"
-        ) == Outcome(0, "", "")
+        assert lcp(f"inspect {EXAMPLE} -o {tmp_path / name} --quiet") == Outcome(
+            0, "", ""
+        )
         assert (tmp_path / name).read_text().startswith(start)
     (tmp_path / "M.csv").write_text("2,1\n1,2\n")
     (tmp_path / "q.csv").write_text("-5\n-6\n")
-    assert lcp("inspect", str(tmp_path / "M.csv"), str(tmp_path / "q.csv")).code == 0
+    assert lcp(f"inspect {tmp_path / 'M.csv'} {tmp_path / 'q.csv'}").code == 0
 
 
 def test_a_large_sparse_problem_is_inspected_without_a_dense_matrix(
@@ -267,7 +267,7 @@ def test_a_large_sparse_problem_is_inspected_without_a_dense_matrix(
 ) -> None:
     file = tmp_path / "large.npz"
     write(tridiagonal(30_000), str(file))
-    shown = json.loads(lcp("inspect", str(file), "--format", "json").out)
+    shown = json.loads(lcp(f"inspect {file} --format json").out)
     assert [shown["classes"][name]["verdict"] for name in ("m_matrix", "p_matrix")] == [
         "yes",
         "yes",

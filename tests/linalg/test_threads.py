@@ -134,28 +134,16 @@ def test_bench_records_the_number_and_is_resumed_with_the_same(
     lcp: Callable[..., Any], tmp_path: Path
 ) -> None:
     file = tmp_path / "r.json"
-    lcp(
-        "bench",
-        EXAMPLE,
-        "--method",
-        "newton",
-        "--budget",
-        "0",
-        "--threads",
-        "2",
-        "-q",
-        "-o",
-        str(file),
-    )
+    lcp(f"bench {EXAMPLE} --method newton --budget 0 --threads 2 -q -o {file}")
     record = json.loads(file.read_text())
     assert record["machine"]["threads"] == 2
-    assert "2 threads" in lcp("bench", "--resume", str(file)).out
+    assert "2 threads" in lcp(f"bench --resume {file}").out
     file.write_text(json.dumps({**record, "measurements": []}))
     assert (
         "was measured with threads 2, not 1; give --threads 2"
-        in lcp("bench", "--resume", str(file)).err
+        in lcp(f"bench --resume {file}").err
     )
-    assert lcp("bench", "--resume", str(file), "--threads", "2", "-q").code == 0
+    assert lcp(f"bench --resume {file} --threads 2 -q").code == 0
 
 
 @pytest.fixture

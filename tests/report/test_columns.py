@@ -79,20 +79,19 @@ class Paper:
 
 
 STEPS = {
-    "by default": [],
-    "smoothed": ["--p", "50"],
-    "steepest descent": ["--k-star", "3"],
-    "from two points": ["--x1", "1,-1,1,-1"],
+    "by default": "",
+    "smoothed": "--p 50",
+    "steepest descent": "--k-star 3",
+    "from two points": "--x1 1,-1,1,-1",
 }
 
 
 @pytest.mark.parametrize("options", STEPS.values(), ids=STEPS)
 @pytest.mark.parametrize("name", EXAMPLES)
 def test_each_row_of_shi_leads_to_its_x_by_the_formulas_of_the_paper(
-    name: str, options: list[str], lcp: Lcp
+    name: str, options: str, lcp: Lcp
 ) -> None:
-    asked = ("solve", name, "--method", "shi", "--columns", "all", "-f", "json")
-    found = record(lcp(*asked, *options))
+    found = record(lcp(f"solve {name} --method shi --columns all -f json {options}"))
     paper = Paper(problem_of(name), found["options"]["p"])
     rho, sigma = found["options"]["rho"], found["options"]["sigma"]
     rows = found["trace"]
@@ -263,8 +262,8 @@ def test_steps_lead_on_where_the_paper_leaves_them_undefined(kind: str) -> None:
 def test_each_row_of_fixed_point_is_an_iterate_of_Schäfer(
     name: str, options: str, lcp: Lcp
 ) -> None:
-    asked = ("solve", name, "-m", f"fixed-point{options}", "--columns", "all")
-    rows = record(lcp(*asked, "-f", "json"))["trace"]
+    asked = f"solve {name} -m fixed-point{options} --columns all"
+    rows = record(lcp(f"{asked} -f json"))["trace"]
     problem = problem_of(name)
     M, q, omega = np.array(problem.M), np.array(problem.q), rows[1]["omega"]
     identity, last = omega * np.eye(4), None
@@ -375,23 +374,23 @@ def table(out: str) -> list[list[str]]:
 
 
 def test_with_x_the_start_and_the_selected_point_stand_first(lcp: Lcp) -> None:
-    asked = ("solve", "paper-example-2", "--method", "shi")
-    head, _, start, selected, _ = table(lcp(*asked, "--columns", "k,step,x").out)
+    asked = "solve paper-example-2 --method shi"
+    head, _, start, selected, _ = table(lcp(f"{asked} --columns k,step,x").out)
     assert head == ["method", "k", "step", "x1", "x2", "x3", "x4"]
     assert start[:3] == ["shi", "0", "-1.00000000"]
     assert selected[:2] == ["1", "selected"]
-    _, _, first, *_ = table(lcp(*asked, "--columns", "k,step").out)
+    _, _, first, *_ = table(lcp(f"{asked} --columns k,step").out)
     assert first == ["shi", "1", "1"]
-    (found,) = records(lcp(*asked, "--columns", "x", "-f", "json"))
+    (found,) = records(lcp(f"{asked} --columns x -f json"))
     assert [row["step"] for row in found["trace"][:2]] == [None, "1"]
 
 
 def test_columns_are_the_same_numbers_in_every_format(
     lcp: Lcp, in_folder: Path
 ) -> None:
-    asked = ("solve", "paper-example-2", "--method", "shi", "--columns", "k,x,alpha,u")
-    rows = record(lcp(*asked, "-f", "json"))["trace"]
-    text = lcp(*asked, "-f", "csv").out
+    asked = "solve paper-example-2 --method shi --columns k,x,alpha,u"
+    rows = record(lcp(f"{asked} -f json"))["trace"]
+    text = lcp(f"{asked} -f csv").out
     lines = [line for line in text.splitlines() if not line.startswith("#")]
     listed = list(csv.DictReader(lines))
     assert [*listed[0]][2:-1] == ["k", "x1", "x2", "x3", "x4", "alpha"] + [
@@ -404,11 +403,11 @@ def test_columns_are_the_same_numbers_in_every_format(
         assert [own[f"u{i}"] for i in range(1, 5)] == [str(value) for value in u]
     last = [f"{value:.8f}" for value in rows[-1]["x"]]
     for form, sign in (("table", ""), ("markdown", "|"), ("latex", "&"), ("html", "")):
-        shown = lcp(*asked, "-f", form).out
+        shown = lcp(f"{asked} -f {form}").out
         assert all(value in shown for value in last), form
         assert sign in shown
     named = "k,z,residual,error,time,step,alpha"
-    lcp(*asked[:-1], named, "--trace", "-o", "t.csv")
+    lcp(f"{asked.replace('k,x,alpha,u', named)} --trace -o t.csv")
     written = (in_folder / "t.csv").read_text().splitlines()
     assert written[2] == (
         "problem,method,k,z1,z2,z3,z4,residual,error,seconds,step,alpha,status"
@@ -418,27 +417,23 @@ def test_columns_are_the_same_numbers_in_every_format(
 def test_rows_of_other_methods_stay_empty_and_all_leaves_out_empty_columns(
     lcp: Lcp,
 ) -> None:
-    names = ("compare", "paper-example-1", "--every", "20", "--columns")
-    _, *rows = table(lcp(*names, "k,alpha,factor").out)
+    names = "compare paper-example-1 --every 20 --columns"
+    _, *rows = table(lcp(f"{names} k,alpha,factor").out)
     assert [len(row) for row in rows[1:4]] == [3, 2, 2]  # of fixed-point, without alpha
-    found = records(lcp(*names, "alpha", "-f", "json"))
+    found = records(lcp(f"{names} alpha -f json"))
     assert {row["alpha"] for row in found[0]["trace"]} == {None}
     assert {type(row["alpha"]) for row in found[1]["trace"]} == {float, type(None)}
-    head, *_ = table(
-        lcp("solve", "paper-example-2", "-m", "lemke", "--columns=all").out
-    )
+    head, *_ = table(lcp("solve paper-example-2 -m lemke --columns=all").out)
     assert head[-5:-1] == ["entering", "leaving", "residual", "error"]
-    head, *_ = table(
-        lcp("solve", "paper-example-2", "-m", "fixed-point", "--columns=all").out
-    )
+    head, *_ = table(lcp("solve paper-example-2 -m fixed-point --columns=all").out)
     assert "step" not in head
     assert head[-6:-1] == ["F", "factor", "omega", "residual", "error"]
 
 
 def test_several_problems_have_columns_in_json(lcp: Lcp) -> None:
-    asked = ("solve", *EXAMPLES, "--method", "fixed-point", "-f", "json")
+    asked = f"solve {' '.join(EXAMPLES)} --method fixed-point -f json"
     for name, found in zip(
-        EXAMPLES, records(lcp(*asked, "--columns", "x,factor")), strict=True
+        EXAMPLES, records(lcp(f"{asked} --columns x,factor")), strict=True
     ):
         assert found["problem"] == name
         last = found["trace"][-1]
@@ -457,10 +452,10 @@ REFUSED = {
 def test_a_column_that_the_methods_lack_is_refused_with_those_that_have_it(
     names: str, told: str, lcp: Lcp
 ) -> None:
-    asked = ("paper-example-1", "--method", "shi", "--columns", names)
+    asked = f"paper-example-1 --method shi --columns {names}"
     for command in ("solve", "compare"):
-        assert_refused(lcp(command, *asked), f"lcp: --columns: {told}")
-    two = lcp("compare", "paper-example-1", "--columns", "entering")
+        assert_refused(lcp(f"{command} {asked}"), f"lcp: --columns: {told}")
+    two = lcp("compare paper-example-1 --columns entering")
     assert_refused(
         two, "--columns: fixed-point and shi have no entering; it belongs to lemke"
     )
@@ -479,7 +474,7 @@ def test_python_refuses_them_too() -> None:
 
 def test_help_lists_the_columns_of_a_method(lcp: Lcp) -> None:
     for method, declared in METHODS.items():
-        out = lcp("help", method).out.partition("Columns of the iterates")[2]
+        out = lcp(f"help {method}").out.partition("Columns of the iterates")[2]
         names = re.findall(r"^  (\w+)  ", out, re.MULTILINE)
         own = [quantity.name for quantity in declared.quantities]
         assert {*own, *columns.OF_EVERY_METHOD} == {*names}, method
@@ -584,9 +579,9 @@ def test_the_step_of_shi_on_its_page_is_that_of_the_paper_and_of_its_commands(
     assert last >= Fraction(9, 10) * slope
 
     start = ",".join(str(float(t)) for t in x0), ",".join(str(float(t)) for t in x1)
-    asked = ("--method", "shi", "--x0", start[0], "--x1", start[1])
-    how = ("--max-iterations", "2", "--columns", "all", "-f", "json")
-    row = record(lcp("solve", "paper-example-1", *asked, *how))["trace"][2]
+    asked = f"--method shi --x0 {start[0]} --x1 {start[1]}"
+    how = "--max-iterations 2 --columns all -f json"
+    row = record(lcp(f"solve paper-example-1 {asked} {how}"))["trace"][2]
     exactly = {name: own[name] for name in ("d", "u", "v", "s", "xi1", "xi2", "alpha")}
     exactly |= {"x": x2, "f": f2, "slope": slope, "length": gamma}
     for name, value in exactly.items():
@@ -619,9 +614,9 @@ def test_the_step_of_fixed_point_on_its_page_is_Schäfers(lcp: Lcp) -> None:
     assert f"sqrt({squares[1]})" in page
     factor = math.sqrt(squares[1] / squares[0])
     assert f"= {factor:.7f}" in " ".join(page.split())
-    how = ("--max-iterations", "1", "--columns", "all", "-f", "json")
-    asked = ("--method", "fixed-point", "--x0", ",".join(map(str, x0)))
-    row = record(lcp("solve", "paper-example-1", *asked, *how))["trace"][1]
+    how = "--max-iterations 1 --columns all -f json"
+    asked = f"--method fixed-point --x0 {','.join(map(str, x0))}"
+    row = record(lcp(f"solve paper-example-1 {asked} {how}"))["trace"][1]
     assert row["x"] == pytest.approx([float(t) for t in x1], rel=ACCURACY)
     assert row["factor"] == pytest.approx(factor, rel=ACCURACY)
     assert json.dumps(row)

@@ -24,31 +24,13 @@ from lcpcli.report.markdown import escape_markdown
 EXAMPLE = contents.shipped_path(contents.PAPER_EXAMPLES[0])
 SMALL = {"name": "a_b|c", "M": [[2, 1], [1, 2]], "q": [-5, -6], "names": ["a_b", "c|d"]}
 COMMANDS = {
-    "solve": ("solve", EXAMPLE, "--method", "newton"),
-    "all solutions": ("solve", "small.json", "--all"),
-    "compare": (
-        "compare",
-        "small.json",
-        "--method",
-        "newton",
-        "--method",
-        "lemke",
-        "--every",
-        "40",
-    ),
-    "check": ("check", "small.json", "1,2"),
-    "inspect": ("inspect", "small.json"),
-    "path": ("path", "small.json", "--direction", "1,1", "--to", "9"),
-    "bench": (
-        "bench",
-        EXAMPLE,
-        "--method",
-        "newton",
-        "--method",
-        "lemke",
-        "--budget",
-        "0",
-    ),
+    "solve": f"solve {EXAMPLE} --method newton",
+    "all solutions": "solve small.json --all",
+    "compare": "compare small.json --method newton --method lemke --every 40",
+    "check": "check small.json 1,2",
+    "inspect": "inspect small.json",
+    "path": "path small.json --direction 1,1 --to 9",
+    "bench": f"bench {EXAMPLE} --method newton --method lemke --budget 0",
 }
 VOID = {"meta", "img", "hr"}
 Lcp = Callable[..., Any]
@@ -115,7 +97,7 @@ def test_a_command_has_the_format_on_the_screen_or_in_an_output_file(
         # Without a figure.
         monkeypatch.setattr("lcpcli.report.html_page.find_spec", lambda _: None)
     file = f"out{FORMATS[form].suffix}"
-    saved = lcp(*COMMANDS[name], "-o", file)
+    saved = lcp(f"{COMMANDS[name]} -o {file}")
     assert (saved.code, saved.out) == (int(name == "check"), "")
     assert re.fullmatch(f"lcp: {VERDICTS[name]}.*\n", saved.err), saved.err
     if form == "html":
@@ -126,7 +108,7 @@ def test_a_command_has_the_format_on_the_screen_or_in_an_output_file(
         )
         assert Page(text).tables
     else:
-        shown = lcp(*COMMANDS[name], "--format", form, "-o", "-")
+        shown = lcp(f"{COMMANDS[name]} --format {form} -o -")
         texts = [shown.out, Path(file).read_text(encoding="utf-8")]
         if (name, form) == ("compare", "json"):  # whose file has one list
             texts[0] = "[\n" + ",\n".join(shown.out.splitlines()) + "\n]\n"
@@ -135,7 +117,7 @@ def test_a_command_has_the_format_on_the_screen_or_in_an_output_file(
             == 1
         )
     if name != "inspect":
-        assert lcp(*COMMANDS[name], "-q", "-o", file).err == ""
+        assert lcp(f"{COMMANDS[name]} -q -o {file}").err == ""
 
 
 def test_a_file_has_the_whole_reason_of_a_failure(
@@ -145,25 +127,16 @@ def test_a_file_has_the_whole_reason_of_a_failure(
     # Without a figure.
     monkeypatch.setattr("lcpcli.report.html_page.find_spec", lambda _: None)
     arguments = (
-        "bench",
-        EXAMPLE,
-        "--method",
-        "shi:p=10",
-        "--method",
-        "fixed-point:omega=1e9",
-        "--budget",
-        "0",
+        f"bench {EXAMPLE} --method shi:p=10 --method fixed-point:omega=1e9 --budget 0"
     )
-    assert lcp(*arguments, "-o", "record.json").code == 0
+    assert lcp(f"{arguments} -o record.json").code == 0
     statements = [
         row["statement"]
         for row in json.loads(Path("record.json").read_text())["measurements"]
     ]
     assert any(len(statement) > 60 for statement in statements)
     for form in (name for name, each in FORMATS.items() if each.renderer):
-        text = " ".join(
-            lcp("bench", "--resume", "record.json", "--format", form).out.split()
-        )
+        text = " ".join(lcp(f"bench --resume record.json --format {form}").out.split())
         for statement in statements:
             assert [word for word in statement.split() if word.isalpha()][-1] in text
 
@@ -172,8 +145,8 @@ def test_a_page_is_well_formed_has_its_figure_and_every_iterate_and_needs_no_net
     lcp: Lcp, tmp_path: Path
 ) -> None:
     pytest.importorskip("matplotlib")
-    asked = ("compare", EXAMPLE, "--method", "newton", "--method", "fixed-point")
-    assert lcp(*asked, "-o", str(tmp_path / "report.html")).code == 0
+    asked = f"compare {EXAMPLE} --method newton --method fixed-point"
+    assert lcp(f"{asked} -o {tmp_path / 'report.html'}").code == 0
     text = (tmp_path / "report.html").read_text(encoding="utf-8")
     page = Page(text)
     addresses = [
@@ -192,7 +165,7 @@ def test_a_page_is_well_formed_has_its_figure_and_every_iterate_and_needs_no_net
     assert [row[0] for row in summary] == ["method", "newton", "fixed-point"]
     records = [
         json.loads(line)
-        for line in lcp(*asked, "--format", "json", "--trace").out.splitlines()
+        for line in lcp(f"{asked} --format json --trace").out.splitlines()
     ]
     traces = {record["method"]: record["trace"][1:] for record in records}
     assert [tuple(row[:2]) for row in iterates[1:]] == [
@@ -206,7 +179,7 @@ def test_a_page_without_its_figure_says_what_is_missing(
     lcp: Lcp, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr("lcpcli.report.html_page.find_spec", lambda _: None)
-    page = lcp("solve", EXAMPLE, "--method", "newton", "--format", "html").out
+    page = lcp(f"solve {EXAMPLE} --method newton --format html").out
     assert "<figure>" not in page
     assert "needs matplotlib: pip install matplotlib" in page
 
@@ -214,7 +187,7 @@ def test_a_page_without_its_figure_says_what_is_missing(
 def test_names_cannot_break_out_of_the_page(lcp: Lcp, tmp_path: Path) -> None:
     name = '</title><script>alert("x")</script>&'
     (tmp_path / "p.json").write_text(json.dumps({"name": name, "M": [[2]], "q": [-1]}))
-    text = lcp("solve", str(tmp_path / "p.json"), "--format", "html").out
+    text = lcp(f"solve {tmp_path / 'p.json'} --format html").out
     assert len([tag for tag, _ in Page(text).tags if tag == "script"]) == 0
     assert "alert(" in text
 
@@ -225,7 +198,7 @@ def test_a_page_leads_with_the_answer(lcp: Callable[..., Any], tmp_path: Path) -
         "Maximize\n obj: 3 x + 2 y\nSubject To\n wood: x + y <= 4\nBounds\n x "
         "<= 3\nEnd\n"
     )
-    page = lcp("solve", str(file), "--format", "html").out
+    page = lcp(f"solve {file} --format html").out
     page = page[page.index("<h1>") :]
     places = [
         page.index(word)
@@ -250,9 +223,7 @@ def table(text: str) -> list[dict[str, str]]:
 
 
 def test_csv_parses_back_to_every_digit(lcp: Lcp) -> None:
-    rows = table(
-        lcp("compare", EXAMPLE, "--format", "csv", "--trace", "--k-star", "10").out
-    )
+    rows = table(lcp(f"compare {EXAMPLE} --format csv --trace --k-star 10").out)
     trace = Trace()
     run(read(EXAMPLE), "fixed-point", trace=trace)
     kept = [row for row in rows if row["method"] == "fixed-point"]
@@ -328,17 +299,11 @@ def test_numbers_are_powers_of_ten_and_nothing_is_advice_to_whoever_ran_it(
     lcp: Lcp,
 ) -> None:
     commands = {
-        "not solved": ("solve", EXAMPLE, "--method", "shi", "--p", "10"),
-        "several problems": (
-            "compare",
-            EXAMPLE,
-            contents.shipped_path("tridiagonal-100.json"),
-        ),
-        "solved": ("solve", EXAMPLE),
+        "not solved": f"solve {EXAMPLE} --method shi --p 10",
+        "several problems": f"compare {EXAMPLE} tridiagonal-100",
+        "solved": f"solve {EXAMPLE}",
     }
-    texts = {
-        name: lcp(*words, "--format", "latex").out for name, words in commands.items()
-    }
+    texts = {name: lcp(f"{line} --format latex").out for name, line in commands.items()}
     # A summary has its own.
     assert [text.count(r"\begin{tabular}") for text in texts.values()] == [1, 4, 1]
     assert "z = (1, 0, 1, 0)" in texts["solved"]

@@ -6,6 +6,7 @@ from __future__ import annotations
 import csv
 import json
 import re
+import shlex
 import unicodedata
 from collections.abc import Callable
 from io import StringIO
@@ -156,8 +157,8 @@ def test_a_name_is_shown_as_its_escapes_are(kind: str, line: str, lcp: Lcp) -> N
         put(kind, name)
         put(kind, name, "to.json", **TO.get(kind, {}))
         if line.endswith("result.json"):
-            lcp("solve", "p.json", "--format", "json", "-o", "result.json")
-        outcomes.append(lcp(*line.split()))
+            lcp("solve p.json --format json -o result.json")
+        outcomes.append(lcp(line))
     escaped, own = outcomes
     assert own.code == escaped.code != 2
     assert not unseen(own.out + own.err)
@@ -176,7 +177,7 @@ def test_a_narrow_table_of_a_path_counts_escapes(
         texts = []
         for names in (["\x1b\n", "\x9b\n"], [r"\x1b\n", r"\x9b\n"]):
             put("lcp", "", M=[[1, 0], [0, 1]], names=names)
-            texts.append(lcp("path", "p.json", "--direction", "1,1", "--to", "3").out)
+            texts.append(lcp("path p.json --direction 1,1 --to 3").out)
         assert without_times(texts[0]) == without_times(texts[1])
 
 
@@ -185,21 +186,12 @@ def test_a_bench_shows_a_file_as_it_shows_its_escapes(lcp: Lcp) -> None:
         put("lcp", WHOLE, f"{name}.json")
         record = "escaped.json" if "x1b" in name else "plain.json"
         assert (
-            lcp(
-                "bench",
-                f"{name}.json",
-                "--budget",
-                "0",
-                "--method",
-                "lemke",
-                "-o",
-                record,
-            ).code
+            lcp(f"bench --budget 0 --method lemke -o {record}", f"{name}.json").code
             == 0
         )
     for form in PEOPLE:
         plain, escaped = (
-            lcp("bench", "--resume", f"{name}.json", "--format", form).out
+            lcp(f"bench --resume {name}.json --format {form}").out
             for name in ("plain", "escaped")
         )
         assert not unseen(plain)
@@ -210,14 +202,14 @@ def test_cells_of_markdown_and_latex_stay_in_their_columns(lcp: Lcp) -> None:
     put("lcp", WHOLE)
     rows = [
         line
-        for line in lcp("solve", "p.json", "--format", "markdown").out.split("\n")
+        for line in lcp("solve p.json --format markdown").out.split("\n")
         if line[:1] == "|"
     ]
     assert {len(re.sub(r"\\.", "", row).split("|")) for row in rows} == {9}
     assert len(rows) == 3
     rows = [
         line
-        for line in lcp("solve", "p.json", "--format", "latex").out.split("\n")
+        for line in lcp("solve p.json --format latex").out.split("\n")
         if line.endswith(r" \\")
     ]
     assert {len(re.sub(r"\\.", "", row).split("&")) for row in rows} == {7}
@@ -230,7 +222,7 @@ def test_brackets_are_no_styles(
     terminal(900, True)
     own = [f"{text[0]}[b{i}]" for i, text in enumerate(HOSTILE.values())]
     put("lcp", "", M=np.eye(len(own)).tolist(), q=[-1] * len(own), names=own)
-    out = re.sub(r"\x1b\[[\d;]*m", "", lcp("solve", "p.json").out)
+    out = re.sub(r"\x1b\[[\d;]*m", "", lcp("solve p.json").out)
     for name in map(visible, own):  # of z and of the heading of the iterates
         assert len([line for line in out.split("\n") if name in line]) == 2, name
     assert not unseen(out)
@@ -286,7 +278,7 @@ def test_messages_are_lines_of_this_program(
     Path("a.mtx").write_text(
         "%%MatrixMarket matrix \x1b[31m real general\n%\x9b\n1 1 1\n"
     )
-    outcome = lcp(*arguments)
+    outcome = lcp(shlex.join(arguments))
     assert outcome.err
     assert not unseen(outcome.out + outcome.err)
     assert all(
@@ -348,7 +340,7 @@ def test_json_gives_every_text_back_and_has_no_control_characters(text: str) -> 
 def test_json_has_the_exact_names_in_plain_characters(line: str, lcp: Lcp) -> None:
     put("lcp", WHOLE)
     put("lcp", WHOLE, "to.json", q=[-1, -6])
-    out = lcp(*line.split(), "--format", "json").out
+    out = lcp(f"{line} --format json").out
     records = [json.loads(record) for record in out.splitlines()]
     assert records
     assert all(
@@ -413,24 +405,22 @@ def test_csv_of_any_name_is_read_back(name: str, lcp: Lcp) -> None:
         assert [row[-1] for row in rows_of(Path("z.csv").read_bytes().decode())][
             1:
         ] == [name, "b"]
-        assert lcp("check", "p.json", "z.csv").code == 0
+        assert lcp("check p.json z.csv").code == 0
     put("lcp", name)
-    runs = lcp(
-        "compare", "p.json", "--method", "lemke", "--format", "csv", "-q", "-o", "z.csv"
-    )
+    runs = lcp("compare p.json --method lemke --format csv -q -o z.csv")
     assert runs.code == 0  # its first column has the name
-    assert lcp("solve", "p.json", "--z0", "z.csv", "--method", "newton").code == 0
+    assert lcp("solve p.json --z0 z.csv --method newton").code == 0
 
 
 def test_a_terminal_gets_no_control_sequences_from_csv(
     lcp: Lcp, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     put("lcp", "", names=["\x1b[31m", "b"])
-    assert "\x1b[31m" in lcp("solve", "p.json", "--format", "csv").out
+    assert "\x1b[31m" in lcp("solve p.json --format csv").out
     put("lcp", WHOLE)
     monkeypatch.setattr("sys.stdout.isatty", lambda: True)
     for command in ("solve", "compare"):
-        out = lcp(command, "p.json", "--format", "csv", "--method", "lemke").out
+        out = lcp(f"{command} p.json --format csv --method lemke").out
         assert not unseen(out)
         assert r"\x1b]52;" in out
 
@@ -440,7 +430,7 @@ def test_files_of_problems_keep_names_or_say_what_they_change(
     ending: str, lcp: Lcp
 ) -> None:
     put("program", "p", columns=["\x1b[31m\x9b\ud800", "b"], rows=["r"])
-    outcome = lcp("convert", "p.json", "-o", f"other{ending}")
+    outcome = lcp(f"convert p.json -o other{ending}")
     assert not unseen(outcome.err)
     if ending == ".mat":
         fault = (

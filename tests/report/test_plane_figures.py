@@ -127,14 +127,14 @@ def folder(in_folder: Path) -> Path:
 def test_a_list_of_solutions_writes_the_picture_of_the_cones(
     lcp: Lcp, folder: Path
 ) -> None:
-    assert lcp("solve", "two.json", "--all", "--plot", "cones.svg", "-q").code == 0
+    assert lcp("solve two.json --all --plot cones.svg -q").code == 0
     assert (folder / "cones.svg").read_text().startswith("<?xml")
 
 
 @pytest.mark.slow("several pictures")
 def test_both_commands_write_the_picture(lcp: Lcp, folder: Path) -> None:
-    assert lcp("solve", "two.json", "--paths", "one.png", "--quiet").code == 0
-    outcome = lcp("compare", "two.json", "--paths", "both.pdf", "--plot", "errors.svg")
+    assert lcp("solve two.json --paths one.png --quiet").code == 0
+    outcome = lcp("compare two.json --paths both.pdf --plot errors.svg")
     assert (outcome.code, sorted(outcome.err.splitlines())) == (
         0,
         ["lcp: wrote both.pdf", "lcp: wrote errors.svg"],

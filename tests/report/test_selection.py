@@ -89,9 +89,9 @@ def test_long_basis_is_counted_in_the_table(lcp: Lcp, tmp_path: Path) -> None:
             }
         )
     )
-    assert "basis: 20 basic, 10 upper\n" in lcp("solve", str(path)).out
+    assert "basis: 20 basic, 10 upper\n" in lcp(f"solve {path}").out
     path.write_text(json.dumps(MIXED))
-    assert "basis = (basic, upper, lower)\n" in lcp("solve", str(path)).out
+    assert "basis = (basic, upper, lower)\n" in lcp(f"solve {path}").out
 
 
 def test_sentence_on_an_infeasible_problem_speaks_of_its_bounds() -> None:

@@ -33,7 +33,7 @@ def test_long_z_fits_the_terminal_and_is_whole_in_files(
     lcp: Lcp, terminal: Callable[[int, bool], None], tmp_path: Path
 ) -> None:
     terminal(60, False)
-    head, _ = lcp("solve", TRIDIAGONAL).out.split("\n\n")
+    head, _ = lcp(f"solve {TRIDIAGONAL}").out.split("\n\n")
     (line,) = (line for line in head.splitlines() if line.startswith("z = "))
     assert line.endswith(", ..., 0)")
     assert 50 < len(line) <= 60
@@ -43,7 +43,7 @@ def test_long_z_fits_the_terminal_and_is_whole_in_files(
         not in lcp("solve", contents.shipped_path("bimatrix.json")).out
     )
     file = tmp_path / "result.txt"
-    lcp("solve", TRIDIAGONAL, "-o", str(file))
+    lcp(f"solve {TRIDIAGONAL} -o {file}")
     (whole,) = re.findall(
         r"^z = \((.*?)\)$", file.read_text(), flags=re.MULTILINE | re.DOTALL
     )
@@ -84,12 +84,12 @@ def test_no_colour_is_lost_on_a_light_or_a_dark_ground(
     """Only red, green and magenta, which stand out on both; yellow, white, black and
     the bright ones do not."""
     terminal(80, False)
-    assert ESCAPE not in lcp("solve", EXAMPLE).out
+    assert ESCAPE not in lcp(f"solve {EXAMPLE}").out
     terminal(80, True)
     runs = [
-        lcp("solve", EXAMPLE),
-        lcp("solve", EXAMPLE, "--max-iterations", "1"),
-        lcp("compare", EXAMPLE),
+        lcp(f"solve {EXAMPLE}"),
+        lcp(f"solve {EXAMPLE} --max-iterations 1"),
+        lcp(f"compare {EXAMPLE}"),
     ]
     used = {
         code
@@ -156,15 +156,8 @@ def test_default_beside_a_run_with_an_option_and_every_value_in_a_figure_are_tol
 ) -> None:
     pytest.importorskip("matplotlib")
     file = tmp_path / "figure.svg"
-    methods = (
-        "--method",
-        "shi",
-        "--method",
-        "shi:k-star=5",
-        "--method",
-        "shi:k-star=17",
-    )
-    out = lcp("compare", EXAMPLE, *methods, "--plot", str(file)).out
+    methods = "--method shi --method shi:k-star=5 --method shi:k-star=17"
+    out = lcp(f"compare {EXAMPLE} {methods} --plot {file}").out
     assert [line.split()[1] for line in out.splitlines() if line.startswith("shi ")][
         -3:
     ] == ["100", "5", "17"]
@@ -177,10 +170,10 @@ def iterates(out: str) -> list[str]:
 
 
 def test_csv_of_a_sweep_has_a_row_a_run_with_options_and_costs(lcp: Lcp) -> None:
-    sweep = ("compare", EXAMPLE, "--sweep", "p=1e3,1e4")
+    sweep = f"compare {EXAMPLE} --sweep p=1e3,1e4"
     lines = [
         line
-        for line in lcp(*sweep, "--format", "csv").out.splitlines()
+        for line in lcp(f"{sweep} --format csv").out.splitlines()
         if not line.startswith("#")
     ]
     rows = list(csv.DictReader(lines))
@@ -190,7 +183,7 @@ def test_csv_of_a_sweep_has_a_row_a_run_with_options_and_costs(lcp: Lcp) -> None
         ("shi:p=1e4", "10000", ""),
     ]
     records = [
-        json.loads(line) for line in lcp(*sweep, "--format", "json").out.splitlines()
+        json.loads(line) for line in lcp(f"{sweep} --format json").out.splitlines()
     ]
     for row, record in zip(rows, records, strict=True):
         assert row["status"] == record["status"]
@@ -201,18 +194,9 @@ def test_csv_of_a_sweep_has_a_row_a_run_with_options_and_costs(lcp: Lcp) -> None
 
 
 def test_long_runs_are_thinned_unless_every_is_given(lcp: Lcp) -> None:
-    long = (
-        "solve",
-        "bimatrix",
-        "--method",
-        "shi",
-        "--max-iterations",
-        "200",
-        "--k-star",
-        "10",
-    )
-    assert 30 < len(lcp(*long).out.splitlines()) < 75
-    whole = lcp(*long, "--every", "1").out
+    long = "solve bimatrix --method shi --max-iterations 200 --k-star 10"
+    assert 30 < len(lcp(long).out.splitlines()) < 75
+    whole = lcp(f"{long} --every 1").out
     assert len(whole.splitlines()) > 150
     assert whole.startswith("bimatrix: n = 5, 3 known solutions")
 
@@ -279,34 +263,18 @@ TRIDIAGONAL, BIMATRIX = map(
     contents.shipped_path, ("tridiagonal-100.json", "bimatrix.json")
 )
 COMMANDS = {
-    "solve": ("solve", EXAMPLE),
-    "solve, stalled": ("solve", SECOND, "--method", "shi", "--p", "10"),
-    "solve, proved": ("solve", BIMATRIX, "--exact", "--bound"),
-    "solve, large": (
-        "solve",
-        TRIDIAGONAL,
-        "--method",
-        "fixed-point",
-        "--max-iterations",
-        "20",
-    ),
-    "solve, long": ("solve", BIMATRIX, "--method", "shi", "--max-iterations", "50"),
-    "compare": ("compare", SECOND),
-    "compare, large": ("compare", TRIDIAGONAL),
-    "compare, a sweep": ("compare", EXAMPLE, "--method", "shi", "--sweep", "p=10,1e5"),
-    "check": ("check", EXAMPLE, "1,0,1,0.5"),
-    "inspect": ("inspect", SECOND),
-    "bench": (
-        "bench",
-        EXAMPLE,
-        "--budget",
-        "0",
-        "--method",
-        "newton",
-        "--method",
-        "shi",
-    ),
-    "list": ("make", "--list"),
+    "solve": f"solve {EXAMPLE}",
+    "solve, stalled": f"solve {SECOND} --method shi --p 10",
+    "solve, proved": f"solve {BIMATRIX} --exact --bound",
+    "solve, large": f"solve {TRIDIAGONAL} --method fixed-point --max-iterations 20",
+    "solve, long": f"solve {BIMATRIX} --method shi --max-iterations 50",
+    "compare": f"compare {SECOND}",
+    "compare, large": f"compare {TRIDIAGONAL}",
+    "compare, a sweep": f"compare {EXAMPLE} --method shi --sweep p=10,1e5",
+    "check": f"check {EXAMPLE} 1,0,1,0.5",
+    "inspect": f"inspect {SECOND}",
+    "bench": f"bench {EXAMPLE} --budget 0 --method newton --method shi",
+    "list": "make --list",
 }
 Terminal = Callable[[int, bool], None]
 
@@ -316,7 +284,7 @@ def test_no_line_is_wider_than_the_screen(
     name: str, lcp: Lcp, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setenv("COLUMNS", "50")
-    lines = lcp(*COMMANDS[name]).out.splitlines()
+    lines = lcp(COMMANDS[name]).out.splitlines()
     assert lines
     assert [line for line in lines if len(line) > 50] == []
 
@@ -329,7 +297,7 @@ def test_sizes_of_the_environment_may_be_none(
 ) -> None:
     for variable in ("COLUMNS", "LINES"):
         monkeypatch.setenv(variable, size)
-    ran = lcp(*COMMANDS["solve, large"])
+    ran = lcp(COMMANDS["solve, large"])
     assert (bool(ran.out), ran.err) == (True, "")
 
 
@@ -340,7 +308,7 @@ def test_a_narrow_screen_drops_levels_but_the_finest_and_splits_no_row_of_the_su
     monkeypatch.setenv("COLUMNS", str(width))
     (header,) = (
         line.split()
-        for line in lcp("compare", EXAMPLE).out.splitlines()
+        for line in lcp(f"compare {EXAMPLE}").out.splitlines()
         if line.endswith("status")
     )
     shown = [word for word in header if word[-1] != "s"]
@@ -358,9 +326,7 @@ def test_a_narrow_screen_drops_levels_but_the_finest_and_splits_no_row_of_the_su
 def heading_and_first(lcp: Lcp, file: str) -> tuple[list[str], str]:
     """The words of the heading of the iterates and the line of the first."""
     lines = (
-        lcp("solve", file, "--method", "fixed-point")
-        .out.split("\n\n", 1)[1]
-        .splitlines()
+        lcp(f"solve {file} --method fixed-point").out.split("\n\n", 1)[1].splitlines()
     )
     return lines[0].split(), lines[2]
 

@@ -53,8 +53,8 @@ def test_error_at_the_end_follows_the_theory_on_a_degenerate_problem(
     """Where z_i = w_i = 0 it is of the order of ln 3 / p, and elsewhere exponentially
     small."""
     values = "1e2,1e4,1e6,1e8"
-    asked = ("compare", degenerate, EXAMPLE, "--method", "shi", "--tol", "1e-14")
-    outcome = lcp(*asked, "--vary", f"p={values}", "--vary", "k-star=5")
+    asked = f"compare {degenerate} {EXAMPLE} --method shi --tol 1e-14"
+    outcome = lcp(f"{asked} --vary p={values} --vary k-star=5")
     assert outcome.code == 1
     text = rows(outcome.out)
     assert text[0][:2] == ["p:", "error"]
@@ -73,17 +73,15 @@ def test_error_at_the_end_follows_the_theory_on_a_degenerate_problem(
 
 
 def test_runs_are_those_of_a_sweep_in_json_and_csv(lcp: Lcp) -> None:
-    asked = ("compare", EXAMPLE, "--method", "shi")
-    swept = records(lcp(*asked, "--sweep", "k-star=1,20", "-f", "json"))
-    varied = records(
-        lcp(*asked, "--vary", "k-star=1,20", "--vary", "sigma=0.5", "-f", "json")
-    )
+    asked = f"compare {EXAMPLE} --method shi"
+    swept = records(lcp(f"{asked} --sweep k-star=1,20 -f json"))
+    varied = records(lcp(f"{asked} --vary k-star=1,20 --vary sigma=0.5 -f json"))
     assert [found["label"] for found in varied] == [
         *("shi:k-star=1", "shi:k-star=20", "shi:sigma=0.5")
     ]
     for own, other in zip(varied, swept, strict=False):
         assert (own["z"], own["iterations"]) == (other["z"], other["iterations"])
-    lines = lcp(*asked, "--vary", "k-star=1,20", "-f", "csv").out.splitlines()
+    lines = lcp(f"{asked} --vary k-star=1,20 -f csv").out.splitlines()
     assert [line.split(",")[:2] for line in lines if line[0] != "#"][1:] == [
         [EXAMPLE, "shi:k-star=1"],
         [EXAMPLE, "shi:k-star=20"],
@@ -101,9 +99,9 @@ def test_figure_has_a_row_for_each_option_and_a_line_for_each_problem(
         return usual(data, runs)  # type: ignore[arg-type]
 
     monkeypatch.setattr(plotting, "variations", record)
-    asked = ("compare", degenerate, EXAMPLE, "--method", "shi")
-    options = ("--vary", "p=10,1e3,1e5", "--vary", "sigma=0.1,0.5,0.9")
-    lcp(*asked, *options, "--plot", "figure.svg", "-o", "table.md")
+    asked = f"compare {degenerate} {EXAMPLE} --method shi"
+    options = "--vary p=10,1e3,1e5 --vary sigma=0.1,0.5,0.9"
+    lcp(f"{asked} {options} --plot figure.svg -o table.md")
     assert [own.option for own in drawn] == ["p", "sigma"]
     first, second = drawn
     assert [line.label for line in first.lines] == ["degenerate-10", EXAMPLE]
@@ -117,11 +115,11 @@ def test_figure_has_a_row_for_each_option_and_a_line_for_each_problem(
 
 
 def test_words_are_shown_and_not_drawn(lcp: Lcp, in_folder: Path) -> None:
-    asked = ("compare", EXAMPLE, "--vary", "omega=1,2,auto")
-    assert [row[0] for row in rows(lcp(*asked).out)[3:6]] == ["1", "2", "auto"]
+    asked = f"compare {EXAMPLE} --vary omega=1,2,auto"
+    assert [row[0] for row in rows(lcp(asked).out)[3:6]] == ["1", "2", "auto"]
     told = "--plot: draws numbers, and omega=auto is none; leave one out"
-    assert_refused(lcp(*asked, "--plot", "f.svg"), told)
-    lcp(*asked, "-o", "page.html")
+    assert_refused(lcp(f"{asked} --plot f.svg"), told)
+    lcp(f"{asked} -o page.html")
     assert "<figure>" not in (in_folder / "page.html").read_text()
 
 
@@ -139,8 +137,8 @@ BESIDE = {
 def test_what_has_no_effect_beside_it_is_refused(
     option: str, told: str, lcp: Lcp
 ) -> None:
-    assert_refused(lcp("compare", EXAMPLE, "--vary", "p=1,2", option), told)
-    assert_refused(lcp("compare", "--vary", "q=1"), "'q' is not an option of any")
+    assert_refused(lcp(f"compare {EXAMPLE} --vary p=1,2 {option}"), told)
+    assert_refused(lcp("compare --vary q=1"), "'q' is not an option of any")
 
 
 def test_runs_that_ctrl_c_has_prevented_stay_empty() -> None:
@@ -185,20 +183,20 @@ def test_a_comparison_in_which_neither_solves_says_why_and_what_does(
     if isinstance(problem, Problem):
         write(problem, str(in_folder / "hard.json"))
     file = problem if isinstance(problem, str) else "hard.json"
-    out = lcp("compare", file, "--max-iterations", "100").out
+    out = lcp(f"compare {file} --max-iterations 100").out
     (line,) = [line for line in out.splitlines() if line.startswith("neither ")]
     assert line.startswith("neither fixed-point nor shi solves the problem")
     assert cause in line
     assert remedy in line
-    alone = lcp("compare", file, "--max-iterations", "100", "--method", "shi").out
+    alone = lcp(f"compare {file} --max-iterations 100 --method shi").out
     assert name == "no solution" or f"shi does not solve the problem: {cause}" in alone
 
 
 def test_a_comparison_says_nothing_where_it_knows_nothing(lcp: Lcp) -> None:
     for limit in ("3", "1000"):
-        out = lcp("compare", EXAMPLE, "--max-iterations", limit).out
+        out = lcp(f"compare {EXAMPLE} --max-iterations {limit}").out
         assert "the problem" not in out
-    assert "solve the problem" not in lcp("solve", "bimatrix", "--method", "shi").out
+    assert "solve the problem" not in lcp("solve bimatrix --method shi").out
 
 
 def test_kinks_count_where_z_and_w_are_both_0() -> None:
@@ -242,8 +240,8 @@ def test_the_default_p_smooths_nothing(family: str) -> None:
 
 
 def test_p_is_printed_with_what_it_smooths(lcp: Lcp) -> None:
-    shown = " ".join(lcp("solve", EXAMPLE, "--method", "shi").out.split())
+    shown = " ".join(lcp(f"solve {EXAMPLE} --method shi").out.split())
     assert f"shi: p=8.66e+15 {NO_SMOOTHING}, k-star=100" in shown
-    assert NO_SMOOTHING in lcp("solve", EXAMPLE, "-m", "shi", "-f", "csv").out
-    assert NO_SMOOTHING not in lcp("solve", EXAMPLE, "-m", "shi", "--p", "100").out
-    assert json.loads(lcp("solve", EXAMPLE, "-m", "shi", "-f", "json").out)["options"]
+    assert NO_SMOOTHING in lcp(f"solve {EXAMPLE} -m shi -f csv").out
+    assert NO_SMOOTHING not in lcp(f"solve {EXAMPLE} -m shi --p 100").out
+    assert json.loads(lcp(f"solve {EXAMPLE} -m shi -f json").out)["options"]

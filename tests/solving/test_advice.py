@@ -99,12 +99,12 @@ def test_advice_is_in_the_words_of_its_reader_and_can_be_followed(lcp: Lcp) -> N
     failed = run(read(file), "lemke")
     assert failed.advice == 'try method="auto"'
     assert run(failed.problem, **failed.suggestions.ways[0]).solved
-    assert "try --method auto\n" in lcp("solve", file, "--method", "lemke").out
+    assert "try --method auto\n" in lcp(f"solve {file} --method lemke").out
     assert (
         '"advice": "try --method auto"'
-        in lcp("solve", file, "--method", "lemke", "--format", "json").out
+        in lcp(f"solve {file} --method lemke --format json").out
     )
-    assert '"advice": null' in lcp("solve", file, "--format", "json").out
+    assert '"advice": null' in lcp(f"solve {file} --format json").out
 
 
 def test_another_method_is_advised_after_few_iterations_not_an_interrupt() -> None:

@@ -135,7 +135,7 @@ def test_a_solution_far_from_the_doubles_is_found_by_search_or_not_proved(
     file.write_text(FACE)
     assert lcpcli.exact(Problem(**json.loads(FACE))).exact.status is Status.SOLVED
     monkeypatch.setattr(proof, "EXACT_SEARCH_EFFORT", 0.0)
-    outcome = lcp("solve", str(file), "--exact", "--format", "json")
+    outcome = lcp(f"solve {file} --exact --format json")
     record = json.loads(outcome.out)
     assert (outcome.code, record["status"], record["exact"]["status"]) == (
         1,
@@ -147,7 +147,7 @@ def test_a_solution_far_from_the_doubles_is_found_by_search_or_not_proved(
     )
     assert (
         "no exact proof is known for the numbers as written\n"
-        in lcp("solve", str(file), "--exact").out
+        in lcp(f"solve {file} --exact").out
     )
 
 
@@ -155,7 +155,7 @@ def test_missing_library_is_named_with_its_extra(
     lcp: Lcp, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setitem(sys.modules, "flint", None)
-    outcome = lcp("solve", EXAMPLE, "--exact")
+    outcome = lcp(f"solve {EXAMPLE} --exact")
     assert (outcome.code, outcome.out) == (2, "")
     assert outcome.err == "lcp: --exact: needs python-flint; pip install python-flint\n"
 

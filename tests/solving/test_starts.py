@@ -150,7 +150,7 @@ def test_newton_needs_one_step_from_states_or_from_an_earlier_result(
     file, result, table, states = (str(tmp_path / name) for name in names)
     writing.write(PROBLEMS[kind], file)
     for output in (result, table):
-        lcp("solve", file, "-o", output)
+        lcp(f"solve {file} -o {output}")
     first = run(PROBLEMS[kind], "newton")
     assert first.iterations > 1
     again = run(PROBLEMS[kind], "newton", basis=first.basis)
@@ -161,9 +161,7 @@ def test_newton_needs_one_step_from_states_or_from_an_earlier_result(
     )
     Path(states).write_text(json.dumps(first.basis))
     for given in (result, table, states, ",".join(first.basis), " ".join(first.basis)):
-        outcome = lcp(
-            "solve", file, "--method", "newton", "--basis", given, "--format", "json"
-        )
+        outcome = lcp(f"solve {file} --method newton --format json --basis", given)
         assert json.loads(outcome.out)["iterations"] == 1
 
 

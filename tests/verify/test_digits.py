@@ -109,11 +109,11 @@ def test_few_digits_are_said(n: int, said: bool, lcp: Lcp, tmp_path: Any) -> Non
     problem = families.make("hilbert", n)
     file = tmp_path / "hilbert.json"
     file.write_text(json.dumps({"M": problem.M.tolist(), "q": problem.q.tolist()}))
-    outcome = lcp("solve", str(file), "--method", "newton")
+    outcome = lcp(f"solve {file} --method newton")
     assert ("the data determine" in outcome.out) is said
-    digits = json.loads(
-        lcp("solve", str(file), "--method", "newton", "--format", "json").out
-    )["digits"]
+    digits = json.loads(lcp(f"solve {file} --method newton --format json").out)[
+        "digits"
+    ]
     assert len(digits) == n
     assert (min(count for count in digits if count is not None) < 6) is said
 
@@ -238,8 +238,8 @@ def test_what_is_not_unique_is_named_in_text_and_in_json(
     file = tmp_path / "corner.json"
     corner = {"c": [1, 1], "A": [[1, 0], [0, 1], [1, 1]], "row_upper": [1, 1, 2]}
     file.write_text(json.dumps({"sense": "max", **corner}))
-    assert "z3, z4 and z5 are not unique" in lcp("solve", str(file)).out
-    record = json.loads(lcp("solve", str(file), "--format", "json").out)
+    assert "z3, z4 and z5 are not unique" in lcp(f"solve {file}").out
+    record = json.loads(lcp(f"solve {file} --format json").out)
     assert record["not_unique"] == [2, 3, 4]
     assert record["digits"] == [16, 16, None, None, None]
 
@@ -401,9 +401,7 @@ def test_a_verdict_is_not_believed_by_a_bench_if_there_is_a_solution(
 ) -> None:
     file = tmp_path / "p.json"
     file.write_text(ALL_WRONG)
-    outcome = lcp(
-        "bench", str(file), "--method", "newton", "--budget", "0", "--format", "json"
-    )
+    outcome = lcp(f"bench {file} --method newton --budget 0 --format json")
     row = json.loads(outcome.out)["measurements"][0]
     assert (outcome.code, row["success"], row["false_success"]) == (0, True, False)
     assert outcome.err.startswith(LINE.format(file, "")), (
