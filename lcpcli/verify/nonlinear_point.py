@@ -215,11 +215,30 @@ class NonlinearCriterion(Criterion):
     def point(self, z: Vector) -> Point:
         """Return the point at a z within its bounds; if it almost solves the problem,
         return the first point without rounding errors of zeros that does solve it.
+
+        If z has components that are rounding errors compared with the largest one, the
+        point without these comes first: where all terms of a row are such errors, no
+        tolerance allows them.
         """
+        box = self.evaluations.problem.box
+        is_tiny = np.abs(z) <= ROUNDING * size(z)
+        clean_z = box.project(np.where(is_tiny, 0.0, z))
+        if not np.array_equal(clean_z, z) and self.is_small(
+            size(box.gaps(z, self.evaluations.known_values(z)))
+        ):
+            point = NonlinearPoint(self, clean_z)
+            if point.solves():
+                return point
         point = NonlinearPoint(self, z)
         if point.solves() or not point.is_small:
             return point
         return next((other for other in point.cleaned() if other.solves()), point)
+
+    def is_small(self, residual: float) -> bool:
+        """Return whether a residual is so small that it may consist of rounding errors
+        and noise.
+        """
+        return residual <= max(WORTH, LITTLE * self.start)
 
     def residuals(self, Z: Vector) -> tuple[list[float], list[bool]]:
         """Return the natural residuals of points; none is reported to be rounding."""
@@ -285,10 +304,7 @@ class NonlinearPoint(Point):
 
     @property
     def is_small(self) -> bool:
-        """Return whether the residual is so small that it may consist of rounding
-        errors and noise.
-        """
-        return self.residual <= max(WORTH, LITTLE * self.original_criterion.start)
+        return self.original_criterion.is_small(self.residual)
 
     @np.errstate(all="ignore")
     def _decision(self) -> bool:
