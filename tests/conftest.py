@@ -11,7 +11,6 @@ import re
 import shlex
 import signal
 import sys
-from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from itertools import count
 from pathlib import Path
@@ -34,8 +33,7 @@ from lcpcli.rational.exact_problem import ExactProblem
 from lcpcli.solving import driver
 from lcpcli.solving.result import Result
 
-from .documents import Typed, assert_as_before, printf, shown, typed_in
-from .refusals import Files
+from .documents import assert_as_before, printf, shown, typed_in
 
 # the same examples every time, so that a change is what makes a test fail;
 # HYPOTHESIS_PROFILE=searching tries new ones
@@ -108,13 +106,11 @@ def problem_of(content: bytes, path: str) -> Problem | NonlinearProblem:
 
 
 @pytest.fixture
-def lcp(
-    capfd: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
-) -> Callable[..., Outcome]:
+def lcp(capfd, monkeypatch):
     """Run `lcp LINE` in this process, as the installed command does; words that are
     given beside the line are not split."""
 
-    def run(line: str = "", *more: str) -> Outcome:
+    def run(line="", *more):
         monkeypatch.setattr("sys.argv", ["lcp", *shlex.split(line), *more])
         # A busy machine adds no line to tables.
         monkeypatch.setattr("lcpcli.report.outcome.WIDE_SPREAD", math.inf)
@@ -132,14 +128,14 @@ def lcp(
 
 
 @pytest.fixture
-def in_folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+def in_folder(tmp_path, monkeypatch):
     """An empty folder, entered."""
     monkeypatch.chdir(tmp_path)
     return tmp_path
 
 
 @pytest.fixture
-def still(monkeypatch: pytest.MonkeyPatch) -> None:
+def still(monkeypatch):
     """A clock that stands still."""
     monkeypatch.setattr("time.perf_counter", lambda: 0.0)
     for most in ("MAX_REPETITIONS", "FEW_REPETITIONS"):
@@ -148,15 +144,15 @@ def still(monkeypatch: pytest.MonkeyPatch) -> None:
 
 @pytest.fixture
 def document(
-    lcp: Callable[..., Outcome],
-    in_folder: Path,
-    monkeypatch: pytest.MonkeyPatch,
-    still: None,  # noqa: ARG001
-) -> Callable[[str], None]:
+    lcp,
+    in_folder,
+    monkeypatch,
+    still,  # noqa: ARG001
+):
     """Type what is typed in a document, in an empty folder, and compare what is printed
     with the document."""
 
-    def printed(typed: Typed) -> str:
+    def printed(typed):
         (program, *words), *parts = typed.parts
         out, err, code = b"", "", 0
         if program == "mkdir":
@@ -183,7 +179,7 @@ def document(
             text = shown(text, *part)
         return text + err + (f"exit code {code}\n" if code else "")
 
-    def compare(name: str) -> None:
+    def compare(name):
         text = "".join(f"{typed.line}\n{printed(typed)}" for typed in typed_in(name))
         assert_as_before(name, text.replace(str(in_folder), "FOLDER"))
 
@@ -218,21 +214,17 @@ FOLDERS = count()
 
 
 @pytest.fixture
-def refused(
-    lcp: Callable[..., Outcome],
-    tmp_path_factory: pytest.TempPathFactory,
-    monkeypatch: pytest.MonkeyPatch,
-) -> Callable[[str, Files], str]:
+def refused(lcp, tmp_path_factory, monkeypatch):
     """Run a command line in a folder of files and return the line with which it is
     refused: all that is printed, readable and in words of this program, besides one
     record if the command line asks for JSON. Nothing is written, and nothing solved in
     vain."""
 
     def run(
-        command: str,
-        files: Files,
-        records: Callable[[list[Any]], None] = lambda _: None,
-    ) -> str:
+        command,
+        files,
+        records=lambda _: None,
+    ):
         # Without what tmp_path does for each of a thousand tests.
         (folder := tmp_path_factory.getbasetemp() / f"refused-{next(FOLDERS)}").mkdir()
         for name, content in files.items():
@@ -276,13 +268,11 @@ def as_bytes(content: Any) -> bytes:
 
 
 @pytest.fixture
-def kernels_by_default(
-    monkeypatch: pytest.MonkeyPatch,
-) -> Iterator[Callable[[str], None]]:
+def kernels_by_default(monkeypatch):
     """The process does not ask for the compiled kernels, whatever a test does; a
     function that sets what it asks."""
 
-    def ask(value: str) -> None:
+    def ask(value):
         monkeypatch.setenv(KERNELS, value)
         wants_kernels.cache_clear()
 
@@ -293,17 +283,17 @@ def kernels_by_default(
 
 
 @pytest.fixture
-def terminal(monkeypatch: pytest.MonkeyPatch) -> Callable[[int, bool], None]:
+def terminal(monkeypatch):
     """Make standard output a terminal of that width, with or without colour."""
 
-    def become(width: int, color: bool) -> None:
+    def become(width, color):
         monkeypatch.setattr(output, "terminal", lambda: (width, color))
 
     return become
 
 
 @pytest.fixture(params=[1, 2], ids=["example-1", "example-2"])
-def paper_example(request: pytest.FixtureRequest) -> Problem:
+def paper_example(request):
     return read(contents.shipped_path(f"paper-example-{request.param}.json"))
 
 

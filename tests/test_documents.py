@@ -3,16 +3,12 @@ format, and one for each way in which files are read."""
 
 from __future__ import annotations
 
-from collections.abc import Callable
-
 import pytest
 
 from .documents import FOLDER
 
 
 @pytest.mark.parametrize("name", sorted(path.stem for path in FOLDER.glob("*.txt")))
-def test_commands_print_what_the_document_shows(
-    name: str, document: Callable[[str], None]
-) -> None:
+def test_commands_print_what_the_document_shows(name, document):
     pytest.importorskip("flint")
     document(name)

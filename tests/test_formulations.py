@@ -31,7 +31,7 @@ MISSING = (
 
 
 @pytest.fixture(scope="module")
-def alone(tmp_path_factory: pytest.TempPathFactory) -> Path:
+def alone(tmp_path_factory):
     """A folder with the package, without the folders of all formulations, and files."""
     folder = tmp_path_factory.mktemp("alone")
     ignored = shutil.ignore_patterns("__pycache__", *FOLDERS)
@@ -77,7 +77,7 @@ def run(folder: Path, line: str) -> subprocess.CompletedProcess[str]:
         "make --list",
     ],
 )
-def test_lcps_need_no_formulation(alone: Path, line: str) -> None:
+def test_lcps_need_no_formulation(alone, line):
     done = run(alone, line)
     assert (done.returncode, done.stderr) == (0, ""), done.stderr
 
@@ -97,38 +97,32 @@ def test_lcps_need_no_formulation(alone: Path, line: str) -> None:
         ("osqp.json", "a program", "quadratic_program"),
     ],
 )
-def test_a_file_without_its_formulation_gets_one_line(
-    alone: Path, file: str, what: str, folder: str
-) -> None:
+def test_a_file_without_its_formulation_gets_one_line(alone, file, what, folder):
     done = run(alone, f"solve {file}")
     told = f"lcp: {file}: {MISSING.format(what, folder)}\n"
     assert (done.returncode, done.stdout, done.stderr) == (2, "", told)
 
 
-def test_a_word_without_its_formulation_gets_one_line(alone: Path) -> None:
+def test_a_word_without_its_formulation_gets_one_line(alone):
     done = run(alone, "model.nl -AMPL")
     told = f"lcp: {MISSING.format('-AMPL', 'nonlinear_model')}\n"
     assert (done.returncode, done.stdout, done.stderr) == (2, "", told)
 
 
-def test_tables_without_their_formulation_get_one_line(alone: Path) -> None:
+def test_tables_without_their_formulation_get_one_line(alone):
     done = run(alone, "solve A.csv A.csv --game")
     told = f"lcp: {MISSING.format('--game', 'bimatrix_game')}\n"
     assert (done.returncode, done.stdout, done.stderr) == (2, "", told)
 
 
-def test_two_tables_without_a_formulation_are_refused_without_a_hint_at_it(
-    alone: Path,
-) -> None:
+def test_two_tables_without_a_formulation_are_refused_without_a_hint_at_it(alone):
     done = run(alone, "solve A.csv A.csv")
     assert done.returncode == 2
     assert done.stderr.count("\n") == 1
     assert "--game" not in done.stderr
 
 
-def test_each_public_name_without_its_formulation_is_an_error_of_one_line(
-    alone: Path,
-) -> None:
+def test_each_public_name_without_its_formulation_is_an_error_of_one_line(alone):
     homes = {
         name: home.split(".")[2]
         for name in lcpcli.__all__

@@ -39,7 +39,7 @@ def requirements() -> set[str]:
     return set(re.findall(r'"([a-zA-Z][\w-]*)', table))
 
 
-def test_every_hint_names_a_distribution_of_an_extra() -> None:
+def test_every_hint_names_a_distribution_of_an_extra():
     modules = modules_in_hints()
     assert {"flint", "matplotlib", "distributed", "quantecon"} <= modules
     named = {DISTRIBUTIONS.get(module, module) for module in modules - OF_USERS}
@@ -50,7 +50,7 @@ def test_every_hint_names_a_distribution_of_an_extra() -> None:
     assert missing("flint") == ("needs python-flint", "pip install python-flint")
 
 
-def test_hints_come_from_one_place_and_no_text_names_an_extra_of_an_index() -> None:
+def test_hints_come_from_one_place_and_no_text_names_an_extra_of_an_index():
     texts = {file.name for file, text in SOURCES.items() if "pip install" in text}
     assert texts == {"errors.py"}
     pages = [*ROOT.glob("lcpcli/**/*.md"), ROOT / "README.md"]
@@ -62,7 +62,7 @@ def test_hints_come_from_one_place_and_no_text_names_an_extra_of_an_index() -> N
     assert "linear-complementarity[" not in everything
 
 
-def test_distributions_have_the_modules_in_whose_place_they_are_named() -> None:
+def test_distributions_have_the_modules_in_whose_place_they_are_named():
     owners = packages_distributions()
     for module in modules_in_hints():
         if find_spec(module) is not None:

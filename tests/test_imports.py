@@ -5,7 +5,6 @@ from __future__ import annotations
 import subprocess
 import sys
 from functools import cache
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -53,11 +52,11 @@ HELP = (
 )
 
 
-def test_help_and_version_load_neither_numpy_nor_scipy_nor_rich() -> None:
+def test_help_and_version_load_neither_numpy_nor_scipy_nor_rich():
     assert not modules_after(*HELP.split(", ")) & {"numpy", "scipy", "rich"}
 
 
-def test_dense_solves_to_json_load_neither_rich_nor_scipy(tmp_path: Path) -> None:
+def test_dense_solves_to_json_load_neither_rich_nor_scipy(tmp_path):
     files = {n: str(tmp_path / f"dense-{n}.json") for n in (4, 200)}
     for n, file in files.items():
         writing.write(Problem(4 * np.eye(n), -np.ones(n)), file)
@@ -73,7 +72,7 @@ def test_dense_solves_to_json_load_neither_rich_nor_scipy(tmp_path: Path) -> Non
     assert not loaded & {"scipy", "rich"}
 
 
-def test_table_loads_rich_but_not_scipy_nor_does_a_list_of_families() -> None:
+def test_table_loads_rich_but_not_scipy_nor_does_a_list_of_families():
     loaded = modules_after(f"solve {EXAMPLE}", "make --list")
     assert "rich" in loaded
     assert "scipy" not in loaded
@@ -104,9 +103,7 @@ UNSHOWN = Problem(np.kron(np.eye(10), [[1, 2], [2, 1]]), -np.ones(20))
     [DOMINANT, OF_SEVERAL, UNSHOWN],
     ids=["dominant", "of several", "not shown"],
 )
-def test_small_solve_to_json_loads_what_it_uses(
-    problem: Problem, tmp_path: Path
-) -> None:
+def test_small_solve_to_json_loads_what_it_uses(problem, tmp_path):
     file = tmp_path / "small.json"
     writing.write(problem, str(file))
     loaded = modules_after(f"solve {file} --format json")
@@ -117,7 +114,7 @@ def test_small_solve_to_json_loads_what_it_uses(
     assert sorted(loaded & (unused | OTHER_COMMANDS) - modules_of_the_base()) == []
 
 
-def test_package_itself_and_the_names_of_peers_load_nothing() -> None:
+def test_package_itself_and_the_names_of_peers_load_nothing():
     assert not loaded_by("import sys, lcpcli; print(*sys.modules)") & {
         "numpy",
         "scipy",
@@ -131,7 +128,7 @@ def test_package_itself_and_the_names_of_peers_load_nothing() -> None:
     assert "numpy" not in loaded_by(code)
 
 
-def test_python_m_runs_the_command(tmp_path: Path) -> None:
+def test_python_m_runs_the_command(tmp_path):
     command = [sys.executable, "-m", "lcpcli", "--version"]
     done = subprocess.run(
         command, capture_output=True, text=True, check=True, cwd=tmp_path
@@ -139,6 +136,6 @@ def test_python_m_runs_the_command(tmp_path: Path) -> None:
     assert lcpcli.__version__ in done.stdout
 
 
-def test_unknown_public_name_is_an_attribute_error() -> None:
+def test_unknown_public_name_is_an_attribute_error():
     with pytest.raises(AttributeError, match="nonsense"):
         _ = lcpcli.nonsense

@@ -15,7 +15,6 @@ import pydoc
 import re
 import subprocess
 import sys
-from collections.abc import Callable
 from importlib import import_module
 from pathlib import Path
 from typing import Any
@@ -31,16 +30,12 @@ from lcpcli.files import contents
 from lcpcli.gallery import families
 from lcpcli.report import html_page
 
-from .conftest import Outcome
-
 EXAMPLE = contents.shipped_path("paper-example-2.json")
 M, Q = [[2.0, 1.0], [1.0, 2.0]], [-5.0, -6.0]
 INFEASIBLE = lcpcli.Problem([[-1.0]], [-2.0])
 
 
-def test_result_and_inspection_are_what_the_command_writes(
-    lcp: Callable[..., Outcome],
-) -> None:
+def test_result_and_inspection_are_what_the_command_writes(lcp):
     result = lcpcli.run(lcpcli.read(EXAMPLE), "shi", trace=True)
     ours, theirs = (
         result.to_dict(),
@@ -63,9 +58,7 @@ def test_result_and_inspection_are_what_the_command_writes(
     assert failed.to_dict()["advice"] == failed.advice
 
 
-def test_check_reports_what_the_command_does_and_verifies_proofs(
-    lcp: Callable[..., Outcome],
-) -> None:
+def test_check_reports_what_the_command_does_and_verifies_proofs(lcp):
     problem = lcpcli.read(EXAMPLE)
     assert (
         repr(lcpcli.check(problem, [0, 1, 1, 0]))
@@ -82,7 +75,7 @@ def test_check_reports_what_the_command_does_and_verifies_proofs(
 
 
 @pytest.mark.slow("draws a figure in every form")
-def test_plot_writes_a_file_or_shows_in_a_notebook(tmp_path: Path) -> None:
+def test_plot_writes_a_file_or_shows_in_a_notebook(tmp_path):
     pytest.importorskip("matplotlib")
     results = [
         lcpcli.solve(M, Q, method, trace=True) for method in ("shi", "fixed-point")
@@ -114,9 +107,7 @@ def test_plot_writes_a_file_or_shows_in_a_notebook(tmp_path: Path) -> None:
         lcpcli.plot(lcpcli.solve(M, Q, "newton"))
 
 
-def test_notebooks_show_the_answer_and_the_iterates_that_were_asked_for(
-    monkeypatch: pytest.MonkeyPatch,
-) -> None:
+def test_notebooks_show_the_answer_and_the_iterates_that_were_asked_for(monkeypatch):
     pytest.importorskip("matplotlib")
     shown = lcpcli.run(
         lcpcli.from_game([[3, 0], [0, 2]], [[2, 0], [0, 3]])
@@ -136,7 +127,7 @@ def test_notebooks_show_the_answer_and_the_iterates_that_were_asked_for(
 
 
 @pytest.mark.slow("draws hundreds of iterates")
-def test_long_traces_make_small_pictures() -> None:
+def test_long_traces_make_small_pictures():
     pytest.importorskip("matplotlib")
     n = 100
     slow = lcpcli.solve(
@@ -151,7 +142,7 @@ def test_long_traces_make_small_pictures() -> None:
     assert len(slow._repr_html_()) < 300_000
 
 
-def test_the_method_of_solve_many_is_its_third_argument_as_of_solve() -> None:
+def test_the_method_of_solve_many_is_its_third_argument_as_of_solve():
     columns = np.array([[-5.0, -1], [-6, 2]])
     problems = [lcpcli.Problem(M, q) for q in columns.T]
     for results in (
@@ -164,8 +155,8 @@ def test_the_method_of_solve_many_is_its_third_argument_as_of_solve() -> None:
 
 @pytest.mark.parametrize("method", ["auto", "lemke", "interior"])
 def test_solves_leave_no_garbage_in_cycles_which_the_command_searches_for_seldom(
-    method: str,
-) -> None:
+    method,
+):
     problems = [
         families.make("harker-pang", 5, 0),
         lcpcli.from_qp(np.eye(3), -np.ones(3)),
@@ -185,7 +176,7 @@ def test_solves_leave_no_garbage_in_cycles_which_the_command_searches_for_seldom
     assert min(found) == 0
 
 
-def test_errors_pass_between_processes() -> None:
+def test_errors_pass_between_processes():
     with pytest.raises(OptionError) as caught:
         lcpcli.solve(M, Q, tol=2)
     assert str(pickle.loads(pickle.dumps(caught.value))) == str(caught.value)
@@ -245,22 +236,18 @@ def objects() -> dict[str, Any]:
         for name in USES
     ],
 )
-def test_methods_are_there_in_a_fresh_process(name: str, tmp_path: Path) -> None:
+def test_methods_are_there_in_a_fresh_process(name, tmp_path):
     code, says = USES[name]
     assert told(objects()[name], tmp_path, code).startswith(says)
 
 
-def test_pieces_of_the_set_of_solutions_are_there_in_a_fresh_process(
-    tmp_path: Path,
-) -> None:
+def test_pieces_of_the_set_of_solutions_are_there_in_a_fresh_process(tmp_path):
     pieces = list(lcpcli.solutions(lcpcli.Problem([[0, 0], [0, 1]], [0, -1])))
     assert told(pieces, tmp_path, "*it") == " ".join(map(str, pieces)) + "\n"
 
 
 @pytest.mark.parametrize("taken", [1, 3])
-def test_a_set_of_solutions_has_what_was_found_and_ends_with_it(
-    taken: int, tmp_path: Path
-) -> None:
+def test_a_set_of_solutions_has_what_was_found_and_ends_with_it(taken, tmp_path):
     search = lcpcli.solutions(lcpcli.from_game([[3, 0], [0, 2]], [[2, 0], [0, 3]]))
     for _ in zip(range(taken + (taken == 3)), search, strict=False):
         continue
@@ -282,9 +269,7 @@ HOMES = [
 
 @pytest.mark.parametrize("module", HOMES)
 @pytest.mark.usefixtures("in_folder")
-def test_examples_run(
-    module: str,
-) -> None:
+def test_examples_run(module):
     if module in NEEDED:
         pytest.importorskip(NEEDED[module])
     found = doctest.testmod(import_module(module), optionflags=doctest.ELLIPSIS)
@@ -292,7 +277,7 @@ def test_examples_run(
     assert not found.failed
 
 
-def test_every_public_name_has_an_example_and_stands_in_the_help() -> None:
+def test_every_public_name_has_an_example_and_stands_in_the_help():
     text = pydoc.plain(pydoc.render_doc(lcpcli))
     assert "find z >= 0" in text
     for name in lcpcli.__all__:
@@ -300,7 +285,7 @@ def test_every_public_name_has_an_example_and_stands_in_the_help() -> None:
         assert name in text
 
 
-def test_result_shows_what_matters_in_one_line() -> None:
+def test_result_shows_what_matters_in_one_line():
     result = run(read(contents.shipped_path("paper-example-1.json")), "fixed-point")
     assert repr(result).startswith("<Result: solved by fixed-point, n = 4, residual ")
     assert ", error 1.2e-10, in " in repr(result)
@@ -309,7 +294,7 @@ def test_result_shows_what_matters_in_one_line() -> None:
     assert repr(failed).startswith("<Result: iteration limit by fixed-point, ")
 
 
-def test_long_results_and_traces_are_shown_short() -> None:
+def test_long_results_and_traces_are_shown_short():
     n = 10_000
     result = solve(eye_array(n), -np.ones(n), trace=True)
     assert len(repr(result)) < 200
@@ -320,7 +305,7 @@ def test_long_results_and_traces_are_shown_short() -> None:
     assert repr(result.problem) == f"<Problem: n = {n}, sparse, {n} stored entries>"
 
 
-def test_notebooks_show_results_in_which_names_are_harmless() -> None:
+def test_notebooks_show_results_in_which_names_are_harmless():
     problem = Problem(
         [[2.0, 1.0], [1.0, 2.0]], [-5.0, 1.25], name="<script>", solutions=[[2.5, 0.0]]
     )

@@ -9,13 +9,11 @@ import re
 import shlex
 import subprocess
 import sys
-from collections.abc import Callable
 from dataclasses import replace
 from functools import cache
 from importlib.util import find_spec
 from pathlib import Path
 from shutil import which
-from typing import Any
 
 import pytest
 
@@ -63,11 +61,9 @@ VERDICT = (
 ROUNDING = re.compile(r"\b\d\.\de-1[5-9]\b")
 TIMES = re.compile(r"\d[\d.]*(e[-+]\d+)? ?(us|ms|s)\b|time/\w+")
 
-Lcp = Callable[..., Any]
-
 
 @pytest.fixture(scope="module")
-def folders(tmp_path_factory: pytest.TempPathFactory) -> Callable[[str], Path]:
+def folders(tmp_path_factory):
     """Where a reader of a page works: an empty folder, away from the checkout."""
     return cache(tmp_path_factory.mktemp)
 
@@ -136,9 +132,7 @@ def comparable(text: str) -> list[list[str]]:
 
 @pytest.mark.slow("all commands of the pages, each in a process of its own")
 @pytest.mark.parametrize("page", PAGES)
-def test_commands_and_snippets_print_what_is_shown(
-    page: str, folders: Callable[[str], Path]
-) -> None:
+def test_commands_and_snippets_print_what_is_shown(page, folders):
     """In the order of the page: what one writes, another reads."""
     folder = folders(page)
     for language, text in BLOCKS[page]:
@@ -154,7 +148,7 @@ def test_commands_and_snippets_print_what_is_shown(
 
 @pytest.mark.slow("a run of mypy over the package")
 @pytest.mark.skipif(find_spec("mypy") is None, reason="mypy is not installed")
-def test_snippets_pass_mypy_in_its_strict_mode(tmp_path: Path) -> None:
+def test_snippets_pass_mypy_in_its_strict_mode(tmp_path):
     snippets = {
         f"{page.lower()}_{i}": text
         for page, own in BLOCKS.items()
@@ -212,7 +206,7 @@ def lines_of_shell(benches: bool) -> list[tuple[str, str]]:
 
 @pytest.mark.slow("all commands of the pages, each in a process of its own")
 @pytest.mark.parametrize(("page", "line"), lines_of_shell(benches=False))
-def test_command_runs(page: str, line: str, folders: Callable[[str], Path]) -> None:
+def test_command_runs(page, line, folders):
     if "jq" in line and which("jq") is None:
         pytest.skip("jq is not installed")
     shell(f"set -o pipefail; {{ {line}\n}} > /dev/null", folders(page), code=0)
@@ -222,7 +216,7 @@ def test_command_runs(page: str, line: str, folders: Callable[[str], Path]) -> N
 @pytest.mark.parametrize(
     "job", [text for language, text in BLOCKS["ci"] if language == "yaml"]
 )
-def test_commands_of_a_job_of_ci_run(job: str, tmp_path: Path) -> None:
+def test_commands_of_a_job_of_ci_run(job, tmp_path):
     if find_spec("yaml") is not None:
         import yaml
 
@@ -238,12 +232,8 @@ def test_commands_of_a_job_of_ci_run(job: str, tmp_path: Path) -> None:
 @pytest.mark.slow("benches with other solvers and figures")
 @pytest.mark.parametrize(("page", "line"), lines_of_shell(benches=True))
 def test_benchmark_runs_on_one_small_problem_in_place_of_its_suite(
-    page: str,
-    line: str,
-    lcp: Lcp,
-    monkeypatch: pytest.MonkeyPatch,
-    folders: Callable[[str], Path],
-) -> None:
+    page, line, lcp, monkeypatch, folders
+):
     held = {
         name: replace(suite, grids=[suites.Grid("diagonal", 3)], budget=0.0)
         for name, suite in suites.SUITES.items()
@@ -255,7 +245,7 @@ def test_benchmark_runs_on_one_small_problem_in_place_of_its_suite(
 
 
 @pytest.mark.parametrize("page", PAGES)
-def test_commands_and_options_named_in_the_text_exist(page: str) -> None:
+def test_commands_and_options_named_in_the_text_exist(page):
     commands = group.lcp.commands.items()
     flags = {name: {"--help"} for name, _ in commands}
     for name, its in commands:
@@ -286,7 +276,7 @@ def test_commands_and_options_named_in_the_text_exist(page: str) -> None:
     )
 
 
-def test_there_are_two_commands_and_ci_runs_exactly_these() -> None:
+def test_there_are_two_commands_and_ci_runs_exactly_these():
     commands = [
         line
         for line in README.splitlines()
@@ -303,13 +293,13 @@ def test_there_are_two_commands_and_ci_runs_exactly_these() -> None:
     "text",
     [text for own in BLOCKS.values() for language, text in own if language == "json"],
 )
-def test_json_examples_are_solved(text: str, lcp: Lcp, tmp_path: Path) -> None:
+def test_json_examples_are_solved(text, lcp, tmp_path):
     file = tmp_path / "problem.json"
     file.write_text(text)
     assert lcp(f"solve {file} -q").code == 0
 
 
-def test_every_status_and_its_exit_code_is_documented() -> None:
+def test_every_status_and_its_exit_code_is_documented():
     for status in result.Status:
         rows = [
             line
@@ -320,7 +310,7 @@ def test_every_status_and_its_exit_code_is_documented() -> None:
         assert rows[0].split("|")[1].strip() == str(of_status(status))
 
 
-def test_every_start_and_every_option_of_a_described_method_is_documented() -> None:
+def test_every_start_and_every_option_of_a_described_method_is_documented():
     described = [
         method
         for name, method in METHODS.items()
@@ -335,7 +325,7 @@ def test_every_start_and_every_option_of_a_described_method_is_documented() -> N
         assert any(map(written.search, PAGES.values())), name
 
 
-def test_every_key_of_a_result_in_json_is_documented(lcp: Lcp) -> None:
+def test_every_key_of_a_result_in_json_is_documented(lcp):
     page = PAGES["json"].partition("\n## ")[0]
     rows = re.findall(r"^\| ((?:`\w+`(?:, )?)+) \|", page, re.MULTILINE)
     shown = [name for row in rows for name in re.findall(r"\w+", row)]
@@ -362,7 +352,7 @@ MEASURED = [
 @pytest.mark.parametrize(
     "row", [row for row in MEASURED if int(row.values[0][4]) < 2000]
 )
-def test_rates_of_fixed_point_are_what_the_bench_measures(row: tuple[str, ...]) -> None:
+def test_rates_of_fixed_point_are_what_the_bench_measures(row):
     family, n, parameter, value, iterations, *factors = row
     known = gallery.parameters_of(family)
     parameters = {parameter: type(known[parameter])(value)} if parameter else {}
@@ -378,7 +368,7 @@ def test_rates_of_fixed_point_are_what_the_bench_measures(row: tuple[str, ...]) 
 LADDER = r"^\| ([a-z-]+) \| (\w+) = (\S+) \| (?:all|-|\d+) \|"
 
 
-def test_tables_have_rates_of_several_families_and_the_ladders_of_the_suites() -> None:
+def test_tables_have_rates_of_several_families_and_the_ladders_of_the_suites():
     """What auto does on them, test_bench_record holds; here it is that the table is
     about the same ladders."""
     assert len({row[0] for row in RATES}) >= 8
@@ -395,7 +385,7 @@ def test_tables_have_rates_of_several_families_and_the_ladders_of_the_suites() -
     }
 
 
-def test_page_of_formats_has_those_of_problems_and_of_results() -> None:
+def test_page_of_formats_has_those_of_problems_and_of_results():
     shown = set(re.findall(r"`([.\w]+)`", PAGES["formats"]))
     assert {suffix for suffix in FORMATS if suffix not in shown} == set()
     rows = [
@@ -404,7 +394,7 @@ def test_page_of_formats_has_those_of_problems_and_of_results() -> None:
     assert [row for row in rows if row not in PAGES["formats"]] == []
 
 
-def test_readme_is_short_and_a_problem_of_ones_own_comes_first() -> None:
+def test_readme_is_short_and_a_problem_of_ones_own_comes_first():
     assert len(README.splitlines()) <= 120
     assert README.index("lcp solve mine.json") < README.index(
         "lcp compare paper-example-1"

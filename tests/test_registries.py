@@ -200,7 +200,7 @@ OF_ALL = (
 
 
 @pytest.fixture(scope="module")
-def copy(tmp_path_factory: pytest.TempPathFactory) -> Path:
+def copy(tmp_path_factory):
     """A copy of the package and its tests with all additions."""
     root = tmp_path_factory.mktemp("copy")
     for name in ("lcpcli", "tests", "problems"):
@@ -247,7 +247,7 @@ def run(path: Path, folder: Path, *command: str, given: str = "") -> str:
     return done.stdout
 
 
-def test_declarations_of_methods_name_known_classes() -> None:
+def test_declarations_of_methods_name_known_classes():
     assert {name for method in METHODS.values() for name in method.guaranteed} <= {
         ANY,
         *CLASSES,
@@ -255,7 +255,7 @@ def test_declarations_of_methods_name_known_classes() -> None:
 
 
 @pytest.mark.slow("it runs two files of tests, and some of others, on a copy")
-def test_what_is_added_passes_the_tests_of_all_of_its_kind(copy: Path) -> None:
+def test_what_is_added_passes_the_tests_of_all_of_its_kind(copy):
     files = {path.name: str(path) for path in (copy / "tests").rglob("test_*.py")}
     tests = [files[f"test_{name}.py"] for name in GENERAL]
     tests += [
@@ -294,7 +294,7 @@ help toys
 
 
 @pytest.mark.slow("the quick suite has another package with a method and a format")
-def test_what_is_added_does_its_work(copy: Path, tmp_path: Path) -> None:
+def test_what_is_added_does_its_work(copy, tmp_path):
     (tmp_path / "toy.json").write_text(
         '{"name": "toy", "M": [[2, 0], [0, 4]], "q": [-2, 4]}'
     )
@@ -321,7 +321,7 @@ def test_what_is_added_does_its_work(copy: Path, tmp_path: Path) -> None:
     assert page == PAGE
 
 
-def test_another_package_adds_a_method_and_a_format(tmp_path: Path) -> None:
+def test_another_package_adds_a_method_and_a_format(tmp_path):
     """By the entry points of a distribution on the path, as an installed one has
     them."""
     declared = DECLARED.replace("options=", 'location=("toys.toy", "toy"), options=')
@@ -383,7 +383,7 @@ SHIPPING = {"costs": [[1, 3], [2, 1]], "supply": [4, 5], "demand": [3, 4]}
 
 
 @pytest.mark.slow  # in eight processes
-def test_a_formulation_is_one_folder_and_one_row(tmp_path: Path) -> None:
+def test_a_formulation_is_one_folder_and_one_row(tmp_path):
     """As the page on development has it."""
     page = (ROOT / "lcpcli/development.md").read_text()
     section = page.partition("## A formulation\n")[2]
@@ -399,7 +399,7 @@ def test_a_formulation_is_one_folder_and_one_row(tmp_path: Path) -> None:
     register(table, "TABLE", row.strip().removesuffix(","))
     (tmp_path / "s.json").write_text(json.dumps(SHIPPING))
 
-    def of(line: str) -> str:
+    def of(line):
         return run(tmp_path, tmp_path, "-m", "lcpcli", *line.split())
 
     assert "the plan costs 7" in of("solve s.json")
@@ -414,7 +414,7 @@ def test_a_formulation_is_one_folder_and_one_row(tmp_path: Path) -> None:
     assert "Usage: lcp solve" in of("solve --help")
 
 
-def test_what_the_package_knows_itself_is_not_looked_for_in_others() -> None:
+def test_what_the_package_knows_itself_is_not_looked_for_in_others():
     solve = (
         "import sys, lcpcli; "
         "lcpcli.run(lcpcli.read('problems/paper-example-1.json'), 'newton')"
@@ -425,7 +425,7 @@ def test_what_the_package_knows_itself_is_not_looked_for_in_others() -> None:
     )
 
 
-def test_a_request_has_the_values_of_all_options_of_its_command() -> None:
+def test_a_request_has_the_values_of_all_options_of_its_command():
     requests = {name: lcp.commands[name].request for name in lcp.commands}
     requests = {name: made for name, made in requests.items() if made is not None}
     assert {"solve", "compare", "path", "check", "why", "bench"} < {*requests}

@@ -243,7 +243,7 @@ def takes_any_options(node: ast.FunctionDef | ast.ClassDef) -> bool:
     return isinstance(node, ast.FunctionDef) and node.args.kwarg is not None
 
 
-def test_entries_of_docstrings_name_what_there_is() -> None:
+def test_entries_of_docstrings_name_what_there_is():
     """Parameters, attributes and the like, whose names have not changed since."""
     missing = []
     for module, nodes in modules().items():
@@ -258,7 +258,7 @@ def test_entries_of_docstrings_name_what_there_is() -> None:
     assert missing == []
 
 
-def test_no_function_is_long() -> None:
+def test_no_function_is_long():
     texts = {
         name_of(file): file.read_text(encoding="utf-8")
         for file in ROOT.glob("tests/**/*.py")
@@ -285,7 +285,7 @@ def test_no_function_is_long() -> None:
     } <= LONG
 
 
-def test_no_modules_import_each_other_in_a_circle_not_even_for_annotations() -> None:
+def test_no_modules_import_each_other_in_a_circle_not_even_for_annotations():
     # For annotations alone.
     assert "lcpcli.verify.error_theorems" in imports()["lcpcli.solving.result"]
     try:
@@ -294,7 +294,7 @@ def test_no_modules_import_each_other_in_a_circle_not_even_for_annotations() -> 
         pytest.fail(" imports ".join(reversed(error.args[1])))
 
 
-def test_every_module_is_in_a_subpackage_but_for_a_few_that_all_use() -> None:
+def test_every_module_is_in_a_subpackage_but_for_a_few_that_all_use():
     root = {name for name in modules() if not subpackage_of(name)}
     assert {name.count(".") for name in root} == {0, 1}, (
         "a folder is no subpackage of the table"
@@ -309,7 +309,7 @@ def test_every_module_is_in_a_subpackage_but_for_a_few_that_all_use() -> None:
     assert below == set(), "what every subpackage uses uses none of them"
 
 
-def test_subpackages_use_those_of_the_table_which_are_above_them_in_it() -> None:
+def test_subpackages_use_those_of_the_table_which_are_above_them_in_it():
     used = {
         subpackage: {
             subpackage_of(other)
@@ -337,7 +337,7 @@ NAMING = {"lcpcli.model.formulations", "lcpcli"}
 
 
 @pytest.mark.parametrize("folder", FORMULATIONS)
-def test_only_a_table_names_the_folder_of_a_formulation(folder: str) -> None:
+def test_only_a_table_names_the_folder_of_a_formulation(folder):
     path = f"formulations.{folder}"
     texts = {
         name: {
@@ -354,9 +354,7 @@ def test_only_a_table_names_the_folder_of_a_formulation(folder: str) -> None:
     assert NAMING & naming, "the table has no row for it"
 
 
-def test_the_table_of_the_page_on_development_has_all_subpackages_in_their_order() -> (
-    None
-):
+def test_the_table_of_the_page_on_development_has_all_subpackages_in_their_order():
     page = (ROOT / "lcpcli/development.md").read_text(encoding="utf-8")
     table = (
         page.partition("| subpackage | job |")[2].partition("\n\n")[0].splitlines()[2:]
@@ -364,7 +362,7 @@ def test_the_table_of_the_page_on_development_has_all_subpackages_in_their_order
     assert [line.split("|")[1].strip() for line in table] == list(SUBPACKAGES)
 
 
-def test_the_page_on_development_names_each_function_that_keeps_numbers() -> None:
+def test_the_page_on_development_names_each_function_that_keeps_numbers():
     page = (ROOT / "lcpcli/development.md").read_text(encoding="utf-8")
     keeping = [
         f"`{node.name}` of `{path.relative_to(ROOT / 'lcpcli').as_posix()}`"
@@ -377,7 +375,7 @@ def test_the_page_on_development_names_each_function_that_keeps_numbers() -> Non
     assert not [name for name in keeping if name not in page]
 
 
-def test_libraries_are_imported_by_their_subpackages_alone() -> None:
+def test_libraries_are_imported_by_their_subpackages_alone():
     importers = {
         library: {
             subpackage_of(name)
@@ -391,7 +389,7 @@ def test_libraries_are_imported_by_their_subpackages_alone() -> None:
     }
 
 
-def test_views_are_functions_of_named_modules_and_records_call_them_all() -> None:
+def test_views_are_functions_of_named_modules_and_records_call_them_all():
     """Type checkers do not see them, as they are named by texts."""
     homes = {
         name: f"lcpcli.{subpackage}.{name}"
@@ -410,7 +408,7 @@ def test_views_are_functions_of_named_modules_and_records_call_them_all() -> Non
         _ = views.nonsense
 
 
-def test_nothing_is_patched_onto_a_class_from_outside() -> None:
+def test_nothing_is_patched_onto_a_class_from_outside():
     classes = {node.name for node in of_modules() if isinstance(node, ast.ClassDef)}
     for node in of_modules():
         targets = node.targets if isinstance(node, ast.Assign) else []
@@ -431,7 +429,7 @@ def test_nothing_is_patched_onto_a_class_from_outside() -> None:
         )
 
 
-def test_what_is_frozen_is_filled_by_its_own_class_alone() -> None:
+def test_what_is_frozen_is_filled_by_its_own_class_alone():
     for name in modules():
         outside = [
             node
@@ -461,9 +459,7 @@ OF_THE_PROCESS = {"os.dup2", "os._exit", "sys.meta_path", "gc.set_threshold"}
 NAMES = {name.split(".")[1] for name in OF_THE_PROCESS}
 
 
-def test_no_generator_is_decorated_by_errstate_which_ends_before_its_first_step() -> (
-    None
-):
+def test_no_generator_is_decorated_by_errstate_which_ends_before_its_first_step():
     """`doubles.each_step` stands for it."""
     functions = [node for node in of_modules() if isinstance(node, ast.FunctionDef)]
     quiet = [
@@ -480,7 +476,7 @@ def test_no_generator_is_decorated_by_errstate_which_ends_before_its_first_step(
     assert not steps
 
 
-def test_only_the_command_changes_its_process_and_has_exit_codes() -> None:
+def test_only_the_command_changes_its_process_and_has_exit_codes():
     """What a result means to a shell is decided in one place; to other subpackages it
     says in words how it has ended.
 
@@ -503,7 +499,7 @@ def test_only_the_command_changes_its_process_and_has_exit_codes() -> None:
     }
 
 
-def test_errors_in_options_name_them_as_python_does() -> None:
+def test_errors_in_options_name_them_as_python_does():
     """The command alone writes their flags, `cli.main.as_written`."""
     calls = [
         node
@@ -559,7 +555,7 @@ def timed_loading(node: ast.AST, in_function: bool = False) -> Iterator[str]:
         )
 
 
-def test_no_time_of_a_run_is_that_of_loading_a_module() -> None:
+def test_no_time_of_a_run_is_that_of_loading_a_module():
     names = [
         name
         for name in modules()
@@ -572,7 +568,7 @@ def test_no_time_of_a_run_is_that_of_loading_a_module() -> None:
     } == {}
 
 
-def test_packages_name_what_is_inside_and_do_no_work() -> None:
+def test_packages_name_what_is_inside_and_do_no_work():
     packages = [
         name
         for name in modules()
@@ -585,15 +581,13 @@ def test_packages_name_what_is_inside_and_do_no_work() -> None:
     } == set()
 
 
-def test_no_module_takes_the_place_of_a_public_name_when_it_is_imported() -> None:
+def test_no_module_takes_the_place_of_a_public_name_when_it_is_imported():
     assert {name.split(".")[1] for name in modules() if "." in name} & {
         *lcpcli.__all__
     } == set()
 
 
-def test_what_the_script_of_ablation_switches_off_is_there(
-    monkeypatch: pytest.MonkeyPatch,
-) -> None:
+def test_what_the_script_of_ablation_switches_off_is_there(monkeypatch):
     """Names and texts of the code, which may have changed since."""
     pytest.importorskip("numba")
     monkeypatch.setattr(sys, "path", [*sys.path, str(ROOT / "tests" / "benchmarks")])

@@ -6,10 +6,8 @@ from __future__ import annotations
 import json
 import os
 import sys
-from collections.abc import Callable
 from itertools import pairwise
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 import pytest
@@ -18,28 +16,25 @@ from lcpcli.bench import record as records
 from lcpcli.bench.record import BenchRecord
 from lcpcli.bench.report import render
 from lcpcli.files.atomic_write import reserve
-from lcpcli.model.problem import Problem
 from lcpcli.peers.registry import Claim
 
-from ..cli.conftest import Lcp, assert_refused
-from ..conftest import Outcome
+from ..cli.conftest import assert_refused
 from . import bench_problems
 
-Bench = Callable[..., tuple[Outcome, BenchRecord]]
 FAST = ("--budget", "0")
 
 
 @pytest.fixture
-def output(tmp_path: Path) -> Path:
+def output(tmp_path):
     return tmp_path / "r.json"
 
 
 @pytest.fixture
-def bench(lcp: Lcp, tmp_path: Path, output: Path) -> Bench:
+def bench(lcp, tmp_path, output):
     """Run lcp bench on problems of these names with `auto`, and more; what it came to,
     and its record."""
 
-    def run(names: str, *more: str) -> tuple[Outcome, BenchRecord]:
+    def run(names, *more):
         files = bench_problems.write(tmp_path, *names.split())
         outcome = lcp(
             "bench", *files, *FAST, "--method", "auto", *more, "-o", str(output)
@@ -53,7 +48,7 @@ def keys(record: BenchRecord) -> list[tuple[str, str]]:
     return [row.key for row in record.measurements]
 
 
-def test_record_holds_what_was_measured(bench: Bench) -> None:
+def test_record_holds_what_was_measured(bench):
     outcome, record = bench("one two three none", "--method", "shi")
     assert (outcome.code, outcome.err) == (0, "lcp: 7 of 8 measurements succeeded\n")
     assert keys(record) == [
@@ -87,15 +82,15 @@ def test_record_holds_what_was_measured(bench: Bench) -> None:
 
 
 def test_other_solvers_may_lie_take_some_problems_or_be_missing(
-    bench: Bench, output: Path, lcp: Lcp, monkeypatch: pytest.MonkeyPatch
-) -> None:
+    bench, output, lcp, monkeypatch
+):
     """A false success sets the exit code; an excluded problem is no failure, and is
     listed with its reason."""
 
-    def excludes(problem: Problem) -> str:
+    def excludes(problem):
         return "takes no verdicts" if problem.verdict else ""
 
-    def solve(problem: Problem) -> Claim:
+    def solve(problem):
         return Claim(problem.solutions[0], True, 0.002, "")
 
     bench_problems.install(monkeypatch, "picky", solve, excludes)
@@ -133,10 +128,8 @@ def test_other_solvers_may_lie_take_some_problems_or_be_missing(
     assert "takes no verdicts" in shown.out
 
 
-def test_acceptance_level_decides(
-    bench: Bench, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    def rough(problem: Problem) -> Claim:
+def test_acceptance_level_decides(bench, monkeypatch):
+    def rough(problem):
         return Claim(problem.solutions[0] * (1 + 1e-5), True, 0.001, "rough")
 
     bench_problems.install(monkeypatch, "rough", rough)
@@ -144,12 +137,10 @@ def test_acceptance_level_decides(
     assert bench("one", "--peer", "rough", "--accept", "1e-3")[0].code == 0
 
 
-def test_interrupted_bench_keeps_its_rows(
-    bench: Bench, output: Path, lcp: Lcp, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_interrupted_bench_keeps_its_rows(bench, output, lcp, monkeypatch):
     kept: list[int] = []  # in the file, while the bench goes on
 
-    def impatient(problem: Problem) -> Claim:
+    def impatient(problem):
         kept.append(len(records.read(str(output)).measurements))
         if len(kept) == 2:
             raise KeyboardInterrupt
@@ -174,13 +165,13 @@ def test_interrupted_bench_keeps_its_rows(
 
 @pytest.mark.parametrize("cut", [0, 20])
 def test_bench_that_was_killed_goes_on_behind_the_last_whole_line(
-    cut: int, bench: Bench, output: Path, lcp: Lcp, monkeypatch: pytest.MonkeyPatch
-) -> None:
+    cut, bench, output, lcp, monkeypatch
+):
     """Each measurement is added to the end of the file; nothing that is there is
     written again before all are known."""
     texts: list[bytes] = []
 
-    def watching(problem: Problem) -> Claim:
+    def watching(problem):
         texts.append(output.read_bytes())
         return bench_problems.silent(problem)
 
@@ -197,8 +188,8 @@ def test_bench_that_was_killed_goes_on_behind_the_last_whole_line(
 
 
 def test_what_was_measured_elsewhere_is_shown_as_it_is_but_not_resumed(
-    bench: Bench, output: Path, lcp: Lcp
-) -> None:
+    bench, output, lcp
+):
     _, record = bench("one")
     object.__setattr__(record.machine, "cores", 1000)
     text = render(record, "json", None, False)
@@ -210,9 +201,7 @@ def test_what_was_measured_elsewhere_is_shown_as_it_is_but_not_resumed(
     assert_refused(lcp(f"bench --resume {output}"), "--resume: was measured with cores")
 
 
-def test_progress_is_shown_on_a_terminal_alone(
-    tmp_path: Path, lcp: Lcp, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_progress_is_shown_on_a_terminal_alone(tmp_path, lcp, monkeypatch):
     files = bench_problems.write(tmp_path, "one")
     line = f"bench {' '.join(files)} --budget 0 --method auto --method lemke"
     assert lcp(line).err == ""
@@ -229,12 +218,10 @@ def test_progress_is_shown_on_a_terminal_alone(
     assert (quiet.code, quiet.out, quiet.err) == (0, "", "")
 
 
-def test_a_lock_that_cannot_be_removed_stays(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_a_lock_that_cannot_be_removed_stays(tmp_path, monkeypatch):
     """Some systems remove no file that is open."""
 
-    def unlink(*_: Any, **__: Any) -> None:
+    def unlink(*_, **__):
         raise PermissionError
 
     monkeypatch.setattr(Path, "unlink", unlink)
@@ -244,9 +231,7 @@ def test_a_lock_that_cannot_be_removed_stays(
 
 
 @pytest.mark.skipif(sys.platform == "win32", reason="no such locks")
-def test_bench_that_another_run_writes_is_left_to_it_behind_a_link_too(
-    tmp_path: Path, lcp: Lcp
-) -> None:
+def test_bench_that_another_run_writes_is_left_to_it_behind_a_link_too(tmp_path, lcp):
     files = bench_problems.write(tmp_path, "one", "two")
     output, name = tmp_path / "r.json", tmp_path / "link.json"
     name.symlink_to(output)
@@ -268,8 +253,8 @@ def test_bench_that_another_run_writes_is_left_to_it_behind_a_link_too(
 
 
 def test_a_missing_problem_is_refused_before_a_bench_goes_on(
-    bench: Bench, lcp: Lcp, output: Path, tmp_path: Path
-) -> None:
+    bench, lcp, output, tmp_path
+):
     bench("one none")
     record = json.loads(output.read_text())
     output.write_text(begun := json.dumps(record | {"measurements": []}))

@@ -34,7 +34,7 @@ from lcpcli.report.result_formats import plain
 from .. import literature
 from ..benchmarks import accuracy
 from ..benchmarks.accuracy import sensitivity
-from ..cli.conftest import Lcp, assert_refused
+from ..cli.conftest import assert_refused
 from ..cli.models import MARKET
 from ..wordings import NO_SUCH_FILE, NOT_UTF_8
 from .bench_problems import MACHINE, SETTINGS, install, liar, measurement, write
@@ -54,7 +54,7 @@ EMPTY: dict[str, Any] = {
 }
 
 
-def test_infinities_become_null() -> None:
+def test_infinities_become_null():
     assert [
         plain(value) for value in (float("inf"), float("-inf"), float("nan"), None, 1.5)
     ] == [None] * 4 + [1.5]
@@ -93,7 +93,7 @@ def measured(**changes: Any) -> str:
         measured(parameters={"a": [1]}),
     ],
 )
-def test_other_files_are_reported_in_one_line(text: str, tmp_path: Path) -> None:
+def test_other_files_are_reported_in_one_line(text, tmp_path):
     path = tmp_path / "r.json"
     path.write_text(text)
     with pytest.raises(LCPError, match=r"is not a record of a bench|is empty") as error:
@@ -105,7 +105,7 @@ def test_other_files_are_reported_in_one_line(text: str, tmp_path: Path) -> None
     assert records.read(str(path)).measurements == [measurement("a.json", "auto")]
 
 
-def test_file_that_is_missing_or_not_text_is_reported(tmp_path: Path) -> None:
+def test_file_that_is_missing_or_not_text_is_reported(tmp_path):
     path = tmp_path / "r.json"
     with pytest.raises(LCPError, match=NO_SUCH_FILE):
         records.read(str(path))
@@ -155,20 +155,20 @@ SOLVED = [4 / 3, 7 / 3]
     ],
 )
 def test_claims_are_checked_against_the_data(
-    problem: Problem, given_answer: Claim, success: bool, false_success: bool
-) -> None:
+    problem, given_answer, success, false_success
+):
     check = checked(problem, given_answer, 1e-6)
     assert (check["success"], check["false_success"]) == (success, false_success)
 
 
-def test_no_two_cases_of_a_bench_have_the_same_name() -> None:
+def test_no_two_cases_of_a_bench_have_the_same_name():
     listed = [each for suite in SUITES.values() for each in suite.cases]
     by_name = {each.name: each for each in listed}
     assert all(by_name[each.name] == each for each in listed)
     assert cases_of([ALL, "quick"]) == list(by_name.values())
 
 
-def test_files_of_the_same_name_are_told_apart(tmp_path: Path) -> None:
+def test_files_of_the_same_name_are_told_apart(tmp_path):
     for folder in ("a", "b"):
         (tmp_path / folder).mkdir()
         (tmp_path / folder / "p.json").write_text('{"M": [[1]], "q": [1]}')
@@ -179,13 +179,11 @@ def test_files_of_the_same_name_are_told_apart(tmp_path: Path) -> None:
     assert [each.name for each in cases_of(paths)] == [paths[0], paths[1], "q.json"]
 
 
-def test_answers_are_checked_by_f_evaluated_again() -> None:
+def test_answers_are_checked_by_f_evaluated_again():
     problem = literature.josephy()
     undefined = NonlinearProblem(lambda z: np.log(z - 2), x0=[3.0])
 
-    def verdict(
-        given: NonlinearProblem, z: list[float], solved: bool = True
-    ) -> tuple[bool, bool]:
+    def verdict(given, z, solved=True):
         found = checked(given, answer(z, solved), 1e-6)
         return found["success"], found["false_success"]
 
@@ -198,8 +196,8 @@ def test_answers_are_checked_by_f_evaluated_again() -> None:
 
 
 def test_bench_of_linear_and_nonlinear_problems_leaves_out_what_does_not_take_them(
-    lcp: Lcp, in_folder: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+    lcp, in_folder, monkeypatch
+):
     install(monkeypatch, "liar", liar)
     (in_folder / "market.nl").write_bytes(MARKET)
     (path,) = write(in_folder, "one")
@@ -258,7 +256,7 @@ CASES = [
 
 @pytest.mark.slow("the whole table of stability")
 @pytest.mark.parametrize("each", CASES, ids=lambda each: each.name)
-def test_auto_is_right_to_a_hundred_times_the_condition(each: Case) -> None:
+def test_auto_is_right_to_a_hundred_times_the_condition(each):
     problem = prepare(each)
     answer = run_method("auto", problem, 1e-10, 20.0, with_curve=False)
     check = checked(problem, answer, 1e-6)
@@ -268,7 +266,7 @@ def test_auto_is_right_to_a_hundred_times_the_condition(each: Case) -> None:
 
 @settings(deadline=None, max_examples=40)
 @given(seed=st.integers(0, 2**32 - 1))
-def test_sensitivity_is_what_perturbed_data_show(seed: int) -> None:
+def test_sensitivity_is_what_perturbed_data_show(seed):
     """The worst signs of the changes attain it, to first order."""
     random = np.random.default_rng(seed)
     n = 4
@@ -289,7 +287,7 @@ def test_sensitivity_is_what_perturbed_data_show(seed: int) -> None:
     assert largest == pytest.approx(size * predicted, rel=1e-3)
 
 
-def test_a_basis_without_an_inverse_in_doubles_has_no_sensitivity() -> None:
+def test_a_basis_without_an_inverse_in_doubles_has_no_sensitivity():
     assert (
         sensitivity(Problem(np.ones((2, 2)), [-1.0, -1.0]), np.array([0.5, 0.5]))
         is None

@@ -69,7 +69,7 @@ def row(solver: str, n: int, **changes: Any) -> Measurement:
 
 
 @pytest.fixture
-def record() -> BenchRecord:
+def record():
     """Three sizes of one family by two methods and two peers, of which one lies once,
     and one takes nothing."""
     failed = {
@@ -133,7 +133,7 @@ RECORDS: dict[str, tuple[Callable[[BenchRecord], BenchRecord], str]] = {
 
 
 @pytest.mark.parametrize("name", RECORDS)
-def test_a_bench_prints_what_the_document_shows(name: str, record: BenchRecord) -> None:
+def test_a_bench_prints_what_the_document_shows(name, record):
     change, forms = RECORDS[name]
     text = (
         f"--format {form}\n{render(change(record), form, None, False)}"
@@ -143,8 +143,8 @@ def test_a_bench_prints_what_the_document_shows(name: str, record: BenchRecord) 
 
 
 def test_kinds_of_a_suite_have_rows_of_what_is_right_false_and_slower(
-    record: BenchRecord, monkeypatch: pytest.MonkeyPatch
-) -> None:
+    record, monkeypatch
+):
     """On one kind lemke is 20 and 100 times slower; on the other a peer lies."""
     rows = [
         measurement("harker-pang 10", "auto", seconds=[0.1]),
@@ -173,20 +173,18 @@ def test_kinds_of_a_suite_have_rows_of_what_is_right_false_and_slower(
     ]
 
 
-def test_an_empty_record_can_be_shown(record: BenchRecord) -> None:
+def test_an_empty_record_can_be_shown(record):
     record.measurements = []
     for form in FORMATS:
         assert render(record, form, None, False)
 
 
-def test_json_is_the_record(record: BenchRecord) -> None:
+def test_json_is_the_record(record):
     assert records.parse(render(record, "json", None, False)) == record
 
 
 @pytest.mark.parametrize("width", [None, 40, 80, 100])
-def test_lines_are_no_wider_than_asked_for(
-    record: BenchRecord, width: int | None
-) -> None:
+def test_lines_are_no_wider_than_asked_for(record, width):
     text = render(record, "table", width, False)
     assert max(len(line) for line in text.splitlines()) <= (width or 80)
     assert ("\x1b[" in text, "\x1b[" in render(record, "table", width, True)) == (
@@ -211,16 +209,16 @@ def test_lines_are_no_wider_than_asked_for(
 @pytest.mark.parametrize(
     ("form", "begins"), [("png", b"\x89PNG"), ("svg", b"<?xml"), ("pdf", b"%PDF")]
 )
-def test_picture_is_drawn(record: BenchRecord, form: str, begins: bytes) -> None:
+def test_picture_is_drawn(record, form, begins):
     assert figure.figure(record).content(form).startswith(begins)
 
 
 def test_peer_is_a_point_in_the_picture_and_nothing_is_drawn_of_what_is_excluded(
-    record: BenchRecord, monkeypatch: pytest.MonkeyPatch
-) -> None:
+    record, monkeypatch
+):
     pictures: list[plotting.Picture] = []
 
-    def noted(*given: Any) -> Any:
+    def noted(*given):
         pictures.append(plotting.Picture(*given))
         return SimpleNamespace(content=lambda _: b"")
 
@@ -300,7 +298,7 @@ RUNS: dict[str, tuple[Machine, float, list[float], list[bool]]] = {
 
 
 @pytest.mark.parametrize("name", RUNS)
-def test_runs_are_as_many_as_times_and_curve_need(name: str) -> None:
+def test_runs_are_as_many_as_times_and_curve_need(name):
     machine, budget, expected, curves = RUNS[name]
     answer, times = machine.measure(budget)
     assert (times, machine.curves) == (expected, curves)
@@ -312,7 +310,7 @@ def test_runs_are_as_many_as_times_and_curve_need(name: str) -> None:
     )
 
 
-def test_unsettled_times_end_at_the_most_repeats_or_the_budget_with_rests() -> None:
+def test_unsettled_times_end_at_the_most_repeats_or_the_budget_with_rests():
     assert len(Machine(wild()).measure(budget=10.0)[1]) == MAX_REPEATS
     _, times = Machine(wild()).measure(budget=0.0085)
     assert len(times) == 5  # 3 + 1 + 3 + 1 ms have passed before the fifth
@@ -322,7 +320,7 @@ def test_unsettled_times_end_at_the_most_repeats_or_the_budget_with_rests() -> N
     assert machine.rested == pytest.approx(0.06 * (1 + MIN_REPEATS + CURVES))
 
 
-def test_brief_runs_are_warmed_up_before_they_count() -> None:
+def test_brief_runs_are_warmed_up_before_they_count():
     machine = Machine(repeat(0.0005), curve=False)
     _, times = machine.measure(budget=1.0)
     assert len(machine.curves) == 1 + round(WARM_UP / 0.0005) + len(times)
@@ -340,13 +338,11 @@ def test_brief_runs_are_warmed_up_before_they_count() -> None:
         ([0.1, 0.1, 1.0, 9.0, 9.0], False),
     ],
 )
-def test_median_is_stable_where_its_interval_is_narrow(
-    times: list[float], stable: bool
-) -> None:
+def test_median_is_stable_where_its_interval_is_narrow(times, stable):
     assert is_stable(times) is stable
 
 
-def test_median_and_quartiles_by_hand() -> None:
+def test_median_and_quartiles_by_hand():
     found = summary([5.0, 1.0, 2.0, 4.0, 3.0])
     assert (found.lower, found.median, found.upper, found.repeats) == (2.0, 3.0, 4.0, 5)
     assert found.spread == pytest.approx(1 / 3)
@@ -370,19 +366,17 @@ def test_median_and_quartiles_by_hand() -> None:
         (25, (8, 18)),
     ],
 )
-def test_interval_of_the_median_has_the_ranks_of_the_sign_test(
-    n: int, ranks: tuple[int, int]
-) -> None:
+def test_interval_of_the_median_has_the_ranks_of_the_sign_test(n, ranks):
     assert median_interval([float(i) for i in range(n, 0, -1)]) == ranks
 
 
-def test_shifted_geometric_mean_by_hand() -> None:
+def test_shifted_geometric_mean_by_hand():
     # sqrt(2 * 8) = 4, less 1.
     assert shifted_geometric_mean([0.001, 0.007]) == pytest.approx(0.003)
     assert shifted_geometric_mean([0.0, 0.099]) == pytest.approx(0.009)
 
 
-def test_performance_ratios_by_hand() -> None:
+def test_performance_ratios_by_hand():
     times = {
         "a": {"one": 1.0, "two": 4.0, "three": math.inf},
         "b": {"one": 2.0, "two": 2.0, "three": math.inf},

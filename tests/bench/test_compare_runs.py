@@ -85,16 +85,16 @@ def verdicts(*files: str) -> list[str]:
     ],
 )
 def test_a_run_changes_by_its_status_and_then_by_its_time_beyond_the_spread(
-    old: dict[str, Any], new: dict[str, Any], verdict: str
-) -> None:
+    old, new, verdict
+):
     results("old.json", old)
     results("new.json", new)
     assert verdicts() == [verdict]
 
 
 def test_the_exit_code_is_1_for_a_worse_run_and_for_a_slower_one_if_that_is_asked(
-    capfd: pytest.CaptureFixture[str],
-) -> None:
+    capfd,
+):
     results(
         "old.json",
         {},
@@ -125,9 +125,7 @@ def test_the_exit_code_is_1_for_a_worse_run_and_for_a_slower_one_if_that_is_aske
     assert main(["bad.json", "old.json"]) == 0
 
 
-def test_records_of_lcp_bench_are_compared_and_logs_of_lcp_solve(
-    lcp: Lcp, capfd: pytest.CaptureFixture[str]
-) -> None:
+def test_records_of_lcp_bench_are_compared_and_logs_of_lcp_solve(lcp, capfd):
     for file, p in (("old.json", "1e15"), ("new.json", "10")):
         given = f"--method newton --method shi:p={p} --budget 0"
         assert lcp(f"bench {FIRST} {given} -o {file} -q").code == 0
@@ -147,7 +145,7 @@ def test_records_of_lcp_bench_are_compared_and_logs_of_lcp_solve(
     assert "solved -> iteration limit" in told
 
 
-def test_a_problem_that_cannot_be_read_any_more_is_worse_for_each_method() -> None:
+def test_a_problem_that_cannot_be_read_any_more_is_worse_for_each_method():
     results("old.json", {}, {"label": "newton"})
     results(
         "new.json",
@@ -165,9 +163,7 @@ def test_a_problem_that_cannot_be_read_any_more_is_worse_for_each_method() -> No
 
 
 @pytest.mark.parametrize("content", ["", "1,2\n", "{}\n", "[1]\n"])
-def test_a_file_without_runs_is_refused(
-    content: str, capfd: pytest.CaptureFixture[str]
-) -> None:
+def test_a_file_without_runs_is_refused(content, capfd):
     results("old.json", {})
     Path("new.json").write_text(content)
     assert main(["old.json", "new.json"]) == 2
@@ -176,14 +172,14 @@ def test_a_file_without_runs_is_refused(
     assert err.startswith("new.json: ")
 
 
-def test_files_of_other_runs_are_refused(capfd: pytest.CaptureFixture[str]) -> None:
+def test_files_of_other_runs_are_refused(capfd):
     results("old.json", {})
     results("new.json", {"file": "q.json"})
     assert main(["old.json", "new.json"]) == 2
     assert "has no run in common with old.json" in capfd.readouterr().err
 
 
-def test_a_last_line_that_was_cut_off_counts_as_not_written() -> None:
+def test_a_last_line_that_was_cut_off_counts_as_not_written():
     results("old.json", {}, {"label": "newton"})
     Path("new.json").write_text(Path("old.json").read_text()[:-30])
     assert verdicts() == ["as before", "gone"]
@@ -201,7 +197,7 @@ def compared(lcp: Lcp, *arguments: str) -> list[dict[str, Any]]:
     return [json.loads(line) for line in outcome.out.splitlines()]
 
 
-def test_a_variant_is_written_as_read_and_its_options_have_their_kinds() -> None:
+def test_a_variant_is_written_as_read_and_its_options_have_their_kinds():
     for text in (
         "shi",
         "shi:p=10",
@@ -215,16 +211,14 @@ def test_a_variant_is_written_as_read_and_its_options_have_their_kinds() -> None
     assert parse("fixed-point:omega=auto,scale,finish=false").options == own
 
 
-def test_several_sweeps_make_a_grid_and_leave_methods_without_the_option_alone() -> (
-    None
-):
+def test_several_sweeps_make_a_grid_and_leave_methods_without_the_option_alone():
     grid = sweep([parse("fixed-point"), parse("shi")], ["p=1,10", "k-star=5,100"])
     ours = [f"shi:p={p},k-star={k_star}" for p in (1, 10) for k_star in (5, 100)]
     assert [str(each) for each in grid] == ["fixed-point", *ours]
     assert sweep([Variant("shi")], ["p=1,1"]) == [parse("shi:p=1")]  # once
 
 
-def test_names_say_in_what_the_runs_of_a_method_differ() -> None:
+def test_names_say_in_what_the_runs_of_a_method_differ():
     asked = [
         parse(text)
         for text in (
@@ -238,7 +232,7 @@ def test_names_say_in_what_the_runs_of_a_method_differ() -> None:
     assert labels([Variant("shi"), parse("shi:p=10")]) == ["shi", "shi:p=10"]
 
 
-def test_every_value_that_is_asked_for_runs(lcp: Lcp) -> None:
+def test_every_value_that_is_asked_for_runs(lcp):
     runs = compared(
         lcp,
         "--method",
@@ -269,7 +263,7 @@ def test_every_value_that_is_asked_for_runs(lcp: Lcp) -> None:
     assert result["options"]["k_star"] == 5
 
 
-def test_bench_measures_variants_and_resumes_them(lcp: Lcp, tmp_path: Path) -> None:
+def test_bench_measures_variants_and_resumes_them(lcp, tmp_path):
     output = str(tmp_path / "bench.json")
     given = "--method shi --method newton --sweep p=100,1e4 --budget 0"
     outcome = lcp(f"bench {EXAMPLE} {given} -o {output}")

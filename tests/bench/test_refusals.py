@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
-
 import pytest
 
 from ..refusals import Files, Refusal, commands
@@ -54,7 +52,5 @@ bench --resume r.json --budget 1
 
 
 @pytest.mark.parametrize("refusal", REFUSALS, ids=str)
-def test_what_cannot_be_measured_or_compared_is_refused(
-    refusal: Refusal, refused: Callable[[str, Files], str]
-) -> None:
+def test_what_cannot_be_measured_or_compared_is_refused(refusal, refused):
     assert refused(refusal.command, refusal.files) == refusal.line

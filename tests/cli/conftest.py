@@ -7,7 +7,6 @@ import json
 import subprocess
 import sys
 from collections.abc import Callable
-from pathlib import Path
 from typing import Any
 
 import pytest
@@ -24,14 +23,14 @@ INFEASIBLE = '{"M": [[0, -1], [1, 0]], "q": [-1, -1]}'
 
 
 @pytest.fixture(autouse=True)
-def few_repetitions(monkeypatch: pytest.MonkeyPatch) -> None:
+def few_repetitions(monkeypatch):
     """Runs that are compared are repeated once in these tests, which do not look at how
     exact their times are."""
     monkeypatch.setattr("lcpcli.solving.driver.MAX_REPETITIONS", 1)
 
 
 @pytest.fixture
-def folder(in_folder: Path) -> Path:
+def folder(in_folder):
     """A folder, entered, with good.json, none.json, which has no solution, and
     good.json in M.csv and q.csv."""
     for name, text in {

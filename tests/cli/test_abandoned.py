@@ -14,8 +14,6 @@ import time
 from dataclasses import replace
 from fractions import Fraction
 from io import StringIO
-from pathlib import Path
-from typing import Any
 
 import numpy as np
 import pytest
@@ -34,7 +32,7 @@ from lcpcli.linalg.factors import PrincipalSolver
 from lcpcli.linalg.programs import minimized
 from lcpcli.methods import registry as methods
 from lcpcli.methods.bimatrix import costs, lemke_howson
-from lcpcli.methods.stages import Finished, Iterate, Stage
+from lcpcli.methods.stages import Finished, Iterate
 from lcpcli.options import Limits
 from lcpcli.rational.dictionary import LONG_ROW, Dictionary
 from lcpcli.rational.exact_problem import ExactProblem
@@ -43,10 +41,9 @@ from lcpcli.solving import driver
 from lcpcli.solving.driver import run
 from lcpcli.solving.loop import INTERVAL, Loop
 from lcpcli.solving.proof import prove
-from lcpcli.typing import Vector
 from lcpcli.verify import error_theorems
 
-from .conftest import MAIN, Lcp, python
+from .conftest import MAIN, python
 from .terminals import Terminal, lines_in
 
 PROBLEM = Problem([[2.0, 1.0], [1.0, 2.0]], [-5.0, -6.0])
@@ -100,8 +97,8 @@ IN_LAPACK = (
     ids=["HiGHS", "SuperLU", "LAPACK"],
 )
 def test_program_ends_as_it_says_although_a_compiled_call_was_abandoned(
-    calling: str, ending: str, code: int
-) -> None:
+    calling, ending, code
+):
     limited = (
         "try:\n    with deadline_after(0.05):\n        call()\nexcept TimeIsUp:\n    "
         "print('late')"
@@ -115,13 +112,13 @@ def test_program_ends_as_it_says_although_a_compiled_call_was_abandoned(
     )
 
 
-def test_interpreter_waits_for_an_abandoned_call() -> None:
+def test_interpreter_waits_for_an_abandoned_call():
     done = python(f"{ABANDONING}sys.exit(3)", "0.2")
     assert (done.returncode, done.stdout, done.stderr) == (3, "late\ndone\n", "")
 
 
 @pytest.mark.skipif(sys.platform == "win32", reason="has no such signals")
-def test_ctrl_c_ends_that_wait_without_a_word() -> None:
+def test_ctrl_c_ends_that_wait_without_a_word():
     code = f"""{ABANDONING}
 join = threading.Thread.join
 threading.Thread.join = lambda *limit: print("waiting", flush=True) or join(*limit)
@@ -140,7 +137,7 @@ threading.Thread.join = lambda *limit: print("waiting", flush=True) or join(*lim
     assert process.returncode == -signal.SIGINT  # which shells report as 130
 
 
-def test_command_ends_at_once(tmp_path: Path) -> None:
+def test_command_ends_at_once(tmp_path):
     file, rng = tmp_path / "random.npz", np.random.default_rng(0)
     writing.write(
         Problem(rng.standard_normal((500, 500)), rng.standard_normal(500)), str(file)
@@ -163,12 +160,12 @@ def test_command_ends_at_once(tmp_path: Path) -> None:
     )
 
 
-def test_time_limit_of_the_run_ends_a_linear_program_in_any_thread() -> None:
+def test_time_limit_of_the_run_ends_a_linear_program_in_any_thread():
     rng = np.random.default_rng(0)
     A, b, zero = rng.standard_normal((300, 300)), rng.random(300), np.zeros(300)
     errors: list[BaseException] = []
 
-    def limited() -> None:
+    def limited():
         try:
             with deadline_after(0.01):
                 minimized(
@@ -184,7 +181,7 @@ def test_time_limit_of_the_run_ends_a_linear_program_in_any_thread() -> None:
     assert [type(error) for error in errors] == [TimeIsUp]
 
 
-def test_remaining_seconds_are_those_of_the_innermost_context() -> None:
+def test_remaining_seconds_are_those_of_the_innermost_context():
     assert remaining() == np.inf
     with deadline_after(2000.0):
         with deadline_after(1000.0):
@@ -195,9 +192,7 @@ def test_remaining_seconds_are_those_of_the_innermost_context() -> None:
 
 
 @pytest.mark.parametrize("name", ["LONG_LU", "LONG_CHOLESKY"])
-def test_long_factorizations_give_the_same_solution(
-    name: str, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_long_factorizations_give_the_same_solution(name, monkeypatch):
     rng = np.random.default_rng(0)
     A = rng.random((300, 300)) + 300 * np.eye(300)
     A = A + A.T if name == "LONG_CHOLESKY" else A
@@ -247,7 +242,7 @@ problem, method = Problem(M, rng.standard_normal(n)), "interior"
     [NEARLY_DENSE, "problem, method = families.make('dominant', 4000), 'newton'"],
     ids=["interior", "newton"],
 )
-def test_time_limit_ends_a_sparse_factorization_that_fills_in(made: str) -> None:
+def test_time_limit_ends_a_sparse_factorization_that_fills_in(made):
     """By a clock that goes on only where one waits for a compiled call that has not
     ended."""
     limited = (
@@ -259,8 +254,8 @@ def test_time_limit_ends_a_sparse_factorization_that_fills_in(made: str) -> None
 
 
 def test_no_exact_system_is_begun_that_the_time_limit_does_not_leave_time_for(
-    monkeypatch: pytest.MonkeyPatch,
-) -> None:
+    monkeypatch,
+):
     pytest.importorskip("flint")
     A, call, begun = (
         np.random.default_rng(0).standard_normal((450, 450)),
@@ -268,7 +263,7 @@ def test_no_exact_system_is_begun_that_the_time_limit_does_not_leave_time_for(
         list[float](),
     )
 
-    def limited(*given: Any, **how: Any) -> Any:
+    def limited(*given, **how):
         begun.append(how["timeout"])
         return call(*given, **how)
 
@@ -279,7 +274,7 @@ def test_no_exact_system_is_begun_that_the_time_limit_does_not_leave_time_for(
     assert all(0 <= each <= 1 for each in begun)
 
 
-def test_time_limit_holds_while_numbers_become_exact_and_long_rows_pivot() -> None:
+def test_time_limit_holds_while_numbers_become_exact_and_long_rows_pivot():
     data = ExactProblem.of_floats(PROBLEM)
     assert (
         data.are_floats(),
@@ -314,10 +309,10 @@ def test_time_limit_holds_while_numbers_become_exact_and_long_rows_pivot() -> No
             work()
 
 
-def test_numbers_not_made_exact_in_time_leave_the_result_without_proof() -> None:
+def test_numbers_not_made_exact_in_time_leave_the_result_without_proof():
     pytest.importorskip("flint")
 
-    def late() -> ExactProblem:
+    def late():
         raise TimeIsUp
 
     result = prove(late, run(Problem([[2.0]], [-1.0]), "auto"))
@@ -325,20 +320,20 @@ def test_numbers_not_made_exact_in_time_leave_the_result_without_proof() -> None
     assert "no exact proof is known" in result.message
 
 
-def test_bound_on_the_error_that_is_not_proved_in_time_is_left_out() -> None:
+def test_bound_on_the_error_that_is_not_proved_in_time_is_left_out():
     result = run(PROBLEM, "newton")
     late = driver.with_bound(replace(result, limits=Limits(time_limit=1e-300)))
     assert late.bound is error_theorems.UNPROVED_IN_TIME
     assert driver.with_bound(result).bound is not error_theorems.UNPROVED_IN_TIME
 
 
-def test_exact_proof_has_the_time_that_the_run_has_left() -> None:
+def test_exact_proof_has_the_time_that_the_run_has_left():
     pytest.importorskip("flint")
     asked = request.Request(inputs=Inputs([]), exact=True)
     result = run(PROBLEM, "newton", limits=Limits(time_limit=1e6))
     seconds: list[float] = []
 
-    def exactly() -> ExactProblem:
+    def exactly():
         seconds.append(remaining())
         return ExactProblem.of_floats(result.problem)
 
@@ -356,16 +351,14 @@ class Clock:
 
 
 @pytest.fixture
-def clock(monkeypatch: pytest.MonkeyPatch) -> Clock:
+def clock(monkeypatch):
     clock = Clock()
     monkeypatch.setattr(time, "monotonic", clock)
     return clock
 
 
-def test_driver_reports_by_the_clock_and_not_by_the_iterate(
-    clock: Clock, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    def method(problem: Problem, x0: Vector, **_: object) -> Stage:  # noqa: ARG001
+def test_driver_reports_by_the_clock_and_not_by_the_iterate(clock, monkeypatch):
+    def method(problem, x0, **_):  # noqa: ARG001
         for k in range(1, 1000):
             clock.now = k * INTERVAL / 100
             yield Iterate(
@@ -386,10 +379,8 @@ def test_driver_reports_by_the_clock_and_not_by_the_iterate(
     assert seconds == pytest.approx(k * INTERVAL / 100)
 
 
-def test_driver_reports_the_iterate_and_its_level(
-    clock: Clock, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    def method(problem: Problem, x0: Vector, **_: object) -> Stage:  # noqa: ARG001
+def test_driver_reports_the_iterate_and_its_level(clock, monkeypatch):
+    def method(problem, x0, **_):  # noqa: ARG001
         for k in range(1, 4):
             clock.now = float(k)
             yield Iterate(
@@ -411,7 +402,7 @@ def test_driver_reports_the_iterate_and_its_level(
     ]
 
 
-def test_a_long_step_in_compiled_code_is_watched_too() -> None:
+def test_a_long_step_in_compiled_code_is_watched_too():
     looks: list[int] = []
     with (
         interrupts.deadline_after(10.0, lambda: looks.append(1)),
@@ -427,9 +418,7 @@ def test_a_long_step_in_compiled_code_is_watched_too() -> None:
     assert interrupts.interruptibly(lambda: "unwatched") == "unwatched"
 
 
-def test_nothing_is_shown_in_the_first_second_and_all_is_gone_at_the_end(
-    monkeypatch: pytest.MonkeyPatch,
-) -> None:
+def test_nothing_is_shown_in_the_first_second_and_all_is_gone_at_the_end(monkeypatch):
     stream = Terminal()
     monkeypatch.setattr(sys, "stderr", stream)
     with terminal.Line() as line:
@@ -445,9 +434,7 @@ def test_nothing_is_shown_in_the_first_second_and_all_is_gone_at_the_end(
     ]
 
 
-def test_quiet_and_a_terminal_that_cannot_erase_silence_it(
-    monkeypatch: pytest.MonkeyPatch,
-) -> None:
+def test_quiet_and_a_terminal_that_cannot_erase_silence_it(monkeypatch):
     for stream, quiet, term, shown in (
         (Terminal(), False, "xterm", True),
         (Terminal(), True, "xterm", False),
@@ -459,9 +446,7 @@ def test_quiet_and_a_terminal_that_cannot_erase_silence_it(
         assert terminal.shows_progress(quiet) is shown
 
 
-def test_long_solve_shows_its_line_on_standard_error(
-    lcp: Lcp, folder: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_long_solve_shows_its_line_on_standard_error(lcp, folder, monkeypatch):
     stream = Terminal()
     monkeypatch.setattr(sys, "stderr", stream)
     monkeypatch.setenv("TERM", "xterm")
@@ -477,17 +462,15 @@ def test_long_solve_shows_its_line_on_standard_error(
     assert any(re.fullmatch(line, text) for text in shown)
 
 
-def test_what_a_run_takes_beyond_its_time_limit_is_told(
-    monkeypatch: pytest.MonkeyPatch,
-) -> None:
+def test_what_a_run_takes_beyond_its_time_limit_is_told(monkeypatch):
     """By a clock that the verification sets forward."""
     now, verified = [0.0], Loop._verified
 
-    def slowly(*given: Any) -> Any:
+    def slowly(*given):
         now[0] += 3.0
         return verified(*given)
 
-    def stage(problem: Problem, x0: Vector, **_: object) -> Stage:
+    def stage(problem, x0, **_):
         for k in itertools.count(1):
             now[0] += 0.3
             yield Iterate(x0, np.ones(problem.n), "", k)

@@ -4,7 +4,6 @@ Python finds."""
 from __future__ import annotations
 
 import re
-from pathlib import Path
 
 import pytest
 
@@ -13,7 +12,7 @@ from lcpcli.files.inputs import Input
 from lcpcli.interrupts import TimeIsUp
 from lcpcli.report import solutions
 
-from .conftest import Lcp, record
+from .conftest import record
 
 PROBLEMS = {
     "murty": '{"M": [[1, 2], [2, 1]], "q": [-1, -1]}',
@@ -24,16 +23,14 @@ PROBLEMS = {
 
 
 @pytest.fixture(autouse=True)
-def _files(in_folder: Path) -> None:
+def _files(in_folder):
     for name, text in PROBLEMS.items():
         (in_folder / f"{name}.json").write_text(text)
 
 
 @pytest.mark.parametrize("most", ["", "--max-solutions 3"])
-def test_list_that_is_stopped_while_numbers_are_read_is_none(
-    most: str, lcp: Lcp, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    def reading_until_the_limit(*_: object) -> None:
+def test_list_that_is_stopped_while_numbers_are_read_is_none(most, lcp, monkeypatch):
+    def reading_until_the_limit(*_):
         raise TimeIsUp
 
     monkeypatch.setattr(Input, "exactly", reading_until_the_limit)
@@ -47,9 +44,7 @@ def test_list_that_is_stopped_while_numbers_are_read_is_none(
 
 
 @pytest.mark.parametrize("name", ["murty", "both"])
-def test_long_table_is_cut_and_says_so(
-    name: str, lcp: Lcp, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_long_table_is_cut_and_says_so(name, lcp, monkeypatch):
     whole = lcp(f"solve {name}.json --all").out.split("\n\n")
     monkeypatch.setattr(solutions, "MAX_LINES", 2)
     monkeypatch.setattr(solutions.wording, "LINE_ENTRIES", 1)
@@ -65,7 +60,7 @@ def test_long_table_is_cut_and_says_so(
     assert ("subsets {1, 2}, ...: any" in " ".join(head.split())) == (name == "both")
 
 
-def test_a_path_of_the_command_is_that_of_python(lcp: Lcp) -> None:
+def test_a_path_of_the_command_is_that_of_python(lcp):
     found = record(lcp("path first.json last.json --format json"))
     own = lcpcli.path(lcpcli.read("first.json"), lcpcli.read("last.json")).to_dict()
     assert own.keys() == found.keys()

@@ -7,7 +7,6 @@ import json
 from dataclasses import replace
 from fractions import Fraction
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 import pytest
@@ -20,7 +19,7 @@ from ..conftest import Outcome
 from ..far_bounds import FAR
 from ..files.binary import archive, mat, npy
 from ..wordings import ENDS_TOO_EARLY, OTHER_ORIGIN
-from .conftest import Lcp, assert_refused, record
+from .conftest import assert_refused, record
 
 MIXED = (
     '{"M": [[2, 1], [1, 2]], "q": [-5.1, -6], "lower": [-1e20, 0.1], "upper": '
@@ -32,7 +31,7 @@ REMARK = (
 
 
 @pytest.fixture(autouse=True)
-def files(in_folder: Path) -> Path:
+def files(in_folder):
     """A folder, entered, with far.json, a program with far bounds, mixed.json,
     lcp.json, program.json and game.json."""
     Path("far.json").write_text(json.dumps(FAR))
@@ -43,9 +42,7 @@ def files(in_folder: Path) -> Path:
     return in_folder
 
 
-def test_check_inspect_convert_compare_and_bench_read_the_same_problem_as_solve(
-    lcp: Lcp,
-) -> None:
+def test_check_inspect_convert_compare_and_bench_read_the_same_problem_as_solve(lcp):
     infinity = "--infinity 1e20"
     assert lcp(f"solve far.json {infinity} -o z.csv").code == 0
     assert lcp(f"check far.json z.csv {infinity}").code == 0
@@ -71,7 +68,7 @@ def test_check_inspect_convert_compare_and_bench_read_the_same_problem_as_solve(
     assert lcp("bench --resume older.json -q") == Outcome(0, "", "")
 
 
-def test_bench_and_inspect_tell_of_far_bounds_too(lcp: Lcp) -> None:
+def test_bench_and_inspect_tell_of_far_bounds_too(lcp):
     assert lcp("bench far.json --method newton --budget 0").err == REMARK
     assert REMARK.split(": ")[2].strip() in lcpcli.inspect(read("far.json")).hints
 
@@ -91,13 +88,13 @@ FILES = {
 
 
 @pytest.fixture
-def bounds(lcp: Lcp, in_folder: Path) -> Lcp:
+def bounds(lcp, in_folder):
     """The lower and upper bounds of a problem of two unknowns with these options."""
     (in_folder / "given.json").write_text(
         '{"M": [[2, 1], [1, 2]], "q": [-5, -6], "lower": -9, "upper": [8, 9]}'
     )
 
-    def given(*options: str) -> Any:
+    def given(*options):
         held = record(lcp("convert", "given.json", *options))
         return held.get("lower", 0), held.get("upper")
 
@@ -105,7 +102,7 @@ def bounds(lcp: Lcp, in_folder: Path) -> Lcp:
 
 
 @pytest.mark.parametrize("name", FILES)
-def test_every_format_gives_the_same_bounds(name: str, bounds: Lcp) -> None:
+def test_every_format_gives_the_same_bounds(name, bounds):
     Path(name).write_bytes(FILES[name])
     assert bounds("--lower", name) == ([None, -0.5], [8, 9])
 
@@ -113,13 +110,11 @@ def test_every_format_gives_the_same_bounds(name: str, bounds: Lcp) -> None:
 @pytest.mark.parametrize(
     "typed", ["none,-0.5", "NONE -1/2", "[null, -0.5]", "-Infinity;-5e-1", "-inf, -.5"]
 )
-def test_typed_bounds_are_those_meant(typed: str, bounds: Lcp) -> None:
+def test_typed_bounds_are_those_meant(typed, bounds):
     assert bounds("--lower", typed) == ([None, -0.5], [8, 9])
 
 
-def test_one_number_is_for_all_in_mat_too_and_none_takes_bounds_away(
-    bounds: Lcp,
-) -> None:
+def test_one_number_is_for_all_in_mat_too_and_none_takes_bounds_away(bounds):
     assert bounds("--lower", "-1/2", "--upper", "none") == (-0.5, None)
     assert bounds("--lower", "0", "--upper", "inf") == (0, None)
     Path("one.mat").write_bytes(mat(lower=-1))
@@ -135,9 +130,7 @@ GAME = {
 }
 
 
-def test_bad_origins_and_options_without_effect_are_reported_in_one_line(
-    lcp: Lcp, files: Path
-) -> None:
+def test_bad_origins_and_options_without_effect_are_reported_in_one_line(lcp, files):
     told = {
         "3": "is a number; give an object with the key kind",
         "{": f"line 1, column 2: {ENDS_TOO_EARLY}",
@@ -153,9 +146,7 @@ def test_bad_origins_and_options_without_effect_are_reported_in_one_line(
 
 @pytest.mark.parametrize("place", [(0, 1), (0, 2), (2, 2), (3, 3)])
 @pytest.mark.parametrize("kind", ["qp", "game"])
-def test_a_changed_matrix_no_longer_fits_its_origin(
-    kind: str, place: tuple[int, int]
-) -> None:
+def test_a_changed_matrix_no_longer_fits_its_origin(kind, place):
     program = from_qp(PROGRAM["Q"], [1, 2], [[1, 1]], [1], row_upper=[2])
     problem = program if kind == "qp" else from_game(GAME["A"], GAME["B"])
     M = problem.M.copy()
@@ -170,9 +161,7 @@ def test_a_changed_matrix_no_longer_fits_its_origin(
             replace(problem, **changes)
 
 
-def test_a_note_says_once_that_b_alone_is_a_lower_bound(
-    in_folder: Path, lcp: Lcp
-) -> None:
+def test_a_note_says_once_that_b_alone_is_a_lower_bound(in_folder, lcp):
     program = {"Q": [[2]], "c": [-3], "A": [[1]], "b": [1]}
     note = "b is read as Ax >= b; name it row_upper for Ax <= b, and give it as "
     note += "row_lower and as row_upper for Ax = b"
@@ -194,9 +183,9 @@ def test_a_note_says_once_that_b_alone_is_a_lower_bound(
 
 
 def test_a_comparison_in_csv_says_that_the_file_has_no_iterates(
-    in_folder: Path,  # noqa: ARG001
-    lcp: Lcp,
-) -> None:
+    in_folder,  # noqa: ARG001
+    lcp,
+):
     said = "lcp: 2 of 2 runs solved"
     hint = "; the file has their solutions, with --trace the iterates"
     command = "compare paper-example-1 -o"
@@ -205,9 +194,7 @@ def test_a_comparison_in_csv_says_that_the_file_has_no_iterates(
     assert lcp(f"{command} it.txt").err == f"{said}\n"
 
 
-def test_a_bound_that_is_0_in_double_precision_alone_is_exact(
-    in_folder: Path, lcp: Lcp
-) -> None:
+def test_a_bound_that_is_0_in_double_precision_alone_is_exact(in_folder, lcp):
     (in_folder / "p.json").write_text('{"M": [[1]], "q": [1]}')
     asked = "solve p.json --lower 1e-400 --exact -f json"
     (z,) = record(lcp(asked))["exact"]["z"]

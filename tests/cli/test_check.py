@@ -6,7 +6,6 @@ from __future__ import annotations
 import json
 import re
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 import pytest
@@ -17,7 +16,7 @@ from lcpcli.files import contents, writing
 from lcpcli.formulations.quadratic_program.answers import Minimum
 
 from ..methods.programs import bounded_program
-from .conftest import Lcp, assert_refused, record
+from .conftest import assert_refused, record
 
 # z = (0, 15/29, 17/29, 0), w = (14/29, 0, 0, 99/29)
 EXAMPLE = contents.shipped_path("paper-example-2.json")
@@ -25,13 +24,11 @@ INFEASIBLE = '{"M": [[0, -0.1], [0, -0.3]], "q": [-0.1, -0.3]}'
 
 
 @pytest.fixture
-def checked(lcp: Lcp, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Lcp:
+def checked(lcp, tmp_path, monkeypatch):
     """Check an answer, a text or an object for a file, to a problem in a file or an
     object for one."""
 
-    def run(
-        answer: Any, *options: str, problem: Any = EXAMPLE, name: str = "answer"
-    ) -> Any:
+    def run(answer, *options, problem=EXAMPLE, name="answer"):
         monkeypatch.chdir(tmp_path)
         if not isinstance(problem, str):
             Path("p.json").write_text(json.dumps(problem))
@@ -42,9 +39,7 @@ def checked(lcp: Lcp, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Lcp:
     return run
 
 
-def test_results_of_solve_are_accepted_and_any_changed_digit_is_refused(
-    lcp: Lcp, checked: Lcp
-) -> None:
+def test_results_of_solve_are_accepted_and_any_changed_digit_is_refused(lcp, checked):
     solved = record(lcp(f"solve {EXAMPLE} --exact --format json"))
     found = record(checked(solved, "--exact", "--format", "json"))
     assert (
@@ -76,7 +71,7 @@ def test_results_of_solve_are_accepted_and_any_changed_digit_is_refused(
             assert (outcome.code, told in outcome.out) == (1, True), changed
 
 
-def test_at_most_ten_violations_are_listed(lcp: Lcp, tmp_path: Path) -> None:
+def test_at_most_ten_violations_are_listed(lcp, tmp_path):
     writing.write(Problem(np.eye(30), -np.arange(1.0, 31.0)), tmp_path / "p.json")
     (tmp_path / "z.txt").write_text("0 " * 30)
     found = record(
@@ -102,8 +97,8 @@ def minimum(problem: lcpcli.Problem) -> Minimum:
 
 @pytest.mark.parametrize("distance", [1e-3, -0.09])
 def test_what_is_missing_to_the_minimum_is_said_exactly_where_a_short_step_leads_there(
-    distance: float,
-) -> None:
+    distance,
+):
     """x^2 - 2x has its minimum at 1, and x exceeds it by the square of the distance."""
     verification = lcpcli.check(lcpcli.from_qp([[2]], [-2]), [1 + distance])
     assert not verification.accepted
@@ -114,9 +109,7 @@ def test_what_is_missing_to_the_minimum_is_said_exactly_where_a_short_step_leads
 
 
 @pytest.mark.parametrize("size", [1e-8, 1.0, 1e8])
-def test_gain_that_is_small_beside_the_terms_of_the_objective_is_none(
-    size: float,
-) -> None:
+def test_gain_that_is_small_beside_the_terms_of_the_objective_is_none(size):
     verification = lcpcli.check(lcpcli.from_qp([[2 * size]], [-2 * size]), [1 + 1e-6])
     statement = "x is feasible to the tolerance 1e-10, but not shown to be a minimizer"
     assert (verification.accepted, verification.statement) == (False, statement)
@@ -130,8 +123,8 @@ def test_gain_that_is_small_beside_the_terms_of_the_objective_is_none(
     ],
 )
 def test_x_alone_and_x_with_its_multipliers_are_accepted_and_a_changed_one_is_not(
-    problem: lcpcli.Problem,
-) -> None:
+    problem,
+):
     answer = minimum(problem)
     alone = lcpcli.check(problem, answer.x)
     both = lcpcli.check(problem, np.concatenate((answer.x, answer.y)))
@@ -142,7 +135,7 @@ def test_x_alone_and_x_with_its_multipliers_are_accepted_and_a_changed_one_is_no
     assert changed.statement.startswith("x is ")
 
 
-def test_x_at_the_end_of_a_range_is_not_beyond_it_by_rounding() -> None:
+def test_x_at_the_end_of_a_range_is_not_beyond_it_by_rounding():
     """0.1 + 0.1 + 0.1 is 0.30000000000000004."""
     program = lcpcli.from_qp(
         np.eye(3), [-5] * 3, [[0.1, 0.1, 0.1]], row_lower=-1, row_upper=0.3
@@ -156,7 +149,7 @@ def test_x_at_the_end_of_a_range_is_not_beyond_it_by_rounding() -> None:
     )
 
 
-def test_worst_row_is_the_one_violated_most_relative_to_its_terms() -> None:
+def test_worst_row_is_the_one_violated_most_relative_to_its_terms():
     program = lcpcli.from_qp(
         [[1, 0], [0, 1]],
         [1, 1],
@@ -172,7 +165,7 @@ def test_worst_row_is_the_one_violated_most_relative_to_its_terms() -> None:
     )
 
 
-def test_multipliers_of_a_maximum_have_either_sign_and_wrong_ones_are_told() -> None:
+def test_multipliers_of_a_maximum_have_either_sign_and_wrong_ones_are_told():
     for bounds in ({"row_upper": [4, 6]}, {"row_lower": [0, -9], "row_upper": [4, 6]}):
         problem = lcpcli.from_qp(None, [3, 2], [[1, 1], [1, 3]], sense="max", **bounds)
         answer = minimum(problem)
@@ -191,9 +184,7 @@ def test_multipliers_of_a_maximum_have_either_sign_and_wrong_ones_are_told() -> 
     )
 
 
-def test_the_tolerance_is_told_that_accepts_what_was_rounded_of_a_maximum(
-    checked: Lcp,
-) -> None:
+def test_the_tolerance_is_told_that_accepts_what_was_rounded_of_a_maximum(checked):
     third, problem = (
         0.33333333,
         {"c": [1, 1], "A": [[3, 7]], "row_upper": [1], "sense": "max"},
@@ -202,7 +193,7 @@ def test_the_tolerance_is_told_that_accepts_what_was_rounded_of_a_maximum(
         assert "; --tol 1e-07 accepts it\n" in checked(answer, problem=problem).out
 
 
-def test_stationary_point_is_not_called_a_minimizer() -> None:
+def test_stationary_point_is_not_called_a_minimizer():
     problem = lcpcli.from_qp(
         [[-2, 0], [0, 1]], [1, 0], [[1, 1]], row_lower=-1, row_upper=2
     )
@@ -217,8 +208,8 @@ NAMED = '{{"name": "{}", "M": [[2, 1], [1, 2]], "q": [-5, {}]}}\n'
 
 
 def test_a_log_that_another_program_has_written_again_without_blanks_is_read(
-    lcp: Lcp, folder: Path
-) -> None:
+    lcp, folder
+):
     for i in range(3):
         (folder / f"p{i}.json").write_text(NAMED.format("trial", -i))
     lcp("solve", *(f"p{i}.json" for i in range(3)), "-o", "log.jsonl")
@@ -235,8 +226,8 @@ def test_a_log_that_another_program_has_written_again_without_blanks_is_read(
 
 @pytest.mark.parametrize("n", [8, 30])
 def test_of_an_ill_posed_problem_the_proof_stands_and_no_solution(
-    n: int, lcp: Lcp, checked: Lcp, folder: Path
-) -> None:
+    n, lcp, checked, folder
+):
     """Weights in a row whose rounding leaves a solution: they are chosen so that the
     exact pivots are positive."""
     M = (
@@ -262,8 +253,8 @@ def test_of_an_ill_posed_problem_the_proof_stands_and_no_solution(
     ["check p.json 1,1", "solve p.json --z0 1,1", "why p.json --keep other"],
 )
 def test_a_wrong_argument_costs_one_line_beside_a_wrong_known_solution(
-    command: str, lcp: Lcp, in_folder: Path
-) -> None:
+    command, lcp, in_folder
+):
     problem = {"M": [[2]], "q": [-2], "solution": [[5], [1]]}
     (in_folder / "p.json").write_text(json.dumps(problem))
     assert_refused(lcp(command))
@@ -273,9 +264,7 @@ def test_a_wrong_argument_costs_one_line_beside_a_wrong_known_solution(
     assert "is ignored" in lcp("check p.json 1").err
 
 
-def test_a_z_beyond_the_range_of_doubles_is_checked_in_fractions(
-    lcp: Lcp, checked: Lcp
-) -> None:
+def test_a_z_beyond_the_range_of_doubles_is_checked_in_fractions(lcp, checked):
     two = {"M": [[2, 1], [1, 2]], "q": [-5, -6]}
     told = checked("[1e400, 1]", problem=two)
     assert told.err == (
@@ -290,9 +279,7 @@ def test_a_z_beyond_the_range_of_doubles_is_checked_in_fractions(
     assert checked(solution, "--exact", problem=far).code == 0
 
 
-def test_x_at_which_a_row_overflows_is_refused_without_warnings(
-    lcp: Lcp, folder: Path
-) -> None:
+def test_x_at_which_a_row_overflows_is_refused_without_warnings(lcp, folder):
     program = """{"Q": [[1e308, 1e308], [1e308, 1e308]], "c": [-1, -1],
         "A": [[1e308, 1e308]], "row_lower": [1]}"""
     (folder / "p.json").write_text(program)

@@ -7,8 +7,6 @@ import os
 import sys
 import threading
 from dataclasses import replace
-from pathlib import Path
-from typing import Any
 
 import numpy as np
 import pytest
@@ -25,7 +23,7 @@ from lcpcli.solving import driver
 from lcpcli.solving.driver import run, verified
 from lcpcli.verify.point import Criterion, Point
 
-from .conftest import EXAMPLE, Lcp, python, record, records
+from .conftest import EXAMPLE, python, record, records
 
 PROBLEM = Problem([[2.0, 1.0], [1.0, 2.0]], [-5.0, -6.0])
 MAX_REPETITIONS = driver.MAX_REPETITIONS  # before the tests make it less
@@ -46,14 +44,14 @@ class Time:
 
 
 @pytest.fixture
-def ticking(monkeypatch: pytest.MonkeyPatch) -> Time:
+def ticking(monkeypatch):
     ticking = Time()
     monkeypatch.setattr("time.perf_counter", ticking)
     return ticking
 
 
 @pytest.mark.usefixtures("ticking")
-def test_clock_stands_still_during_imports() -> None:
+def test_clock_stands_still_during_imports():
     before = clock.seconds()
     with clock.imports, clock.imports:
         pass
@@ -132,7 +130,7 @@ for call in ("run", "exact", "compiled") if method == "auto" else ("run",):
 @pytest.mark.slow("a process for each method and kind of problem")
 @pytest.mark.skipif(sys.platform == "win32", reason="cannot fork")
 @pytest.mark.parametrize("method", METHODS)
-def test_nothing_that_a_first_run_loads_is_part_of_it(method: str) -> None:
+def test_nothing_that_a_first_run_loads_is_part_of_it(method):
     """In new processes, by a clock that goes on only while a module is looked for."""
     alone = {**os.environ, "OPENBLAS_NUM_THREADS": "1"}  # a fork has no other threads
     done = python(LOADED, method, env=alone)
@@ -141,7 +139,7 @@ def test_nothing_that_a_first_run_loads_is_part_of_it(method: str) -> None:
     assert "compiling the kernels" in done.stderr or not done.stderr
 
 
-def test_limits_and_seconds_count_the_same(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_limits_and_seconds_count_the_same(monkeypatch):
     """By a clock that goes on by one second whenever anything reads it."""
     run(PROBLEM, "fixed-point")  # loads what it needs
     monkeypatch.setattr("time.perf_counter", Time())
@@ -159,10 +157,10 @@ def test_limits_and_seconds_count_the_same(monkeypatch: pytest.MonkeyPatch) -> N
 
 
 @pytest.mark.usefixtures("ticking")
-def test_clock_of_a_thread_goes_on_while_another_thread_loads_a_module() -> None:
+def test_clock_of_a_thread_goes_on_while_another_thread_loads_a_module():
     loading, ending = threading.Event(), threading.Event()
 
-    def load() -> None:
+    def load():
         with clock.imports:
             loading.set()
             ending.wait()
@@ -177,7 +175,7 @@ def test_clock_of_a_thread_goes_on_while_another_thread_loads_a_module() -> None
     assert clock.seconds() - before == pytest.approx(2.0)
 
 
-def test_no_part_of_a_call_is_left_out(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_no_part_of_a_call_is_left_out(monkeypatch):
     """From the arrays on: the parts of a call that begins at 0 end with the last
     reading but the trace's own."""
     ticking = Time()
@@ -195,7 +193,7 @@ def test_no_part_of_a_call_is_left_out(monkeypatch: pytest.MonkeyPatch) -> None:
     ("command", "method"),
     [("solve", "auto"), ("solve", "shi"), ("solve", "lemke"), ("compare", "milp")],
 )
-def test_parts_add_up_in_every_command(command: str, method: str, lcp: Lcp) -> None:
+def test_parts_add_up_in_every_command(command, method, lcp):
     trace = ["--trace"] * (command == "solve")
     found = record(
         lcp(command, EXAMPLE, "--method", method, "--format", "json", *trace)
@@ -209,12 +207,12 @@ def test_parts_add_up_in_every_command(command: str, method: str, lcp: Lcp) -> N
     assert len(times) == 2 or times[1] > 0
 
 
-def test_bench_times_from_the_arrays(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_bench_times_from_the_arrays(monkeypatch):
     """A problem that was checked before is made anew within the time."""
     made: list[Problem] = []
     real = Problem.anew
 
-    def counted(problem: Problem) -> Problem:
+    def counted(problem):
         made.append(real(problem))
         return made[-1]
 
@@ -225,12 +223,12 @@ def test_bench_times_from_the_arrays(monkeypatch: pytest.MonkeyPatch) -> None:
 
 
 @pytest.fixture
-def runs(monkeypatch: pytest.MonkeyPatch) -> list[lcpcli.Result]:
+def runs(monkeypatch):
     """The results of runs that a command makes, in a process that has made none."""
     results: list[lcpcli.Result] = []
     real = driver.run
 
-    def noted(*given: Any, **named: Any) -> lcpcli.Result:
+    def noted(*given, **named):
         results.append(real(*given, **named))
         return results[-1]
 
@@ -243,9 +241,7 @@ def runs(monkeypatch: pytest.MonkeyPatch) -> list[lcpcli.Result]:
     return results
 
 
-def test_a_first_run_of_a_method_is_made_again_for_one_problem_as_for_many(
-    lcp: Lcp, runs: list[lcpcli.Result]
-) -> None:
+def test_a_first_run_of_a_method_is_made_again_for_one_problem_as_for_many(lcp, runs):
     shown = record(lcp(f"solve {EXAMPLE} --method newton --format json"))
     assert 1 < len(runs) <= 1 + driver.FEW_REPETITIONS
     assert shown["seconds"] == pytest.approx(least_of(runs[1:]))
@@ -258,9 +254,7 @@ def test_a_first_run_of_a_method_is_made_again_for_one_problem_as_for_many(
     )
 
 
-def test_a_run_whose_times_nobody_sees_is_made_once(
-    lcp: Lcp, runs: list[lcpcli.Result], tmp_path: Path
-) -> None:
+def test_a_run_whose_times_nobody_sees_is_made_once(lcp, runs, tmp_path):
     for given in (["-q"], ["-o", str(tmp_path / "result.json")]):
         lcp("solve", EXAMPLE, *given)
         assert len(runs) == 1
@@ -274,8 +268,8 @@ def least_of(runs: list[lcpcli.Result]) -> float:
 
 @pytest.mark.parametrize("pause", [0.0, 1.0, 100.0])
 def test_the_fastest_repetition_counts_and_long_pauses_in_the_others_are_told(
-    pause: float, monkeypatch: pytest.MonkeyPatch
-) -> None:
+    pause, monkeypatch
+):
     """The first run, which is the fastest here, does not count; half of the repetitions
     have pauses."""
     monkeypatch.setattr(driver, "MAX_REPETITIONS", MAX_REPETITIONS)
@@ -283,7 +277,7 @@ def test_the_fastest_repetition_counts_and_long_pauses_in_the_others_are_told(
     monkeypatch.setattr(driver, "REPETITION_SECONDS", np.inf)
     whole, runs = run(PROBLEM, "fixed-point", trace=Trace(), clock=Time()), list[bool]()
 
-    def once(again: bool) -> lcpcli.Result:
+    def once(again):
         runs.append(again)
         waited = 0.5 if not again else 1.0 + pause * (len(runs) % 2)
         return replace(
@@ -298,7 +292,7 @@ def test_the_fastest_repetition_counts_and_long_pauses_in_the_others_are_told(
     assert bool(outcome.spread([result])) == (pause == 100.0)
 
 
-def test_claim_is_checked_anew_and_not_believed() -> None:
+def test_claim_is_checked_anew_and_not_believed():
     honest = lcpcli.run(read(EXAMPLE), "fixed-point")
     assert verified(honest).verified is True
     for wrong in (honest.z + 1e-3, -honest.z):
@@ -314,7 +308,7 @@ def test_claim_is_checked_anew_and_not_believed() -> None:
     )
 
 
-def test_small_residual_far_from_the_solution_is_remarked() -> None:
+def test_small_residual_far_from_the_solution_is_remarked():
     problem = read(contents.shipped_path("bimatrix.json"))
     one, other = problem.solutions[:2]
     only_one = replace(problem, solutions=(one,))

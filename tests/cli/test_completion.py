@@ -9,7 +9,6 @@ import shutil
 import subprocess
 import sys
 from collections.abc import Iterable
-from pathlib import Path
 
 import click
 import pytest
@@ -28,11 +27,11 @@ from lcpcli.peers.registry import PEERS, select
 from lcpcli.report.document import FORMATS
 
 from ..wordings import DID_YOU_MEAN, NO_OPTION
-from .conftest import MAIN, Lcp, assert_refused, python
+from .conftest import MAIN, assert_refused, python
 
 
 @pytest.fixture
-def run(lcp: Lcp) -> Lcp:
+def run(lcp):
     """The fixture, as lcp is the group of commands here."""
     return lcp
 
@@ -50,7 +49,7 @@ def offered(*words: str) -> list[str]:
 
 
 @pytest.mark.parametrize("name", lcp.commands)
-def test_options(name: str) -> None:
+def test_options(name):
     command = lcp.commands[name]
     params = command.get_params(
         click.Context(command, help_option_names=["-h", "--help"])
@@ -95,11 +94,11 @@ def test_options(name: str) -> None:
         (["nonsense", "x"], []),
     ],
 )
-def test_words(words: list[str], known: list[str]) -> None:
+def test_words(words, known):
     assert offered(*words) == known
 
 
-def test_what_is_offered_can_be_given(run: Lcp) -> None:
+def test_what_is_offered_can_be_given(run):
     found = offered("bench", "--peer", "")
     assert set(found) == {*PEERS, "path"}
     assert all(select([name]) for name in found)
@@ -119,15 +118,13 @@ def test_what_is_offered_can_be_given(run: Lcp) -> None:
         (["solve", "--method", ""], False),
     ],
 )
-def test_files_are_offered_where_a_word_may_name_one(
-    words: list[str], files: bool
-) -> None:
+def test_files_are_offered_where_a_word_may_name_one(words, files):
     assert [item.value for item in items(*words) if item.type == "file"] == [
         words[-1]
     ] * files
 
 
-def test_what_words_mean_fits_into_the_lines() -> None:
+def test_what_words_mean_fits_into_the_lines():
     commands = [lcp.commands[name] for name in lcp.commands]
     shown = [
         item
@@ -142,7 +139,7 @@ def test_what_words_mean_fits_into_the_lines() -> None:
     "words",
     ["lcp solve --method ", "lcp make ", "lcp bench --peer ", "lcp check --help"],
 )
-def test_a_word_is_completed_and_help_is_shown_without_numpy(words: str) -> None:
+def test_a_word_is_completed_and_help_is_shown_without_numpy(words):
     code = (
         "import atexit, sys; sys.argv[0] = 'lcp'\n"
         "heavy = {'numpy', 'scipy', 'rich', 'flint'}\n"
@@ -175,9 +172,7 @@ offer lcp solve --method ne; offer lcp bench sp; offer lcp convert in
 """
 
 
-def test_script_is_printed_for_each_shell_and_works_in_bash(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, run: Lcp
-) -> None:
+def test_script_is_printed_for_each_shell_and_works_in_bash(tmp_path, monkeypatch, run):
     """Without a terminal: bash runs the script's function on words that stand for what
     is typed."""
     for shell in SHELLS:
@@ -230,7 +225,7 @@ def misspelt(word: str) -> Iterable[str]:
 
 
 @pytest.mark.parametrize("kind", KINDS)
-def test_a_slip_of_the_finger_is_corrected(kind: str) -> None:
+def test_a_slip_of_the_finger_is_corrected(kind):
     known = KINDS[kind]
     for word in known:
         if len(set(word)) >= 4:  # --x0 is as near to --z0
@@ -240,19 +235,19 @@ def test_a_slip_of_the_finger_is_corrected(kind: str) -> None:
             )
 
 
-def test_capitals_and_beginnings_are_understood() -> None:
+def test_capitals_and_beginnings_are_understood():
     assert likely("SHI", METHODS) == DID_YOU_MEAN.format("shi")
     assert likely("har", FAMILIES) == DID_YOU_MEAN.format("harker-pang")
     assert likely("", METHODS).startswith("choose one of auto")
     assert likely("zzz", METHODS, "look") == "look"
 
 
-def test_every_command_suggests_the_likely_option(lcp: Lcp) -> None:
+def test_every_command_suggests_the_likely_option(lcp):
     for name in group.lcp.commands:
         fault, hint = NO_OPTION.format(f"lcp {name}"), DID_YOU_MEAN.format("--help")
         assert_refused(lcp(f"{name} --hepl"), f"lcp: --hepl: {fault}; {hint}")
 
 
-def test_a_longer_word_for_an_option_is_understood() -> None:
+def test_a_longer_word_for_an_option_is_understood():
     with pytest.raises(OptionError, match=re.escape(DID_YOU_MEAN.format("tol"))):
         lcpcli.solve([[2]], [-1], tolerance=1e-3)

@@ -11,7 +11,6 @@ import subprocess
 import sys
 from collections.abc import Iterator
 from pathlib import Path
-from typing import Any
 
 import pytest
 
@@ -21,7 +20,7 @@ from lcpcli.solving import driver as driver
 
 from ..files.nl_writing import model
 from ..wordings import CANNOT_BE_WRITTEN, OTHER_PLACE
-from .conftest import EXAMPLE, MAIN, Lcp, assert_refused, python
+from .conftest import EXAMPLE, MAIN, assert_refused, python
 
 resource = pytest.importorskip("resource")
 BENCH = f"bench {EXAMPLE} --method newton --budget 0"
@@ -49,12 +48,12 @@ def no_file_larger_than(size: int) -> Iterator[None]:
 
 @pytest.mark.parametrize("line", WRITING)
 def test_file_that_cannot_be_written_leaves_the_old_one_and_nothing_else(
-    line: str, lcp: Lcp, in_folder: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+    line, lcp, in_folder, monkeypatch
+):
     """As it does not fit, or as the disk can only be read, which is reported before any
     work."""
 
-    def refuse(**_: Any) -> Any:
+    def refuse(**_):
         raise OSError(30, os.strerror(30))
 
     if ".svg" in line:
@@ -79,7 +78,7 @@ def test_file_that_cannot_be_written_leaves_the_old_one_and_nothing_else(
 
 
 @pytest.mark.parametrize("line", ["--help", f"solve {EXAMPLE} --format json"])
-def test_pipe_that_nobody_reads_ends_with_141(line: str) -> None:
+def test_pipe_that_nobody_reads_ends_with_141(line):
     reading, writing = os.pipe()
     os.close(reading)
     try:
@@ -93,7 +92,7 @@ def test_pipe_that_nobody_reads_ends_with_141(line: str) -> None:
 
 
 @pytest.mark.parametrize("redirection", ["2> /dev/full", "2>&-"])
-def test_error_that_cannot_be_reported_keeps_its_exit_code(redirection: str) -> None:
+def test_error_that_cannot_be_reported_keeps_its_exit_code(redirection):
     script = f'"{sys.executable}" -c "{MAIN}" solve nowhere.json {redirection}'
     done = subprocess.run(["bash", "-c", script], capture_output=True, check=False)
     assert (done.returncode, done.stdout, done.stderr) == (2, b"", b"")
@@ -103,9 +102,7 @@ def test_error_that_cannot_be_reported_keeps_its_exit_code(redirection: str) -> 
     sys.platform != "linux", reason="elsewhere the limit is not one of addresses"
 )
 @pytest.mark.parametrize("line", [f"solve {EXAMPLE}", "make obstacle -o out.npz"])
-def test_memory_too_small_for_numpy_is_reported_in_one_line(
-    line: str, tmp_path: Path
-) -> None:
+def test_memory_too_small_for_numpy_is_reported_in_one_line(line, tmp_path):
     size = 50 * 2**20
     limit = (
         f"import resource; resource.setrlimit(resource.RLIMIT_AS, ({size}, "
@@ -126,10 +123,8 @@ ERRORS = {
 
 
 @pytest.mark.parametrize("kind", ERRORS)
-def test_stray_fault_is_reported_in_one_line(
-    kind: str, lcp: Lcp, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    def refuse(*_: Any) -> Any:
+def test_stray_fault_is_reported_in_one_line(kind, lcp, monkeypatch):
+    def refuse(*_):
         if kind == "library":
             raise ImportError("a page\nof advice") from ERRORS[kind]
         raise ERRORS[kind]
@@ -143,10 +138,8 @@ def test_stray_fault_is_reported_in_one_line(
         assert re.fullmatch(r"lcp: .*memory.*\n", outcome.err)
 
 
-def test_call_for_which_there_is_no_thread_is_made_all_the_same(
-    monkeypatch: pytest.MonkeyPatch,
-) -> None:
-    def refuse(*_: Any) -> Any:
+def test_call_for_which_there_is_no_thread_is_made_all_the_same(monkeypatch):
+    def refuse(*_):
         raise RuntimeError("can't start new thread")
 
     monkeypatch.setattr("threading.Thread.start", refuse)
@@ -154,9 +147,7 @@ def test_call_for_which_there_is_no_thread_is_made_all_the_same(
 
 
 @pytest.mark.parametrize("method", ["shi", "fixed-point"])
-def test_an_overflow_is_told_in_words_of_the_field(
-    method: str, lcp: Lcp, tmp_path: Path
-) -> None:
+def test_an_overflow_is_told_in_words_of_the_field(method, lcp, tmp_path):
     (tmp_path / "p.json").write_text(
         '{"M": [[1e200, 1e300], [1e300, -1e308]], "q": [-1, -1e300]}'
     )
@@ -189,9 +180,7 @@ ORDERLY = "sys.settrace(lambda *_: None)\n"
 @pytest.mark.parametrize(
     ("files", "ending"), [(1, ORDERLY), (2, "")], ids=["orderly", "at once"]
 )
-def test_what_compiled_code_prints_is_not_in_the_output(
-    files: int, ending: str
-) -> None:
+def test_what_compiled_code_prints_is_not_in_the_output(files, ending):
     words = ["solve", *files * [EXAMPLE], "--format", "json"]
     done = python(f"{PRINTING}{ending}main()", *words)
     assert (
@@ -200,9 +189,7 @@ def test_what_compiled_code_prints_is_not_in_the_output(
     ) == (0, files * [True])
 
 
-def test_program_that_calls_the_command_has_its_output_back(
-    lcp: Lcp, capfd: pytest.CaptureFixture[str]
-) -> None:
+def test_program_that_calls_the_command_has_its_output_back(lcp, capfd):
     usual = sys.stdout, sys.__stdout__
     assert json.loads(lcp(f"solve {EXAMPLE} --format json").out)["solved"]
     os.write(1, b"back")
@@ -210,7 +197,7 @@ def test_program_that_calls_the_command_has_its_output_back(
 
 
 @pytest.mark.skipif(not os.path.exists("/dev/stdout"), reason="has no such file")
-def test_standard_output_may_be_named_as_a_file() -> None:
+def test_standard_output_may_be_named_as_a_file():
     assert json.loads(
         python(MAIN, "solve", EXAMPLE, "--format", "json", "-o", "/dev/stdout").stdout
     )["solved"]
@@ -220,9 +207,7 @@ LINEAR = model(1, [((4, 1), {0: 1}, 0)], [(3,)])
 
 
 @pytest.mark.parametrize("line", [1, 7])
-def test_a_count_of_thousands_of_digits_in_a_model_is_refused(
-    line: int, lcp: Lcp, folder: Path
-) -> None:
+def test_a_count_of_thousands_of_digits_in_a_model_is_refused(line, lcp, folder):
     lines = LINEAR.split(b"\n")
     lines[line] = b" " + 4400 * b"1" + lines[line].lstrip().lstrip(b"0123456789")
     (folder / "long.nl").write_bytes(b"\n".join(lines))
@@ -233,9 +218,7 @@ ZEROS = 140_000 * "0"
 
 
 @pytest.mark.parametrize("number", ["-1." + ZEROS, f"-1{ZEROS}/2{ZEROS}"])
-def test_a_number_longer_than_cells_of_csv_may_be_is_read(
-    number: str, lcp: Lcp, folder: Path
-) -> None:
+def test_a_number_longer_than_cells_of_csv_may_be_is_read(number, lcp, folder):
     (folder / "M.csv").write_text("2,1\n1,2\n")
     (folder / "q.csv").write_text(f"{number}\n-1\n")
     (folder / "problem.json").write_text(
@@ -245,19 +228,15 @@ def test_a_number_longer_than_cells_of_csv_may_be_is_read(
     assert lcp("solve problem.json -q").code == 0
 
 
-def test_names_in_a_problem_without_unknowns_are_refused(
-    lcp: Lcp, folder: Path
-) -> None:
+def test_names_in_a_problem_without_unknowns_are_refused(lcp, folder):
     (folder / "empty.json").write_text('{"M": [], "q": []}')
     assert_refused(lcp("solve empty.json --minimize z1"), "no unknowns")
     assert_refused(lcp("why empty.json --keep z1"), "names nothing")
     assert lcp("why empty.json").code == 0
 
 
-def test_closed_standard_output_is_an_error_only_where_it_is_written(
-    tmp_path: Path,
-) -> None:
-    def closed(*arguments: str) -> subprocess.CompletedProcess[str]:
+def test_closed_standard_output_is_an_error_only_where_it_is_written(tmp_path):
+    def closed(*arguments):
         return python(MAIN, *arguments, preexec_fn=lambda: os.close(1))
 
     refused = closed("solve", "paper-example-1")
@@ -281,9 +260,7 @@ def test_closed_standard_output_is_an_error_only_where_it_is_written(
         ("solve", "-", "--jobs", "2", "-q"),
     ],
 )
-def test_closed_standard_input_is_an_error_only_where_it_is_read(
-    arguments: tuple[str, ...],
-) -> None:
+def test_closed_standard_input_is_an_error_only_where_it_is_read(arguments):
     refused = python(MAIN, *arguments, preexec_fn=lambda: os.close(0))
     assert (refused.returncode, refused.stdout) == (2, "")
     assert refused.stderr == "lcp: standard input: is closed; name a file\n"
@@ -291,8 +268,8 @@ def test_closed_standard_input_is_an_error_only_where_it_is_read(
     assert (solved.returncode, solved.stderr) == (0, "")
 
 
-def test_files_are_whole_though_all_standard_streams_are_closed(tmp_path: Path) -> None:
-    def close() -> None:
+def test_files_are_whole_though_all_standard_streams_are_closed(tmp_path):
+    def close():
         for number in range(3):
             os.close(number)
 
@@ -308,8 +285,8 @@ def test_files_are_whole_though_all_standard_streams_are_closed(tmp_path: Path) 
 
 
 @pytest.mark.skipif(sys.platform == "win32", reason="keeps a folder that is used")
-def test_removed_working_folder_is_named_where_it_is_needed(tmp_path: Path) -> None:
-    def removed(*arguments: str) -> subprocess.CompletedProcess[str]:
+def test_removed_working_folder_is_named_where_it_is_needed(tmp_path):
+    def removed(*arguments):
         folder = tmp_path / "gone"
         folder.mkdir()
         leaving = f"import os\nos.chdir({str(folder)!r})\nos.rmdir(os.getcwd())\n"
@@ -336,9 +313,7 @@ def test_removed_working_folder_is_named_where_it_is_needed(tmp_path: Path) -> N
         assert (done.returncode, done.stderr) in ((0, ""), usual)
 
 
-def test_stray_refusal_of_the_system_is_not_blamed_on_standard_output(
-    lcp: Lcp, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_stray_refusal_of_the_system_is_not_blamed_on_standard_output(lcp, monkeypatch):
     causes: dict[BaseException, str] = {
         OSError(24, os.strerror(24)): "lcp: the system refused: Too many open files\n",
         RuntimeError("can't start new thread"): (
@@ -347,7 +322,7 @@ def test_stray_refusal_of_the_system_is_not_blamed_on_standard_output(
     }
     for cause, told in causes.items():
 
-        def refuse(*_: Any, cause: BaseException = cause) -> Any:
+        def refuse(*_, cause=cause):
             raise cause
 
         with monkeypatch.context() as patched:
@@ -356,9 +331,7 @@ def test_stray_refusal_of_the_system_is_not_blamed_on_standard_output(
         assert (outcome.code, outcome.out, outcome.err) == (1, "", told)
 
 
-def test_a_refused_run_for_ampl_leaves_no_answer_of_an_earlier_one(
-    lcp: Lcp, folder: Path
-) -> None:
+def test_a_refused_run_for_ampl_leaves_no_answer_of_an_earlier_one(lcp, folder):
     (folder / "stub.nl").write_bytes(LINEAR)
     assert lcp("stub -AMPL").code == 0
     assert (folder / "stub.sol").is_file()
@@ -370,7 +343,7 @@ def test_a_refused_run_for_ampl_leaves_no_answer_of_an_earlier_one(
 @pytest.mark.parametrize(
     "command", [f"solve {EXAMPLE}", "compare --format json", "--help"]
 )
-def test_full_device_is_reported_in_one_line(command: str) -> None:
+def test_full_device_is_reported_in_one_line(command):
     script = f"{sys.executable} -m lcpcli {command} > /dev/full"
     done = subprocess.run(
         script, shell=True, capture_output=True, text=True, check=False

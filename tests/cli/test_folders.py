@@ -6,7 +6,6 @@ from __future__ import annotations
 import json
 import os
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 import pytest
@@ -14,7 +13,7 @@ import pytest
 from lcpcli.solving import solver
 
 from ..wordings import HOLDS_PROBLEM, NAME_PROBLEM, OTHER_OUTPUT, RESULT
-from .conftest import Lcp, assert_refused, records
+from .conftest import assert_refused, records
 
 ONE = '{"M": [[2]], "q": [-1]}'
 FILES = {
@@ -27,7 +26,7 @@ INSIDE = ["inside/a.csv", "inside/b.json", "inside/c.JSON"]
 
 
 @pytest.fixture(autouse=True)
-def folder(in_folder: Path) -> Path:
+def folder(in_folder):
     inside = in_folder / "inside"
     inside.mkdir()
     for name, text in FILES.items():
@@ -39,7 +38,7 @@ def folder(in_folder: Path) -> Path:
     return inside
 
 
-def test_a_line_names_each_file_that_cannot_be_read(lcp: Lcp) -> None:
+def test_a_line_names_each_file_that_cannot_be_read(lcp):
     Path("wrong.json").write_text("{")
     files = ("wrong.json", "inside/a.csv", "nowhere.json", "inside/deeper.json")
     for command in ("solve", "compare"):
@@ -64,13 +63,13 @@ def test_a_line_names_each_file_that_cannot_be_read(lcp: Lcp) -> None:
         "bench inside/b.json --method newton --budget 0 -o r.json",
     ],
 )
-def test_no_result_is_taken_for_a_problem(command: str, lcp: Lcp) -> None:
+def test_no_result_is_taken_for_a_problem(command, lcp):
     assert lcp(f"{command} -q").code == 0
     file = command.split()[-1]
     assert_refused(lcp(f"solve {file}"), f"{file}: {RESULT}; {NAME_PROBLEM}")
 
 
-def test_bench_and_compare_take_the_same_files(lcp: Lcp) -> None:
+def test_bench_and_compare_take_the_same_files(lcp):
     assert lcp("bench inside --method newton --budget 0 -o r.json -q").code == 0
     assert [
         case["file"] for case in json.loads(Path("r.json").read_text())["cases"]
@@ -101,7 +100,7 @@ OF_Q = "%%MatrixMarket matrix array real general\n2 1\n-5\n-6\n"
 
 
 @pytest.fixture
-def inputs(in_folder: Path) -> Path:
+def inputs(in_folder):
     for name, text in {**INPUTS, **TABLES, "p.q.mtx": OF_Q}.items():
         (in_folder / name).write_text(text)
     (in_folder / "in").mkdir()
@@ -109,18 +108,14 @@ def inputs(in_folder: Path) -> Path:
     return in_folder
 
 
-def test_an_output_that_is_the_input_under_another_name_is_refused(
-    lcp: Lcp, inputs: Path
-) -> None:
+def test_an_output_that_is_the_input_under_another_name_is_refused(lcp, inputs):
     os.link(inputs / "p.json", inputs / "hard.json")
     assert_refused(lcp("solve p.json -o hard.json"), HOLDS_PROBLEM)
     assert (inputs / "p.json").read_text() == PROBLEM
 
 
 @pytest.mark.parametrize("command", ["solve p.json", "path p.json to.json"])
-def test_a_picture_that_is_read_is_refused(
-    command: str, lcp: Lcp, inputs: Path
-) -> None:
+def test_a_picture_that_is_read_is_refused(command, lcp, inputs):
     pytest.importorskip("matplotlib")
     os.link(inputs / "p.json", inputs / "picture.svg")
     told = f"lcp: picture.svg: {HOLDS_PROBLEM}; {OTHER_OUTPUT}\n"
@@ -138,9 +133,7 @@ def step(load: float, size: float = 1.0) -> str:
     )
 
 
-def test_steps_in_folders_and_columns_have_same_verdicts_in_fewer_pivots(
-    lcp: Lcp,
-) -> None:
+def test_steps_in_folders_and_columns_have_same_verdicts_in_fewer_pivots(lcp):
     alone, found = (
         records(lcp("solve", "steps", "--format", "json", *own))
         for own in ((), ("--sequence",))
@@ -178,10 +171,8 @@ def test_steps_in_folders_and_columns_have_same_verdicts_in_fewer_pivots(
     ]
 
 
-def test_interrupted_sequence_goes_on_from_its_log(
-    lcp: Lcp, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    def interrupted(self: solver.Solver, problem: Any) -> Any:
+def test_interrupted_sequence_goes_on_from_its_log(lcp, monkeypatch):
+    def interrupted(self, problem):
         if problem.q[0] < -1.15:
             raise KeyboardInterrupt
         return usual(self, problem)

@@ -85,7 +85,7 @@ WITHOUT_DEFAULT = {  # options that do nothing unless they are given
 
 
 @pytest.fixture(params=COMMANDS, ids=lambda name: name or "lcp")
-def name(request: pytest.FixtureRequest) -> str:
+def name(request):
     return str(request.param)
 
 
@@ -107,8 +107,8 @@ def terms_of(section: str) -> list[str]:
 
 
 def test_one_sentence_comes_first_and_examples_next_and_every_argument_is_explained(
-    name: str, lcp: Lcp
-) -> None:
+    name, lcp
+):
     text = help_of(lcp, name)
     usage, opening, examples, *_ = text.split("\n\n")
     assert usage.startswith("Usage: ")
@@ -131,7 +131,7 @@ def test_one_sentence_comes_first_and_examples_next_and_every_argument_is_explai
     assert {word for word in words if word not in terms} == set()
 
 
-def test_every_option_stands_once_under_a_heading(name: str, lcp: Lcp) -> None:
+def test_every_option_stands_once_under_a_heading(name, lcp):
     sections = sections_of(help_of(lcp, name))
     assert set(HEADINGS[name]) <= set(sections)
     terms = [
@@ -149,7 +149,7 @@ def test_every_option_stands_once_under_a_heading(name: str, lcp: Lcp) -> None:
             assert len(named) == 1, param.opts
 
 
-def test_defaults_are_shown(name: str) -> None:
+def test_defaults_are_shown(name):
     for param in COMMANDS[name].params:
         if not isinstance(param, click.Option) or (
             param.is_flag and not param.secondary_opts
@@ -169,7 +169,7 @@ def test_defaults_are_shown(name: str) -> None:
             assert "default" in record[1], param.opts
 
 
-def test_lines_fit(name: str, lcp: Lcp, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_lines_fit(name, lcp, monkeypatch):
     for columns, most in ((80, 80), (200, 100)):
         monkeypatch.setenv("COLUMNS", str(columns))
         assert (
@@ -200,9 +200,7 @@ def run(line: str, lcp: Lcp, monkeypatch: pytest.MonkeyPatch) -> Outcome:
 
 
 @pytest.mark.slow("all examples of all commands")
-def test_examples_run(
-    name: str, lcp: Lcp, in_folder: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_examples_run(name, lcp, in_folder, monkeypatch):
     """In their order, in an empty folder; a suite is one small problem, to be quick."""
     for suite, its in suites.SUITES.items():
         monkeypatch.setitem(
@@ -216,12 +214,12 @@ def test_examples_run(
         assert shown or set(in_folder.iterdir()) > before or "--quiet" in line
 
 
-def test_lcp_alone_prints_help(lcp: Lcp) -> None:
+def test_lcp_alone_prints_help(lcp):
     assert lcp().out == help_of(lcp, "")
     assert terms_of(sections_of(lcp().out)["Commands"]) == list(group.lcp.commands)
 
 
-def test_names_that_can_be_given_are_listed(lcp: Lcp) -> None:
+def test_names_that_can_be_given_are_listed(lcp):
     for name, heading, known in (
         *((name, "Methods", METHODS) for name in ("solve", "compare", "bench")),
         ("solve", "Exit codes", ["0", "1", "2", "3", "130", "143"]),
@@ -232,7 +230,7 @@ def test_names_that_can_be_given_are_listed(lcp: Lcp) -> None:
     assert "lcp make --list" in sections_of(help_of(lcp, "make"))["Family"]
 
 
-def test_a_method_declares_the_options_that_it_takes() -> None:
+def test_a_method_declares_the_options_that_it_takes():
     for name, method in METHODS.items():
         parameters = inspect.signature(load(name)).parameters.values()
         taken = {p.name for p in parameters if p.kind is p.KEYWORD_ONLY}
@@ -248,7 +246,7 @@ def words(text: str) -> list[str]:
     return re.findall(r"\w+", text)
 
 
-def test_topics_and_commands_are_listed_with_their_meanings(lcp: Lcp) -> None:
+def test_topics_and_commands_are_listed_with_their_meanings(lcp):
     outcome = lcp("help")
     assert (outcome.code, outcome.err) == (0, "")
     for topic, meaning in TOPICS.items():
@@ -262,9 +260,7 @@ def test_topics_and_commands_are_listed_with_their_meanings(lcp: Lcp) -> None:
 
 
 @pytest.mark.parametrize("name", [name for name in COMMANDS if name])
-def test_help_of_every_command_is_one_screen_and_leads_to_the_rest(
-    name: str, lcp: Lcp
-) -> None:
+def test_help_of_every_command_is_one_screen_and_leads_to_the_rest(name, lcp):
     text = lcp(f"{name} --help").out
     assert len(text.splitlines()) <= 60
     assert text == help_of(lcp, name) or f"lcp help {name} --all" in text
@@ -272,14 +268,14 @@ def test_help_of_every_command_is_one_screen_and_leads_to_the_rest(
 
 
 @pytest.mark.parametrize("method", [*METHODS, *NONLINEAR])
-def test_help_on_a_method_ends_with_all_of_its_options(method: str, lcp: Lcp) -> None:
+def test_help_on_a_method_ends_with_all_of_its_options(method, lcp):
     page = re.split(r"^(?=Options |Columns )", lcp(f"help {method}").out, flags=re.M)
     lists = [part for part in page if part.startswith("Options ")]
     names = re.findall(r"^  (?:--)?([a-z]\w*[\w-]*)", "".join(lists), re.MULTILINE)
     assert {*names} == {flag(name)[2:] for name in known_options(method)}
 
 
-def test_a_section_of_a_page_can_be_asked_for(lcp: Lcp) -> None:
+def test_a_section_of_a_page_can_be_asked_for(lcp):
     assert re.findall("^#.*", lcp("help formats csv").out, re.MULTILINE) == re.findall(
         "^#.*", lcp("help csv").out, re.MULTILINE
     )
@@ -290,9 +286,7 @@ def test_a_section_of_a_page_can_be_asked_for(lcp: Lcp) -> None:
     )
 
 
-def test_help_on_a_command_is_its_own_help_and_on_a_topic_in_a_pipe_its_markdown(
-    lcp: Lcp,
-) -> None:
+def test_help_on_a_command_is_its_own_help_and_on_a_topic_in_a_pipe_its_markdown(lcp):
     for name in group.lcp.commands:
         assert lcp(f"help {name}").out == lcp(f"{name} --help").out
     meant = {
@@ -306,7 +300,7 @@ def test_help_on_a_command_is_its_own_help_and_on_a_topic_in_a_pipe_its_markdown
         assert lcp(f"help {word}").out == source(topic)
 
 
-def test_help_on_a_word_with_sections_of_its_own_is_these_sections(lcp: Lcp) -> None:
+def test_help_on_a_word_with_sections_of_its_own_is_these_sections(lcp):
     problems = "## Problems: .json, .jsonl, .mtx, .npz, .npy, .mat, .gz\n"
     headings = {
         "mps": "### Files: MPS, LP and arrays",
@@ -333,9 +327,7 @@ def test_help_on_a_word_with_sections_of_its_own_is_these_sections(lcp: Lcp) -> 
 @pytest.mark.parametrize(
     "name", ["solve", "compare", "bench", "check", "inspect", "convert"]
 )
-def test_help_of_a_command_that_reads_problems_names_all_kinds_of_files(
-    name: str, lcp: Lcp
-) -> None:
+def test_help_of_a_command_that_reads_problems_names_all_kinds_of_files(name, lcp):
     assert set(words(lcp(f"{name} --help").out)) >= {
         "mps",
         "qps",
@@ -347,7 +339,7 @@ def test_help_of_a_command_that_reads_problems_names_all_kinds_of_files(
 
 
 @pytest.mark.parametrize("page", command.OF_THE_SOURCE)
-def test_a_page_that_is_not_installed_is_named_in_a_line(page: str, lcp: Lcp) -> None:
+def test_a_page_that_is_not_installed_is_named_in_a_line(page, lcp):
     path = command.OF_THE_SOURCE[page]
     root = Path(__file__).parents[2]
     assert (root / path).is_file()
@@ -360,7 +352,7 @@ def test_a_page_that_is_not_installed_is_named_in_a_line(page: str, lcp: Lcp) ->
     )
 
 
-def test_a_word_that_is_no_topic_is_looked_for_on_all_pages(lcp: Lcp) -> None:
+def test_a_word_that_is_no_topic_is_looked_for_on_all_pages(lcp):
     outcome = lcp("help 'duality gap'")
     assert outcome.code == 0
     assert outcome.out.startswith("Pages with 'duality gap', and their sections:")
@@ -374,7 +366,7 @@ def test_a_word_that_is_no_topic_is_looked_for_on_all_pages(lcp: Lcp) -> None:
     }
 
 
-def test_words_are_found_on_pages_in_the_singular_and_in_the_plural(lcp: Lcp) -> None:
+def test_words_are_found_on_pages_in_the_singular_and_in_the_plural(lcp):
     for one, many in (("duality gap", "duality gaps"), ("dual", "duals")):
         pages = [lcp(f"help {words}").out.partition("\n")[2] for words in (one, many)]
         assert pages[0] == pages[1] != ""
@@ -408,9 +400,7 @@ WORDS = {
 
 
 @pytest.mark.parametrize(("words", "page"), WORDS.items())
-def test_words_of_the_field_lead_to_a_page_or_to_what_comes_nearest(
-    words: str, page: str, lcp: Lcp
-) -> None:
+def test_words_of_the_field_lead_to_a_page_or_to_what_comes_nearest(words, page, lcp):
     """Whether the shell has passed them as one word or as several."""
     for given in ([words], words.split()):
         outcome = lcp("help", *given)
@@ -423,7 +413,7 @@ FURTHER_ROUTES = {"auto", "gradient", "krylov", "multilevel", "least-squares"}
 FURTHER_ROUTES |= {"active set", "josephy-newton"}
 
 
-def test_statuses_and_routes_that_answers_show_have_a_line_of_help(lcp: Lcp) -> None:
+def test_statuses_and_routes_that_answers_show_have_a_line_of_help(lcp):
     phases = attempts.FIRST, attempts.BRIEF, attempts.LATER, attempts.STEP
     single = attempts.PRESOLVE, attempts.EXACT, attempts.MILP
     routes = {row.method for row in (*itertools.chain(*phases), *single)}
@@ -442,15 +432,13 @@ def test_statuses_and_routes_that_answers_show_have_a_line_of_help(lcp: Lcp) -> 
 @pytest.mark.parametrize(
     "words", ["xyzzy", "shadow xyzzy", "csv xyzzy", "quadratic sorcery", "layr"]
 )
-def test_unknown_words_are_an_error(words: str, lcp: Lcp) -> None:
+def test_unknown_words_are_an_error(words, lcp):
     outcome = lcp(f"help {words}")
     assert_refused(outcome, f"lcp: TOPIC: {words!r} is unknown; ")
     assert ("did you mean layer?" in outcome.err) == (words == "layr")
 
 
-def test_glossary_has_each_word_once_and_names_pages_and_sections_that_are_there(
-    lcp: Lcp,
-) -> None:
+def test_glossary_has_each_word_once_and_names_pages_and_sections_that_are_there(lcp):
     entries = command.glossary()
     known = [word for entry in entries for word in entry.words.split(", ")]
     assert len(entries) == source("words").count("` |\n")
@@ -462,9 +450,7 @@ def test_glossary_has_each_word_once_and_names_pages_and_sections_that_are_there
 
 
 @pytest.mark.parametrize("topic", TOPICS)
-def test_page_fits_a_terminal_with_every_word_and_every_line_of_code_whole(
-    topic: str,
-) -> None:
+def test_page_fits_a_terminal_with_every_word_and_every_line_of_code_whole(topic):
     shown = terminal.page(source(topic), 80, color=False)
     assert max(map(len, shown.splitlines())) <= 80
     assert sorted(words(shown)) == sorted(
@@ -479,9 +465,7 @@ def test_page_fits_a_terminal_with_every_word_and_every_line_of_code_whole(
 
 
 @pytest.mark.parametrize("color", [False, True])
-def test_terminal_shows_the_page_formatted(
-    color: bool, lcp: Lcp, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_terminal_shows_the_page_formatted(color, lcp, monkeypatch):
     monkeypatch.setattr(command, "terminal", lambda: (200, color))
     shown = lcp("help statuses").out
     assert ("```" in shown, "**" in shown, "\x1b[" in shown) == (False, False, color)
@@ -489,9 +473,7 @@ def test_terminal_shows_the_page_formatted(
     assert 80 < max(len(line.rstrip()) for line in plain.splitlines()) <= 100
 
 
-def test_version_says_which_of_two_packages_runs(
-    lcp: Lcp, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_version_says_which_of_two_packages_runs(lcp, tmp_path, monkeypatch):
     (tmp_path / "lcpcli").mkdir()
     (tmp_path / "lcpcli" / "__init__.py").touch()
     metadata = tmp_path / "lcpcli-0.3.2.dist-info" / "METADATA"
@@ -506,7 +488,7 @@ def test_version_says_which_of_two_packages_runs(
     assert others[-1].startswith("lcp: lcpcli 0.3.2 is another program")
 
 
-def test_the_version_is_that_of_the_page_on_citation(lcp: Lcp) -> None:
+def test_the_version_is_that_of_the_page_on_citation(lcp):
     assert lcp("--version").out == f"lcp, version {VERSION}\n"
     assert f"note = {{Version {VERSION}}}" in (FOLDER / "cite.md").read_text(
         encoding="utf-8"

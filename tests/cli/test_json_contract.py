@@ -7,7 +7,7 @@ import io
 import json
 import shlex
 import sys
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
@@ -16,14 +16,12 @@ import pytest
 import lcpcli
 from lcpcli.files import json_format
 
-from ..conftest import Outcome, as_bytes
+from ..conftest import as_bytes
 from ..refusals import Refusal
 from . import models
 from .test_refusals import REFUSALS
 
 jsonschema = pytest.importorskip("jsonschema")
-
-Lcp = Callable[..., Outcome]
 
 SCHEMAS = Path(lcpcli.__file__).parent / "schemas"
 FILES = {
@@ -123,9 +121,7 @@ def asks_for_json(refusal: Refusal) -> str | None:
 
 
 @pytest.mark.parametrize("command", COMMANDS)
-def test_each_record_is_one_that_its_schema_allows(
-    command: str, lcp: Lcp, in_folder: Path
-) -> None:
+def test_each_record_is_one_that_its_schema_allows(command, lcp, in_folder):
     for name, content in FILES.items():
         (in_folder / name).write_bytes(as_bytes(content))
     outcome = lcp(f"{command} --format json")
@@ -145,14 +141,12 @@ IN_JSON = {
 }
 
 
-def test_enough_command_lines_are_tried() -> None:
+def test_enough_command_lines_are_tried():
     assert len(IN_JSON) >= 75
 
 
 @pytest.mark.parametrize("command", IN_JSON)
-def test_a_command_line_that_is_refused_has_one_line_and_one_record(
-    command: str, refused: Callable[..., str]
-) -> None:
+def test_a_command_line_that_is_refused_has_one_line_and_one_record(command, refused):
     refused(command, IN_JSON[command].files, records=assert_one_record)
 
 
@@ -177,9 +171,7 @@ def assert_one_record(records: list[Any]) -> None:
         ("solve good.json -o no/folder.json", "no/folder.json", None),
     ],
 )
-def test_a_record_says_which_file_and_what_in_it(
-    command: str, file: str | None, field: str | None, lcp: Lcp, in_folder: Path
-) -> None:
+def test_a_record_says_which_file_and_what_in_it(command, file, field, lcp, in_folder):
     (in_folder / "folder").mkdir()
     for name, content in FILES.items():
         (in_folder / name).write_bytes(as_bytes(content))
@@ -210,8 +202,8 @@ def test_a_record_says_which_file_and_what_in_it(
     ],
 )
 def test_the_words_of_the_command_line_ask_for_the_record(
-    words: str, are_asked_for: bool, lcp: Lcp, in_folder: Path
-) -> None:
+    words, are_asked_for, lcp, in_folder
+):
     earlier = in_folder / "new.json"
     earlier.write_text("an earlier result")
     outcome = lcp(f"solve --tol 2 missing.json {words}")
@@ -237,8 +229,8 @@ SEVERAL = {
 
 @pytest.mark.parametrize("command", SEVERAL)
 def test_each_of_many_inputs_has_one_record_and_each_bad_one_a_line(
-    command: str, lcp: Lcp, in_folder: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+    command, lcp, in_folder, monkeypatch
+):
     (in_folder / "folder").mkdir()
     for name in ("lines.jsonl", "folder/broken.json", "folder/good.json"):
         (in_folder / name).write_text(FILES[name.removeprefix("folder/")])
@@ -258,5 +250,5 @@ def test_each_of_many_inputs_has_one_record_and_each_bad_one_a_line(
     assert (outcome.code, bool(refusals)) == (2, True)
 
 
-def test_a_problem_that_is_written_has_no_record_of_a_refusal(lcp: Lcp) -> None:
+def test_a_problem_that_is_written_has_no_record_of_a_refusal(lcp):
     assert lcp("make murtty -o new.json").out == ""

@@ -13,7 +13,6 @@ import subprocess
 import sys
 from collections.abc import Iterator
 from pathlib import Path
-from typing import Any
 
 import pytest
 
@@ -44,14 +43,14 @@ def overwritten(content: bytes, place: float) -> bytes:
 
 
 @pytest.fixture
-def cache(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Any:
+def cache(tmp_path, monkeypatch):
     """A cache in a folder of its own."""
     monkeypatch.setattr(numba.config, "CACHE_DIR", str(tmp_path))
     return stored.Cache()
 
 
 @pytest.fixture
-def files(cache: Any) -> dict[str, Path]:
+def files(cache):
     """Files as numba would write them, which are recorded."""
     cache.repair()
     paths = {end: cache.folder / f"{NAME}{end}" for end in ("nbi", "1.nbc")}
@@ -66,8 +65,8 @@ def files(cache: Any) -> dict[str, Path]:
 @pytest.mark.parametrize("damage", [cut, overwritten])
 @pytest.mark.parametrize("end", ["nbi", "1.nbc"])
 def test_a_damaged_file_is_removed_and_its_module_loaded_as_if_it_were_new(
-    cache: Any, files: dict[str, Path], end: str, damage: Any, place: float
-) -> None:
+    cache, files, end, damage, place
+):
     assert not cache.repair()
     files[end].write_bytes(damage(files[end].read_bytes(), place))
     assert (cache.repair(), cache.has_loaded("kernels")) == (True, False)
@@ -77,15 +76,13 @@ def test_a_damaged_file_is_removed_and_its_module_loaded_as_if_it_were_new(
     assert not cache.repair()
 
 
-def test_a_missing_file_is_no_damage(cache: Any, files: dict[str, Path]) -> None:
+def test_a_missing_file_is_no_damage(cache, files):
     files["nbi"].unlink()
     assert (cache.repair(), cache.has_loaded("kernels")) == (False, False)
 
 
 @pytest.mark.parametrize("place", PLACES)
-def test_a_damaged_record_makes_all_files_suspect(
-    cache: Any, files: dict[str, Path], place: float
-) -> None:
+def test_a_damaged_record_makes_all_files_suspect(cache, files, place):
     record = cache.folder / stored.RECORD
     record.write_bytes(cut(record.read_bytes(), place))
     assert cache.repair()
@@ -94,17 +91,15 @@ def test_a_damaged_record_makes_all_files_suspect(
 
 
 def test_files_of_other_sources_are_forgotten_without_a_word(
-    files: dict[str, Path], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+    files, tmp_path, monkeypatch
+):
     monkeypatch.setattr(stored, "PACKAGE", tmp_path / "elsewhere")
     other = stored.Cache()
     assert (other.repair(), other.has_loaded("kernels")) == (False, False)
     assert not any(path.exists() for path in files.values())
 
 
-def test_what_a_killed_process_has_compiled_is_kept(
-    cache: Any, files: dict[str, Path]
-) -> None:
+def test_what_a_killed_process_has_compiled_is_kept(cache, files):
     late = cache.folder / f"kernels.two-2{stored.TAG}nbi"
     late.write_bytes(b"whole")
     assert (cache.repair(), late.exists()) == (False, True)
@@ -120,9 +115,7 @@ def test_what_a_killed_process_has_compiled_is_kept(
         assert (old.exists(), new.exists()) == (False, True)
 
 
-def test_one_process_at_a_time_compiles_a_module(
-    cache: Any, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_one_process_at_a_time_compiles_a_module(cache, monkeypatch):
     waits: list[bool] = []
     with cache.compiling("kernels", None) as first:
         with cache.compiling("kernels", None) as second:
@@ -147,7 +140,7 @@ def used_by(path: Path) -> Iterator[str]:
                 yield from (f"{name}/{alias.name}" for alias in node.names)
 
 
-def test_all_files_whose_functions_and_constants_kernels_use_are_sources() -> None:
+def test_all_files_whose_functions_and_constants_kernels_use_are_sources():
     kernels = [f"kernels/{name}" for name in (*loading.MODULES, "overloads")]
     used = {name for file in kernels for name in used_by(stored.PACKAGE / f"{file}.py")}
     assert set(stored.SOURCES) == used | set(kernels)
@@ -182,8 +175,8 @@ resource.setrlimit(resource.RLIMIT_FSIZE, (100_000, 100_000))
     ids=["read-only", "full"],
 )
 def test_where_there_is_no_room_for_kernels_a_run_goes_on_without_them(
-    program: str, fault: str, tmp_path: Path
-) -> None:
+    program, fault, tmp_path
+):
     file = tmp_path / "good.json"
     file.write_text(GOOD)
     own = os.environ | {"NUMBA_CACHE_DIR": str(tmp_path / "cache"), KERNELS: "1"}
@@ -202,7 +195,7 @@ def test_where_there_is_no_room_for_kernels_a_run_goes_on_without_them(
 
 
 @pytest.fixture
-def copied(cache: Any, monkeypatch: pytest.MonkeyPatch) -> Any:
+def copied(cache, monkeypatch):
     """A cache in a folder of its own with all kernels."""
     with monkeypatch.context() as patched:
         patched.setattr(numba.config, "CACHE_DIR", os.environ.get("NUMBA_CACHE_DIR"))
@@ -227,8 +220,8 @@ def copied(cache: Any, monkeypatch: pytest.MonkeyPatch) -> Any:
     ],
 )
 def test_damaged_kernels_are_compiled_again_in_one_run_which_says_so(
-    copied: Any, place: float, damage: Any, end: str, tmp_path: Path
-) -> None:
+    copied, place, damage, end, tmp_path
+):
     (path,) = copied.folder.glob(f"measure_kernels.on_bounds-*{stored.TAG}{end}")
     path.write_bytes(damage(path.read_bytes(), place))
     (tmp_path / "good.json").write_text(GOOD)
@@ -243,7 +236,7 @@ def test_damaged_kernels_are_compiled_again_in_one_run_which_says_so(
 
 
 @pytest.mark.slow("compiles kernels")
-def test_processes_that_compile_at_the_same_time_lose_nothing(tmp_path: Path) -> None:
+def test_processes_that_compile_at_the_same_time_lose_nothing(tmp_path):
     own = os.environ | {"NUMBA_CACHE_DIR": str(tmp_path)}
     program = """
 import sys

@@ -16,7 +16,7 @@ from ..benchmarks import kills
 @pytest.mark.parametrize(
     ("kind", "number"), [("file", 5), ("log", 5), ("bench", 5), ("kernels", 2)]
 )
-def test_killed_processes_lose_nothing(kind: str, number: int) -> None:
+def test_killed_processes_lose_nothing(kind, number):
     if kind == "kernels" and find_spec("numba") is None:
         pytest.skip("there is no numba")
     assert kills.run(number, seed=1, names=[kind], tell=print) == number

@@ -9,7 +9,6 @@ import signal
 import subprocess
 import sys
 import time
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -49,7 +48,7 @@ setattr(pkgutil.resolve_name(owner), name, counted)
 
 
 @pytest.fixture(scope="module")
-def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
+def folder(tmp_path_factory):
     """Problems that take minutes: 2^22 solutions; a path with a breakpoint at each of
     2^16 states (K. G. Murty, Mathematical Programming 19 (1980) 213-219); a game, and
     a large proof; and many small ones."""
@@ -131,9 +130,7 @@ RUNS = {
 
 
 @pytest.mark.parametrize("name", RUNS)
-def test_ctrl_c_ends_a_long_run_with_what_it_has_found(
-    name: str, folder: Path, tmp_path: Path
-) -> None:
+def test_ctrl_c_ends_a_long_run_with_what_it_has_found(name, folder, tmp_path):
     if "--exact" in RUNS[name][0]:
         pytest.importorskip("flint")
     line, (place, number), words = RUNS[name]
@@ -154,9 +151,7 @@ def test_ctrl_c_ends_a_long_run_with_what_it_has_found(
     assert err.strip().count("\n") == 0, err
 
 
-def test_ctrl_c_while_kernels_are_compiled_ends_at_once_and_loses_none(
-    tmp_path: Path,
-) -> None:
+def test_ctrl_c_while_kernels_are_compiled_ends_at_once_and_loses_none(tmp_path):
     pytest.importorskip("numba")
     own = os.environ | {"NUMBA_CACHE_DIR": str(tmp_path)}
     command = [sys.executable, "-c", MAIN, "kernels"]

@@ -25,15 +25,13 @@ from lcpcli.model.block_form import Blocks
 from lcpcli.model.problem import conditions_of
 
 from ..conftest import numbers
-from .conftest import Lcp, assert_refused
+from .conftest import assert_refused
 
 EXIT_CODES = {"infeasible": 3, "unsolvable": 3, "solved": 0}
 
 
 @pytest.mark.parametrize("family", gallery.FAMILIES)
-def test_what_is_made_can_be_solved_from_its_file(
-    family: str, lcp: Lcp, tmp_path: Path
-) -> None:
+def test_what_is_made_can_be_solved_from_its_file(family, lcp, tmp_path):
     made = lcp(f"make {family}")
     assert (made.code, made.err) == (0, "")
     file = tmp_path / "made.json"
@@ -52,7 +50,7 @@ def test_what_is_made_can_be_solved_from_its_file(
     assert status == (problem.verdict or "solved") or family == "gaussian"
 
 
-def test_a_pipe_to_a_reader_that_has_enough() -> None:
+def test_a_pipe_to_a_reader_that_has_enough():
     script = (
         f"{sys.executable} -m lcpcli make harker-pang -n 200 | head -1; echo "
         f"${{PIPESTATUS[0]}}"
@@ -84,9 +82,7 @@ def test_a_pipe_to_a_reader_that_has_enough() -> None:
         ("murty -o -", "murty", {}),
     ],
 )
-def test_options_reach_the_family(
-    line: str, family: str, arguments: dict[str, Any], lcp: Lcp, tmp_path: Path
-) -> None:
+def test_options_reach_the_family(line, family, arguments, lcp, tmp_path):
     file = tmp_path / "made.json"
     file.write_text(lcp(f"make {line}").out)
     problem, expected = read(file), gallery.make(family, **arguments)
@@ -94,9 +90,7 @@ def test_options_reach_the_family(
     assert np.array_equal(problem.q, expected.q)
 
 
-def test_the_list_shows_every_family_on_narrow_and_wide_screens(
-    lcp: Lcp, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_the_list_shows_every_family_on_narrow_and_wide_screens(lcp, monkeypatch):
     lines = lcp("make --list").out.splitlines()
     assert max(map(len, lines)) <= 80
     assert [line.split()[0] for line in lines[3:] if not line.startswith(" ")] == list(
@@ -116,8 +110,8 @@ def test_the_list_shows_every_family_on_narrow_and_wide_screens(
 
 
 def test_one_line_says_where_what_and_how_to_fix_it_before_anything_is_made(
-    lcp: Lcp, folder: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+    lcp, folder, monkeypatch
+):
     files = set(folder.iterdir())
     for line in (["x" * 100_000], ["diagonal", "--set", f"decades={10**400}"]):
         outcome = lcp("make", *line)
@@ -155,9 +149,7 @@ def parts(problem: Problem, named: bool = True) -> list[Any]:
 
 
 @pytest.mark.parametrize(("low", "high"), [(0.1, 1e17), (-1e17, 0.1), (-3.0, 7.0)])
-def test_range_in_mps_starts_at_the_side_that_leads_to_the_other(
-    low: float, high: float, tmp_path: Path
-) -> None:
+def test_range_in_mps_starts_at_the_side_that_leads_to_the_other(low, high, tmp_path):
     """As other readers add a range to the right-hand side of a row G, and take it from
     that of a row L."""
     write(from_qp([[1]], [1], [[1]], row_lower=low, row_upper=high), tmp_path / "p.mps")
@@ -198,7 +190,7 @@ NAMED = from_qp(
 
 
 @pytest.mark.parametrize("ending", ["mps", "json", "npz", "mat"])
-def test_programs_are_read_back_as_they_were(ending: str, tmp_path: Path) -> None:
+def test_programs_are_read_back_as_they_were(ending, tmp_path):
     """But for names in MPS."""
     shipped_ones = [
         read(file)
@@ -212,9 +204,7 @@ def test_programs_are_read_back_as_they_were(ending: str, tmp_path: Path) -> Non
         )
 
 
-def test_starting_points_and_solutions_keep_the_conditions(
-    lcp: Lcp, tmp_path: Path
-) -> None:
+def test_starting_points_and_solutions_keep_the_conditions(lcp, tmp_path):
     problem = read(PORTFOLIO)
     solved = lcpcli.run(problem).z
     known = Problem(
@@ -235,7 +225,7 @@ def test_starting_points_and_solutions_keep_the_conditions(
     assert (outcome.code, outcome.err.count("left out: solution")) == (0, 1)
 
 
-def test_what_mps_cannot_hold_is_refused_in_one_line(tmp_path: Path) -> None:
+def test_what_mps_cannot_hold_is_refused_in_one_line(tmp_path):
     with pytest.raises(
         ProblemError,
         match=r"upper: has a bound of 1e.20 or more, which means no bound in MPS",
@@ -270,9 +260,7 @@ def files_of(path: Path) -> list[str]:
 @pytest.mark.parametrize(
     ("first", "second"), [*pairwise([*GENERAL_SUFFIXES, GENERAL_SUFFIXES[0]])]
 )
-def test_numbers_are_the_same_in_all_formats(
-    tmp_path: Path, lcp: Lcp, first: str, second: str
-) -> None:
+def test_numbers_are_the_same_in_all_formats(tmp_path, lcp, first, second):
     write(Problem([[0.1, 1e-300], [-1 / 3, 5e20]], [0.7, -2]), tmp_path / f"a{first}")
     outcome = lcp(
         "convert", *files_of(tmp_path / f"a{first}"), "-o", str(tmp_path / f"b{second}")
@@ -289,9 +277,7 @@ def test_numbers_are_the_same_in_all_formats(
 @pytest.mark.parametrize(
     "problem", [SPARSE, NAMED_GAME, RICH], ids=lambda problem: problem.name
 )
-def test_complete_formats_keep_everything(
-    tmp_path: Path, lcp: Lcp, ending: str, problem: Problem
-) -> None:
+def test_complete_formats_keep_everything(tmp_path, lcp, ending, problem):
     write(problem, tmp_path / "a.json", as_program=True)
     assert lcp(f"convert {tmp_path / 'a.json'} -o {tmp_path / f'b{ending}'}").code == 0
     outcome = lcp(f"convert {tmp_path / f'b{ending}'}")
@@ -301,8 +287,8 @@ def test_complete_formats_keep_everything(
 @pytest.mark.parametrize("output", ["big.json", "big.npz"])
 @pytest.mark.parametrize("family", ["obstacle", "harker-pang"])
 def test_a_problem_that_has_no_room_in_memory_is_refused_before_it_is_made(
-    family: str, output: str, lcp: Lcp, in_folder: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+    family, output, lcp, in_folder, monkeypatch
+):
     monkeypatch.setattr(contents, "memory", lambda: 10**8)
     told = lcp(f"make {family} -n 2000000 -o {output}")
     assert told.err == "lcp: -n: not enough memory for this problem; give less\n"

@@ -9,7 +9,6 @@ import re
 import subprocess
 import sys
 import tempfile
-from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
@@ -26,13 +25,13 @@ from lcpcli.solving import proof
 from ..conftest import FACE
 from ..seeds import few_of
 from ..wordings import CANNOT_BE_WRITTEN, EMPTY, ENDS_TOO_EARLY, NO_LOG
-from .conftest import GOOD, INFEASIBLE, Lcp, assert_refused, interrupt, records
+from .conftest import GOOD, INFEASIBLE, assert_refused, interrupt, records
 
 MALFORMED = GOOD[:-1]
 
 
 @pytest.fixture(autouse=True)
-def files(folder: Path) -> Path:
+def files(folder):
     """The folder, with a malformed problem too."""
     (folder / "bad.json").write_text(MALFORMED)
     return folder
@@ -53,8 +52,8 @@ SLOW = line_of(families.make("ray", 80, 0))  # takes more iterations than one wa
 
 @pytest.mark.parametrize("jobs", ["1", "2"])
 def test_a_mixture_has_records_a_summary_and_the_exit_code_of_the_worst(
-    jobs: str, lcp: Lcp, files: Path
-) -> None:
+    jobs, lcp, files
+):
     lines = [line_of(random_problem(seed)) for seed in range(37)]
     for at, line in ((10, MALFORMED), (20, INFEASIBLE), (30, SLOW)):
         lines.insert(at, line)
@@ -89,9 +88,7 @@ def test_a_mixture_has_records_a_summary_and_the_exit_code_of_the_worst(
 
 @pytest.mark.parametrize("options", ["", "--jobs 2", "--sequence", "-o log.jsonl"])
 @pytest.mark.parametrize("lines", ["\n\n", "\ufeff \n"])
-def test_a_file_of_blank_lines_is_an_input_error(
-    options: str, lines: str, lcp: Lcp, files: Path
-) -> None:
+def test_a_file_of_blank_lines_is_an_input_error(options, lines, lcp, files):
     (files / "blank.jsonl").write_text(lines)
     error = f"lcp: blank.jsonl: {EMPTY}; give M and q, as JSON or CSV\n"
     alone = lcp(f"solve blank.jsonl {options}")
@@ -104,7 +101,7 @@ def test_a_file_of_blank_lines_is_an_input_error(
     assert beside.err.endswith("lcp: 2 problems: 1 bad input, 1 solved\n")
 
 
-def test_files_of_M_and_q_and_whole_problems_come_in_any_order(lcp: Lcp) -> None:
+def test_files_of_M_and_q_and_whole_problems_come_in_any_order(lcp):
     np.save("whole.npy", np.array([[2.0, 1, -5], [1, 2, -6]]))
     given = "M.csv q.csv good.json M.csv q.csv whole.npy"
     found = records(lcp(f"solve {given} --format json"))
@@ -148,9 +145,7 @@ def columns(k: int) -> tuple[lcpcli.Problem, Any]:
         ("Q.csv", "--trace"),
     ],
 )
-def test_several_q_for_one_M_are_the_columns_of_a_file(
-    name: str, options: str, lcp: Lcp
-) -> None:
+def test_several_q_for_one_M_are_the_columns_of_a_file(name, options, lcp):
     problem, Q = columns(4)
     found = records(lcp(f"solve A.csv {name} --format json {options}"))
     assert [(record["file"], record["item"]) for record in found] == [
@@ -162,7 +157,7 @@ def test_several_q_for_one_M_are_the_columns_of_a_file(
     assert [record["problem"] for record in found] == names
 
 
-def test_bounds_are_those_of_every_problem(lcp: Lcp) -> None:
+def test_bounds_are_those_of_every_problem(lcp):
     problem, Q = columns(3)
     for given in ("A.csv Q.csv", "good.json good.json"):
         found = records(lcp(f"solve {given} --upper 0.1 --format json"))
@@ -175,10 +170,8 @@ def test_bounds_are_those_of_every_problem(lcp: Lcp) -> None:
 LINE = f"{GOOD}\n".encode()
 
 
-def test_the_first_problem_of_a_stream_does_not_wait_for_the_second_line(
-    monkeypatch: pytest.MonkeyPatch,
-) -> None:
-    def given() -> Iterator[bytes]:
+def test_the_first_problem_of_a_stream_does_not_wait_for_the_second_line(monkeypatch):
+    def given():
         yield from (b"\n", LINE)
         pytest.fail("the next line is waited for")
 
@@ -193,9 +186,7 @@ def test_the_first_problem_of_a_stream_does_not_wait_for_the_second_line(
 
 @pytest.mark.usefixtures("folder")
 @pytest.mark.parametrize("option", ["--jobs 1", "-o log.jsonl", "--resume log.jsonl"])
-def test_a_problem_alone_is_a_stream_of_one(
-    option: str, lcp: Lcp, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_a_problem_alone_is_a_stream_of_one(option, lcp, monkeypatch):
     class Stream:
         buffer = iter([LINE])
 
@@ -208,7 +199,7 @@ def test_a_problem_alone_is_a_stream_of_one(
     "command",
     ["solve - --resume own.jsonl < own.jsonl", "solve own.jsonl >> own.jsonl"],
 )
-def test_output_to_a_file_that_is_read_is_refused(command: str, tmp_path: Path) -> None:
+def test_output_to_a_file_that_is_read_is_refused(command, tmp_path):
     own = tmp_path / "own.jsonl"
     own.write_bytes(LINE * 2)
     script = f"{sys.executable} -m lcpcli {command}"
@@ -227,12 +218,10 @@ def test_output_to_a_file_that_is_read_is_refused(command: str, tmp_path: Path) 
 
 
 @pytest.mark.skipif(not Path("/dev/full").exists(), reason="the full disk of Linux")
-def test_a_full_folder_of_temporary_files_is_named(
-    lcp: Lcp, in_folder: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_a_full_folder_of_temporary_files_is_named(lcp, in_folder, monkeypatch):
     usual = tempfile.TemporaryFile
 
-    def full(**options: Any) -> Any:
+    def full(**options):
         return usual(**options) if options else Path("/dev/full").open("w+b")
 
     (in_folder / "two.jsonl").write_bytes(LINE * 2)
@@ -253,15 +242,13 @@ def records_of(text: str) -> list[dict[str, Any]]:
 
 
 @pytest.fixture
-def written(lcp: Lcp, folder: Path) -> Path:
+def written(lcp, folder):
     """A log of good.json and none.json."""
     lcp(f"{BOTH} -o log.jsonl")
     return folder / "log.jsonl"
 
 
-def test_a_log_goes_on_where_it_was_cut_off_and_counts_what_it_had(
-    lcp: Lcp, folder: Path
-) -> None:
+def test_a_log_goes_on_where_it_was_cut_off_and_counts_what_it_had(lcp, folder):
     (folder / "two.jsonl").write_text(f"{GOOD}\n{GOOD.replace('5', '4')}\n")
     np.savetxt(
         "Q.csv",
@@ -349,8 +336,8 @@ DAMAGED = "good.json that is damaged"
     ],
 )
 def test_a_log_of_something_else_or_that_was_edited_is_refused_and_kept(
-    was: str, becomes: str, line: str, words: str, lcp: Lcp, written: Path
-) -> None:
+    was, becomes, line, words, lcp, written
+):
     text = written.read_text()
     Path("other.json").write_text(GOOD.replace("5", "4"))
     if was:
@@ -362,9 +349,7 @@ def test_a_log_of_something_else_or_that_was_edited_is_refused_and_kept(
     assert written.read_text() == text
 
 
-def test_a_log_has_files_of_any_name_and_goes_on_after_them(
-    lcp: Lcp, folder: Path
-) -> None:
+def test_a_log_has_files_of_any_name_and_goes_on_after_them(lcp, folder):
     name = os.fsdecode(b"odd\xff.json")
     try:
         (folder / name).write_text(GOOD)
@@ -377,7 +362,7 @@ def test_a_log_has_files_of_any_name_and_goes_on_after_them(
 
 
 @pytest.mark.skipif(not Path("/dev/full").exists(), reason="the full disk of Linux")
-def test_a_full_disk_is_told_of_the_log(lcp: Lcp, folder: Path) -> None:
+def test_a_full_disk_is_told_of_the_log(lcp, folder):
     (folder / "log.jsonl").symlink_to("/dev/full")
     told = f"lcp: log.jsonl: {CANNOT_BE_WRITTEN}".format("No space left on device")
     assert_refused(lcp(f"{BOTH} -o log.jsonl"), told)
@@ -385,9 +370,7 @@ def test_a_full_disk_is_told_of_the_log(lcp: Lcp, folder: Path) -> None:
 
 @pytest.mark.skipif(sys.platform == "win32", reason="no such locks")
 @pytest.mark.parametrize("option", ["--output", "--resume"])
-def test_a_log_that_another_run_writes_is_left_to_it(
-    option: str, lcp: Lcp, written: Path
-) -> None:
+def test_a_log_that_another_run_writes_is_left_to_it(option, lcp, written):
     before = written.read_text()
     with atomic_write.open_log("log.jsonl", anew=False):
         assert_refused(
@@ -397,9 +380,7 @@ def test_a_log_that_another_run_writes_is_left_to_it(
     assert written.read_text() == before
 
 
-def test_a_resumed_run_without_a_proof_has_its_exit_code(
-    lcp: Lcp, folder: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_a_resumed_run_without_a_proof_has_its_exit_code(lcp, folder, monkeypatch):
     monkeypatch.setattr(proof, "EXACT_SEARCH_EFFORT", 0.0)
     (folder / "face.json").write_text(FACE)
     assert lcp("solve good.json face.json --exact -o log.jsonl").code == 1
@@ -407,9 +388,7 @@ def test_a_resumed_run_without_a_proof_has_its_exit_code(
     assert lcp("solve good.json face.json --exact --resume log.jsonl").code == 1
 
 
-def test_a_problem_that_has_changed_is_solved_again_once_its_line_is_gone(
-    lcp: Lcp, written: Path
-) -> None:
+def test_a_problem_that_has_changed_is_solved_again_once_its_line_is_gone(lcp, written):
     lines = written.read_text().splitlines(keepends=True)
     Path("good.json").write_text(GOOD.replace("5", "4"))
     told = (
@@ -426,9 +405,7 @@ def test_a_problem_that_has_changed_is_solved_again_once_its_line_is_gone(
     assert [each["number"] for each in records_of(written.read_text())] == [2, 1]
 
 
-def test_a_changed_q_of_two_files_is_not_taken_for_another_problem(
-    lcp: Lcp, folder: Path
-) -> None:
+def test_a_changed_q_of_two_files_is_not_taken_for_another_problem(lcp, folder):
     (folder / "q.csv").write_text("-1\n-1\n")
     line = "solve M.csv q.csv good.json"
     assert lcp(f"{line} -o log.jsonl").code == 0
@@ -466,8 +443,8 @@ RESUMED: dict[str, tuple[dict[str, str], dict[str, str], list[str], list[str]]] 
     [*((case, "1") for case in RESUMED), *few_of(((case, "2") for case in RESUMED), 3)],
 )
 def test_run_that_is_resumed_solves_what_was_added_and_names_what_is_gone(
-    case: str, jobs: str, lcp: Lcp, folder: Path
-) -> None:
+    case, jobs, lcp, folder
+):
     before, after, new, gone = RESUMED[case]
     (folder / "in").mkdir()
     codes = []
@@ -501,8 +478,8 @@ def test_run_that_is_resumed_solves_what_was_added_and_names_what_is_gone(
 
 @pytest.mark.parametrize("gone", [[0], [1], [0, 2], [1, 2], [0, 1, 2, 3]])
 def test_equal_lines_have_a_record_each_in_whichever_order_they_were_written(
-    gone: list[int], lcp: Lcp, folder: Path
-) -> None:
+    gone, lcp, folder
+):
     """As several processes write them, whose run is ended before all are there."""
     (folder / "equal.jsonl").write_text(5 * A)
     log = folder / "log.jsonl"
@@ -518,8 +495,8 @@ def test_equal_lines_have_a_record_each_in_whichever_order_they_were_written(
 
 
 def test_columns_may_be_added_to_a_resumed_run_but_not_changed_with_their_matrix(
-    lcp: Lcp, folder: Path
-) -> None:
+    lcp, folder
+):
     (folder / "Q.csv").write_text("a,b\n-1,-2\n-1,1\n")
     line = "solve M.csv Q.csv"
     assert lcp(f"{line} -o log.jsonl").code == 0
@@ -535,8 +512,8 @@ def test_columns_may_be_added_to_a_resumed_run_but_not_changed_with_their_matrix
 
 
 def test_log_goes_on_after_all_files_have_moved_if_none_has_been_added(
-    lcp: Lcp, written: Path, folder: Path
-) -> None:
+    lcp, written, folder
+):
     (folder / "moved").mkdir()
     for name in ("good.json", "none.json"):
         (folder / name).rename(folder / "moved" / name)
@@ -547,8 +524,8 @@ def test_log_goes_on_after_all_files_have_moved_if_none_has_been_added(
 
 
 def test_summary_of_an_interrupted_run_says_how_many_have_a_result(
-    lcp: Lcp, monkeypatch: pytest.MonkeyPatch, folder: Path
-) -> None:
+    lcp, monkeypatch, folder
+):
     (folder / "Q.csv").write_text("a,b,c\n-1,-2,-3\n-1,1,2\n")
     run, left = Runs.results, iter([1])
     monkeypatch.setattr(

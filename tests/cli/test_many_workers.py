@@ -113,7 +113,7 @@ def assert_all_solved(process: subprocess.Popen[bytes], told: bytes, log: Path) 
 
 
 @pytest.mark.slow("starts processes and kills them")
-def test_killed_process_costs_no_record_and_no_order(tmp_path: Path) -> None:
+def test_killed_process_costs_no_record_and_no_order(tmp_path):
     log, problems = tmp_path / "log.jsonl", lines(MANY)
     with solving("--jobs", "2", "-o", str(log)) as (process, stdin):
         give(stdin, problems[:200], log)
@@ -136,8 +136,8 @@ def test_killed_process_costs_no_record_and_no_order(tmp_path: Path) -> None:
     ],
 )
 def test_ended_program_leaves_what_is_solved_and_no_process_and_goes_on_from_its_log(
-    jobs: str, number: int, code: int, tmp_path: Path
-) -> None:
+    jobs, number, code, tmp_path
+):
     log, problems = tmp_path / "log.jsonl", lines(MANY)
     with solving("--jobs", jobs, "-o", str(log)) as (process, stdin):
         give(stdin, problems[:200], log)
@@ -166,7 +166,7 @@ def torn() -> None:
     os.kill(os.getpid(), signal.SIGKILL)
 
 
-def test_a_process_that_dies_handing_over_ends_the_others_at_the_next_look() -> None:
+def test_a_process_that_dies_handing_over_ends_the_others_at_the_next_look():
     pool = pools.Local(2)
     first, idle = pool.submit(os.getpid), pool.submit(time.sleep, PATIENCE)
     assert first.result(PATIENCE)
@@ -186,9 +186,7 @@ def test_a_process_that_dies_handing_over_ends_the_others_at_the_next_look() -> 
     [(30, 40), (8, 14), (40, 60)],
     ids=["copies", "none", "spawned"],
 )
-def test_processes_that_cannot_be_started_end_in_one_line(
-    jobs: int, files: int, tmp_path: Path
-) -> None:
+def test_processes_that_cannot_be_started_end_in_one_line(jobs, files, tmp_path):
     many = tmp_path / "many.jsonl"
     many.write_text("\n".join(lines(100)))
     done = python(
@@ -203,9 +201,7 @@ def test_processes_that_cannot_be_started_end_in_one_line(
 
 
 @pytest.mark.slow("starts processes and kills them")
-def test_processes_that_cannot_be_started_again_leave_what_is_solved(
-    tmp_path: Path,
-) -> None:
+def test_processes_that_cannot_be_started_again_leave_what_is_solved(tmp_path):
     log, problems = tmp_path / "log.jsonl", lines(MANY)
     with solving("--jobs", "2", "-o", str(log)) as (process, stdin):
         give(stdin, problems[:200], log)
@@ -242,13 +238,11 @@ pool.close()
 """
 
 
-def test_processes_are_copies_where_there_are_no_other_threads() -> None:
+def test_processes_are_copies_where_there_are_no_other_threads():
     assert python(COPIED).stdout == "True\n"
 
 
-def test_work_that_takes_long_comes_back_without_the_rest(
-    monkeypatch: pytest.MonkeyPatch,
-) -> None:
+def test_work_that_takes_long_comes_back_without_the_rest(monkeypatch):
     task = tasks.Task(
         Request(inputs=Inputs([]), variants=[Variant("auto")], exact=False),
         "json",
@@ -290,13 +284,11 @@ def scheduler_and_workers(folder: Path) -> list[subprocess.Popen[bytes]]:
     return [
         subprocess.Popen([python, "-m", *each], **quiet)
         for each in (scheduler, worker, worker)
-    ]  # type: ignore[call-overload]
+    ]
 
 
 @pytest.mark.slow("starts a cluster")
-def test_killed_worker_of_a_cluster_costs_no_record_and_no_order(
-    tmp_path: Path,
-) -> None:
+def test_killed_worker_of_a_cluster_costs_no_record_and_no_order(tmp_path):
     pytest.importorskip("distributed")
     log, problems = tmp_path / "log.jsonl", lines(MANY)
     cluster = scheduler_and_workers(tmp_path)
@@ -325,13 +317,11 @@ def test_killed_worker_of_a_cluster_costs_no_record_and_no_order(
             each.wait()
 
 
-def test_cluster_without_workers_is_told_of_once(
-    monkeypatch: pytest.MonkeyPatch, capfd: pytest.CaptureFixture[str]
-) -> None:
+def test_cluster_without_workers_is_told_of_once(monkeypatch, capfd):
     workers, now = dict[str, int](), [100.0]
 
     class Client:
-        def __init__(self, *_: Any, **__: Any) -> None: ...
+        def __init__(self, *_, **__): ...
 
         get_executor = staticmethod(lambda **_: None)
         nthreads = staticmethod(lambda: workers)
@@ -373,9 +363,7 @@ def test_cluster_without_workers_is_told_of_once(
         ("tls://1:8", "needs certificates"),
     ],
 )
-def test_cluster_that_cannot_be_there_is_told_in_a_line(
-    address: str, fault: str
-) -> None:
+def test_cluster_that_cannot_be_there_is_told_in_a_line(address, fault):
     pytest.importorskip("distributed")
     with solving("--cluster", address) as (process, _):
         _, told = process.communicate(lines(1)[0].encode(), timeout=PATIENCE)
@@ -436,8 +424,8 @@ class Deadly:
     ("always", "once"), [((7,), (3,)), ((1, 2, 50), (20, 21)), ((), ())]
 )
 def test_problem_that_kills_its_process_again_is_the_only_one_without_a_result(
-    always: tuple[int, ...], once: tuple[int, ...], in_order: bool
-) -> None:
+    always, once, in_order
+):
     pool = Deadly(always, once)
     texts = told(pool, 100, pool, in_order)
     expected = [
@@ -446,17 +434,17 @@ def test_problem_that_kills_its_process_again_is_the_only_one_without_a_result(
     assert texts == expected if in_order else sorted(texts) == sorted(expected)
 
 
-def test_second_attempt_is_alone_though_another_piece_has_a_rest_that_kills() -> None:
+def test_second_attempt_is_alone_though_another_piece_has_a_rest_that_kills():
     class Together(Deadly):
         """It hands back all but the first of many inputs; what kills a process takes
         along what is handed over next."""
 
         is_dying = False
 
-        def check_alive(self) -> None:
+        def check_alive(self):
             self.is_dying = False
 
-        def submit(self, _: Any, works: list[Input]) -> Future[Any]:
+        def submit(self, _, works):
             future = super().submit(_, works[:1] if len(works) > 4 else works)
             if self.is_dying:
                 future = Future()
@@ -472,25 +460,22 @@ def test_second_attempt_is_alone_though_another_piece_has_a_rest_that_kills() ->
         assert told(pool, 100, pool, True) == expected
 
 
-def test_only_so_much_is_read_ahead_as_keeps_the_processes_busy() -> None:
+def test_only_so_much_is_read_ahead_as_keeps_the_processes_busy():
     pool: Any = Deadly()
     read: list[Input] = []
-    works = (
-        read.append(work) or work  # type: ignore[func-returns-value]
-        for work in problems(10_000)
-    )
+    works = (read.append(work) or work for work in problems(10_000))
     records = tasks.all_records(pool, works, pool, in_order=True)
     for _ in range(10):
         next(records)
     assert len(read) < 1000
 
 
-def test_behind_one_that_takes_long_more_and_more_are_handed_over_at_once() -> None:
+def test_behind_one_that_takes_long_more_and_more_are_handed_over_at_once():
     slow: Future[Any] = Future()
     sizes: list[int] = []
 
     class Slow(Deadly):
-        def submit(self, _: Any, works: list[Input]) -> Future[Any]:
+        def submit(self, _, works):
             sizes.append(len(works))
             if sum(sizes) == 500:
                 slow.set_result(solved(1))
@@ -502,11 +487,9 @@ def test_behind_one_that_takes_long_more_and_more_are_handed_over_at_once() -> N
 
 
 @pytest.mark.parametrize("in_order", [True, False])
-def test_inputs_that_a_process_hands_back_are_solved_in_their_order(
-    in_order: bool,
-) -> None:
+def test_inputs_that_a_process_hands_back_are_solved_in_their_order(in_order):
     class Slow(Deadly):
-        def submit(self, _: Any, works: list[Input]) -> Future[Any]:
+        def submit(self, _, works):
             return super().submit(_, works[: 1 + (works[0].line or 0) % 3])
 
     pool = Slow(once=(20, 40))
@@ -536,14 +519,14 @@ class Stuck(Deadly):
         return future
 
 
-def test_each_record_is_known_at_once_where_no_order_is_kept() -> None:
+def test_each_record_is_known_at_once_where_no_order_is_kept():
     pool = Stuck(until=999, length=1)
     numbers = [int(text) for text in told(pool, 1000, pool, False)]
     assert numbers.index(1) >= 900
     assert sorted(numbers) == [*range(1, 1001)]
 
 
-def test_in_order_only_what_has_room_is_solved_behind_one_that_takes_long() -> None:
+def test_in_order_only_what_has_room_is_solved_behind_one_that_takes_long():
     length = tasks.MAX_BYTES // 100
     pool = Stuck(until=90, length=length)
     assert [int(text) for text in told(pool, 200, pool, True)] == [*range(1, 201)]
@@ -561,9 +544,9 @@ def test_in_order_only_what_has_room_is_solved_behind_one_that_takes_long() -> N
 
 
 @pytest.mark.parametrize("in_order", [True, False])
-def test_ctrl_c_while_a_record_is_written_costs_no_other_one(in_order: bool) -> None:
+def test_ctrl_c_while_a_record_is_written_costs_no_other_one(in_order):
     class Stopping(Deadly):
-        def stop(self) -> bool:
+        def stop(self):
             return True
 
     pool: Any = Stopping()
@@ -576,16 +559,14 @@ def test_ctrl_c_while_a_record_is_written_costs_no_other_one(in_order: bool) -> 
     assert len(texts) > 14  # pieces of 1, 2, 4, 8 problems
 
 
-def test_columns_of_one_matrix_are_taken_in_parts_and_nothing_beside_them_is_lost() -> (
-    None
-):
+def test_columns_of_one_matrix_are_taken_in_parts_and_nothing_beside_them_is_lost():
     all_read = threading.Event()
     single = list(problems(3))
     columns = QColumns(
         ("M.npy", "Q.npy"), np.eye(2), np.ones((2, 150)), [str(j) for j in range(150)]
     )
 
-    def works() -> Iterator[Any]:
+    def works():
         yield from (single[0], single[1], columns, single[2])
         all_read.set()
 
@@ -604,9 +585,7 @@ def test_columns_of_one_matrix_are_taken_in_parts_and_nothing_beside_them_is_los
 @pytest.mark.parametrize(
     ("number", "code"), [(signal.SIGINT, 130), (signal.SIGTERM, 143)]
 )
-def test_interrupted_processes_report_their_best_iterates(
-    number: int, code: int, tmp_path: Path
-) -> None:
+def test_interrupted_processes_report_their_best_iterates(number, code, tmp_path):
     """As a single one does; the problem that is solved before them is as it was."""
     n = 1000
     diagonals = {"format": "coo", "shape": [n, n]}

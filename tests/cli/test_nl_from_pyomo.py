@@ -6,7 +6,6 @@ import os
 import re
 import sys
 from collections.abc import Callable
-from pathlib import Path
 from typing import Any
 
 import pytest
@@ -24,14 +23,14 @@ EXAMPLES = re.findall(
 
 
 @pytest.fixture(scope="module", autouse=True)
-def loaded() -> None:
+def loaded():
     """Load Pyomo, which takes a second, where these tests run."""
     global pyomo, mpec
     pyomo, mpec = (pytest.importorskip(f"pyomo.{name}") for name in ("environ", "mpec"))
 
 
 @pytest.fixture(autouse=True)
-def on_the_path(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+def on_the_path(tmp_path, monkeypatch):
     executable = tmp_path / "lcp"
     executable.write_text(f"#!/bin/sh\nexec {sys.executable} -c '{MAIN}' \"$@\"\n")
     executable.chmod(0o755)
@@ -49,9 +48,7 @@ def solved(model: Any, **options: Any) -> str:
 
 
 @pytest.mark.usefixtures("in_folder")
-def test_examples_of_the_page_print_what_they_say(
-    capfd: pytest.CaptureFixture[str],
-) -> None:
+def test_examples_of_the_page_print_what_they_say(capfd):
     """One after the other, as a reader would type them."""
     names: dict[str, Any] = {}
     for example in EXAMPLES:
@@ -63,7 +60,7 @@ def test_examples_of_the_page_print_what_they_say(
     assert len(EXAMPLES) == 3
 
 
-def test_both_bounds_count_beside_a_given_multiplier_and_a_slack_variable() -> None:
+def test_both_bounds_count_beside_a_given_multiplier_and_a_slack_variable():
     """Three plants at their bounds and between them; one with the multiplier of its
     bound, and one whose condition is that of a slack variable."""
     model = pyomo.ConcreteModel()
@@ -87,7 +84,7 @@ def test_both_bounds_count_beside_a_given_multiplier_and_a_slack_variable() -> N
     assert values == pytest.approx([3, 2, 0, 3, 3, 4, -4])
 
 
-def test_objective_chooses_among_solutions() -> None:
+def test_objective_chooses_among_solutions():
     model = pyomo.ConcreteModel()
     model.x, model.y = (pyomo.Var(within=pyomo.NonNegativeReals) for _ in range(2))
     model.c = mpec.Complementarity(
@@ -101,9 +98,7 @@ def test_objective_chooses_among_solutions() -> None:
     assert (model.x.value, model.y.value) == pytest.approx((2, 0))
 
 
-def test_reason_of_a_failure_is_in_the_warning(
-    caplog: pytest.LogCaptureFixture,
-) -> None:
+def test_reason_of_a_failure_is_in_the_warning(caplog):
     model = pyomo.ConcreteModel()
     model.z = pyomo.Var(initialize=0.5)
     model.row = pyomo.Constraint(expr=1 + model.z**2 == 0)
@@ -111,7 +106,7 @@ def test_reason_of_a_failure_is_in_the_warning(
     assert "stationary point of the merit function" in caplog.text
 
 
-def test_error_in_the_model_is_in_the_log(caplog: pytest.LogCaptureFixture) -> None:
+def test_error_in_the_model_is_in_the_log(caplog):
     model = pyomo.ConcreteModel()
     model.x = pyomo.Var(bounds=(0, 3), initialize=1.0)
     model.c = mpec.Complementarity(
@@ -123,7 +118,7 @@ def test_error_in_the_model_is_in_the_log(caplog: pytest.LogCaptureFixture) -> N
     assert "has an objective that is not linear; write a linear one" in caplog.text
 
 
-def test_lcp_stands_in_the_place_of_path(on_the_path: Path) -> None:
+def test_lcp_stands_in_the_place_of_path(on_the_path):
     model = pyomo.ConcreteModel()
     model.p, model.s = pyomo.Var(initialize=1.0), pyomo.Var(initialize=1.0)
     model.supply = pyomo.Constraint(expr=model.s == model.p + model.p**2 / 4)
@@ -179,8 +174,8 @@ def forms() -> dict[str, tuple[Any, list[float]]]:
 
 
 def test_each_form_of_a_condition_is_solved_and_its_auxiliary_variable_comes_last(
-    in_folder: Path,
-) -> None:
+    in_folder,
+):
     for name, (model, values) in forms().items():
         assert solved(model) == "optimal", name
         assert [model.x.value, model.y.value] == pytest.approx(values), name
@@ -205,7 +200,7 @@ def program(**options: Any) -> Any:
     return model
 
 
-def test_linear_and_quadratic_programs_are_solved_with_their_multipliers() -> None:
+def test_linear_and_quadratic_programs_are_solved_with_their_multipliers():
     model = program(row=lambda m: m.x + 2 * m.y >= 2, cost=lambda m: 3 * m.x + 4 * m.y)
     assert solved(model) == "optimal"
     assert [model.x.value, model.y.value, model.dual[model.r]] == [0, 1, 2]
@@ -225,9 +220,7 @@ def test_linear_and_quadratic_programs_are_solved_with_their_multipliers() -> No
     assert found == pytest.approx([0.7, 0.3, 1.2])
 
 
-def test_program_without_a_minimizer_is_reported_as_such(
-    caplog: pytest.LogCaptureFixture,
-) -> None:
+def test_program_without_a_minimizer_is_reported_as_such(caplog):
     cost = {"cost": lambda m: m.x + m.y}
     assert solved(program(row=lambda m: m.x + m.y <= -1, **cost)) == "infeasible"
     unbounded = program(row=lambda m: m.x <= 2, within=pyomo.Reals, **cost)
@@ -261,9 +254,7 @@ def refusals() -> dict[str, tuple[Any, str]]:
     }
 
 
-def test_what_is_not_solved_is_refused_with_the_right_advice(
-    caplog: pytest.LogCaptureFixture,
-) -> None:
+def test_what_is_not_solved_is_refused_with_the_right_advice(caplog):
     for name, (model, words) in refusals().items():
         caplog.clear()
         with pytest.raises(Exception, match="did not exit normally"):

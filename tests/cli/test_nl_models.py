@@ -4,8 +4,6 @@ from __future__ import annotations
 
 import gzip
 import json
-from collections.abc import Callable
-from pathlib import Path
 from types import SimpleNamespace
 
 import numpy as np
@@ -20,32 +18,30 @@ from lcpcli.solving.result import Status
 
 from .. import literature
 from ..files.nl_writing import model
-from .conftest import Lcp, record
+from .conftest import record
 from .models import FILES, PLANT
 
 
-def test_compressed_models_have_their_names(models: Path, lcp: Lcp) -> None:
+def test_compressed_models_have_their_names(models, lcp):
     (models / "plant.nl.gz").write_bytes(gzip.compress(PLANT))
     assert record(lcp("solve plant.nl.gz --format json"))["names"] == ["plant"]
 
 
 @pytest.fixture(autouse=True)
-def models(folder: Path) -> Path:
+def models(folder):
     for name, content in FILES.items():
         (folder / name).write_bytes(content)
     return folder
 
 
 @pytest.mark.parametrize("name", ["solve", "check", "inspect", "ampl"])
-def test_commands_print_what_the_document_shows(
-    name: str, document: Callable[[str], None]
-) -> None:
+def test_commands_print_what_the_document_shows(name, document):
     document(f"models/{name}")
 
 
 def test_ampl_hears_of_stationary_points_and_gives_options_in_two_places(
-    lcp: Lcp, models: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+    lcp, models, monkeypatch
+):
     assert "stalled: z is almost a stationary point" in lcp("hopeless -AMPL").out
     *_, value, last = (models / "hopeless.sol").read_text().splitlines()
     assert (
@@ -61,7 +57,7 @@ def test_ampl_hears_of_stationary_points_and_gives_options_in_two_places(
         ] == f"objno 0 {number}"
 
 
-def test_number_for_ampl_says_solved_of_nothing_but_what_is_solved() -> None:
+def test_number_for_ampl_says_solved_of_nothing_but_what_is_solved():
     assert {status for status, number in NUMBERS.items() if number < 200} == {
         Status.SOLVED
     }
@@ -72,9 +68,7 @@ def test_number_for_ampl_says_solved_of_nothing_but_what_is_solved() -> None:
     )
 
 
-def test_run_without_a_finite_point_writes_no_values(
-    models: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_run_without_a_finite_point_writes_no_values(models, monkeypatch):
     run = SimpleNamespace(
         message="a message",
         iterations=1,
@@ -94,7 +88,7 @@ def test_run_without_a_finite_point_writes_no_values(
         assert (lines[-2], lines[-1]) == ("0", f"objno 0 {told}")
 
 
-def test_terms_that_cancel_keep_their_domain(lcp: Lcp, folder: Path) -> None:
+def test_terms_that_cancel_keep_their_domain(lcp, folder):
     log = ("log", "v0")
     for name, terms in (
         ("difference", ("-", log, log)),
@@ -109,7 +103,7 @@ def test_terms_that_cancel_keep_their_domain(lcp: Lcp, folder: Path) -> None:
         assert done.code == 1, done
 
 
-def test_nonlinear_problems_are_verified_in_python() -> None:
+def test_nonlinear_problems_are_verified_in_python():
     problem = literature.josephy()
     assert lcpcli.check(problem, problem.solutions[0]).accepted
     assert not lcpcli.check(problem, [0, 0, 0, 1]).accepted
@@ -124,26 +118,26 @@ def test_nonlinear_problems_are_verified_in_python() -> None:
     ).accepted
 
 
-def test_inspection_in_python_counts_the_operators_of_a_model(models: Path) -> None:
+def test_inspection_in_python_counts_the_operators_of_a_model(models):
     inspected = lcpcli.inspect(lcpcli.read_nl(models / "market.nl"))
     assert inspected.operators == {"power": 1, "quotient": 1}
     assert (inspected.common_expressions, inspected.fixed_variables) == (0, 1)
 
 
 @pytest.mark.parametrize("command", ["solve twice.nl", "solve twice.nl linear.nl"])
-def test_a_fault_has_its_file_and_names(command: str, lcp: Lcp) -> None:
+def test_a_fault_has_its_file_and_names(command, lcp):
     first = lcp(f"{command} --format json").out.splitlines()[0]
     fault = json.loads(first)
     assert (fault["file"], fault["field"]) == ("twice.nl", "clearing")
     assert fault["message"].startswith("twice.nl: clearing: complements price, and so")
 
 
-def test_a_fault_of_one_model_leaves_others_their_methods(lcp: Lcp) -> None:
+def test_a_fault_of_one_model_leaves_others_their_methods(lcp):
     done = lcp("compare twice.nl market.nl --format csv")
     assert (done.code, "josephy-newton" in done.out) == (2, True)
 
 
-def test_inspection_of_problems_without_an_expression_has_no_operators() -> None:
+def test_inspection_of_problems_without_an_expression_has_no_operators():
     # J of the first one is singular at 0.
     for problem, hints in ((literature.josephy(), 1), (literature.bratu(12), 0)):
         inspected = lcpcli.inspect(problem)

@@ -5,18 +5,16 @@ from __future__ import annotations
 
 import json
 import re
-from collections.abc import Callable
-from pathlib import Path
 
 import pytest
 
 from ..wordings import DID_YOU_MEAN
-from .conftest import EXAMPLE, GOOD, Lcp, assert_refused, record
+from .conftest import EXAMPLE, GOOD, assert_refused, record
 from .models import LINEAR, MARKET
 
 
 @pytest.fixture
-def tables(folder: Path) -> Path:
+def tables(folder):
     """The folder with Mq.csv, which has M and q; other.csv, of the same shape with
     another M; and two.csv, two q."""
     for name, text in {
@@ -28,9 +26,7 @@ def tables(folder: Path) -> Path:
     return folder
 
 
-def test_a_file_beside_the_report_is_announced_unless_it_is_to_be_quiet(
-    lcp: Lcp, folder: Path
-) -> None:
+def test_a_file_beside_the_report_is_announced_unless_it_is_to_be_quiet(lcp, folder):
     pytest.importorskip("matplotlib")
     path = "path good.json --direction 1,1 --to 2"
     for line in (
@@ -52,9 +48,7 @@ def test_a_file_beside_the_report_is_announced_unless_it_is_to_be_quiet(
 
 
 @pytest.mark.parametrize("width", [60, 80, 120])
-def test_the_table_of_many_keeps_to_the_width(
-    width: int, lcp: Lcp, folder: Path, terminal: Callable[[int, bool], None]
-) -> None:
+def test_the_table_of_many_keeps_to_the_width(width, lcp, folder, terminal):
     terminal(width, False)
     long = folder / "a-folder-with-a-long-name"
     long.mkdir()
@@ -71,9 +65,7 @@ def test_the_table_of_many_keeps_to_the_width(
     assert [("  k" in shown[0]), ("  by" in shown[0])] == [width > 60, width == 120]
 
 
-def test_a_program_fits_on_a_screen_and_its_objective_is_in_the_verdict(
-    lcp: Lcp, folder: Path
-) -> None:
+def test_a_program_fits_on_a_screen_and_its_objective_is_in_the_verdict(lcp, folder):
     n = 60
     program = {
         "c": list(range(1, n + 1)),
@@ -91,9 +83,7 @@ def test_a_program_fits_on_a_screen_and_its_objective_is_in_the_verdict(
 
 
 @pytest.mark.usefixtures("folder")
-def test_tables_show_0_for_residuals_that_are_rounding_and_json_all_digits(
-    lcp: Lcp,
-) -> None:
+def test_tables_show_0_for_residuals_that_are_rounding_and_json_all_digits(lcp):
     lcp("make harker-pang -n 20 -o rounded.json")
     assert (
         0 < record(lcp("solve rounded.json --format json"))["relative_residual"] < 1e-14
@@ -112,7 +102,7 @@ OTHER_NAMES = {
 
 
 @pytest.mark.parametrize("method", OTHER_NAMES)
-def test_a_method_is_suggested_for_another_name(lcp: Lcp, method: str) -> None:
+def test_a_method_is_suggested_for_another_name(lcp, method):
     for word in OTHER_NAMES[method].split():
         assert_refused(
             lcp(f"solve {EXAMPLE} --method {word}"), DID_YOU_MEAN.format(method)
@@ -121,9 +111,7 @@ def test_a_method_is_suggested_for_another_name(lcp: Lcp, method: str) -> None:
         assert DID_YOU_MEAN.format(method) in helped.err or method in helped.out
 
 
-def test_pages_that_explain_a_word_come_before_those_that_only_have_it(
-    lcp: Lcp,
-) -> None:
+def test_pages_that_explain_a_word_come_before_those_that_only_have_it(lcp):
     pages = [
         line.split()[0]
         for line in lcp("help tables").out.splitlines()[1:]
@@ -139,9 +127,7 @@ def test_pages_that_explain_a_word_come_before_those_that_only_have_it(
     "words",
     [("inspect", "linear.nl"), ("inspect", "market.nl"), ("solve", "q.csv")],
 )
-def test_a_second_file_beside_a_model_is_refused(
-    lcp: Lcp, folder: Path, name: str, words: tuple[str, ...]
-) -> None:
+def test_a_second_file_beside_a_model_is_refused(lcp, folder, name, words):
     for each, content in {"market": MARKET, "linear": LINEAR}.items():
         (folder / f"{each}.nl").write_bytes(content)
     assert_refused(

@@ -8,7 +8,6 @@ import sys
 import threading
 import time
 from collections.abc import Callable
-from pathlib import Path
 from pkgutil import resolve_name
 from typing import Any
 
@@ -16,7 +15,6 @@ import pytest
 
 from lcpcli.cli import terminal
 
-from .conftest import Lcp
 from .terminals import Terminal, lines_in
 
 MAX_SECONDS = 60  # that a step waits for its name
@@ -62,9 +60,7 @@ LONG_STEPS = {
 
 @pytest.mark.usefixtures("folder")
 @pytest.mark.parametrize("line", LONG_STEPS)
-def test_long_step_is_named_with_the_time_so_far(
-    line: str, lcp: Lcp, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_long_step_is_named_with_the_time_so_far(line, lcp, monkeypatch):
     """It is as long as it takes until the terminal shows its name."""
     name, text = LONG_STEPS[line]
     others = set(threading.enumerate())  # such as of calls that were abandoned
@@ -72,7 +68,7 @@ def test_long_step_is_named_with_the_time_so_far(
     step: Callable[..., Any] = resolve_name(name)
     named_in_time: list[bool] = []
 
-    def long_step(*given: Any, **named: Any) -> Any:
+    def long_step(*given, **named):
         end = time.monotonic() + MAX_SECONDS
         while text not in stream.getvalue() and time.monotonic() < end:
             time.sleep(0.01)
@@ -87,9 +83,7 @@ def test_long_step_is_named_with_the_time_so_far(
     assert set(threading.enumerate()) <= others
 
 
-def test_folder_has_a_bar_with_the_number_of_its_files(
-    lcp: Lcp, folder: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_folder_has_a_bar_with_the_number_of_its_files(lcp, folder, monkeypatch):
     stream = watched(monkeypatch)
     for name in ("M.csv", "q.csv"):
         (folder / name).unlink()

@@ -4,7 +4,6 @@ the fault and how to mend it, before anything is solved or written."""
 from __future__ import annotations
 
 import json
-from collections.abc import Callable
 from pathlib import Path
 
 import pytest
@@ -625,9 +624,7 @@ REFUSALS: list[Refusal] = [
 
 
 @pytest.mark.parametrize("refusal", REFUSALS, ids=str)
-def test_a_command_line_that_cannot_be_run_is_refused(
-    refusal: Refusal, refused: Callable[[str, Files], str]
-) -> None:
+def test_a_command_line_that_cannot_be_run_is_refused(refusal, refused):
     assert refused(refusal.command, refusal.files) == refusal.line
 
 
@@ -647,9 +644,7 @@ def test_a_command_line_that_cannot_be_run_is_refused(
         "why good.json --weights {}",
     ],
 )
-def test_a_name_of_thousands_of_letters_is_cut_in_the_line(
-    command: str, refused: Callable[[str, Files], str]
-) -> None:
+def test_a_name_of_thousands_of_letters_is_cut_in_the_line(command, refused):
     line = refused(command.format("a" * 5000), GOOD)
     assert ("a" * 40 in line, "a" * 41 in line) == (True, False)
     assert len(line) < 300

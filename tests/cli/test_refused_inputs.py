@@ -5,16 +5,14 @@ from __future__ import annotations
 
 import io
 import json
-from collections.abc import Sequence
 from fractions import Fraction
-from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
 from scipy import sparse
 
-from .conftest import Lcp, assert_refused, record
+from .conftest import assert_refused, record
 
 LCP: dict[str, Any] = {"M": [[2, 1], [1, 2]], "q": [-5, -6]}
 QP: dict[str, Any] = {"Q": [[2, 0], [0, 2]], "c": [-2, -4]}
@@ -140,21 +138,19 @@ NPZ = [
 
 
 @pytest.mark.parametrize(("fields", "words"), JSON, ids=[words for _, words in JSON])
-def test_object_in_json(
-    fields: dict[str, Any], words: str, lcp: Lcp, in_folder: Path
-) -> None:
+def test_object_in_json(fields, words, lcp, in_folder):
     (in_folder / "bad.json").write_text(json.dumps(fields))
     assert_refused(lcp("solve bad.json"), "lcp: bad.json: ", words)
 
 
 @pytest.mark.parametrize(("text", "words"), CSV, ids=[words for _, words in CSV])
-def test_table(text: str, words: str, lcp: Lcp, in_folder: Path) -> None:
+def test_table(text, words, lcp, in_folder):
     (in_folder / "bad.csv").write_text(text)
     assert_refused(lcp("solve bad.csv"), f"lcp: bad.csv: {words}")
 
 
 @pytest.mark.parametrize(("arrays", "words"), NPZ, ids=[words for _, words in NPZ])
-def test_arrays(arrays: dict[str, Any], words: str, lcp: Lcp, in_folder: Path) -> None:
+def test_arrays(arrays, words, lcp, in_folder):
     (in_folder / "bad.npz").write_bytes(archive(**arrays))
     assert_refused(lcp("solve bad.npz"), f"lcp: bad.npz: {words}")
 
@@ -174,8 +170,8 @@ LOST = [
 @pytest.mark.parametrize("files", LOST)
 @pytest.mark.parametrize("command", ["solve", "inspect", "compare"])
 def test_a_number_that_is_0_only_in_double_precision_is_refused(
-    command: str, files: dict[str, str], lcp: Lcp, in_folder: Path
-) -> None:
+    command, files, lcp, in_folder
+):
     """So that nothing is proved of a problem with 0 in its place."""
     for name, text in files.items():
         (in_folder / name).write_text(text)
@@ -200,8 +196,8 @@ LOST_IN_FORMULATIONS: list[dict[str, Any]] = [
 @pytest.mark.parametrize("data", LOST_IN_FORMULATIONS, ids=lambda data: " ".join(data))
 @pytest.mark.parametrize("options", [(), ("--exact",), ("--all",)])
 def test_a_formulation_is_refused_in_exact_arithmetic_too(
-    options: Sequence[str], data: dict[str, Any], lcp: Lcp, in_folder: Path
-) -> None:
+    options, data, lcp, in_folder
+):
     """As its answers are computed in double precision, in which a number is 0."""
     (in_folder / "p.json").write_text(json.dumps(data))
     refused = lcp("solve", "p.json", *options)
@@ -221,13 +217,8 @@ def test_a_formulation_is_refused_in_exact_arithmetic_too(
     ],
 )
 def test_a_file_of_doubles_has_no_0_for_another_number(
-    value: str,
-    shown: str,
-    refusing: Sequence[str],
-    others: str,
-    lcp: Lcp,
-    in_folder: Path,
-) -> None:
+    value, shown, refusing, others, lcp, in_folder
+):
     data = {"M": [[value, 0], [0, 1]], "q": ["-1", -1]}
     (in_folder / "p.json").write_text(json.dumps(data))
     for ending in refusing:
@@ -243,8 +234,8 @@ def test_a_file_of_doubles_has_no_0_for_another_number(
 
 
 def test_a_number_of_too_large_an_exponent_is_refused_in_its_field_without_a_wrong_hint(
-    lcp: Lcp, in_folder: Path
-) -> None:
+    lcp, in_folder
+):
     (in_folder / "t.json").write_text('{"M": [[1]], "q": [-1e-6000]}')
     where, hint = "lcp: t.json: q: has ", "keep exponents between -5000 and 5000"
     lost = "'-1e-6000', which is 0 in double precision; scale the data"
@@ -254,9 +245,7 @@ def test_a_number_of_too_large_an_exponent_is_refused_in_its_field_without_a_wro
 
 
 @pytest.mark.parametrize("options", [[], ["--exact"]])
-def test_a_start_and_a_known_solution_may_round_to_0(
-    options: list[str], lcp: Lcp, in_folder: Path
-) -> None:
+def test_a_start_and_a_known_solution_may_round_to_0(options, lcp, in_folder):
     text = '{"M": [[1]], "q": [1], "x0": [1e-400], "solution": [1e-400]}'
     (in_folder / "t.json").write_text(text)
     outcome = lcp("solve", "t.json", "-f", "json", *options)
@@ -265,9 +254,7 @@ def test_a_start_and_a_known_solution_may_round_to_0(
     assert '"x0": [1E-400]' in (in_folder / "copy.json").read_text()
 
 
-def test_a_q_that_is_0_only_in_double_precision_is_refused(
-    lcp: Lcp, in_folder: Path
-) -> None:
+def test_a_q_that_is_0_only_in_double_precision_is_refused(lcp, in_folder):
     (in_folder / "M.csv").write_text("1\n")
     for q in ("-1e-400\n", "-1,-1e-400\n"):  # one, and one in each column
         (in_folder / "q.csv").write_text(q)
@@ -275,25 +262,21 @@ def test_a_q_that_is_0_only_in_double_precision_is_refused(
 
 
 @pytest.mark.parametrize("files", LOST)
-def test_exact_arithmetic_has_numbers_that_doubles_have_not(
-    files: dict[str, str], lcp: Lcp, in_folder: Path
-) -> None:
+def test_exact_arithmetic_has_numbers_that_doubles_have_not(files, lcp, in_folder):
     for name, text in files.items():
         (in_folder / name).write_text(text)
     solved = record(lcp("solve", "--exact", *files, "-f", "json"))
     assert (solved["status"], solved["exact"]["z"]) == ("solved", [str(10**400)])
 
 
-def test_a_subnormal_number_is_no_0(lcp: Lcp, in_folder: Path) -> None:
+def test_a_subnormal_number_is_no_0(lcp, in_folder):
     (in_folder / "t.json").write_text('{"M": [[1e-320]], "q": [-1e-320]}')
     solved = record(lcp("solve t.json -f json"))
     assert (solved["status"], solved["z"]) == ("solved", [1.0])
 
 
 @pytest.mark.parametrize("table", ["-5,-1e-200\n-6,-3\n", "a1e-400,b\n-5,-6\n-3,-2\n"])
-def test_several_q_with_small_numbers_are_solved(
-    table: str, lcp: Lcp, in_folder: Path
-) -> None:
+def test_several_q_with_small_numbers_are_solved(table, lcp, in_folder):
     (in_folder / "M.csv").write_text("2,1\n1,2\n")
     (in_folder / "Q.csv").write_text(table)
     told = lcp("solve M.csv Q.csv -f json")

@@ -4,15 +4,13 @@ read again; and names of files that begin like numbers."""
 from __future__ import annotations
 
 import json
-from pathlib import Path
-from typing import Any
 
 import pytest
 
 from lcpcli.cli.problems import Runs
 from lcpcli.files.formats import is_result
 
-from .conftest import GOOD, Lcp, interrupt, records
+from .conftest import GOOD, interrupt, records
 
 BOTH = "solve good.json none.json"
 
@@ -30,8 +28,8 @@ BOTH = "solve good.json none.json"
 )
 @pytest.mark.parametrize("suffix", ["json", "JSON"])
 def test_json_file_of_several_runs_is_one_list_with_the_records_of_the_lines(
-    suffix: str, line: str, lcp: Lcp, folder: Path
-) -> None:
+    suffix, line, lcp, folder
+):
     (folder / "Q.csv").write_text("-5,1\n-6,2\n")
     lcp(f"{line} -o out.{suffix}")
     lcp(f"{line} -o out.jsonl")
@@ -46,15 +44,13 @@ def test_json_file_of_several_runs_is_one_list_with_the_records_of_the_lines(
     assert is_result(content.encode())
 
 
-def test_json_file_of_one_run_is_an_object_and_output_to_a_pipe_has_lines(
-    lcp: Lcp, folder: Path
-) -> None:
+def test_json_file_of_one_run_is_an_object_and_output_to_a_pipe_has_lines(lcp, folder):
     lcp("solve good.json -o out.json")
     assert isinstance(json.loads((folder / "out.json").read_text()), dict)
     assert len(records(lcp(f"{BOTH} --format json"))) == 2
 
 
-def test_list_of_results_is_read_where_lines_are(lcp: Lcp, folder: Path) -> None:
+def test_list_of_results_is_read_where_lines_are(lcp, folder):
     (folder / "other.json").write_text(GOOD.replace("5", "4"))
     line = "solve other.json good.json"
     lcp(f"{line} -o out.json")
@@ -73,12 +69,10 @@ def test_list_of_results_is_read_where_lines_are(lcp: Lcp, folder: Path) -> None
     assert told in lcp("solve .").err
 
 
-def test_interrupted_run_leaves_a_whole_list(
-    lcp: Lcp, folder: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_interrupted_run_leaves_a_whole_list(lcp, folder, monkeypatch):
     run, left = Runs.results, iter([1])
 
-    def once(*given: Any, **named: Any) -> Any:
+    def once(*given, **named):
         return run(*given, **named) if any(left) else interrupt()
 
     monkeypatch.setattr(Runs, "results", once)
@@ -103,9 +97,7 @@ MINUS = {
 
 
 @pytest.mark.parametrize("line", MINUS)
-def test_file_may_have_a_name_that_begins_like_a_negative_number(
-    line: str, lcp: Lcp, folder: Path
-) -> None:
+def test_file_may_have_a_name_that_begins_like_a_negative_number(line, lcp, folder):
     (folder / "-1.json").write_text(GOOD)
     (folder / "-1.csv").write_text("1\n-1\n")
     (folder / "-5.csv").write_text(f"{4 / 3}\n{7 / 3}\n")

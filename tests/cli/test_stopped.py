@@ -33,7 +33,7 @@ from lcpcli.parametric import following
 from lcpcli.solving import loop
 
 from ..conftest import Outcome
-from .conftest import EXAMPLE, MAIN, Lcp, interrupt, python, record, records
+from .conftest import EXAMPLE, MAIN, interrupt, python, record, records
 
 pytestmark = pytest.mark.skipif(sys.platform == "win32", reason="has no such signals")
 
@@ -55,9 +55,7 @@ UNEXAMINED = (
 
 
 @pytest.fixture
-def stopped(
-    lcp: Lcp, folder: Path, monkeypatch: pytest.MonkeyPatch
-) -> Callable[..., Outcome]:
+def stopped(lcp, folder, monkeypatch):
     """Run a command that gets a signal, or an error, at a call of a function: after so
     many others, or at the first one with such arguments."""
     rng = np.random.default_rng(0)
@@ -69,19 +67,14 @@ def stopped(
     (folder / "game.json").write_text(json.dumps({"A": A, "B": B}))
     (folder / "murty.json").write_text('{"M": [[1, 2], [2, 1]], "q": [-1, -1]}')
 
-    def run(
-        line: str,
-        place: str,
-        when: int | Callable[..., bool],
-        cause: int | type[BaseException],
-    ) -> Outcome:
+    def run(line, place, when, cause):
         function, number, over = (
             pkgutil.resolve_name(place),
             itertools.count(),
             list[bool](),
         )
 
-        def counted(*given: Any, **named: Any) -> Any:
+        def counted(*given, **named):
             if not over and (
                 next(number) == when if isinstance(when, int) else when(*given)
             ):
@@ -210,9 +203,7 @@ TOLD = {
 
 @SIGNALS
 @pytest.mark.parametrize("stage", STAGES)
-def test_signal_leaves_what_is_finished(
-    stage: str, number: int, code: int, stopped: Callable[..., Outcome], folder: Path
-) -> None:
+def test_signal_leaves_what_is_finished(stage, number, code, stopped, folder):
     for package in ("flint", "matplotlib"):
         pytest.importorskip(package)
     line, place, when, expected = STAGES[stage]
@@ -241,8 +232,8 @@ def test_signal_leaves_what_is_finished(
     ],
 )
 def test_record_cut_before_its_conclusions_is_made_again_when_the_log_is_resumed(
-    problem: str, place: str, stopped: Callable[..., Outcome], lcp: Lcp
-) -> None:
+    problem, place, stopped, lcp
+):
     files = f"solve {problem} {EXAMPLE}"
     assert lcp(f"{files} -o whole.jsonl").code == 0
     cut = stopped(f"{files} -o cut.jsonl", f"lcpcli.{place}", 0, signal.SIGINT)
@@ -260,9 +251,7 @@ def test_record_cut_before_its_conclusions_is_made_again_when_the_log_is_resumed
     assert resumed == whole
 
 
-def test_path_that_is_stopped_has_its_points_in_a_file_and_says_why(
-    stopped: Callable[..., Outcome],
-) -> None:
+def test_path_that_is_stopped_has_its_points_in_a_file_and_says_why(stopped):
     check, path = (
         "lcpcli.parametric.following.raise_if_timed_out",
         "path from.npz to.npz",
@@ -293,9 +282,9 @@ def test_path_that_is_stopped_has_its_points_in_a_file_and_says_why(
 
 @pytest.mark.parametrize("kind", [ImportError, SystemError])
 def test_interrupt_that_a_library_wraps_is_one_and_leaves_what_is_measured(
-    kind: type[Exception], lcp: Lcp, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    def wrapped(*_: Any) -> Any:
+    kind, lcp, monkeypatch
+):
+    def wrapped(*_):
         raise kind("returned a result with an exception set") from KeyboardInterrupt()
 
     pytest.importorskip("piqp")
@@ -374,17 +363,13 @@ InputFile.problem = read
     [LOADING, IN_A_CALLBACK, IN_LLVM],
     ids=["modules are loaded", "a callback runs", "LLVM is called"],
 )
-def test_interrupt_while_the_interpreter_is_at_work_ends_without_a_word(
-    program: str,
-) -> None:
+def test_interrupt_while_the_interpreter_is_at_work_ends_without_a_word(program):
     done = python(program, "solve", EXAMPLE, timeout=60)
     assert (done.returncode, done.stdout, done.stderr.strip()) == (130, "", "")
 
 
 @SIGNALS
-def test_signal_while_a_file_is_read_ends_at_once(
-    number: signal.Signals, code: int, tmp_path: Path
-) -> None:
+def test_signal_while_a_file_is_read_ends_at_once(number, code, tmp_path):
     pipe = tmp_path / "problem.json"
     os.mkfifo(pipe)
     command = [
@@ -409,13 +394,13 @@ def test_signal_while_a_file_is_read_ends_at_once(
 
 
 @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
-def test_signal_waits_until_files_are_whole(number: int, tmp_path: Path) -> None:
+def test_signal_waits_until_files_are_whole(number, tmp_path):
     class Pressed(io.BytesIO):
-        def read(self, size: int | None = -1) -> bytes:
+        def read(self, size=-1):
             signal.raise_signal(number)
             return super().read(size)
 
-    def handler(*_: Any) -> None:
+    def handler(*_):
         seen.append({path.name: path.read_text() for path in tmp_path.iterdir()})
 
     seen: list[dict[str, str]] = []
@@ -432,21 +417,21 @@ def test_signal_waits_until_files_are_whole(number: int, tmp_path: Path) -> None
 
 @SIGNALS
 def test_signal_while_an_extension_module_loads_is_not_lost(
-    number: int, code: int, lcp: Lcp, monkeypatch: pytest.MonkeyPatch
-) -> None:
+    number, code, lcp, monkeypatch
+):
     class Loader(ExtensionFileLoader):
         path = "compiled.so"
 
-        def __init__(self) -> None: ...
+        def __init__(self): ...
 
         @property
-        def name(self) -> str:  # which is read while the module is set up
+        def name(self):  # which is read while the module is set up
             # As the set-up of modules that Cython has compiled.
             with suppress(BaseException):
                 signal.raise_signal(number)
             return "compiled"
 
-    def load(*_: Any) -> None:  # and work for a minute
+    def load(*_):  # and work for a minute
         Loader().exec_module(ModuleType("compiled"))
         for _ in range(6000):
             time.sleep(0.01)
@@ -455,7 +440,7 @@ def test_signal_while_an_extension_module_loads_is_not_lost(
     assert lcp(f"solve {EXAMPLE}").code == code
 
 
-def test_ctrl_c_that_the_caller_ignores_stays_ignored(lcp: Lcp) -> None:
+def test_ctrl_c_that_the_caller_ignores_stays_ignored(lcp):
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     try:
         assert lcp("--version").code == 0
@@ -479,7 +464,7 @@ CALLS: dict[str, Callable[..., Any]] = {
 
 
 @pytest.fixture
-def _interrupted(monkeypatch: pytest.MonkeyPatch) -> None:
+def _interrupted(monkeypatch):
     monkeypatch.setattr(loop, "in_range", interrupt)
     monkeypatch.setattr(
         "lcpcli.solving.direct_run.Session.result_if_accepted", interrupt
@@ -488,7 +473,7 @@ def _interrupted(monkeypatch: pytest.MonkeyPatch) -> None:
 
 @pytest.mark.usefixtures("_interrupted")
 @pytest.mark.parametrize("name", CALLS)
-def test_ctrl_c_raises_with_the_best_iterate_or_returns_it(name: str) -> None:
+def test_ctrl_c_raises_with_the_best_iterate_or_returns_it(name):
     pytest.importorskip("flint")
     call = CALLS[name]
     with pytest.raises(lcpcli.Interrupted, match="interrupted") as ending:
@@ -508,7 +493,7 @@ def test_ctrl_c_raises_with_the_best_iterate_or_returns_it(name: str) -> None:
 
 
 @pytest.mark.usefixtures("_interrupted")
-def test_ctrl_c_is_not_lost_although_the_last_iterate_is_a_solution() -> None:
+def test_ctrl_c_is_not_lost_although_the_last_iterate_is_a_solution():
     solved = lcpcli.run(lcpcli.Problem([[2, 1], [1, 2]], [5, 6]), interrupts="return")
     assert (solved.status, solved.interrupted) == (Status.SOLVED, True)
 
@@ -516,9 +501,7 @@ def test_ctrl_c_is_not_lost_although_the_last_iterate_is_a_solution() -> None:
 LINEAR = {"Q": None, "c": [1, 1], "A": [[1, 1]], "row_lower": [1]}
 
 
-def test_ctrl_c_after_the_iteration_raises_with_the_best_iterate(
-    monkeypatch: pytest.MonkeyPatch,
-) -> None:
+def test_ctrl_c_after_the_iteration_raises_with_the_best_iterate(monkeypatch):
     once, real = iter([interrupt]), loop.Loop.result
     monkeypatch.setattr(loop.Loop, "result", lambda *given: next(once, real)(*given))
     problem = lcpcli.from_qp(**LINEAR)
@@ -531,8 +514,8 @@ def test_ctrl_c_after_the_iteration_raises_with_the_best_iterate(
 
 
 def test_ctrl_c_while_a_conclusion_is_worked_out_leaves_it_to_the_next_reader(
-    monkeypatch: pytest.MonkeyPatch,
-) -> None:
+    monkeypatch,
+):
     result = lcpcli.run(lcpcli.from_qp(**LINEAR))
     with monkeypatch.context() as patched:
         patched.setattr(

@@ -7,9 +7,8 @@ from __future__ import annotations
 
 import json
 import re
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from fractions import Fraction
-from pathlib import Path
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -27,7 +26,6 @@ from lcpcli.model.words import coefficients
 from lcpcli.rational.exact_problem import ExactProblem
 from lcpcli.report import solutions
 
-Lcp = Callable[..., Any]
 SOURCE = Source("best.json")
 
 
@@ -69,7 +67,7 @@ def _lines(pieces: list[Any]) -> list[Any]:
     return [line for each in pieces for line in each.lines]
 
 
-def test_it_is_the_best_of_all_solutions() -> None:
+def test_it_is_the_best_of_all_solutions():
     ends: list[str] = []
     for seed in range(45):
         problem, costs = random_problem(seed)
@@ -92,7 +90,7 @@ def test_it_is_the_best_of_all_solutions() -> None:
     assert {"optimal", "unbounded", "unsolvable"} == set(ends)
 
 
-def test_a_constant_that_is_large_enough_elsewhere_is_none_here() -> None:
+def test_a_constant_that_is_large_enough_elsewhere_is_none_here():
     """Bilevel programs are solved wrongly with complementarity by constants of 1e4 or
     so: z_1 = 1e9 is no error."""
     problem = lcpcli.Problem(
@@ -104,9 +102,7 @@ def test_a_constant_that_is_large_enough_elsewhere_is_none_here() -> None:
     assert lcpcli.optimum(problem, {"z1": -1, "z3": -1, "z2": 1}).z == [5, 10**9, 1]
 
 
-def test_at_a_limit_there_is_the_best_so_far_and_a_proved_gap(
-    lcp: Lcp, tmp_path: Path
-) -> None:
+def test_at_a_limit_there_is_the_best_so_far_and_a_proved_gap(lcp, tmp_path):
     problem = make("planted", 40, seed=1)
     found = lcpcli.optimum(problem, np.ones(40), time_limit=0.05)
     assert found.status == "time_limit"
@@ -118,7 +114,7 @@ def test_at_a_limit_there_is_the_best_so_far_and_a_proved_gap(
     assert (ended.code, json.loads(ended.out)["status"]) == (1, "time_limit")
 
 
-def test_the_best_equilibrium_of_a_player_is_the_least_of_its_costs() -> None:
+def test_the_best_equilibrium_of_a_player_is_the_least_of_its_costs():
     entry = """EFG 2 R "entry" { "entrant" "incumbent" } p "" 1 1 "" { "in" "out" } 0
         p "" 2 1 "" { "fight" "share" } 0 t "" 1 "" { -1 -1 } t "" 2 "" { 1 1 }
         t "" 3 "" { 0 2 }"""
@@ -126,7 +122,7 @@ def test_the_best_equilibrium_of_a_player_is_the_least_of_its_costs() -> None:
     plans = [
         lcpcli.optimum(problem, f'"cost of {who}"').z[:3]
         for who in ("entrant", "incumbent")
-    ]  # type: ignore[index]
+    ]
     assert plans == [[1, 1, 0], [1, 0, 1]]
     values = [
         lcpcli.optimum(problem, f'"payoff of {who}"', sense="max").value
@@ -135,7 +131,7 @@ def test_the_best_equilibrium_of_a_player_is_the_least_of_its_costs() -> None:
     assert values == [1, 2]
 
 
-def test_the_best_equilibrium_by_payoffs_is_that_of_all_equilibria() -> None:
+def test_the_best_equilibrium_by_payoffs_is_that_of_all_equilibria():
     random = np.random.default_rng(3)
     for _ in range(15):
         shape = random.integers(1, 5, 2)
@@ -170,7 +166,7 @@ THIRDS = ([["1/3", "2/3"], ["1/3", "2/3"]], [["1/3", 0], [0, "1/3"]])
 
 
 @pytest.mark.parametrize("payoffs", [MEANS, THIRDS])
-def test_the_best_equilibrium_is_one_of_the_payoffs_as_written(payoffs: Any) -> None:
+def test_the_best_equilibrium_is_one_of_the_payoffs_as_written(payoffs):
     game = lcpcli.from_game(*payoffs)
     everything = lcpcli.solutions(game)
     list(everything)
@@ -187,16 +183,14 @@ def value_of(objective: dict[str, int], payoffs: tuple[Fraction, Fraction]) -> F
     )
 
 
-def test_a_multiplier_of_a_maximum_has_its_sign_by_name_and_that_of_z_by_place() -> (
-    None
-):
+def test_a_multiplier_of_a_maximum_has_its_sign_by_name_and_that_of_z_by_place():
     sides = {"row_upper": [1], "rows": ["row"], "columns": ["x", "y"], "sense": "max"}
     problem = lcpcli.from_qp([[-2, 0], [0, -2]], [4, 4], [[1, 1]], **sides)
     assert lcpcli.optimum(problem, {"row": 1}).value == 3
     assert lcpcli.optimum(problem, {"z3": 1}).value == -3
 
 
-def test_objectives_are_sums_in_which_terms_of_one_unknown_add_up() -> None:
+def test_objectives_are_sums_in_which_terms_of_one_unknown_add_up():
     problem = lcpcli.Problem(
         [[1, 2], [2, 1]], [-1, -1], names=["first price", "second"]
     )
@@ -213,9 +207,7 @@ def test_objectives_are_sums_in_which_terms_of_one_unknown_add_up() -> None:
 @given(
     st.integers(-(10**9), 10**9), st.integers(1, 10**9), st.sampled_from(["min", "max"])
 )
-def test_every_number_that_is_shown_of_an_optimum_is_a_bound(
-    p: int, d: int, sense: str
-) -> None:
+def test_every_number_that_is_shown_of_an_optimum_is_a_bound(p, d, sense):
     problem = lcpcli.Problem([[d]], [-p], lower=-np.inf)
     found = lcpcli.optimum(problem, [1], sense=sense)
     side = 1 if sense == "max" else -1
@@ -239,7 +231,7 @@ def test_every_number_that_is_shown_of_an_optimum_is_a_bound(
         )
 
 
-def test_at_a_limit_the_best_so_far_and_the_bound_are_rounded_apart() -> None:
+def test_at_a_limit_the_best_so_far_and_the_bound_are_rounded_apart():
     third = Fraction(1, 3)
     for sense, value, bound in (("min", 2 * third, third), ("max", third, 2 * third)):
         found = Optimum(
@@ -261,9 +253,7 @@ def test_at_a_limit_the_best_so_far_and_the_bound_are_rounded_apart() -> None:
         assert Fraction(record["gap"]) >= third
 
 
-def test_a_table_of_an_optimum_says_where_it_is_cut(
-    lcp: Lcp, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_a_table_of_an_optimum_says_where_it_is_cut(lcp, tmp_path, monkeypatch):
     n, file = 13, tmp_path / "p.json"
     monkeypatch.setattr(solutions, "MAX_LINES", n - 1)
     diagonal = {
@@ -373,7 +363,7 @@ PROGRAMS = [
 
 
 @pytest.mark.parametrize("program", PROGRAMS, ids=lambda program: program.source)
-def test_the_optimum_is_the_published_one(program: Program) -> None:
+def test_the_optimum_is_the_published_one(program):
     problem = program.problem()
     costs = {f"z{i}": Fraction(str(cost)) for i, cost in enumerate(program.leader, 1)}
     found = lcpcli.optimum(ExactProblem.of_decimals(problem), costs)

@@ -5,9 +5,6 @@ from __future__ import annotations
 
 import json
 import os
-from collections.abc import Callable
-from pathlib import Path
-from typing import Any
 
 import numpy as np
 import pytest
@@ -21,7 +18,6 @@ from lcpcli.inspection.verdict import YES, classify
 from lcpcli.rational.exact_problem import ExactProblem
 from lcpcli.solving.proof import with_reference
 
-Lcp = Callable[..., Any]
 COUNT = int(os.environ.get("LCP_ORACLE", "20"))
 
 
@@ -29,7 +25,7 @@ def found(problem: Problem, z: np.ndarray) -> others.Findings:
     return others.search_others(problem, z, lambda: ExactProblem.of_decimals(problem))
 
 
-def test_nothing_is_claimed_without_a_solution_or_of_many_unknowns() -> None:
+def test_nothing_is_claimed_without_a_solution_or_of_many_unknowns():
     assert found(families.make("infeasible", 5, 0), np.zeros(5)).others is None
     assert not others.is_asked(families.make("tridiagonal", others.MAX_UNKNOWNS + 1, 0))
     assert not others.is_asked(from_qp(np.eye(2), [1, 1]))
@@ -38,15 +34,15 @@ def test_nothing_is_claimed_without_a_solution_or_of_many_unknowns() -> None:
 @pytest.mark.parametrize("family", ["tridiagonal", "harker-pang"])
 @pytest.mark.parametrize("n", [4, 50])
 def test_theorem_tells_of_definite_and_scaled_dominant_matrices_without_a_search(
-    family: str, n: int
-) -> None:
+    family, n
+):
     problem = families.make(family, n, 0)
     assert others.search_others(
         problem, run(problem).z, lambda: pytest.fail("a search was begun")
     ) == (False, True)
 
 
-def test_a_theorem_covers_every_matrix_proved_dominant_after_scaling() -> None:
+def test_a_theorem_covers_every_matrix_proved_dominant_after_scaling():
     """The scaling varies by 3^39, more than the digits of a double."""
     problem = families.make("all-cones", 40, 1)
     assert classify(problem.M, last="h_plus")["h_plus"].word == YES
@@ -58,7 +54,7 @@ def test_a_theorem_covers_every_matrix_proved_dominant_after_scaling() -> None:
     ) == (False, True)
 
 
-def test_more_than_a_few_unknowns_are_not_searched() -> None:
+def test_more_than_a_few_unknowns_are_not_searched():
     M = np.kron(np.eye(6), [[1, 2], [2, 1]])
     problem = Problem(M, -np.ones(12))
     assert (
@@ -72,8 +68,8 @@ def test_more_than_a_few_unknowns_are_not_searched() -> None:
 @settings(max_examples=50)
 @given(st.integers(0, 10**6), st.sampled_from([2, 3, 4]), st.booleans(), st.booleans())
 def test_theorem_says_only_what_all_solutions_in_fractions_show(
-    seed: int, n: int, is_mixed: bool, is_definite: bool
-) -> None:
+    seed, n, is_mixed, is_definite
+):
     generator = np.random.default_rng(seed)
     A = generator.integers(-3, 4, (n, n)).astype(float)
     M = A @ A.T if is_definite else A + np.diag(generator.integers(0, 3 * n, n))
@@ -87,9 +83,7 @@ def test_theorem_says_only_what_all_solutions_in_fractions_show(
         assert not others.is_only(problem, z + 1e-3)
 
 
-def test_theorem_tells_nothing_where_rounding_may_change_the_class_of_the_matrix() -> (
-    None
-):
+def test_theorem_tells_nothing_where_rounding_may_change_the_class_of_the_matrix():
     nearly = Problem([[1, 1], [1, 1 + 2e-16]], [-1, -1])
     assert not others.is_only(nearly, np.array([1.0, 0.0]))
     skew = Problem([[1e-17, 1], [-1, 1e-17]], [-1, 1])
@@ -100,8 +94,8 @@ def test_theorem_tells_nothing_where_rounding_may_change_the_class_of_the_matrix
     ("far", "is_told"), [(1e-5, True), (1e-7, False), (1e-12, False)]
 )
 def test_theorem_counts_what_rounding_the_rows_does_to_z_whatever_its_signs_are(
-    far: float, is_told: bool
-) -> None:
+    far, is_told
+):
     """With the rows as they are written, z_2 may differ in as many digits as 1e-16 /
     far has."""
     problem = Problem([[1, 1], [1, 1 + far]], [-2, -2 - far])
@@ -110,8 +104,8 @@ def test_theorem_counts_what_rounding_the_rows_does_to_z_whatever_its_signs_are(
 
 
 def test_a_solution_is_not_called_the_only_one_where_the_search_has_stopped(
-    monkeypatch: pytest.MonkeyPatch,
-) -> None:
+    monkeypatch,
+):
     real, murty = search.solutions, Problem([[1, 2], [2, 1]], [-1, -1])
     first = np.array(next(real(murty)).vertices[0], dtype=float)
     monkeypatch.setattr(
@@ -120,10 +114,8 @@ def test_a_solution_is_not_called_the_only_one_where_the_search_has_stopped(
     assert found(murty, first) == others.Findings(others=None, solvable=True)
 
 
-def test_error_in_the_search_for_others_leaves_the_solution(
-    lcp: Lcp, monkeypatch: pytest.MonkeyPatch, tmp_path: Path
-) -> None:
-    def broken(*_: object, **__: object) -> None:
+def test_error_in_the_search_for_others_leaves_the_solution(lcp, monkeypatch, tmp_path):
+    def broken(*_, **__):
         raise ValueError("broken")
 
     monkeypatch.setattr(others, "quick_search", broken)
@@ -153,7 +145,7 @@ def with_ones(generator: np.random.Generator, n: int, twins: bool) -> np.ndarray
 
 
 @pytest.mark.parametrize("twins", [False, True])
-def test_singular_matrices_are_searched_without_an_error(twins: bool) -> None:
+def test_singular_matrices_are_searched_without_an_error(twins):
     """Where v'DMv = 0 for all D for an eigenvector v, a cut had no entry that was not
     0."""
     generator, proved = np.random.default_rng(5), 0
@@ -170,7 +162,7 @@ def test_singular_matrices_are_searched_without_an_error(twins: bool) -> None:
     assert (proved > 0) == (not twins)
 
 
-def test_rows_that_are_only_just_not_dominant_leave_others() -> None:
+def test_rows_that_are_only_just_not_dominant_leave_others():
     """Diagonal entries are as large as the others of their rows together, which in
     doubles may look like more."""
     for M, q in (
@@ -181,16 +173,14 @@ def test_rows_that_are_only_just_not_dominant_leave_others() -> None:
         assert found(problem, run(problem).z).others is not False
 
 
-def test_only_solution_is_not_said_to_be_another_point_near_it() -> None:
+def test_only_solution_is_not_said_to_be_another_point_near_it():
     for distance, known in ((1e-9, False), (1e-5, None)):
         assert found(
             Problem([[2, 1], [1, 2]], [-5, -6]), np.array([4 / 3, 7 / 3]) + distance
         ) == (known, True)
 
 
-def test_errors_in_few_unknowns_refer_to_the_nearest_of_all_isolated_solutions() -> (
-    None
-):
+def test_errors_in_few_unknowns_refer_to_the_nearest_of_all_isolated_solutions():
     problem = others.with_all_references(
         with_reference(Problem([[1, 3], [2, 1]], [-3, -4]))
     )

@@ -30,5 +30,5 @@ csr_array(coupled) => M: {DEPENDENT:600}; {UP_TO_500}
 
 
 @pytest.mark.parametrize("refusal", REFUSALS, ids=str)
-def test_a_search_that_cannot_end_is_refused(refusal: Refusal) -> None:
+def test_a_search_that_cannot_end_is_refused(refusal):
     assert raised(refusal.command, NAMES) == refusal.line

@@ -105,7 +105,7 @@ def convex_problem(seed: int) -> lcpcli.Problem:
 
 
 @pytest.mark.parametrize("seed", range(60))
-def test_the_partition_is_the_same_inside_and_another_one_outside(seed: int) -> None:
+def test_the_partition_is_the_same_inside_and_another_one_outside(seed):
     problem = convex_problem(seed)
     data = ExactProblem.of_floats(problem)
     base, found = partition_of(data), lcpcli.why(problem)
@@ -149,7 +149,7 @@ def _check_ends(
             assert {*(end.leaves or ())} == base.inside() - beyond.inside()
 
 
-def test_ranges_hold_where_equations_depend_on_others_and_solutions_on_a_line() -> None:
+def test_ranges_hold_where_equations_depend_on_others_and_solutions_on_a_line():
     """The multipliers of two equations of one variable, which is at its bound, are
     only determined together."""
     M = [[0, -3, 3, 0, 3], [3, 0, 0, 0, 0], [-3, 0, 0, 0, 0], [0] * 5, [-3, 0, 0, 0, 0]]
@@ -169,7 +169,7 @@ def test_ranges_hold_where_equations_depend_on_others_and_solutions_on_a_line() 
                 _check_ends(data, base, field, i, each)
 
 
-def test_a_range_belongs_to_the_solution_of_a_problem_that_has_several() -> None:
+def test_a_range_belongs_to_the_solution_of_a_problem_that_has_several():
     """The first bound of Murty's problem at which z = (1/3, 1/3), (1, 0) or (0, 1)
     changes its partition depends on the solution that is found."""
     found = lcpcli.why(lcpcli.Problem([[1, 2], [2, 1]], [-1, -1]))
@@ -183,7 +183,7 @@ def test_a_range_belongs_to_the_solution_of_a_problem_that_has_several() -> None
                 assert there.is_solution(end.z)
 
 
-def test_what_is_said_of_ranges_names_the_solution_unless_m_is_monotone() -> None:
+def test_what_is_said_of_ranges_names_the_solution_unless_m_is_monotone():
     boxed = lcpcli.why(lcpcli.Problem([[-3]], [3], upper=2))
     assert boxed.message.endswith(
         "for the solutions near z = (0) alone, as M may not be monotone"
@@ -233,7 +233,7 @@ def _is_degenerate(highs: Any, basic: Any, program: dict[str, Any]) -> bool:
     )
 
 
-def test_ranges_of_programs_are_those_of_highs_where_no_basis_is_degenerate() -> None:
+def test_ranges_of_programs_are_those_of_highs_where_no_basis_is_degenerate():
     highspy = pytest.importorskip("highspy")
     from lcpcli.linalg.programs import highs_of_program
 
@@ -275,7 +275,7 @@ def _assert_near(own: Range, low: float, high: float) -> None:
             assert float(end.value) == pytest.approx(other, rel=1e-9, abs=1e-9)
 
 
-def test_ends_of_ranges_have_the_objective_and_the_basis_a_smaller_range() -> None:
+def test_ends_of_ranges_have_the_objective_and_the_basis_a_smaller_range():
     """Two ways at the same cost: the cost of each is at the end of its range, and a
     basis uses one of them alone."""
     problem = lcpcli.from_qp(None, [1, 1, 3], [[1, 1, 1]], row_lower=[4])
@@ -293,7 +293,7 @@ def test_ends_of_ranges_have_the_objective_and_the_basis_a_smaller_range() -> No
     assert first.basis in {(None, 1), (0, 1), (1, None)}
 
 
-def test_moving_a_number_beyond_a_crossing_of_bounds_is_refused_by_problems() -> None:
+def test_moving_a_number_beyond_a_crossing_of_bounds_is_refused_by_problems():
     """So that the range of a bound ends where it meets the other one."""
     problem = lcpcli.Problem([[1]], [-9], lower=[0], upper=[2])
     found = lcpcli.why(problem)

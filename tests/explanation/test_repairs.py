@@ -4,7 +4,6 @@ solves the changed problem."""
 from __future__ import annotations
 
 from fractions import Fraction
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -28,9 +27,7 @@ def changed(data: ExactProblem, found: Repair) -> ExactProblem:
 @pytest.mark.parametrize(
     ("most", "is_mixed"), [(4, False), (3, True)], ids=["lcp", "mixed"]
 )
-def test_the_repair_is_the_least_one_and_its_point_a_solution(
-    most: int, is_mixed: bool
-) -> None:
+def test_the_repair_is_the_least_one_and_its_point_a_solution(most, is_mixed):
     for seed, small in unsolvable(25, most, is_mixed):
         found = lcpcli.why(small.problem())
         least = small.least_change()
@@ -47,7 +44,7 @@ def test_the_repair_is_the_least_one_and_its_point_a_solution(
         assert changed(found.data, repair).is_solution(repair.z), seed
 
 
-def test_weights_decide_what_changes_and_change_what_may() -> None:
+def test_weights_decide_what_changes_and_change_what_may():
     diet = lcpcli.from_qp(
         None,
         [1, 1],
@@ -57,8 +54,8 @@ def test_weights_decide_what_changes_and_change_what_may() -> None:
         rows=["need", "a", "b"],
     )
 
-    def changes(**how: object) -> dict[str, str]:
-        repair = lcpcli.why(diet, **how).repair  # type: ignore[arg-type]
+    def changes(**how):
+        repair = lcpcli.why(diet, **how).repair
         assert repair is not None
         assert repair.is_least
         own = repair.changes
@@ -71,7 +68,7 @@ def test_weights_decide_what_changes_and_change_what_may() -> None:
     assert changes(weights={"need": 5, "a": "3/2"}) == {"b upper side": "3"}
 
 
-def test_no_change_of_a_number_that_has_no_part_in_the_conflict_is_enough() -> None:
+def test_no_change_of_a_number_that_has_no_part_in_the_conflict_is_enough():
     problem = lcpcli.Problem([[0, 1, 0], [1, 0, 0], [0, 0, 1]], [-1, 1, 0])
     beside, usual = lcpcli.why(problem, change="z3"), lcpcli.why(problem)
     assert (beside.repair, beside.is_impossible) == (None, True)
@@ -80,7 +77,7 @@ def test_no_change_of_a_number_that_has_no_part_in_the_conflict_is_enough() -> N
     assert not usual.is_impossible
 
 
-def test_bounds_of_variables_change_only_where_they_are_named() -> None:
+def test_bounds_of_variables_change_only_where_they_are_named():
     problem = lcpcli.from_qp(None, [1], [[1]], row_lower=[5], upper=[3], columns=["x"])
     usual = lcpcli.why(problem, keep="x upper bound").repair
     named = lcpcli.why(problem, change="x upper bound").repair
@@ -108,7 +105,7 @@ ENDATA
 """
 
 
-def test_numbers_of_a_maximum_are_those_of_its_author(tmp_path: Path) -> None:
+def test_numbers_of_a_maximum_are_those_of_its_author(tmp_path):
     """It has no limit until the gain falls to 0, which the conditions of the minimum
     know as a cost of -2."""
     (tmp_path / "p.mps").write_text(MAXIMUM)

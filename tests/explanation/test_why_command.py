@@ -6,7 +6,6 @@ from __future__ import annotations
 import json
 import signal
 from collections.abc import Callable
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -19,7 +18,6 @@ from lcpcli.files.input_file import InputFile
 from lcpcli.files.inputs import Input
 
 pytestmark = pytest.mark.usefixtures("folder")
-Lcp = Callable[..., Any]
 INFEASIBLE = {
     "c": [0.6, 1.5, 2],
     "A": [[0.1, 0.2, 0.3], [1, 1, 1], [0, 2.5, 1]],
@@ -33,7 +31,7 @@ SOLVABLE = {"M": [[2, 1], [1, 2]], "q": [-5, -6]}
 
 
 @pytest.fixture
-def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+def folder(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     own = {"diet": INFEASIBLE, "pipes": UNSOLVABLE, "two": SOLVABLE}
     for name, data in own.items():
@@ -70,12 +68,12 @@ def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
         ("none.csv", "none.csv: no such file; check the path"),
     ],
 )
-def test_wrong_options_are_told_in_one_line(options: str, told: str, lcp: Lcp) -> None:
+def test_wrong_options_are_told_in_one_line(options, told, lcp):
     outcome = lcp(f"why diet.json {options}")
     assert (outcome.code, outcome.out, outcome.err) == (2, "", f"lcp: {told}\n")
 
 
-def test_json_has_all_keys_for_every_outcome(lcp: Lcp) -> None:
+def test_json_has_all_keys_for_every_outcome(lcp):
     keys = (
         "version file item problem n names status message complete conflict "
         "irreducible fewest near repair repairable z ranges seconds"
@@ -99,7 +97,7 @@ def test_json_has_all_keys_for_every_outcome(lcp: Lcp) -> None:
     assert {**same, "seconds": 0, "file": 0} == {**two, "seconds": 0, "file": 0}
 
 
-def test_decimals_count_as_written(folder: Path, lcp: Lcp) -> None:
+def test_decimals_count_as_written(folder, lcp):
     """Three tenths are not more than 0.1 + 0.2, as they are in doubles."""
     data = {"c": [1], "A": [[1], [1]], "row_lower": [0.3, None]}
     (folder / "sum.json").write_text(json.dumps(data | {"row_upper": [None, 0.3]}))
@@ -109,7 +107,7 @@ def test_decimals_count_as_written(folder: Path, lcp: Lcp) -> None:
     assert '"change": "1/10"' in lcp("why tenth.json --format json").out
 
 
-def test_runs_without_a_solution_end_with_the_hint(folder: Path, lcp: Lcp) -> None:
+def test_runs_without_a_solution_end_with_the_hint(folder, lcp):
     for name in ("diet", "rows"):
         file = next(folder.glob(f"{name}.*")).name
         outcome = lcp(f"solve {file}")
@@ -125,7 +123,7 @@ def test_runs_without_a_solution_end_with_the_hint(folder: Path, lcp: Lcp) -> No
     assert lcpcli.run(lcpcli.read("rows.csv")).advice == "try lcpcli.why(problem)"
 
 
-def test_what_is_proved_of_a_program_comes_before_the_proof_in_z(lcp: Lcp) -> None:
+def test_what_is_proved_of_a_program_comes_before_the_proof_in_z(lcp):
     lines = lcp("solve diet.json").out.splitlines()
     assert lines[1] == "the program is infeasible: no x satisfies its constraints"
     assert lines[2].startswith("excluded within the bounds by its rows times (protein ")
@@ -134,7 +132,7 @@ def test_what_is_proved_of_a_program_comes_before_the_proof_in_z(lcp: Lcp) -> No
     assert lines.index(of_z) < lines.index("try lcp why diet.json")
 
 
-def test_a_kept_condition_is_not_blamed_but_its_numbers_may_change(lcp: Lcp) -> None:
+def test_a_kept_condition_is_not_blamed_but_its_numbers_may_change(lcp):
     keep = [word for name in ("protein", "weight") for word in ("--keep", name)]
     _, said, *_ = lcp("why", "diet.json", *keep).out.splitlines()
     blamed, _, change = said.partition("the cheapest change: ")
@@ -158,8 +156,8 @@ def _raising(number: int) -> Callable[..., Any]:
 @pytest.mark.parametrize(
     ("number", "code"), [(signal.SIGINT, 130), (signal.SIGTERM, 143)]
 )
-def test_an_interrupt_shows_what_is_known(number: int, code: int, lcp: Lcp) -> None:
-    def shown(name: str) -> dict[str, Any]:
+def test_an_interrupt_shows_what_is_known(number, code, lcp):
+    def shown(name):
         outcome = lcp(f"why {name} --format json")
         assert (outcome.code, outcome.err) == (code, "")
         found: dict[str, Any] = json.loads(outcome.out)
@@ -183,7 +181,7 @@ def test_an_interrupt_shows_what_is_known(number: int, code: int, lcp: Lcp) -> N
     assert (found["status"], found["conflict"]) == ("interrupted", [])
 
 
-def test_at_the_time_limit_nothing_else_is_said(lcp: Lcp) -> None:
+def test_at_the_time_limit_nothing_else_is_said(lcp):
     problem = lcpcli.read("pipes.json")
     whole = lcpcli.why(problem)
     assert whole.complete
@@ -195,10 +193,8 @@ def test_at_the_time_limit_nothing_else_is_said(lcp: Lcp) -> None:
     assert "time limit: neither" in outcome.out
 
 
-def test_a_conflict_that_is_not_reduced_is_told_as_such(
-    monkeypatch: pytest.MonkeyPatch, lcp: Lcp
-) -> None:
-    def late(*_: Any) -> Any:
+def test_a_conflict_that_is_not_reduced_is_told_as_such(monkeypatch, lcp):
+    def late(*_):
         raise lcpcli.interrupts.TimeIsUp
 
     monkeypatch.setattr(conflicts.Finder, "_reduce", late)
@@ -208,7 +204,7 @@ def test_a_conflict_that_is_not_reduced_is_told_as_such(
     assert "the cheapest change" in outcome.out
 
 
-def test_every_format_has_the_conflict(lcp: Lcp) -> None:
+def test_every_format_has_the_conflict(lcp):
     for form in ("table", "markdown", "latex", "html", "json", "csv"):
         out = lcp(f"why diet.json --format {form}").out
         assert "protein" in out
@@ -218,9 +214,7 @@ def test_every_format_has_the_conflict(lcp: Lcp) -> None:
     assert lcp("why diet.json --quiet").out == ""
 
 
-def test_a_solution_beyond_the_range_of_doubles_has_ranges(
-    lcp: Lcp, folder: Path
-) -> None:
+def test_a_solution_beyond_the_range_of_doubles_has_ranges(lcp, folder):
     """z = 1e400 is at no upper bound, although it is rounded to infinity."""
     problem = {"M": [["1e-400", 0], [0, 1]], "q": [-1, -1], "upper": [None, 5]}
     (folder / "tiny.json").write_text(json.dumps(problem))
@@ -232,8 +226,8 @@ def test_a_solution_beyond_the_range_of_doubles_has_ranges(
 
 @pytest.mark.parametrize("M", ["-1e-200", "-1e-320"])
 def test_conditions_whose_quotients_overflow_are_proved_to_contradict_each_other(
-    M: str, folder: Path, lcp: Lcp
-) -> None:
+    M, folder, lcp
+):
     (folder / "p.json").write_text(f'{{"M": [[{M}]], "q": [-1e200]}}')
     outcome = lcp("why p.json")
     assert outcome.err == ""

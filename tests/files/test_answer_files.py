@@ -15,7 +15,6 @@ from lcpcli.files import contents
 from lcpcli.report import plotting
 from lcpcli.report.plotting import Panel
 
-from ..cli.conftest import Lcp
 from ..conftest import Outcome
 from ..wordings import AS_JSON_OR_CSV, RESULT_AS_TABLE
 
@@ -42,7 +41,7 @@ def table(file: Path) -> list[dict[str, str]]:
 
 
 @pytest.fixture
-def folder(in_folder: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+def folder(in_folder, monkeypatch):
     # Whose times are not looked at here.
     monkeypatch.setattr("lcpcli.solving.driver.MAX_REPETITIONS", 1)
     for name, text in PROBLEMS.items():
@@ -52,9 +51,7 @@ def folder(in_folder: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
 
 @pytest.mark.parametrize("answer", ["z.md", "z.tex", "z.txt"])
 @pytest.mark.parametrize("options", ["", "--all"])
-def test_a_result_as_a_table_is_for_people_alone(
-    answer: str, options: str, lcp: Lcp, folder: Path
-) -> None:
+def test_a_result_as_a_table_is_for_people_alone(answer, options, lcp, folder):
     assert lcp(f"solve murty.json {options} -o {answer} -q").code == 0
     for command in (f"check murty.json {answer}", f"solve {answer}"):
         told = f"lcp: {answer}: {RESULT_AS_TABLE}; {AS_JSON_OR_CSV}\n"
@@ -62,9 +59,7 @@ def test_a_result_as_a_table_is_for_people_alone(
     assert (folder / answer).exists()
 
 
-def test_a_file_of_iterates_has_each_of_them_or_every_tenth(
-    lcp: Lcp, folder: Path
-) -> None:
+def test_a_file_of_iterates_has_each_of_them_or_every_tenth(lcp, folder):
     arguments = f"solve {EXAMPLE} --method fixed-point"
     assert lcp(f"{arguments} --trace -o t.csv").out == ""
     rows = table(folder / "t.csv")
@@ -74,7 +69,7 @@ def test_a_file_of_iterates_has_each_of_them_or_every_tenth(
     assert len(table(folder / "t.csv")) < len(rows) / 5
 
 
-def test_rows_selected_from_a_trace_are_those_of_a_trace_kept_for_them() -> None:
+def test_rows_selected_from_a_trace_are_those_of_a_trace_kept_for_them():
     whole = Trace()
     run(read(EXAMPLE), "fixed-point", trace=whole)
     for most in (None, *range(5, 40)):
@@ -85,9 +80,7 @@ def test_rows_selected_from_a_trace_are_those_of_a_trace_kept_for_them() -> None
         ]
 
 
-def test_figure_can_be_redrawn_from_the_trace(
-    lcp: Lcp, folder: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_figure_can_be_redrawn_from_the_trace(lcp, folder, monkeypatch):
     """By the same clock from the same beginning: its points are rows of the file."""
     pytest.importorskip("matplotlib")
     drawn: list[Panel] = []
@@ -118,9 +111,7 @@ def test_figure_can_be_redrawn_from_the_trace(
 @pytest.mark.parametrize("exact", [[], ["--exact"]], ids=["rounded", "exact"])
 @pytest.mark.parametrize("form", ["json", "csv"])
 @pytest.mark.parametrize("name", ["murty", "faces", "line", "both", "transport"])
-def test_each_solution_of_a_list_is_checked(
-    name: str, form: str, exact: list[str], lcp: Lcp, folder: Path
-) -> None:
+def test_each_solution_of_a_list_is_checked(name, form, exact, lcp, folder):
     """The lists are of an LCP, a mixed problem, a game and a program."""
     problem = f"{name}.json" if (folder / f"{name}.json").exists() else name
     assert (
@@ -150,8 +141,8 @@ def test_each_solution_of_a_list_is_checked(
     ids=["z1-and-z2", "probabilities-of-two-columns"],
 )
 def test_wrong_solution_among_others_in_csv_is_told_apart(
-    name: str, swapped: tuple[int, int], cell: int, other: str, lcp: Lcp, folder: Path
-) -> None:
+    name, swapped, cell, other, lcp, folder
+):
     assert lcp(f"solve {name}.json --all --format csv -o all.csv").code == 0
     lines = (folder / "all.csv").read_text().splitlines()
     first, second = (next(csv.reader([lines[k]])) for k in swapped)
@@ -164,9 +155,7 @@ def test_wrong_solution_among_others_in_csv_is_told_apart(
     assert (outcome.code, correct.count(False)) == (1, 1)
 
 
-def test_a_table_of_equilibria_that_lacks_a_player_is_refused_in_a_line(
-    lcp: Lcp, folder: Path
-) -> None:
+def test_a_table_of_equilibria_that_lacks_a_player_is_refused_in_a_line(lcp, folder):
     (folder / "all.csv").write_text(
         "equilibrium,player,strategy,probability\n1,column,1,1/2\n1,column,2,1/2\n"
     )
@@ -191,9 +180,7 @@ LISTS = {
 
 
 @pytest.mark.usefixtures("folder")
-def test_each_of_several_lists_is_checked_and_two_may_be_parts_of_one_answer(
-    lcp: Lcp,
-) -> None:
+def test_each_of_several_lists_is_checked_and_two_may_be_parts_of_one_answer(lcp):
     for (name, text), accepted in LISTS.items():
         Path("lists.json").write_text(text)
         outcome = lcp("check", name + ".json" * (name == "murty"), "lists.json")

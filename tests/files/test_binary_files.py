@@ -9,7 +9,6 @@ import os
 import pickle
 import sys
 import zipfile
-from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
@@ -19,8 +18,7 @@ import pytest
 from lcpcli.errors import ProblemError
 from lcpcli.files import beside, reading
 
-from ..conftest import Outcome
-from ..refusals import Files, Refusal, commands, contents
+from ..refusals import Refusal, commands, contents
 from ..wordings import CHECK_PATH, NO_SUCH_FILE
 from .binary import archive, mat, npy, zip_of
 
@@ -181,9 +179,7 @@ REFUSALS: list[Refusal] = [*ARRAYS, *SPARSE, *DAMAGED, *OTHERS, *LONG]
 
 
 @pytest.mark.parametrize("refusal", REFUSALS, ids=str)
-def test_a_binary_file_that_cannot_be_used_is_refused(
-    refusal: Refusal, refused: Callable[[str, Files], str]
-) -> None:
+def test_a_binary_file_that_cannot_be_used_is_refused(refusal, refused):
     assert refused(refusal.command, refusal.files) == refusal.line
 
 
@@ -279,16 +275,14 @@ FOREIGN: dict[str, list[bytes]] = {
     ],
 )
 def test_a_malformed_file_is_refused_by_its_name_in_words_of_this_program(
-    name: str, content: bytes, refused: Callable[[str, Files], str]
-) -> None:
+    name, content, refused
+):
     beside_M = " q.csv" if name == "M.mtx.gz" else ""
     line = refused(f"solve {name}{beside_M}", {name: content, "q.csv": "-1\n-1\n"})
     assert line.startswith(name)
 
 
-def test_a_closed_standard_input_is_refused(
-    lcp: Callable[..., Outcome], monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_a_closed_standard_input_is_refused(lcp, monkeypatch):
     monkeypatch.setattr(sys, "stdin", None)
     outcome = lcp("solve -")
     assert "standard input" in outcome.err
@@ -296,9 +290,9 @@ def test_a_closed_standard_input_is_refused(
 
 
 def test_a_missing_file_in_a_folder_that_cannot_be_listed_is_refused(
-    lcp: Callable[..., Outcome], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    def refuse(folder: Path) -> Any:
+    lcp, tmp_path, monkeypatch
+):
+    def refuse(folder):
         raise PermissionError(13, os.strerror(13), str(folder))
 
     monkeypatch.setattr(Path, "iterdir", refuse)
@@ -347,9 +341,7 @@ ARCHIVES = {
     [reading.read, lambda path: beside.read_candidates(path, 2, ("", ""))],
     ids=["problem", "answer"],
 )
-def test_broken_archive_is_told_in_one_short_line(
-    read: Callable[[str], Any], content: bytes, tmp_path: Path
-) -> None:
+def test_broken_archive_is_told_in_one_short_line(read, content, tmp_path):
     file = tmp_path / "p.npz"
     file.write_bytes(content)
     with pytest.raises(ProblemError) as fault:
@@ -360,9 +352,7 @@ def test_broken_archive_is_told_in_one_short_line(
     assert "\n" not in message
 
 
-def test_array_that_python_2_has_written_is_read_without_a_warning(
-    tmp_path: Path,
-) -> None:
+def test_array_that_python_2_has_written_is_read_without_a_warning(tmp_path):
     file = tmp_path / "p.npz"
     file.write_bytes(
         members(
@@ -388,9 +378,7 @@ def test_array_that_python_2_has_written_is_read_without_a_warning(
     ],
     ids=["million-digits", "hundred-thousand-keys"],
 )
-def test_long_file_is_refused_in_a_time_in_proportion(
-    name: str, content: str, fault: str, tmp_path: Path
-) -> None:
+def test_long_file_is_refused_in_a_time_in_proportion(name, content, fault, tmp_path):
     """In hours if the time grew with the square of the length."""
     file = tmp_path / name
     file.write_text(content)

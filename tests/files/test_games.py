@@ -18,7 +18,6 @@ from lcpcli.formulations.bimatrix_game.game import Game
 from lcpcli.formulations.bimatrix_game.tables import input_of
 from lcpcli.formulations.game_tree.game import ExtensiveGame
 
-from ..cli.conftest import Lcp
 from ..conftest import read_exact
 from ..wordings import ADD_GAME, NOT_UTF_8, ONLY_READ, OTHER_ORIGIN
 
@@ -51,7 +50,7 @@ def put(first: str, second: str) -> None:
 
 
 @pytest.fixture(autouse=True)
-def _tables(in_folder: Path) -> None:  # noqa: ARG001
+def _tables(in_folder):  # noqa: ARG001
     """The battle of the sexes in two tables, the first with labels as pandas writes
     them."""
     put(",left,right\nopera,3,0\nbox,0,2\n", "2;0\n0;3\n")
@@ -60,9 +59,7 @@ def _tables(in_folder: Path) -> None:  # noqa: ARG001
 @pytest.mark.parametrize(
     "text", [PAYOFFS, COUNTS, OUTCOMES], ids=["payoffs", "counts", "outcomes"]
 )
-def test_all_versions_have_the_payoffs_with_the_first_player_in_the_rows(
-    text: str,
-) -> None:
+def test_all_versions_have_the_payoffs_with_the_first_player_in_the_rows(text):
     """It is recognized by its first word."""
     game = game_of(text, "g.txt")
     assert game.payoffs() == (A, B)
@@ -71,12 +68,12 @@ def test_all_versions_have_the_payoffs_with_the_first_player_in_the_rows(
     )
 
 
-def test_numbers_are_no_names_of_strategies() -> None:
+def test_numbers_are_no_names_of_strategies():
     game = game_of(HEAD + '{ { "1" "2" } { "b" } } 1 1 2 2')
     assert (game.rows, game.columns) == ((), ("b",))
 
 
-def test_fractions_are_not_rounded_for_proofs() -> None:
+def test_fractions_are_not_rounded_for_proofs():
     game_of(HEAD + "{ 1 2 } 1/3 1 2/3 2")
     assert read_exact("g.nfg").is_solution([Fraction(1), Fraction(0), Fraction(3)])
     ends = 't "" 1 { 1/3 0 } t "" 2 { 0.33333333333333333333333333333334 0 }'
@@ -89,9 +86,7 @@ TREE = 'EFG 2 R "a game" { "Ann" "Bob" }\n'
 TWO = TREE + 'p "" 1 1 "" { "a" "b" } 0\n'
 
 
-def test_both_forms_are_only_read_and_complete_formats_keep_payoffs_and_tree(
-    lcp: Lcp,
-) -> None:
+def test_both_forms_are_only_read_and_complete_formats_keep_payoffs_and_tree(lcp):
     winkels, kept = (
         contents.shipped_path("games/winkels.nfg"),
         game_of(GAME, "g.efg").tree.terminal_nodes,
@@ -141,7 +136,7 @@ NO_GAMES = {
 
 
 @pytest.mark.parametrize("kind", [*GAMES, *NO_GAMES])
-def test_two_tables_that_may_be_a_game_get_a_hint(kind: str, lcp: Lcp) -> None:
+def test_two_tables_that_may_be_a_game_get_a_hint(kind, lcp):
     put(*(GAMES | NO_GAMES)[kind])
     for command in ("solve", "inspect"):
         assert lcp(f"{command} A.csv B.csv").err.count(ADD_GAME) == int(kind in GAMES)
@@ -163,9 +158,7 @@ def test_two_tables_that_may_be_a_game_get_a_hint(kind: str, lcp: Lcp) -> None:
     ],
     ids=["numbers", "of-A", "of-B", "below-a-named-corner"],
 )
-def test_labels_of_strategies_are_kept(
-    first: str, second: str, rows: tuple[str, ...], columns: tuple[str, ...]
-) -> None:
+def test_labels_of_strategies_are_kept(first, second, rows, columns):
     put(first, second)
     origin = input_of(["A.csv", "B.csv"]).read().origin
     assert isinstance(origin, Game)
@@ -173,7 +166,7 @@ def test_labels_of_strategies_are_kept(
 
 
 @pytest.mark.parametrize("last", [1, 0])
-def test_whole_numbers_as_text_are_payoffs_as_str_writes_them(last: int) -> None:
+def test_whole_numbers_as_text_are_payoffs_as_str_writes_them(last):
     payoffs = [[Fraction(1, 2), Fraction(0)], [Fraction(-3), Fraction(last)]]
     A = [[str(v) for v in row] for row in payoffs]
     Path("game.json").write_text(json.dumps({"A": A, "B": [["1", "0"], ["0", "1"]]}))
@@ -182,7 +175,7 @@ def test_whole_numbers_as_text_are_payoffs_as_str_writes_them(last: int) -> None
         lcpcli.from_game(payoffs)
 
 
-def test_costs_are_minimized(lcp: Lcp) -> None:
+def test_costs_are_minimized(lcp):
     costs = {"A": [["1/3", 0], [0, 2]], "B": [[2, 0], [0, 3]]}
     negated = {"A": [["-1/3", 0], [0, -2]], "B": [[-2, 0], [0, -3]]}
     Path("costs.json").write_text(
@@ -210,7 +203,7 @@ GAME = TREE + (
 )
 
 
-def test_events_sets_and_outcomes_are_said_once_and_their_payoffs_add_up() -> None:
+def test_events_sets_and_outcomes_are_said_once_and_their_payoffs_add_up():
     tree = game_of(GAME, "g.efg").tree
     ann, bob = tree.players
     assert ([own.number for own in ann.sets], ann.sets[0].actions, bob.labels()) == (
@@ -239,7 +232,7 @@ def test_events_sets_and_outcomes_are_said_once_and_their_payoffs_add_up() -> No
     ]
 
 
-def test_repeated_and_empty_labels_get_numbers_in_names() -> None:
+def test_repeated_and_empty_labels_get_numbers_in_names():
     text = GAME.replace('"Bob"', '"Ann"').replace('"here"', '""')
     game_of(text, "g.efg")
     names = read("g.efg").names
@@ -247,9 +240,7 @@ def test_repeated_and_empty_labels_get_numbers_in_names() -> None:
     assert names[3:6] == ["Ann 2", "Ann 2: there: yes 1", "Ann 2: there: yes 2"]
 
 
-def test_it_is_recognized_by_its_first_word_also_compressed_and_from_text(
-    lcp: Lcp,
-) -> None:
+def test_it_is_recognized_by_its_first_word_also_compressed_and_from_text(lcp):
     Path("g.efg.gz").write_bytes(gzip.compress(GAME.encode()))
     assert game_of(GAME, "g.txt").sizes == (3, 3, 2, 2)
     found = [read("g.efg.gz"), lcpcli.from_efg(GAME), read("g.txt")]
@@ -260,10 +251,10 @@ def test_it_is_recognized_by_its_first_word_also_compressed_and_from_text(
     with pytest.raises(
         errors.ProblemError, match=r"efg: is a number; give the text of an .efg file"
     ):
-        lcpcli.from_efg(1)  # type: ignore[arg-type]
+        lcpcli.from_efg(1)
 
 
-def test_labels_in_latin_1_are_read_and_what_is_no_text_is_refused(lcp: Lcp) -> None:
+def test_labels_in_latin_1_are_read_and_what_is_no_text_is_refused(lcp):
     Path("g.efg").write_bytes(GAME.replace("Ann", "J\xfcrgen").encode("latin-1"))
     assert read("g.efg").names[0] == "J\xfcrgen"
     assert lcp("convert g.efg -o g.json").code == 0
@@ -272,7 +263,7 @@ def test_labels_in_latin_1_are_read_and_what_is_no_text_is_refused(lcp: Lcp) -> 
         read("g.efg")
 
 
-def test_players_are_refused_if_and_only_if_they_forget_their_moves() -> None:
+def test_players_are_refused_if_and_only_if_they_forget_their_moves():
     ends = 't "" 0 ' * 4
     forgetful = TWO + f'p "" 1 2 {{ "l" "r" }} 0 {ends[:14]} p "" 1 2 0 {ends[:14]}'
     with pytest.raises(errors.ProblemError, match="has no perfect recall"):
@@ -284,14 +275,14 @@ def test_players_are_refused_if_and_only_if_they_forget_their_moves() -> None:
     assert lcpcli.from_efg(forgetful.replace(" 1 2 ", " 2 2 ")).n == 10
 
 
-def test_a_tree_may_be_one_end_and_a_player_may_have_no_move() -> None:
+def test_a_tree_may_be_one_end_and_a_player_may_have_no_move():
     answer = lcpcli.run(lcpcli.from_efg(TREE + 't "" 1 { 2 -3 }')).answer
     assert (answer.payoffs, answer.information_sets) == ((2.0, -3.0), [])
     answer = lcpcli.run(lcpcli.from_efg(TWO + 't "" 1 { 1 2 } t "" 2 { 5 6 }')).answer
     assert answer.payoffs == (5.0, 6.0)
 
 
-def test_long_rows_of_chance_moves_are_refused_before_memory_runs_out() -> None:
+def test_long_rows_of_chance_moves_are_refused_before_memory_runs_out():
     row = "".join(f'c "" {k} {{ "" 1/3 "" 2/3 }} 0 t "" 0\n' for k in range(1, 3000))
     with pytest.raises(
         errors.ProblemError,
@@ -300,7 +291,7 @@ def test_long_rows_of_chance_moves_are_refused_before_memory_runs_out() -> None:
         lcpcli.from_efg(f'{TREE}{row}t "" 0')
 
 
-def test_a_deep_tree_costs_no_recursion() -> None:
+def test_a_deep_tree_costs_no_recursion():
     row = "".join(
         f'p "" {1 + k % 2} {k} {{ "go" "stop" }} {k} {{ 1 {k % 7} }}\n'
         for k in range(1, 400)

@@ -4,7 +4,6 @@ numbers as texts, matrices that are symmetric up to rounding."""
 from __future__ import annotations
 
 import json
-from collections.abc import Callable
 from fractions import Fraction
 from itertools import product
 from pathlib import Path
@@ -19,9 +18,7 @@ from lcpcli import Problem, read
 from lcpcli.errors import ProblemError
 from lcpcli.files.npy_format import LONGEST_END, PICKLE_OF_NONE
 
-from ..conftest import Outcome, read_exact
-
-Lcp = Callable[..., Outcome]
+from ..conftest import read_exact
 
 # A program with two variables, whose minimizer each part changes.
 PARTS = {
@@ -43,9 +40,7 @@ MISSING = [
 
 @pytest.mark.parametrize("is_sparse", [False, True], ids=["dense", "sparse P"])
 @pytest.mark.parametrize("missing", MISSING, ids=" ".join)
-def test_what_qpsolvers_saves_as_none_is_not_given(
-    missing: list[str], is_sparse: bool, tmp_path: Path
-) -> None:
+def test_what_qpsolvers_saves_as_none_is_not_given(missing, is_sparse, tmp_path):
     qpsolvers = pytest.importorskip("qpsolvers", reason="needs qpsolvers")
     given = {key: None if key in missing else PARTS[key] for key in PARTS}
     stored = given | ({"P": sparse.csc_matrix(PARTS["P"])} if is_sparse else {})
@@ -56,8 +51,8 @@ def test_what_qpsolvers_saves_as_none_is_not_given(
 
 @pytest.mark.parametrize("key", ["G", "A"])
 def test_sparse_matrix_that_qpsolvers_pickles_is_refused_and_never_left_out(
-    key: str, tmp_path: Path
-) -> None:
+    key, tmp_path
+):
     """Its own `Problem.load` takes such a matrix for one that is not given."""
     qpsolvers = pytest.importorskip("qpsolvers", reason="needs qpsolvers")
     file = tmp_path / "saved.npz"
@@ -77,7 +72,7 @@ def single_object(value: Any) -> bytes:
     return file.getvalue()[-LONGEST_END:]
 
 
-def test_none_is_told_from_every_other_object() -> None:
+def test_none_is_told_from_every_other_object():
     assert PICKLE_OF_NONE.search(single_object(None))
     others: list[Any] = [0, "", "None", [None], [[None]], (None,), {None}, {"a": None}]
     others += [np.eye(2), Fraction(1, 3), sparse.csr_array(np.eye(2))]
@@ -86,9 +81,7 @@ def test_none_is_told_from_every_other_object() -> None:
 
 
 @pytest.mark.parametrize("key", ["M", "q", "lower", "x0", "solution", "name", "names"])
-def test_none_and_null_for_a_key_of_a_problem_are_as_if_it_were_left_out(
-    key: str, tmp_path: Path
-) -> None:
+def test_none_and_null_for_a_key_of_a_problem_are_as_if_it_were_left_out(key, tmp_path):
     """But for bounds, where null means none."""
     fields: dict[str, Any] = {"M": [[2, 1], [1, 2]], "q": [-5, 1], key: None}
     file, archive = tmp_path / "p.json", tmp_path / "p.npz"
@@ -121,9 +114,7 @@ NUMBERS = {
 
 
 @pytest.mark.parametrize(("text", "value"), NUMBERS.items())
-def test_number_as_a_text_is_that_number_and_exactly_so(
-    text: str, value: Fraction, tmp_path: Path
-) -> None:
+def test_number_as_a_text_is_that_number_and_exactly_so(text, value, tmp_path):
     """In M, q and a bound, by rows and by coordinates."""
     file = tmp_path / "p.json"
     by_coordinates = {
@@ -209,9 +200,7 @@ FORMS: dict[str, tuple[dict[str, Any], dict[str, Any]]] = {
 
 
 @pytest.mark.parametrize("form", FORMS)
-def test_programs_have_numbers_as_texts_and_words_for_infinity(
-    form: str, tmp_path: Path
-) -> None:
+def test_programs_have_numbers_as_texts_and_words_for_infinity(form, tmp_path):
     written, meant = FORMS[form]
     file = tmp_path / "p.json"
     file.write_text(json.dumps(written))
@@ -228,9 +217,7 @@ WORDS = ["inf", "Infinity", "INF", "+inf", " infinity ", None]
 
 @pytest.mark.parametrize("word", WORDS)
 @pytest.mark.parametrize("is_list", [False, True], ids=["one", "list"])
-def test_word_for_infinity_means_no_bound_alone_and_in_a_list(
-    word: str | None, is_list: bool, tmp_path: Path
-) -> None:
+def test_word_for_infinity_means_no_bound_alone_and_in_a_list(word, is_list, tmp_path):
     below = None if word is None else f"-{word.strip().lstrip('+')}"
     ends = {"lower": below, "upper": word}
     fields = {"M": [[2]], "q": [6]} | {
@@ -244,7 +231,7 @@ def test_word_for_infinity_means_no_bound_alone_and_in_a_list(
 
 
 @pytest.mark.usefixtures("in_folder")
-def test_games_starts_and_solutions_have_numbers_as_texts(lcp: Lcp) -> None:
+def test_games_starts_and_solutions_have_numbers_as_texts(lcp):
     game = {"A": [["3", "0.25"], ["1/3", "2e0"]], "B": [[2, " 0 "], ["0", 3]]}
     Path("game.json").write_text(json.dumps(game))
     game |= {"A": [["3", "1/4"], ["1/3", 2]]}
@@ -272,7 +259,7 @@ def test_games_starts_and_solutions_have_numbers_as_texts(lcp: Lcp) -> None:
 
 
 @pytest.mark.usefixtures("in_folder")
-def test_csv_has_fractions_which_are_exact_where_that_is_asked_for(lcp: Lcp) -> None:
+def test_csv_has_fractions_which_are_exact_where_that_is_asked_for(lcp):
     Path("p.csv").write_text("x,y,q,upper\n2,1/3,-1,inf\n1/4, 1 ,-3/4,2\n")
     assert read("p.csv").M[0, 1] == 1 / 3
     assert "exact z = (9/23, 15/23)" in lcp("solve p.csv --exact").out
@@ -283,7 +270,7 @@ def test_csv_has_fractions_which_are_exact_where_that_is_asked_for(lcp: Lcp) -> 
 @pytest.mark.parametrize(
     "text", ["", " ", "1/0", "1.5/2", "1/-2", "1 / 2", "one", "1_000", "0x1", "1,5"]
 )
-def test_other_texts_are_refused_by_field_and_place(text: str, tmp_path: Path) -> None:
+def test_other_texts_are_refused_by_field_and_place(text, tmp_path):
     file = tmp_path / "p.json"
     file.write_text(json.dumps({"M": [[2, 0], [0, text]], "q": [1, 1]}))
     with pytest.raises(ProblemError, match=r"M\[1\]\[1\]: is the text '"):
@@ -308,7 +295,7 @@ def rounded_products(rng: np.random.Generator, n: int) -> list[Any]:
 
 
 @pytest.mark.parametrize("n", [2, 7, 40])
-def test_matrix_that_is_symmetric_up_to_rounding_is_made_symmetric(n: int) -> None:
+def test_matrix_that_is_symmetric_up_to_rounding_is_made_symmetric(n):
     for Q in rounded_products(np.random.default_rng(n), n):
         M = lcpcli.from_qp(Q, -np.ones(n)).M
         assert not abs(M - M.T).max()
@@ -318,9 +305,7 @@ def test_matrix_that_is_symmetric_up_to_rounding_is_made_symmetric(n: int) -> No
 ROUNDED = np.array([[2.0, 0.1 + 0.2], [0.3, 1.0]])
 
 
-def test_every_way_in_takes_a_matrix_that_is_symmetric_up_to_rounding(
-    tmp_path: Path,
-) -> None:
+def test_every_way_in_takes_a_matrix_that_is_symmetric_up_to_rounding(tmp_path):
     q, origin = [-1.0, -1.0], {"kind": "qp", "variables": 2}
     right = pytest.approx([0.7 / 1.91, 1.7 / 1.91])
     assert (ROUNDED != ROUNDED.T).any()
@@ -346,7 +331,7 @@ def test_every_way_in_takes_a_matrix_that_is_symmetric_up_to_rounding(
         assert answer.proved == "unique_optimum"
 
 
-def test_more_is_refused_with_the_pair_and_the_call_for_an_inequality() -> None:
+def test_more_is_refused_with_the_pair_and_the_call_for_an_inequality():
     other = [[2, 0.3, 0], [0.3, 1, 1.0], [0, 1.0001, 1]]
     with pytest.raises(ProblemError) as refusal:
         lcpcli.solve_qp(other, [-1, -1, -1], lb=0)
@@ -357,9 +342,7 @@ def test_more_is_refused_with_the_pair_and_the_call_for_an_inequality() -> None:
 
 
 @pytest.mark.usefixtures("in_folder")
-def test_fractions_are_written_as_such_where_they_are_read_and_else_rounded(
-    lcp: Lcp,
-) -> None:
+def test_fractions_are_written_as_such_where_they_are_read_and_else_rounded(lcp):
     problem = {"M": [["2", "1/3"], ["1/4", 1]], "q": ["-1", "-3/7"]}
     program = {"Q": [[2, "1/3"], ["1/3", 1]], "c": ["-1/7", "-1"]}
     program |= {"A": [["2/3", 1]], "row_lower": ["-1/9"], "row_upper": ["1/3"]}

@@ -18,8 +18,6 @@ from lcpcli.linalg.matrices import is_sparse
 from lcpcli.model.block_form import Blocks
 from lcpcli.model.problem import conditions_of
 
-from ..cli.conftest import Lcp
-
 INF = np.inf
 TRIANGLE = " bread bread 2\n bread milk -1\n milk milk 4\n"
 FEATURES = """* every kind of row and bound
@@ -69,7 +67,7 @@ def written(folder: Path, text: str | bytes, name: str = "p.mps") -> Path:
     return folder / name
 
 
-def test_rows_ranges_bounds_names_constant_and_sense_are_read(tmp_path: Path) -> None:
+def test_rows_ranges_bounds_names_constant_and_sense_are_read(tmp_path):
     problem = read(written(tmp_path, FEATURES))
     origin, data = program(problem)
     assert problem.name == "features"
@@ -86,7 +84,7 @@ def test_rows_ranges_bounds_names_constant_and_sense_are_read(tmp_path: Path) ->
     assert read(written(tmp_path, in_small_letters)).origin == origin
 
 
-def test_fixed_format_with_spaces_in_names(tmp_path: Path) -> None:
+def test_fixed_format_with_spaces_in_names(tmp_path):
     lines = ["NAME          fixed", "ROWS", " N  COST", " G  ROW ONE", "COLUMNS"]
     lines += ["    COL ONE   COST               1.0   ROW ONE            2.0", "RHS"]
     lines += ["    RHS       ROW ONE            6.0", "ENDATA", ""]
@@ -95,7 +93,7 @@ def test_fixed_format_with_spaces_in_names(tmp_path: Path) -> None:
     assert (data.A[0, 0], data.row_lower[0]) == (2, 6)
 
 
-def test_the_lp_format_is_read(tmp_path: Path) -> None:
+def test_the_lp_format_is_read(tmp_path):
     pytest.importorskip("highspy")
     lines = [
         "max",
@@ -128,18 +126,14 @@ def test_the_lp_format_is_read(tmp_path: Path) -> None:
     )
 
 
-def test_exact_answers_are_of_the_decimals_in_the_file(
-    tmp_path: Path, lcp: Lcp
-) -> None:
+def test_exact_answers_are_of_the_decimals_in_the_file(tmp_path, lcp):
     pytest.importorskip("flint")
     text = "NAME e\nROWS\n N c\n G r\nCOLUMNS\n x c 0.1 r 0.3\nRHS\n b r 0.7\nENDATA\n"
     outcome = lcp(f"solve {written(tmp_path, text)} --exact --format json")
     assert json.loads(outcome.out)["answer"]["exact"] == {"x": ["7/3"], "y": ["1/3"]}
 
 
-def test_without_its_reader_the_extra_is_named(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_without_its_reader_the_extra_is_named(tmp_path, monkeypatch):
     monkeypatch.setitem(sys.modules, "highspy", None)
     with pytest.raises(
         ProblemError, match="the LP format, which needs highspy; pip install highspy"
@@ -148,8 +142,8 @@ def test_without_its_reader_the_extra_is_named(
     assert read(written(tmp_path, FEATURES)).name == "features"
 
 
-def test_large_programs_are_sparse_and_small_ones_dense(tmp_path: Path) -> None:
-    def text(k: int) -> str:
+def test_large_programs_are_sparse_and_small_ones_dense(tmp_path):
+    def text(k):
         columns = "".join(f" x{j} c 1 r 1\n" for j in range(k))
         return f"NAME n\nROWS\n N c\n G r\nCOLUMNS\n{columns}RHS\n b r 1\nENDATA\n"
 
@@ -271,7 +265,7 @@ READ: dict[str, tuple[dict[str, str], dict[str, Any]]] = {
 
 
 @pytest.mark.parametrize("name", READ)
-def test_what_is_written_in_another_way_is_read(name: str, tmp_path: Path) -> None:
+def test_what_is_written_in_another_way_is_read(name, tmp_path):
     text, (changes, told) = DIET, READ[name]
     for old, new in changes.items():
         assert old in text
@@ -287,7 +281,7 @@ def test_what_is_written_in_another_way_is_read(name: str, tmp_path: Path) -> No
         assert other.origin == plain.origin
 
 
-def test_sides_are_read_back_as_the_doubles_that_they_were(tmp_path: Path) -> None:
+def test_sides_are_read_back_as_the_doubles_that_they_were(tmp_path):
     """In doubles 0.3 - 0.1 is not 0.2. A row without sides has none."""
     sides = {"row_lower": [0.1, -INF, -INF, 0.5], "row_upper": [0.3, INF, 0.7, INF]}
     write(
@@ -304,7 +298,7 @@ def test_sides_are_read_back_as_the_doubles_that_they_were(tmp_path: Path) -> No
     ]
 
 
-def test_sides_beyond_the_range_of_doubles_are_no_bounds(tmp_path: Path) -> None:
+def test_sides_beyond_the_range_of_doubles_are_no_bounds(tmp_path):
     """With and without a range that is infinite, too."""
     text = (
         "NAME n\nROWS\n N c\n L low\n G high\nCOLUMNS\n x c 1 low 1\n x high "
@@ -324,7 +318,7 @@ def test_sides_beyond_the_range_of_doubles_are_no_bounds(tmp_path: Path) -> None
             )
 
 
-def test_a_variable_of_the_quadratic_part_alone_in_lp(tmp_path: Path) -> None:
+def test_a_variable_of_the_quadratic_part_alone_in_lp(tmp_path):
     pytest.importorskip("highspy")
     lp = (
         "Minimize\n obj: y + [ x^2 ] / 2\nSubject To\n c: y >= 1\nBounds\n 2 <= x "
@@ -333,7 +327,7 @@ def test_a_variable_of_the_quadratic_part_alone_in_lp(tmp_path: Path) -> None:
     assert run(read(written(tmp_path, lp, "p.lp"))).answer.objective == pytest.approx(3)
 
 
-def test_names_in_lp_may_have_bytes_that_are_not_utf_8(tmp_path: Path) -> None:
+def test_names_in_lp_may_have_bytes_that_are_not_utf_8(tmp_path):
     pytest.importorskip("highspy")
     file = tmp_path / "p.lp"
     file.write_bytes(b"min\n obj: a\xe9\nst\n c\xe9: a\xe9 >= 1\nend\n")
@@ -342,7 +336,7 @@ def test_names_in_lp_may_have_bytes_that_are_not_utf_8(tmp_path: Path) -> None:
     assert run(problem).answer.objective == pytest.approx(1)
 
 
-def test_two_rows_of_one_name_in_lp_are_refused_by_it(tmp_path: Path) -> None:
+def test_two_rows_of_one_name_in_lp_are_refused_by_it(tmp_path):
     pytest.importorskip("highspy")
     lp = "min\n obj: a + b\nst\n c1: a + b >= 3\n c1: a >= 1\nend\n"
     with pytest.raises(ProblemError, match="declares 'c1' a second time"):

@@ -15,7 +15,6 @@ from scipy.io import savemat
 from lcpcli import Problem, from_qp, read, write
 from lcpcli.errors import ProblemError
 
-from ..cli.conftest import Lcp
 from ..wordings import NO_SUCH_FILE
 
 NAMES = ["a", "b", "c"]
@@ -29,15 +28,13 @@ NAMED: dict[str, Any] = {
 
 
 @pytest.fixture(autouse=True)
-def folder(in_folder: Path) -> Path:
+def folder(in_folder):
     (in_folder / "p.json").write_text(json.dumps(M | {"q": [-1, 2, -3]}))
     return in_folder
 
 
 @pytest.mark.parametrize("ending", ["json", "npz", "mat"])
-def test_several_q_belong_to_a_file_of_M_with_bounds_and_names(
-    ending: str, lcp: Lcp, folder: Path
-) -> None:
+def test_several_q_belong_to_a_file_of_M_with_bounds_and_names(ending, lcp, folder):
     (folder / "m.json").write_text(
         json.dumps(M | {"lower": [None, 0, 0], "upper": [9, 9, 0.5], "q": [0, 0, 0]})
     )
@@ -82,14 +79,14 @@ def test_several_q_belong_to_a_file_of_M_with_bounds_and_names(
     ]
 
 
-def test_a_link_to_nothing_is_a_file_that_is_missing(lcp: Lcp, folder: Path) -> None:
+def test_a_link_to_nothing_is_a_file_that_is_missing(lcp, folder):
     (folder / "nightly").mkdir()
     (folder / "nightly" / "a.json").symlink_to(folder / "gone.json")
     (folder / "nightly" / "p.json").write_text((folder / "p.json").read_text())
     assert f"nightly/a.json: {NO_SUCH_FILE}; " in lcp("solve", "nightly").err
 
 
-def test_columns_of_one_name_leave_the_rows_where_they_are(folder: Path) -> None:
+def test_columns_of_one_name_leave_the_rows_where_they_are(folder):
     (folder / "p.csv").write_text(",a,b,a,q\na,2,0,1,-1\na,0,3,0,-2\nb,1,0,4,-3\n")
     assert read("p.csv").M.tolist() == [[2, 0, 1], [0, 3, 0], [1, 0, 4]]
 
@@ -114,8 +111,8 @@ def test_columns_of_one_name_leave_the_rows_where_they_are(folder: Path) -> None
     ],
 )
 def test_a_header_names_the_unknowns_unless_it_is_a_title_or_numbers(
-    text: str, names: list[str], folder: Path
-) -> None:
+    text, names, folder
+):
     (folder / "p.csv").write_text(text)
     problem = read("p.csv")
     assert (list(problem.names), problem.M.tolist(), problem.q.tolist()) == (
@@ -125,7 +122,7 @@ def test_a_header_names_the_unknowns_unless_it_is_a_title_or_numbers(
     )
 
 
-def test_a_workspace_may_have_other_names_and_a_program_has_its_own() -> None:
+def test_a_workspace_may_have_other_names_and_a_program_has_its_own():
     savemat("w.mat", {"M": NAMED["M"], "q": NAMED["q"], "names": [1.0, 2.0, 3.0]})
     assert list(read("w.mat").names) == ["", ""]
     program = from_qp(None, [1], columns=["x"])
@@ -144,9 +141,7 @@ HEADINGS = [
 
 
 @pytest.mark.parametrize("names", HEADINGS)
-def test_a_table_is_headed_by_names_that_a_header_can_hold(
-    names: list[str], lcp: Lcp
-) -> None:
+def test_a_table_is_headed_by_names_that_a_header_can_hold(names, lcp):
     header = "wheat,price n0,q" if names == HEADINGS[0] else None
     Path("p.json").write_text(
         json.dumps({"M": [[2, 1], [1, 2]], "q": [-5, 3], "names": names})
@@ -163,7 +158,7 @@ def test_a_table_is_headed_by_names_that_a_header_can_hold(
     assert read("b.csv").box.lower.tolist() == [0, -1]
 
 
-def test_a_table_is_headed_by_the_names_of_a_formulation(lcp: Lcp) -> None:
+def test_a_table_is_headed_by_the_names_of_a_formulation(lcp):
     inequality = {"H": [[2, 1], [0, 2]], "h": [-1, -1], "A": [[1, 1]]}
     names = {"row_lower": [1], "rows": ["flour"], "columns": ["bread", "milk"]}
     Path("p.json").write_text(json.dumps(inequality | names))
@@ -180,7 +175,7 @@ def test_a_table_is_headed_by_the_names_of_a_formulation(lcp: Lcp) -> None:
     assert ("names" in converted.err) == (not is_headed)
 
 
-def test_a_program_in_mps_is_no_list_of_its_conditions(lcp: Lcp) -> None:
+def test_a_program_in_mps_is_no_list_of_its_conditions(lcp):
     program = {"c": [1, 1], "A": [[1, 1]], "row_lower": [1], "name": "my prog"}
     Path("p.json").write_text(json.dumps(program | {"source": "a book"}))
     converted = lcp("convert", "p.json", "-o", "p.mps")

@@ -7,7 +7,6 @@ import random
 import struct
 from collections.abc import Callable, Sequence
 from fractions import Fraction
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -136,7 +135,7 @@ SEVERAL = {
 
 
 @pytest.mark.parametrize("operator", [*sorted(set(UNARY) - {"not"}), *SEVERAL])
-def test_values_and_derivatives_of_functions(operator: str) -> None:
+def test_values_and_derivatives_of_functions(operator):
     if operator in SEVERAL:
         expressions = [SEVERAL[operator], ("*", A, "v1")]
     else:
@@ -153,7 +152,7 @@ def test_values_and_derivatives_of_functions(operator: str) -> None:
         check_functions(problem, expressions, z)
 
 
-def test_only_the_branch_that_a_condition_takes_has_to_be_defined() -> None:
+def test_only_the_branch_that_a_condition_takes_has_to_be_defined():
     conditions = [
         *((relation, "v0", 0.25) for relation in RELATIONS),
         ("and", ("<", 0, "v0"), ("not", ("<", "v1", 0.5))),
@@ -172,7 +171,7 @@ def test_only_the_branch_that_a_condition_takes_has_to_be_defined() -> None:
         check_functions(problem, expressions, z, smooth=first[0] != 0.25)
 
 
-def test_random_expressions_and_their_enclosures() -> None:
+def test_random_expressions_and_their_enclosures():
     """Intervals hold the values and the derivatives at all points of a box, also at its
     ends."""
     rng, points = random.Random(3), np.random.default_rng(3)
@@ -212,9 +211,7 @@ def test_random_expressions_and_their_enclosures() -> None:
         ("sqrt", (-1, 1)),
     ],
 )
-def test_nothing_is_enclosed_where_a_function_is_not_defined_everywhere(
-    name: str, ends: tuple[float, float]
-) -> None:
+def test_nothing_is_enclosed_where_a_function_is_not_defined_everywhere(name, ends):
     interval = functions_of([(name, "v0")], 1).interval
     assert interval is not None
     found = interval(*np.array([ends]).T)
@@ -222,9 +219,7 @@ def test_nothing_is_enclosed_where_a_function_is_not_defined_everywhere(
 
 
 @pytest.mark.parametrize("relation", ["<", "<=", "=", ">=", ">", "!="])
-def test_an_enclosure_holds_where_what_is_compared_is_undefined_in_a_part(
-    relation: str,
-) -> None:
+def test_an_enclosure_holds_where_what_is_compared_is_undefined_in_a_part(relation):
     problem = functions_of(
         [
             ("if", (relation, ("log", "v0"), 0), "v0", ("*", -3, "v0")),
@@ -245,9 +240,7 @@ def test_an_enclosure_holds_where_what_is_compared_is_undefined_in_a_part(
 @pytest.mark.parametrize(
     "ends", [(-2.0, 0.0), (-2.0, -1.0), (0.0, 0.0), (-1.0, 2.0), (1.0, 3.0)]
 )
-def test_an_enclosure_holds_for_conditions_that_are_numbers(
-    ends: tuple[float, float],
-) -> None:
+def test_an_enclosure_holds_for_conditions_that_are_numbers(ends):
     """An if takes its first branch wherever the condition is not 0, as in AMPL."""
     problem = functions_of(
         [("if", "v0", ("*", 2, "v1"), ("*", -3, "v1")), ("if", "v0", "v0", 1)], 2
@@ -261,7 +254,7 @@ def test_an_enclosure_holds_for_conditions_that_are_numbers(
         assert ((found.J_lower <= J) & (found.J_upper >= J)).all()
 
 
-def test_enclosures_take_decimals_as_written() -> None:
+def test_enclosures_take_decimals_as_written():
     problem = functions_of([("-", ("*", "v0", "v0"), ("*", 0.1, "v0"))], 1)
     assert problem.interval is not None
     found = problem.interval(np.array([0.1]), np.array([0.1]))
@@ -285,7 +278,7 @@ COMMON = [
 
 
 @pytest.mark.parametrize("binary", [False, True])
-def test_common_expressions_in_text_and_in_binary(binary: bool) -> None:
+def test_common_expressions_in_text_and_in_binary(binary):
     rows = [
         ((5, 1, 1), {0: 2.5, 1: 0}, ("+", "v3", "v4")),
         ((5, 3, 2), {0: 0, 1: 0}, ("*", "v4", "v2")),
@@ -310,7 +303,7 @@ def test_common_expressions_in_text_and_in_binary(binary: bool) -> None:
     )
 
 
-def test_free_variables_match_equations_by_size_and_fixed_ones_are_constant() -> None:
+def test_free_variables_match_equations_by_size_and_fixed_ones_are_constant():
     rows = [
         (EQUATION, {0: 1, 2: 0.01}, ("sin", "v1")),
         ((5, 1, 2), {1: 1, 3: 2}, 0),
@@ -330,9 +323,7 @@ def test_free_variables_match_equations_by_size_and_fixed_ones_are_constant() ->
 
 
 @pytest.mark.parametrize("number", [50, 250])
-def test_equation_that_no_free_variable_occurs_in_is_paired_with_any(
-    number: int,
-) -> None:
+def test_equation_that_no_free_variable_occurs_in_is_paired_with_any(number):
     """h(x) = 0 belongs to its multiplier, which does not occur in it; dense and
     sparse."""
     rows: list[Any] = [((5, 1, j + 1), {j: 1, number: -1}, 0) for j in range(number)]
@@ -343,7 +334,7 @@ def test_equation_that_no_free_variable_occurs_in_is_paired_with_any(
     assert problem.jacobian(z).shape == (number + 1, number + 1)
 
 
-def test_linear_model_is_a_linear_problem_with_its_decimals(tmp_path: Path) -> None:
+def test_linear_model_is_a_linear_problem_with_its_decimals(tmp_path):
     rows = [
         ((5, 1, 1), {0: 0.1, 1: 1}, ("+", ("*", 0.2, "v0"), -0.3)),
         (EQUATION, {0: -1}, ("neg", ("/", ("-", "v1", 7), 10))),
@@ -361,7 +352,7 @@ def test_linear_model_is_a_linear_problem_with_its_decimals(tmp_path: Path) -> N
     assert [Fraction(row[0], row[1]) for row in exact.rows] == [Fraction(3, 10), 10]
 
 
-def test_names_are_in_the_file_beside(tmp_path: Path) -> None:
+def test_names_are_in_the_file_beside(tmp_path):
     file = tmp_path / "model.nl"
     file.write_bytes(model(2, [((5, 1, 2), {1: 1}, -1)], [(4, 1), NONNEGATIVE]))
     (tmp_path / "model.col").write_text("fixed\nprice\n")
@@ -395,15 +386,15 @@ LINEAR = [((5, 1, 1), {0: 1}, -1)]
     ],
 )
 def test_objectives_are_refused_that_are_not_linear_as_the_model(
-    rows: Any, objective: Expression, fault: str
-) -> None:
+    rows, objective, fault
+):
     content = model(1, rows, [NONNEGATIVE], objective=objective)
     file = InputFile("model.nl", content)
     with pytest.raises(ProblemError, match=fault):
         assert file.nonlinear is file.objective
 
 
-def test_objective_has_its_decimals_and_its_constant() -> None:
+def test_objective_has_its_decimals_and_its_constant():
     objective = ("+", ("*", 0.1, "v0"), ("-", 0.3, "v1"))
     rows, bounds = [*LINEAR, (EQUATION, {1: 1}, 0)], [NONNEGATIVE, FREE]
     found = InputFile("m.nl", model(2, rows, bounds, objective=objective)).objective
@@ -418,7 +409,7 @@ def test_objective_has_its_decimals_and_its_constant() -> None:
 
 
 @pytest.mark.parametrize("binary", [False, True])
-def test_file_that_is_cut_off_anywhere_is_refused(binary: bool) -> None:
+def test_file_that_is_cut_off_anywhere_is_refused(binary):
     rows = [
         ((5, 1, 1), {0: 2.5, 1: 0.5}, ("min", "v2", "v1", 3)),
         ((5, 3, 2), {0: 1}, ("*", "v1", "v2")),
@@ -435,7 +426,7 @@ def test_file_that_is_cut_off_anywhere_is_refused(binary: bool) -> None:
                 problem_of(content[:end], "model.nl")
 
 
-def test_start_is_that_of_each_variable_wherever_its_unknown_stands() -> None:
+def test_start_is_that_of_each_variable_wherever_its_unknown_stands():
     """The first variable is no unknown, as its bounds fix it."""
     rows = [
         ((5, 1, 2), {}, ("+", ("exp", "v1"), -2.0)),
@@ -447,7 +438,7 @@ def test_start_is_that_of_each_variable_wherever_its_unknown_stands() -> None:
     assert problem.x0.tolist() == [5.0, 7.0]
 
 
-def test_entries_of_a_large_sparse_jacobian_stand_where_differences_put_them() -> None:
+def test_entries_of_a_large_sparse_jacobian_stand_where_differences_put_them():
     n = 300
     rows = [
         ((5, 1, i + 1), {i: 2.0, (i + 7) % n: -1.0}, ("square", f"v{(i * 13 + 5) % n}"))
@@ -465,7 +456,7 @@ def test_entries_of_a_large_sparse_jacobian_stand_where_differences_put_them() -
 @pytest.mark.parametrize(
     "constant", [b"s" + struct.pack("<h", 2), b"l" + struct.pack("<i", 2)]
 )
-def test_constants_of_every_size_in_binary_files_are_read(constant: bytes) -> None:
+def test_constants_of_every_size_in_binary_files_are_read(constant):
     rows = [((5, 1, 1), {0: 1}, ("+", ("^", "v0", 2.0), -3.0))]
     content = model(1, rows, [NONNEGATIVE], binary=True)
     assert content.count(b"n" + struct.pack("<d", 2.0)) == 1
@@ -477,15 +468,15 @@ def test_constants_of_every_size_in_binary_files_are_read(constant: bytes) -> No
     ("kind", "number"), [(0, "1"), (1, "2"), (4, "1.5"), (5, "1.5")]
 )
 def test_suffixes_of_variables_and_of_constraints_may_be_whole_or_real_numbers(
-    kind: int, number: str
-) -> None:
+    kind, number
+):
     content = model(1, [((5, 1, 1), {0: 1}, -3.0)], [NONNEGATIVE])
     at = content.index(b"r\n")
     suffixed = content[:at] + f"S{kind} 1 scale\n0 {number}\n".encode() + content[at:]
     assert run(problem_of(suffixed, "model.nl")).z.tolist() == [3.0]
 
 
-def test_row_that_is_the_constant_0_is_0() -> None:
+def test_row_that_is_the_constant_0_is_0():
     problem = nonlinear(
         model(
             2,
@@ -496,9 +487,7 @@ def test_row_that_is_the_constant_0_is_0() -> None:
     assert problem.values(np.array([1.0, 2.0])).tolist() == [0.0, 6.0]
 
 
-def test_values_and_not_multipliers_of_another_solver_are_its_solution(
-    tmp_path: Path,
-) -> None:
+def test_values_and_not_multipliers_of_another_solver_are_its_solution(tmp_path):
     file, written = tmp_path / "model.nl", tmp_path / "model.sol"
     file.write_bytes(
         model(

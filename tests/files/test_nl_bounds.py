@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from pathlib import Path
 from typing import Any
 
 import pytest
@@ -55,17 +54,13 @@ def solved(
         (BOTH, FREE, 1, -0.5, False),
     ],
 )
-def test_all_bounds_of_a_variable_count(
-    kinds: int, bounds: Any, constant: float, value: float, is_remarked: bool
-) -> None:
+def test_all_bounds_of_a_variable_count(kinds, bounds, constant, value, is_remarked):
     values, remark = solved(1, [(at(kinds, 0), {0: 2}, constant)], [bounds])
     assert values == [value]
     assert (STATED in remark) == is_remarked
 
 
-def test_remark_has_names_and_a_number_and_goes_with_the_problem(
-    tmp_path: Path,
-) -> None:
+def test_remark_has_names_and_a_number_and_goes_with_the_problem(tmp_path):
     rows = [(at(LOWER, 0), {0: 2}, -10), (at(LOWER, 1), {1: 2}, -10)]
     file = tmp_path / "model.nl"
     file.write_bytes(model(2, rows, [CAPACITY, CAPACITY]))
@@ -77,7 +72,7 @@ def test_remark_has_names_and_a_number_and_goes_with_the_problem(
 
 
 @pytest.mark.parametrize("cap", [3, 2, 4])
-def test_bound_is_that_of_its_multiplier_if_there_is_one(cap: float) -> None:
+def test_bound_is_that_of_its_multiplier_if_there_is_one(cap):
     """0 <= x complements 2 x - 10 + mu >= 0, and 0 <= mu complements cap - x >= 0, for
     x with the bounds 0 and 3."""
     rows = [(at(LOWER, 0), {0: 2, 1: 1}, -10), (at(LOWER, 1), {0: -1}, cap)]
@@ -90,9 +85,7 @@ def test_bound_is_that_of_its_multiplier_if_there_is_one(cap: float) -> None:
 
 
 @pytest.mark.parametrize("sign", [1, -1])
-def test_bounds_of_a_variable_belong_to_the_condition_of_one_that_stands_for_it(
-    sign: int,
-) -> None:
+def test_bounds_of_a_variable_belong_to_the_condition_of_one_that_stands_for_it(sign):
     """0 <= v complements 2 x - 10 >= 0, where v = x; or v = 3 - x, and 10 - 2 x."""
     tie = {0: 1, 1: -1} if sign > 0 else {0: 1, 1: 1}
     rows = [
@@ -104,7 +97,7 @@ def test_bounds_of_a_variable_belong_to_the_condition_of_one_that_stands_for_it(
     assert "0 <= v1 <= 3 is complementary to" in remark
 
 
-def test_bounds_of_what_no_condition_is_about_are_refused() -> None:
+def test_bounds_of_what_no_condition_is_about_are_refused():
     # v1 is no variable of the condition.
     rows = [(at(LOWER, 0), {0: 1, 1: 1}, 0), (EQUATION, {0: 1, 1: -2}, 1)]
     with pytest.raises(
@@ -120,9 +113,7 @@ def test_bounds_of_what_no_condition_is_about_are_refused() -> None:
         (0.3, ({2: -1}, 0.2), ({2: -1, 0: 1}, -0.1)),
     ],
 )
-def test_bounds_are_compared_as_decimals(
-    cap: float, slack: Any, tie: Any, tmp_path: Path
-) -> None:
+def test_bounds_are_compared_as_decimals(cap, slack, tie, tmp_path):
     """In doubles 0.3 - 0.1 is less than 0.2, and the multiplier's bound would seem to
     be the tighter one; 0.1 + 0.2 is more than 0.3, and it would seem to imply none."""
     rows = [(at(LOWER, 0), {0: 1, 1: 1}, -10), (at(LOWER, 1), *slack), (EQUATION, *tie)]
@@ -137,9 +128,7 @@ def test_bounds_are_compared_as_decimals(
 
 
 @pytest.mark.parametrize("side", [{0: -1}, {0: -2}, {0: -1, 3: -2}])
-def test_condition_that_has_lost_the_bounds_of_an_expression_is_refused(
-    side: dict[int, int],
-) -> None:
+def test_condition_that_has_lost_the_bounds_of_an_expression_is_refused(side):
     """As Pyomo writes 0 <= e <= 3 complements F: v1 and v2 are the two sides, here of
     v0 and perhaps v3."""
     rows = [
@@ -222,6 +211,6 @@ SOLVED = {  # rows and bounds, the values of all variables, and the remark
 
 
 @pytest.mark.parametrize("name", SOLVED)
-def test_bounds_count_where_a_condition_is_about_them(name: str) -> None:
+def test_bounds_count_where_a_condition_is_about_them(name):
     rows, bounds, values, remark = SOLVED[name]
     assert solved(len(bounds), rows, bounds) == (values, remark)

@@ -4,7 +4,6 @@ expressions, and files with no program that is solved are refused in a line."""
 from __future__ import annotations
 
 import random
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -65,8 +64,8 @@ def program_of(problem: Problem) -> tuple[Program, Blocks]:
 @pytest.mark.parametrize("seed", range(20))
 @pytest.mark.parametrize("binary", [False, True], ids=["text", "binary"])
 def test_objective_and_rows_are_those_of_the_expressions(
-    binary: bool, seed: int, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+    binary, seed, tmp_path, monkeypatch
+):
     """Dense, or as sparse matrices."""
     monkeypatch.setattr(program, "LARGEST_DENSE", 200 * (seed % 2))
     rng = random.Random(seed)
@@ -110,7 +109,7 @@ def test_objective_and_rows_are_those_of_the_expressions(
     assert (read_exact(str(file)).w([0] * problem.n)) is not None
 
 
-def test_program_is_solved_checked_and_written_with_its_names(tmp_path: Path) -> None:
+def test_program_is_solved_checked_and_written_with_its_names(tmp_path):
     objective = ("+", ("square", ("-", "v0", 0.1)), ("*", 2, ("square", "v1")))
     content = model(
         2, [((4, 1), {0: 1, 1: 1}, 0)], [NONNEGATIVE] * 2, objective=objective
@@ -133,7 +132,7 @@ def test_program_is_solved_checked_and_written_with_its_names(tmp_path: Path) ->
         lcpcli.read_nl(file)
 
 
-def test_equations_that_determine_all_variables_stay_a_system(tmp_path: Path) -> None:
+def test_equations_that_determine_all_variables_stay_a_system(tmp_path):
     file = tmp_path / "system.nl"
     rows = [((4, 1), {0: 2}, 0), ((4, 2), {0: 1, 1: 1}, 0)]
     file.write_bytes(model(2, rows, [FREE] * 2, objective="v0"))
@@ -155,9 +154,7 @@ REFUSED = {
 
 
 @pytest.mark.parametrize("case", REFUSED)
-def test_other_objectives_and_rows_are_refused_with_what_is_solved(
-    case: str, tmp_path: Path
-) -> None:
+def test_other_objectives_and_rows_are_refused_with_what_is_solved(case, tmp_path):
     expression, words = REFUSED[case]
     file = tmp_path / "model.nl"
     row = ((2, 1), {0: 1}, 0)

@@ -16,7 +16,6 @@ from scipy import io
 from lcpcli import read, read_nl
 from lcpcli.files import contents
 
-from ..cli.conftest import Lcp
 from .nl_writing import model
 
 M, Q = np.array([[2.0, 1.0], [1.0, 2.0]]), np.array([-5.0, -6.0])
@@ -45,7 +44,7 @@ CURVED = ((5, 1, 1), {0: 2}, ("-", ("exp", "v0"), 4))
 
 
 @pytest.fixture
-def folder(in_folder: Path) -> Path:
+def folder(in_folder):
     np.savetxt("M.csv", M, delimiter=",")
     np.savetxt("q.csv", Q)
     np.savetxt("whole.csv", np.column_stack([M, Q]), delimiter=",")
@@ -82,16 +81,16 @@ def folder(in_folder: Path) -> Path:
 
 
 @pytest.fixture
-def counted(monkeypatch: pytest.MonkeyPatch) -> Counter[str]:
+def counted(monkeypatch):
     """How often a file of each kind has been parsed, and files have been opened."""
     counts = Counter[str]()
 
-    def count(name: str, place: str) -> None:
+    def count(name, place):
         module, _, function = place.rpartition(".")
         path = f"lcpcli.{module}"
         real: Callable[..., Any] = getattr(import_module(path), function)
 
-        def counting(*given: Any, **named: Any) -> Any:
+        def counting(*given, **named):
             counts[name] += 1
             return real(*given, **named)
 
@@ -101,7 +100,7 @@ def counted(monkeypatch: pytest.MonkeyPatch) -> Counter[str]:
         count(name, place)
     opened = contents.open_file
 
-    def opening(path: str) -> Any:
+    def opening(path):
         counts["opened"] += 1
         return opened(path)
 
@@ -153,9 +152,7 @@ COMMANDS = {
 
 @pytest.mark.usefixtures("folder")
 @pytest.mark.parametrize("command", COMMANDS)
-def test_each_file_is_opened_and_parsed_once(
-    command: str, lcp: Lcp, counted: Counter[str]
-) -> None:
+def test_each_file_is_opened_and_parsed_once(command, lcp, counted):
     expected = COMMANDS[command]
     outcome = lcp(command)
     assert outcome.code in (0, 1), outcome.err
@@ -165,7 +162,7 @@ def test_each_file_is_opened_and_parsed_once(
 
 
 @pytest.mark.usefixtures("folder")
-def test_the_library_parses_each_file_once(counted: Counter[str]) -> None:
+def test_the_library_parses_each_file_once(counted):
     read("M.csv", "q.csv")
     read("game.json")
     read_nl("curved.nl")

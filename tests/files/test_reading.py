@@ -7,7 +7,6 @@ import io
 import json
 import sys
 import zipfile
-from collections.abc import Callable
 from fractions import Fraction
 from pathlib import Path
 from typing import Any
@@ -22,10 +21,9 @@ from lcpcli.files import beside, contents
 from lcpcli.files.beside import read_start
 
 from .. import exact
-from ..conftest import JSON, M, Outcome, Q, numbers
+from ..conftest import JSON, M, Q, numbers
 from ..wordings import ADD_Q, AS_CSV, MISSING, NO_Q, NUMBERS, SPREADSHEET
 
-Lcp = Callable[..., Outcome]
 MARK = b"\xef\xbb\xbf"
 
 
@@ -84,8 +82,8 @@ SPELLINGS = {
 
 @pytest.mark.parametrize("spelling", SPELLINGS)
 def test_every_safe_spelling_is_read_from_a_file_and_from_standard_input(
-    spelling: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+    spelling, tmp_path, monkeypatch
+):
     for suffix in ("csv", "txt", *(["json"] if spelling.startswith("json") else [])):
         (tmp_path / f"problem.{suffix}").write_bytes(SPELLINGS[spelling])
         problem = read(tmp_path / f"problem.{suffix}")
@@ -114,9 +112,7 @@ VECTORS = {
 
 
 @pytest.mark.parametrize("content", VECTORS.values(), ids=VECTORS)
-def test_q_and_a_start_are_read_from_a_file(
-    tmp_path: Path, content: bytes, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_q_and_a_start_are_read_from_a_file(tmp_path, content, monkeypatch):
     (tmp_path / "M.csv").write_bytes(b"2,-1\n-0.5,2\n")
     (tmp_path / "q.csv").write_bytes(content)
     feed(monkeypatch, content)
@@ -126,9 +122,7 @@ def test_q_and_a_start_are_read_from_a_file(
     assert read_start("--x0", str(tmp_path / "q.csv"), 2).tolist() == Q
 
 
-def test_a_start_is_taken_from_a_file_or_hundreds_of_typed_numbers(
-    lcp: Lcp, tmp_path: Path
-) -> None:
+def test_a_start_is_taken_from_a_file_or_hundreds_of_typed_numbers(lcp, tmp_path):
     file, start = str(tmp_path / "problem.json"), str(tmp_path / "start")
     Path(file).write_text(JSON)
     Path(start).write_text("-1\n0.25\n")
@@ -141,7 +135,7 @@ def test_a_start_is_taken_from_a_file_or_hundreds_of_typed_numbers(
     assert (outcome.code, outcome.err) == (0, "")
 
 
-def test_one_solution_or_several_are_read_from_json(tmp_path: Path) -> None:
+def test_one_solution_or_several_are_read_from_json(tmp_path):
     for solution, expected in (
         ([1, 0], [[1, 0]]),
         ([[1, 0]], [[1, 0]]),
@@ -187,7 +181,7 @@ FILES = {
 
 
 @pytest.fixture
-def folder(in_folder: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+def folder(in_folder, monkeypatch):
     for name, content in FILES.items():
         (in_folder / name).write_bytes(content)
     # Whose times are not looked at here.
@@ -199,7 +193,7 @@ def folder(in_folder: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
 @pytest.mark.parametrize(
     "files", ["M.npy q.npy", "M.mat b.mat", "M.csv q.csv", "M.npy q.csv"]
 )
-def test_two_files_are_one_problem_in_every_command(lcp: Lcp, files: str) -> None:
+def test_two_files_are_one_problem_in_every_command(lcp, files):
     for line in (
         "solve {} --exact --quiet",
         "compare {} --method lemke -q",
@@ -209,9 +203,7 @@ def test_two_files_are_one_problem_in_every_command(lcp: Lcp, files: str) -> Non
         assert (outcome.code, outcome.err) == (0, "")
 
 
-def test_a_file_that_holds_M_alone_takes_exactly_the_next_one(
-    folder: Path, lcp: Lcp
-) -> None:
+def test_a_file_that_holds_M_alone_takes_exactly_the_next_one(folder, lcp):
     files = "p.csv M.npy q.npy M.mat b.mat p.csv"
     found = lcp(f"compare {files} --method newton --format json")
     assert [json.loads(line)["problem"] for line in found.out.splitlines()] == [
@@ -240,9 +232,7 @@ def test_a_file_that_holds_M_alone_takes_exactly_the_next_one(
 
 
 @pytest.mark.usefixtures("in_folder")
-def test_numbers_are_typed_in_any_usual_way_unless_a_file_has_their_name(
-    lcp: Lcp,
-) -> None:
+def test_numbers_are_typed_in_any_usual_way_unless_a_file_has_their_name(lcp):
     Path("p.csv").write_text("1,0,0,-1\n0,1,0,2.5\n0,0,1,-1\n")
     for text in (
         "1,-2.5,1/3",
@@ -300,9 +290,7 @@ FOREIGN = [
 
 
 @pytest.mark.parametrize(("name", "content", "words"), FOREIGN)
-def test_what_is_not_read_is_refused_by_name(
-    tmp_path: Path, lcp: Lcp, name: str, content: bytes, words: str
-) -> None:
+def test_what_is_not_read_is_refused_by_name(tmp_path, lcp, name, content, words):
     (tmp_path / name).write_bytes(content)
     outcome = lcp(f"solve {tmp_path / name}")
     assert outcome.err.startswith(f"lcp: {tmp_path / name}: {words}"), outcome.err
@@ -314,11 +302,11 @@ NAMES = sorted(path.name for path in FOLDER.glob("*.json"))
 
 
 @pytest.fixture(params=NAMES)
-def problem(request: pytest.FixtureRequest) -> Problem:
+def problem(request):
     return read(contents.shipped_path(request.param))
 
 
-def test_these_problems_ship() -> None:
+def test_these_problems_ship():
     others = [
         "paper-example-1.json",
         "paper-example-2.json",
@@ -329,8 +317,8 @@ def test_these_problems_ship() -> None:
 
 
 def test_each_has_a_name_a_source_and_a_solution_and_stands_in_the_folders_readme(
-    problem: Problem,
-) -> None:
+    problem,
+):
     assert f"{problem.name}.json" in NAMES
     assert problem.source
     assert problem.solutions
@@ -339,7 +327,7 @@ def test_each_has_a_name_a_source_and_a_solution_and_stands_in_the_folders_readm
     )
 
 
-def test_known_solutions_are_exact_solutions(problem: Problem) -> None:
+def test_known_solutions_are_exact_solutions(problem):
     """Each component is taken as the nearest fraction of small denominator, and the
     problem is checked in fractions."""
     for solution in problem.solutions:
@@ -352,9 +340,7 @@ def test_known_solutions_are_exact_solutions(problem: Problem) -> None:
 
 
 @pytest.mark.parametrize("method", ["shi", "fixed-point"])
-def test_all_but_the_game_are_solved_by_both_methods(
-    problem: Problem, method: str
-) -> None:
+def test_all_but_the_game_are_solved_by_both_methods(problem, method):
     result = run(problem, method)
     assert result.solved is (problem.name != "bimatrix")
     assert problem.name != "bimatrix" or result.status in (
@@ -364,23 +350,21 @@ def test_all_but_the_game_are_solved_by_both_methods(
 
 
 @pytest.fixture
-def elsewhere(in_folder: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+def elsewhere(in_folder, monkeypatch):
     """An empty folder, as the current one."""
     # Whose times are not looked at here.
     monkeypatch.setattr("lcpcli.solving.driver.MAX_REPETITIONS", 1)
     return in_folder
 
 
-def test_each_is_read_by_its_name_from_any_folder(elsewhere: Path) -> None:
+def test_each_is_read_by_its_name_from_any_folder(elsewhere):
     for name, file in contents.shipped_problems().items():
         for given in (name, file.name):
             assert np.array_equal(read(given).q, read(str(file)).q)
     assert not list(elsewhere.iterdir())
 
 
-def test_every_command_that_reads_a_problem_takes_the_names(
-    elsewhere: Path, lcp: Callable[..., Any]
-) -> None:
+def test_every_command_that_reads_a_problem_takes_the_names(elsewhere, lcp):
     assert lcp("solve bimatrix -o result.json").code == 0
     for line in (
         "solve bimatrix diode-bridge -q",
@@ -406,9 +390,7 @@ def test_every_command_that_reads_a_problem_takes_the_names(
     ],
     ids=["before an object", "after an object", "around a table", "empty columns"],
 )
-def test_blanks_around_a_problem_take_no_time(
-    content: bytes, lcp: Lcp, in_folder: Path
-) -> None:
+def test_blanks_around_a_problem_take_no_time(content, lcp, in_folder):
     """Time that grew with the square of their number would be a minute."""
     (in_folder / "problem").write_bytes(content)
     outcome = lcp("solve problem -f json")

@@ -11,7 +11,6 @@ import struct
 import subprocess
 import sys
 from collections.abc import Callable
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -58,7 +57,7 @@ MATRICES = {
 
 
 @pytest.mark.parametrize("text", MATRICES.values(), ids=MATRICES)
-def test_matrix_market_is_read(tmp_path: Path, text: str) -> None:
+def test_matrix_market_is_read(tmp_path, text):
     (tmp_path / "problem.mtx").write_bytes(text.encode("latin-1"))
     (tmp_path / "q.csv").write_bytes(b"-1,0.25")
     problem = read(str(tmp_path / "problem.mtx"), str(tmp_path / "q.csv"))
@@ -78,9 +77,7 @@ def test_matrix_market_is_read(tmp_path: Path, text: str) -> None:
         ("coordinate real skew-symmetric", "2 2 1|2 1 0.1", [[0, -0.1], [0.1, 0]]),
     ],
 )
-def test_kinds_of_matrix_market_are_read(
-    tmp_path: Path, header: str, entries: str, expected: list[list[float]]
-) -> None:
+def test_kinds_of_matrix_market_are_read(tmp_path, header, entries, expected):
     (tmp_path / "M.mtx").write_text(
         "\n".join([f"{BANNER} {header}", *entries.split("|")])
     )
@@ -103,9 +100,7 @@ def test_kinds_of_matrix_market_are_read(
         "coordinate real general\n1 2 2\n1 2 0.25\n1 1 -1\n",
     ],
 )
-def test_q_is_read_from_matrix_market_beside_any_format(
-    tmp_path: Path, text: str
-) -> None:
+def test_q_is_read_from_matrix_market_beside_any_format(tmp_path, text):
     (tmp_path / "M.csv").write_text("2,-1\n-0.5,2\n")
     (tmp_path / "M.mtx.gz").write_bytes(gzip.compress(MATRICES["coordinate"].encode()))
     np.savez(tmp_path / "M.npz", M=M)
@@ -186,8 +181,8 @@ BINARY = {
 
 @pytest.mark.parametrize("name", BINARY)
 def test_arrays_are_read_to_the_right_numbers_from_a_file_and_from_standard_input(
-    name: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+    name, tmp_path, monkeypatch
+):
     (tmp_path / name).write_bytes(BINARY[name])
     monkeypatch.setattr(sys, "stdin", io.TextIOWrapper(io.BytesIO(BINARY[name])))
     for problem in map(read, (tmp_path / name, "-")):
@@ -198,7 +193,7 @@ def test_arrays_are_read_to_the_right_numbers_from_a_file_and_from_standard_inpu
     )
 
 
-def test_whole_numbers_are_numbers(tmp_path: Path) -> None:
+def test_whole_numbers_are_numbers(tmp_path):
     np.save(tmp_path / "p.npy", (4 * BESIDE).astype(int))
     assert (read(tmp_path / "p.npy").M / 4).tolist() == M
 
@@ -207,7 +202,7 @@ def test_whole_numbers_are_numbers(tmp_path: Path) -> None:
     "kind",
     [f"{form}_array" for form in ("csr", "csc", "bsr", "coo", "dia")] + ["csr_matrix"],
 )
-def test_what_scipy_saves_is_read_beside_q(tmp_path: Path, kind: str) -> None:
+def test_what_scipy_saves_is_read_beside_q(tmp_path, kind):
     sparse.save_npz(tmp_path / "M.npz", getattr(sparse, kind)(np.array(M)))
     np.savez(tmp_path / "q.npz", Q)
     problem = read(str(tmp_path / "M.npz"), str(tmp_path / "q.npz"))
@@ -215,13 +210,13 @@ def test_what_scipy_saves_is_read_beside_q(tmp_path: Path, kind: str) -> None:
     assert is_sparse(problem.M)
 
 
-def test_all_that_a_problem_may_hold_is_read(tmp_path: Path) -> None:
+def test_all_that_a_problem_may_hold_is_read(tmp_path):
     texts = {"name": "n\u00e4me", "source": "s", "note": "", "verdict": "ray"}
     held = {"M": M, "q": Q, "x0": [1, 2], "x1": [[3], [4]], **texts}
     solutions = [[0.5, 0.0], [0.25, 0.125]]
     np.savez(
         tmp_path / "p.npz", **{**held, "source": np.bytes_("s"), "solution": solutions}
-    )  # type: ignore[arg-type]
+    )
     in_columns = {**held, "solution": np.transpose(solutions)}
     savemat(tmp_path / "p.mat", in_columns)
     (tmp_path / "p.json").write_text(
@@ -237,17 +232,13 @@ def test_all_that_a_problem_may_hold_is_read(tmp_path: Path) -> None:
         assert {key: getattr(problem, key) for key in texts} == texts
 
 
-def test_a_vector_is_read_from_npz_by_its_name_or_as_the_only_one(
-    tmp_path: Path,
-) -> None:
+def test_a_vector_is_read_from_npz_by_its_name_or_as_the_only_one(tmp_path):
     for arrays in ({"x0": Q, "q": [1, 1]}, {"anything": [Q]}):
         np.savez(tmp_path / "vectors.npz", **arrays)
         assert read_start("--x0", str(tmp_path / "vectors.npz"), 2).tolist() == Q
 
 
-def test_scipy_is_loaded_for_a_sparse_or_matrix_market_file_alone(
-    tmp_path: Path,
-) -> None:
+def test_scipy_is_loaded_for_a_sparse_or_matrix_market_file_alone(tmp_path):
     np.savez(tmp_path / "p.npz", M=M, q=Q)
     code = (
         f"import sys, lcpcli; lcpcli.read({str(tmp_path / 'p.npz')!r}); "
@@ -259,7 +250,7 @@ def test_scipy_is_loaded_for_a_sparse_or_matrix_market_file_alone(
     assert done.stdout.strip() == "False"
 
 
-def test_a_text_of_characters_that_do_not_exist_is_refused(tmp_path: Path) -> None:
+def test_a_text_of_characters_that_do_not_exist_is_refused(tmp_path):
     name = np.frombuffer(np.array([2**30], dtype="<u4").tobytes(), dtype="<U1").reshape(
         ()
     )
@@ -281,9 +272,7 @@ def outcome(content: bytes) -> str:
     [2, pytest.param(3, marks=pytest.mark.slow("changes each byte three times"))],
 )
 @pytest.mark.parametrize("options", KINDS)
-def test_any_changed_byte_leaves_a_file_that_is_read_or_refused(
-    options: dict[str, Any], most: int
-) -> None:
+def test_any_changed_byte_leaves_a_file_that_is_read_or_refused(options, most):
     content, source = small(**options), random.Random(5)
     refused = 0
     for at in range(len(content)):
@@ -292,14 +281,14 @@ def test_any_changed_byte_leaves_a_file_that_is_read_or_refused(
     assert refused > len(content) * most / 12
 
 
-def test_a_file_of_version_4_is_refused_with_what_to_do() -> None:
+def test_a_file_of_version_4_is_refused_with_what_to_do():
     content = saved(savemat, {"M": MATRIX, "q": VECTOR}, format="4")
     assert "is a MAT file of version 4" in outcome(content)
     assert "-v7" in outcome(content)
 
 
 @pytest.mark.parametrize("size", [2**31 - 1, 2**32 - 1, 2**30])
-def test_dimensions_that_are_not_those_of_the_values_are_refused(size: int) -> None:
+def test_dimensions_that_are_not_those_of_the_values_are_refused(size):
     content = small()
     # The dimensions of the first array.
     at = content.index(struct.pack("<II", 5, 8)) + 8
@@ -308,9 +297,7 @@ def test_dimensions_that_are_not_those_of_the_values_are_refused(size: int) -> N
         assert "is not a MAT file, or is damaged" in outcome(damaged)
 
 
-def test_parts_of_a_sparse_matrix_of_a_program_have_its_name_in_front(
-    tmp_path: Path,
-) -> None:
+def test_parts_of_a_sparse_matrix_of_a_program_have_its_name_in_front(tmp_path):
     np.savez(tmp_path / "program.npz", c=[-5, -6], row_upper=[1, 1], **parts_of(SPARSE))
     with pytest.raises(
         ProblemError, match="data: is part of a sparse matrix that has no name"
@@ -323,15 +310,13 @@ def test_parts_of_a_sparse_matrix_of_a_program_have_its_name_in_front(
     [(136, 118), (145, 75)],
     ids=["element-of-unknown-type", "complex-flag"],
 )
-def test_a_damaged_mat_file_on_which_scipy_crashes_is_refused(
-    place: int, byte: int
-) -> None:
+def test_a_damaged_mat_file_on_which_scipy_crashes_is_refused(place, byte):
     content = bytearray(mat(M=np.eye(3), q=-np.ones(3)))
     content[place] = byte
     assert "is not a MAT file, or is damaged" in outcome(bytes(content))
 
 
-def test_bounds_called_a_and_b_in_a_mat_file_are_not_ignored(tmp_path: Path) -> None:
+def test_bounds_called_a_and_b_in_a_mat_file_are_not_ignored(tmp_path):
     own = {"M": np.eye(2), "q": [1.0, 2.0], "a": [0.0, 0.0], "b": [1.0, 1.0]}
     savemat(tmp_path / "p.mat", own)
     with pytest.raises(ProblemError, match=f"a: {MAY_BE_BOUNDS}"):

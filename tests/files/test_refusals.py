@@ -4,7 +4,6 @@ a problem."""
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from functools import partial
 
 import pytest
@@ -1195,7 +1194,5 @@ REFUSALS: list[Refusal] = [
 
 
 @pytest.mark.parametrize("refusal", REFUSALS, ids=str)
-def test_a_file_that_cannot_be_used_is_refused(
-    refusal: Refusal, refused: Callable[[str, Files], str]
-) -> None:
+def test_a_file_that_cannot_be_used_is_refused(refusal, refused):
     assert refused(refusal.command, refusal.files) == refusal.line

@@ -26,7 +26,7 @@ from lcpcli.linalg.matrices import dense, is_sparse
 from lcpcli.model.problem import VERDICTS
 from lcpcli.rational.numbers import decimal, fraction, places
 
-from ..conftest import M, Outcome, Q, read_exact
+from ..conftest import M, Q, read_exact
 
 LARGEST, SMALLEST = sys.float_info.max, math.ulp(0.0)
 FLOATS = st.floats(allow_nan=False, allow_infinity=False)
@@ -101,7 +101,7 @@ def everything(problem: Problem) -> list[Any]:
 
 
 @pytest.fixture(scope="module")
-def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
+def folder(tmp_path_factory):
     return tmp_path_factory.mktemp("files")
 
 
@@ -144,9 +144,7 @@ KEPT: dict[str, Callable[[Problem], Problem]] = {  # what a file keeps, by its n
 @example(problem=WHOLE)
 @example(problem=WHOLE_SPARSE)
 @example(problem=BOUNDED)
-def test_what_a_file_keeps_is_read_back_exactly(
-    folder: Path, name: str, problem: Problem
-) -> None:
+def test_what_a_file_keeps_is_read_back_exactly(folder, name, problem):
     if name == "all.npz" and any(
         text.endswith("\0") for text in (problem.name, problem.source, problem.note)
     ):
@@ -156,12 +154,11 @@ def test_what_a_file_keeps_is_read_back_exactly(
     assert everything(read(*map(str, files_of(folder / name)))) == everything(kept)
 
 
-def test_scipy_reads_the_sparse_matrix_of_an_npz(tmp_path: Path) -> None:
+def test_scipy_reads_the_sparse_matrix_of_an_npz(tmp_path):
     write(Problem(sparse.csr_array(M), Q), str(tmp_path / "problem.npz"))
     assert sparse.load_npz(tmp_path / "problem.npz").toarray().tolist() == M
 
 
-Lcp = Callable[..., Outcome]
 DIGITS = "0.1000000000000000055511151231257827"
 INTEGER = "123456789012345678901234567891"
 NUMBERS = st.one_of(
@@ -237,9 +234,7 @@ def texts(draw: st.DrawFn) -> Texts:
     problem=([["1", "0"], [INTEGER, DIGITS]], ["0", "-" + DIGITS], [DIGITS, None]),
     in_coordinates=False,
 )
-def test_every_text_format_passes_the_digits_on(
-    folder: Path, problem: Texts, in_coordinates: bool
-) -> None:
+def test_every_text_format_passes_the_digits_on(folder, problem, in_coordinates):
     M, q, upper = problem
     n, listed = len(q), plain(M)
     if in_coordinates:
@@ -285,13 +280,13 @@ def plain(value: Any) -> str:
     )
 
 
-def test_bounds_typed_beside_a_file_keep_their_digits(folder: Path, lcp: Lcp) -> None:
+def test_bounds_typed_beside_a_file_keep_their_digits(folder, lcp):
     (folder / "a.json").write_text('{"M": [[1, 0], [0, 1]], "q": [0, -1]}')
     lcp(f"convert {folder / 'a.json'} --upper {DIGITS},1/8 -o {folder / 'b.csv'}")
     assert exact(folder / "b.csv")[3] == [Fraction(DIGITS), Fraction(1, 8)]
 
 
-def test_two_files_keep_the_digits_of_both(folder: Path) -> None:
+def test_two_files_keep_the_digits_of_both(folder):
     (folder / "M.csv").write_text(f"{DIGITS};0\n0;1\n".replace(".", ","))
     (folder / "q.json").write_text(f"[-1, -{INTEGER}]")
     convert(folder / "M.csv", folder / "q.json", folder / "b.json")
@@ -333,9 +328,7 @@ def _fractions(value: Any) -> Any:
     numbers=st.lists(MODERATE, min_size=15, max_size=15),
     sense=st.sampled_from(["min", "max"]),
 )
-def test_programs_keep_their_digits_in_json_and_mps(
-    folder: Path, numbers: list[str], sense: str
-) -> None:
+def test_programs_keep_their_digits_in_json_and_mps(folder, numbers, sense):
     a, b, c, constant, *others = numbers
     low, high = sorted(others[:2], key=fraction)
     program = {
@@ -366,7 +359,7 @@ def test_programs_keep_their_digits_in_json_and_mps(
         assert numbers_of(held) == numbers_of(program)
 
 
-def test_games_keep_their_payoffs(folder: Path, lcp: Lcp) -> None:
+def test_games_keep_their_payoffs(folder, lcp):
     (folder / "g.json").write_text(
         f'{{"A": [[{DIGITS}, "1/3"], [{INTEGER}, 2]], "B": [[1, 2], [3, 0.25]]}}'
     )
@@ -391,9 +384,7 @@ def test_games_keep_their_payoffs(folder: Path, lcp: Lcp) -> None:
 
 
 @pytest.mark.parametrize("ending", ["npz", "mat", "npy"])
-def test_doubles_are_rounded_with_one_remark(
-    folder: Path, lcp: Lcp, ending: str
-) -> None:
+def test_doubles_are_rounded_with_one_remark(folder, lcp, ending):
     (folder / "a.json").write_text(
         f'{{"M": [[{DIGITS}, 0], [0, {INTEGER}]], "q": [0, -1]}}'
     )
@@ -412,7 +403,7 @@ def test_doubles_are_rounded_with_one_remark(
 
 @settings(max_examples=30)
 @given(value=st.fractions(max_denominator=10**6), power=st.integers(0, 400))
-def test_decimals_are_exact(value: Fraction, power: int) -> None:
+def test_decimals_are_exact(value, power):
     number = value.numerator / Fraction(10) ** power
     assert fraction(decimal(number)) == number
     assert (places(Fraction(1, value.denominator)) is None) == (
@@ -426,8 +417,8 @@ def test_decimals_are_exact(value: Fraction, power: int) -> None:
     other=st.sampled_from([1, 3, 7 * 11, 10**40 + 1]),
 )
 def test_a_fraction_has_as_many_decimals_as_its_denominator_has_factors(
-    twos: int, fives: int, other: int
-) -> None:
+    twos, fives, other
+):
     value = Fraction(1, 2**twos * 5**fives * other)
     assert places(value) == (max(twos, fives) if other == 1 else None)
 
@@ -456,8 +447,8 @@ NAMED = {
 @pytest.mark.parametrize("ending", ["npz", "mat"])
 @pytest.mark.parametrize("formulation", NAMED)
 def test_names_of_every_formulation_are_read_back_from_arrays(
-    formulation: str, ending: str, tmp_path: Path
-) -> None:
+    formulation, ending, tmp_path
+):
     steps = [tmp_path / f"a.{each}" for each in ("json", ending)]
     direct, back = tmp_path / "direct.json", tmp_path / "back.json"
     steps[0].write_text(NAMED[formulation])

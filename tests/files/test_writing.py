@@ -12,7 +12,7 @@ import os
 import resource
 import stat
 import sys
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
@@ -36,15 +36,13 @@ EXAMPLE = Problem(M, Q, name="example")
     "name",
     ["problem.txt", "problem", "problem.json.gz", "problem.mtx.gz", "json", ".csv"],
 )
-def test_no_file_is_written_in_an_unknown_format(tmp_path: Path, name: str) -> None:
+def test_no_file_is_written_in_an_unknown_format(tmp_path, name):
     with pytest.raises(ProblemError, match=rf"{name}.*\.json.*\.csv"):
         write(EXAMPLE, str(tmp_path / name))
     assert list(tmp_path.iterdir()) == []
 
 
-def test_a_new_file_has_the_usual_permissions_and_an_old_one_keeps_its_own(
-    tmp_path: Path,
-) -> None:
+def test_a_new_file_has_the_usual_permissions_and_an_old_one_keeps_its_own(tmp_path):
     path = tmp_path / "problem.json"
     before = os.umask(0o027)
     try:
@@ -61,14 +59,14 @@ def test_a_new_file_has_the_usual_permissions_and_an_old_one_keeps_its_own(
         assert stat.S_IMODE(path.stat().st_mode) == mode
 
 
-def test_a_link_stays_a_link_to_what_is_written(tmp_path: Path) -> None:
+def test_a_link_stays_a_link_to_what_is_written(tmp_path):
     (tmp_path / "link.json").symlink_to("problem.json")
     write(EXAMPLE, str(tmp_path / "link.json"))
     assert (tmp_path / "link.json").readlink() == Path("problem.json")
     assert numbers(read(str(tmp_path / "problem.json"))) == (M, Q)
 
 
-def test_a_file_of_the_longest_possible_name_is_written(tmp_path: Path) -> None:
+def test_a_file_of_the_longest_possible_name_is_written(tmp_path):
     path = tmp_path / f"{'a' * 250}.json"
     write(EXAMPLE, str(path))
     assert [entry.name for entry in tmp_path.iterdir()] == [path.name]
@@ -113,8 +111,8 @@ def refused_rename(error: BaseException) -> Iterator[None]:
     ids=["full-disk", "refused-rename", "interrupt"],
 )
 def test_a_file_that_cannot_be_written_stays_as_it_was_and_a_new_one_is_not_left_behind(
-    tmp_path: Path, failure: Callable[[], Any], error: type[BaseException]
-) -> None:
+    tmp_path, failure, error
+):
     (tmp_path / "old.json").write_text("old")
     for name in ("old.json", "new.json", "problem.mtx", "problem.npz"):
         with pytest.raises(error), failure():
@@ -124,7 +122,7 @@ def test_a_file_that_cannot_be_written_stays_as_it_was_and_a_new_one_is_not_left
     }
 
 
-def test_of_a_pair_none_is_replaced_if_one_cannot_be_written(tmp_path: Path) -> None:
+def test_of_a_pair_none_is_replaced_if_one_cannot_be_written(tmp_path):
     (tmp_path / "problem.mtx").write_text("old")
     (tmp_path / "problem.q.mtx").mkdir()
     with pytest.raises(LCPError, match=rf"problem\.q\.mtx: {DIRECTORY}"):
@@ -133,12 +131,12 @@ def test_of_a_pair_none_is_replaced_if_one_cannot_be_written(tmp_path: Path) -> 
 
 
 @pytest.fixture
-def file(tmp_path: Path) -> str:
+def file(tmp_path):
     (tmp_path / "problem.json").write_text(JSON[:-1] + ', "name": "half \\ud83d"}')
     return str(tmp_path / "problem.json")
 
 
-def test_a_device_is_written_to_and_not_replaced(lcp: Lcp, file: str) -> None:
+def test_a_device_is_written_to_and_not_replaced(lcp, file):
     with refused_rename(AssertionError("the device would have been replaced")):
         outcome = lcp(f"solve {file} -q -o /dev/null")
         write_whole("/dev/null", "text")
@@ -149,7 +147,7 @@ def test_a_device_is_written_to_and_not_replaced(lcp: Lcp, file: str) -> None:
     assert stat.S_ISCHR(Path("/dev/null").stat().st_mode)
 
 
-def test_a_pipe_is_written_to_and_not_replaced_and_read_from(tmp_path: Path) -> None:
+def test_a_pipe_is_written_to_and_not_replaced_and_read_from(tmp_path):
     pipe = tmp_path / "pipe.json"
     os.mkfifo(pipe)
     reader = os.open(pipe, os.O_RDONLY | os.O_NONBLOCK)
@@ -170,9 +168,7 @@ def test_a_pipe_is_written_to_and_not_replaced_and_read_from(tmp_path: Path) -> 
 
 
 @pytest.mark.parametrize("ending", ["md", "tex", "csv", "json", "txt"])
-def test_a_name_that_is_no_unicode_loses_no_result(
-    lcp: Lcp, file: str, tmp_path: Path, ending: str
-) -> None:
+def test_a_name_that_is_no_unicode_loses_no_result(lcp, file, tmp_path, ending):
     assert lcp(f"solve {file} -q -o {tmp_path / f'result.{ending}'}") == Outcome(
         0, "", ""
     )
@@ -180,7 +176,7 @@ def test_a_name_that_is_no_unicode_loses_no_result(
 
 
 @pytest.mark.parametrize("suffix", [".json", ".csv"])
-def test_a_file_with_a_compressed_problem_is_read(suffix: str, tmp_path: Path) -> None:
+def test_a_file_with_a_compressed_problem_is_read(suffix, tmp_path):
     write(Problem([[2, 1], [1, 2]], [-5, -6]), tmp_path / f"p{suffix.upper()}")
     packed = tmp_path / f"p{suffix}.gz"
     packed.write_bytes(gzip.compress((tmp_path / f"p{suffix.upper()}").read_bytes()))
@@ -191,7 +187,7 @@ TOGETHER = "good.json", "three.jsonl", "M.csv", "Q.csv"
 
 
 @pytest.fixture
-def folder(in_folder: Path) -> Path:
+def folder(in_folder):
     lines = [json.dumps({"M": [[2, 1], [1, 2]], "q": [-5, -k]}) for k in range(1, 5)]
     (in_folder / "good.json").write_text(lines[0])
     (in_folder / "three.jsonl").write_text("\n".join(lines[1:]))
@@ -210,7 +206,7 @@ def whole_log(lcp: Lcp, *files: str) -> list[str]:
     return Path("log.jsonl").read_text().splitlines(keepends=True)
 
 
-def test_a_log_in_any_order_goes_on_with_what_it_lacks(lcp: Lcp, folder: Path) -> None:
+def test_a_log_in_any_order_goes_on_with_what_it_lacks(lcp, folder):
     path = folder / "log.jsonl"
     whole = whole_log(lcp)
     path.write_text("".join(whole[at] for at in (7, 2, 5, 0, 3)) + whole[1][:40])
@@ -229,7 +225,7 @@ def test_a_log_in_any_order_goes_on_with_what_it_lacks(lcp: Lcp, folder: Path) -
     assert path.read_text() == before
 
 
-def test_a_log_with_results_is_not_replaced(lcp: Lcp, folder: Path) -> None:
+def test_a_log_with_results_is_not_replaced(lcp, folder):
     path = folder / "log.jsonl"
     whole = whole_log(lcp)
     for kept in ("".join(whole[:3]), "".join(whole)[:-5], "".join(whole)):
@@ -251,9 +247,7 @@ def test_a_log_with_results_is_not_replaced(lcp: Lcp, folder: Path) -> None:
         (["--tol", "1e-9"], [], "tol 1e-09, but here it is 1e-10"),
     ],
 )
-def test_other_options_are_refused(
-    then: list[str], now: list[str], words: str, lcp: Lcp, folder: Path
-) -> None:
+def test_other_options_are_refused(then, now, words, lcp, folder):
     (folder / "u.json").write_text("[1, 2]")
     lcp("solve", "three.jsonl", "-o", "log.jsonl", *then)
     before = (folder / "log.jsonl").read_text()
@@ -265,9 +259,7 @@ def test_other_options_are_refused(
 @pytest.mark.parametrize(
     "tail", ["\0" * 4096, '{"ver' + "\0" * 100, '{"version": "0.1.0", "fi\0\0']
 )
-def test_zeros_at_the_end_are_what_was_not_written(
-    tail: str, lcp: Lcp, folder: Path
-) -> None:
+def test_zeros_at_the_end_are_what_was_not_written(tail, lcp, folder):
     path = folder / "log.jsonl"
     path.write_text("".join(whole_log(lcp, "three.jsonl")[:2]) + tail)
     assert (
@@ -277,13 +269,11 @@ def test_zeros_at_the_end_are_what_was_not_written(
 
 
 @pytest.mark.skipif(sys.platform == "win32", reason="no such locks")
-def test_a_log_is_left_to_a_run_that_has_read_it_and_waits(
-    lcp: Lcp, folder: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_a_log_is_left_to_a_run_that_has_read_it_and_waits(lcp, folder, monkeypatch):
     usual = streams.all_records
     refused = []
 
-    def late(*arguments: Any, **others: Any) -> Iterator[Any]:
+    def late(*arguments, **others):
         with (
             pytest.raises(OptionError, match="is being written by another run"),
             atomic_write.open_log("log.jsonl", anew=False),
@@ -299,7 +289,7 @@ def test_a_log_is_left_to_a_run_that_has_read_it_and_waits(
 
 
 @pytest.mark.skipif(sys.platform == "win32", reason="no such locks")
-def test_a_lock_is_that_of_the_file_which_has_the_name(folder: Path) -> None:
+def test_a_lock_is_that_of_the_file_which_has_the_name(folder):
     first = atomic_write.open_alone("log.jsonl", "log.jsonl")
     write_whole("log.jsonl", "replaced")
     second = atomic_write.open_alone("log.jsonl", "log.jsonl")
@@ -313,11 +303,11 @@ def test_a_lock_is_that_of_the_file_which_has_the_name(folder: Path) -> None:
 
 @pytest.mark.skipif(sys.platform == "win32", reason="no such locks")
 def test_a_file_that_is_replaced_just_before_it_is_locked_is_opened_again(
-    folder: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+    folder, monkeypatch
+):
     usual, contents = fcntl.flock, ["replaced"]
 
-    def late(*arguments: Any) -> None:
+    def late(*arguments):
         if contents:
             write_whole("log.jsonl", contents.pop())
         usual(*arguments)
@@ -328,7 +318,7 @@ def test_a_file_that_is_replaced_just_before_it_is_locked_is_opened_again(
     assert folder.is_dir()
 
 
-def test_a_log_that_was_never_begun_leaves_no_file(lcp: Lcp, folder: Path) -> None:
+def test_a_log_that_was_never_begun_leaves_no_file(lcp, folder):
     outcome = lcp("solve three.jsonl -o log.jsonl --jobs 0")
     assert outcome.code == 2
     with (

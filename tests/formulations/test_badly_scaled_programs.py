@@ -56,7 +56,7 @@ DERIVATIVES: dict[str, tuple[Problem, list[Range], list[Range]]] = {
 
 
 @pytest.mark.parametrize("name", DERIVATIVES)
-def test_derivatives_are_those_of_the_active_sides(name: str) -> None:
+def test_derivatives_are_those_of_the_active_sides(name):
     program, of_rows, of_bounds = DERIVATIVES[name]
     answer = answer_of(program)
     assert [*zip(answer.y_down, answer.y_up, strict=True)] == of_rows
@@ -66,7 +66,7 @@ def test_derivatives_are_those_of_the_active_sides(name: str) -> None:
     assert answer.unique_multipliers is is_unique
 
 
-def test_a_multiplier_that_is_nearly_negative_at_a_vertex_is_not_said_to_be() -> None:
+def test_a_multiplier_that_is_nearly_negative_at_a_vertex_is_not_said_to_be():
     """u = c - y >= 0 for y <= c_1, which is less than c_2 by 1."""
     c = [199999999999.0, 200000000000.0]
     answer = answer_of(from_qp(None, c, [[1, 1]], row_lower=0, row_upper=0))
@@ -74,7 +74,7 @@ def test_a_multiplier_that_is_nearly_negative_at_a_vertex_is_not_said_to_be() ->
     assert down is None or down.tolist() == [0, 1]
 
 
-def test_a_slack_between_rounding_and_an_error_of_x_is_not_decided() -> None:
+def test_a_slack_between_rounding_and_an_error_of_x_is_not_decided():
     """Among so many unknowns, no solution in fractions is looked for."""
     k = 120
     rows = np.zeros((1, k))
@@ -83,7 +83,7 @@ def test_a_slack_between_rounding_and_an_error_of_x_is_not_decided() -> None:
     assert answer_of(program).unique_multipliers is None
 
 
-def test_multipliers_of_many_dependent_rows_may_be_unique() -> None:
+def test_multipliers_of_many_dependent_rows_may_be_unique():
     """The only y >= 0 with A'y = 0 is 0, as the first column is positive; with another
     sign there, there are many."""
     A = np.random.default_rng(0).integers(-3, 4, (20, 5)).astype(float)
@@ -96,7 +96,7 @@ def test_multipliers_of_many_dependent_rows_may_be_unique() -> None:
     assert others is False
 
 
-def test_a_point_that_only_rounding_makes_a_minimizer_is_none() -> None:
+def test_a_point_that_only_rounding_makes_a_minimizer_is_none():
     program = DERIVATIVES["a small range of multipliers"][0]
     assert answer_of(program).statement == "x is a minimizer of the linear program"
     c = [1e11, 1e11, 1e11 + 1]
@@ -143,7 +143,7 @@ def ranges(found: Solutions, A: Any, b: Any) -> list[Range]:
     return [*zip(lowest.tolist(), greatest.tolist(), strict=True)]
 
 
-def test_what_is_said_of_random_programs_is_true_of_all_their_solutions() -> None:
+def test_what_is_said_of_random_programs_is_true_of_all_their_solutions():
     said = decided = count = 0
     for seed in range(120):
         program = random_program(seed)

@@ -8,7 +8,6 @@ from collections.abc import Iterator
 from dataclasses import replace
 from fractions import Fraction
 from math import inf
-from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
 
@@ -26,7 +25,7 @@ from lcpcli.typing import Vector
 from lcpcli.verify.point import Criterion, Point
 
 from ..cli.conftest import assert_refused, record
-from ..refusals import Refusal, calls, contents, raised
+from ..refusals import calls, contents, raised
 from ..seeds import few_of
 
 A, B = [[1, 0.2], [0.2, 2]], [-1, -3]
@@ -70,9 +69,7 @@ def violation(answer: Any, given: tuple[Vector, ...]) -> float:
 
 
 @pytest.mark.parametrize("seed", range(12))
-def test_generated_contacts_satisfy_the_laws_in_the_order_of_the_caller(
-    seed: int,
-) -> None:
+def test_generated_contacts_satisfy_the_laws_in_the_order_of_the_caller(seed):
     given = generated(seed)
     result = lcpcli.run(lcpcli.from_findex(*given))
     assert result.solved
@@ -81,7 +78,7 @@ def test_generated_contacts_satisfy_the_laws_in_the_order_of_the_caller(
     assert np.allclose(result.answer.w, w, atol=1e-12 * abs(w).max())
 
 
-def test_without_tangential_unknowns_it_is_the_mixed_problem() -> None:
+def test_without_tangential_unknowns_it_is_the_mixed_problem():
     matrix, b, lower, upper, _ = generated(4)
     problem = lcpcli.from_findex(matrix, b, lower, upper, [-1] * len(b))
     assert np.array_equal(problem.M, matrix)
@@ -91,7 +88,7 @@ def test_without_tangential_unknowns_it_is_the_mixed_problem() -> None:
 
 
 @pytest.mark.parametrize("seed", [2, 4, 6])
-def test_three_unknowns_have_the_impulses_of_stewart_and_trinkle(seed: int) -> None:
+def test_three_unknowns_have_the_impulses_of_stewart_and_trinkle(seed):
     """Whose M is built by hand, of contacts whose impulses are unique."""
     random = np.random.default_rng(seed)
     k = 4
@@ -115,7 +112,7 @@ def SIGNS(k: int) -> tuple[Vector, Vector]:
     return np.eye(k), -np.eye(k)
 
 
-def test_both_calls_say_the_same_of_contacts_in_the_plane() -> None:
+def test_both_calls_say_the_same_of_contacts_in_the_plane():
     one = lcpcli.from_findex(A, B, LOWER, UPPER, FINDEX)
     other = lcpcli.from_contact(A, B, 0.5)
     assert np.array_equal(one.M, other.M)
@@ -132,7 +129,7 @@ def test_both_calls_say_the_same_of_contacts_in_the_plane() -> None:
         ([-1.0, -0.7], "sticking"),  # at the end of the cone, without a velocity
     ],
 )
-def test_contacts_separate_stick_and_slide(q: list[float], state: str) -> None:
+def test_contacts_separate_stick_and_slide(q, state):
     W = [[1, 0], [0, 1]]
     answer = lcpcli.run(lcpcli.from_contact(W, q, 0.7)).answer
     assert [each.state for each in answer.contacts] == [state]
@@ -141,9 +138,7 @@ def test_contacts_separate_stick_and_slide(q: list[float], state: str) -> None:
     assert [each.state for each in lcpcli.run(spatial).answer.contacts] == [state]
 
 
-def test_by_restitution_contacts_bounce_with_a_share_of_their_speed(
-    tmp_path: Path,
-) -> None:
+def test_by_restitution_contacts_bounce_with_a_share_of_their_speed(tmp_path):
     """By Newton's law: at least -e times the normal velocity before; also where files
     keep it, in fractions, and in the next step."""
     W, before = np.eye(4) + 0.25, [-2.0, 0, -1, 0]
@@ -165,7 +160,7 @@ def test_by_restitution_contacts_bounce_with_a_share_of_their_speed(
     assert w[2] >= -1e-15
 
 
-def test_none_leaves_the_coefficients_of_friction_as_they_are() -> None:
+def test_none_leaves_the_coefficients_of_friction_as_they_are():
     """A body that 1.0 pushes and friction of .3 holds."""
     solver = lcpcli.Solver(lcpcli.from_contact(np.eye(2), [-5.0, 1.0], 0.3))
     solver.update(q=[-5.0, 1.2], mu=None)
@@ -173,7 +168,7 @@ def test_none_leaves_the_coefficients_of_friction_as_they_are() -> None:
 
 
 @pytest.mark.parametrize("facets", [4, 8, 16])
-def test_friction_of_a_polygon_is_too_small_by_at_most_its_share(facets: int) -> None:
+def test_friction_of_a_polygon_is_too_small_by_at_most_its_share(facets):
     mu = 0.5
     for angle in np.linspace(0, np.pi / 2, 9):
         q = [-1.0, -3 * np.cos(angle), -3 * np.sin(angle)]
@@ -187,7 +182,7 @@ def test_friction_of_a_polygon_is_too_small_by_at_most_its_share(facets: int) ->
     )
 
 
-def test_a_mass_between_two_walls_is_jammed() -> None:
+def test_a_mass_between_two_walls_is_jammed():
     """Both normal rows are opposite, and both walls approach."""
     W = np.array([[1.0, 0, -1, 0], [0, 1, 0, 1], [-1, 0, 1, 0], [0, 1, 0, 1]])
     result = lcpcli.run(lcpcli.from_contact(W, [-1, 0, -1, 0], 0.5))
@@ -196,7 +191,7 @@ def test_a_mass_between_two_walls_is_jammed() -> None:
     assert result.answer.x is None
 
 
-def test_jammed_is_said_only_where_no_impulses_are_allowed() -> None:
+def test_jammed_is_said_only_where_no_impulses_are_allowed():
     """x = (1/5, 2/5) is within the cone of mu = 2, and its w_n = 0 is allowed, so that
     the law of Coulomb alone has no solution."""
     result = lcpcli.run(lcpcli.from_contact([[1, 2], [2, 4]], [-1, 1], 2))
@@ -206,7 +201,7 @@ def test_jammed_is_said_only_where_no_impulses_are_allowed() -> None:
 
 @pytest.mark.parametrize("method", ["auto", "lemke", "milp"])
 @pytest.mark.parametrize("seed", few_of(range(40), 4))
-def test_bodies_at_rest_without_a_tangential_load_stick(method: str, seed: int) -> None:
+def test_bodies_at_rest_without_a_tangential_load_stick(method, seed):
     """x_t = beta - mu x_n is 0 up to the rounding of both."""
     random = np.random.default_rng(seed)
     k = int(random.integers(1, 4))
@@ -218,14 +213,14 @@ def test_bodies_at_rest_without_a_tangential_load_stick(method: str, seed: int) 
     assert [each.state for each in result.answer.contacts] == ["sticking"] * k
 
 
-def test_a_contact_is_judged_apart_from_one_with_a_far_larger_impulse() -> None:
+def test_a_contact_is_judged_apart_from_one_with_a_far_larger_impulse():
     W = np.diag([1e-4, 1e-4, 1e6, 1e6])
     result = lcpcli.run(lcpcli.from_contact(W, [-10, 0, -1, -0.8], 0.5))
     states = [each.state for each in result.answer.contacts]
     assert states == ["sticking", "sliding"]
 
 
-def test_boxes_under_a_ceiling_that_comes_down_are_jammed() -> None:
+def test_boxes_under_a_ceiling_that_comes_down_are_jammed():
     """With a singular matrix, whose rounding may leave a way for huge impulses."""
     scene = contact_in_time("crushed", 2)
     for _ in range(10):
@@ -243,14 +238,14 @@ def test_boxes_under_a_ceiling_that_comes_down_are_jammed() -> None:
     assert result.answer.statement.startswith("jammed")
 
 
-def test_without_contacts_there_is_an_answer() -> None:
+def test_without_contacts_there_is_an_answer():
     result = lcpcli.run(lcpcli.from_contact(np.zeros((0, 0)), [], 0.5))
     assert result.solved
     assert (result.answer.x.size, result.answer.contacts) == (0, [])
 
 
 @pytest.mark.parametrize("dimension", [2, 3])
-def test_sparse_matrices_have_the_same_problem(dimension: int) -> None:
+def test_sparse_matrices_have_the_same_problem(dimension):
     W, q = np.eye(6) + 0.1, -np.ones(6)
     dense, sparse = (
         lcpcli.from_contact(each, q, [0.5] * (6 // dimension), dimension=dimension)
@@ -295,7 +290,7 @@ def falling(steps: int, compiled: bool) -> Iterator[tuple[Any, Any, int]]:
 
 
 @pytest.mark.parametrize("compiled", [False, True])
-def test_contacts_come_and_go_in_a_loop_until_it_is_at_rest(compiled: bool) -> None:
+def test_contacts_come_and_go_in_a_loop_until_it_is_at_rest(compiled):
     if compiled:
         pytest.importorskip("numba")
     numbers = set()
@@ -309,7 +304,7 @@ def test_contacts_come_and_go_in_a_loop_until_it_is_at_rest(compiled: bool) -> N
 
 @pytest.mark.parametrize("compiled", [False, True])
 @pytest.mark.parametrize("seed", range(8))
-def test_steps_that_jump_satisfy_the_laws(seed: int, compiled: bool) -> None:
+def test_steps_that_jump_satisfy_the_laws(seed, compiled):
     """From the states of the last step, with limits, motors and redundant contacts, of
     which the matrix changes now and then."""
     given, random = list(generated(seed)), np.random.default_rng(seed)
@@ -328,7 +323,7 @@ def test_steps_that_jump_satisfy_the_laws(seed: int, compiled: bool) -> None:
         assert violation(result.answer, tuple(given)) < TOL
 
 
-def test_a_stack_at_rest_keeps_its_states_though_its_contacts_are_redundant() -> None:
+def test_a_stack_at_rest_keeps_its_states_though_its_contacts_are_redundant():
     scene, routes = contact_in_time("tower", 4, 0), []
     solver: Any = None
     for _ in range(60):
@@ -348,7 +343,7 @@ def test_a_stack_at_rest_keeps_its_states_though_its_contacts_are_redundant() ->
     assert set(routes[-20:]) == {("newton",)}
 
 
-def test_a_step_with_the_data_of_the_one_before_takes_one_system() -> None:
+def test_a_step_with_the_data_of_the_one_before_takes_one_system():
     """Also where impulses are not unique, and some are at the limit of friction though
     nothing slides."""
     for _, (W, q, *_), _ in list(falling(240, False))[::6]:
@@ -360,9 +355,7 @@ def test_a_step_with_the_data_of_the_one_before_takes_one_system() -> None:
 
 
 @pytest.mark.parametrize("dimension", [2, 3])
-def test_a_solver_with_another_q_answers_for_the_b_that_makes_it(
-    dimension: int,
-) -> None:
+def test_a_solver_with_another_q_answers_for_the_b_that_makes_it(dimension):
     W, first, second = np.eye(dimension), [-1.0, 0.2, 0.1], [-3.0, -0.4, 0.3]
     e = {"restitution": 0.5, "before": [-1.0, 0.0, 0.0][:dimension]}
     problems = [
@@ -388,16 +381,14 @@ def test_a_solver_with_another_q_answers_for_the_b_that_makes_it(
     ],
     ids=["plane", "space", "game", "fit"],
 )
-def test_a_solver_with_a_q_of_another_kind_answers_for_no_formulation(
-    problem: Problem,
-) -> None:
+def test_a_solver_with_a_q_of_another_kind_answers_for_no_formulation(problem):
     q = problem.q - np.arange(1.0, problem.n + 1)
     result = lcpcli.Solver(problem, compiled=False).solve(q)
     assert result.answer is None
     assert list(result.names) == list(problem.names)
 
 
-def test_contacts_that_persist_keep_their_states() -> None:
+def test_contacts_that_persist_keep_their_states():
     """In any order, with others before them, which begin without an impulse."""
     W, q = np.eye(6) + 0.1, np.array([-1, 0.1, -1, -5.0, 3.0, 0])
     solver = lcpcli.Solver(lcpcli.from_contact(W, q, 0.5))
@@ -420,9 +411,7 @@ def test_contacts_that_persist_keep_their_states() -> None:
 
 @pytest.mark.parametrize("shift", [0.0, 1e-6])
 @pytest.mark.parametrize("dimension", [2, 3])
-def test_lemke_is_guaranteed_without_redundant_contacts_in_any_order(
-    shift: float, dimension: int
-) -> None:
+def test_lemke_is_guaranteed_without_redundant_contacts_in_any_order(shift, dimension):
     """By an exact proof, also with a compliance on the diagonal; not for a q that asks
     for something else of opposite directions, or of the slacks."""
     random, k, facets = np.random.default_rng(3), 6, 2 * (dimension - 1)
@@ -450,9 +439,7 @@ def test_lemke_is_guaranteed_without_redundant_contacts_in_any_order(
 @pytest.mark.parametrize("suffix", [".json", ".npz", ".mat"])
 @pytest.mark.parametrize("as_program", [False, True])
 @pytest.mark.parametrize("matrix", [np.array, csr_array])
-def test_files_keep_contacts(
-    tmp_path: Path, suffix: str, as_program: bool, matrix: Any
-) -> None:
+def test_files_keep_contacts(tmp_path, suffix, as_program, matrix):
     problems = (
         lcpcli.from_findex(matrix(A), B, LOWER, UPPER, FINDEX),
         lcpcli.from_contact(matrix(np.eye(4)), [-1, 0, 1, 0], [0.5, 0.25]),
@@ -463,7 +450,7 @@ def test_files_keep_contacts(
         lcpcli.write(problem, file, as_program=as_program)
         read = lcpcli.read(file)
         assert isinstance(read.origin, Contact)
-        assert read.origin.data() == problem.origin.data()  # type: ignore[union-attr]
+        assert read.origin.data() == problem.origin.data()
         assert np.allclose(as_dense(read.M), as_dense(problem.M), atol=1e-15)
 
 
@@ -471,7 +458,7 @@ def as_dense(M: Any) -> Vector:
     return np.asarray(M.toarray() if hasattr(M, "toarray") else M)
 
 
-def test_an_exact_answer_has_fractions(tmp_path: Path, lcp: Any) -> None:
+def test_an_exact_answer_has_fractions(tmp_path, lcp):
     problem = lcpcli.from_findex(A, B, LOWER, UPPER, FINDEX)
     x, w = lcpcli.exact(problem).answer.exact.values()
     assert (abs(x[1]) == x[0] / 2, w[0]) == (True, 0)  # of the doubles, in fractions
@@ -481,7 +468,7 @@ def test_an_exact_answer_has_fractions(tmp_path: Path, lcp: Any) -> None:
     assert exact == {"x": ["10/11", "5/11"], "w": ["0", "-21/11"]}
 
 
-def test_numbers_are_exact_as_decimals() -> None:
+def test_numbers_are_exact_as_decimals():
     """A - mu a is no double here."""
     problem = lcpcli.from_findex([[1.1, 0.3], [0.3, 1.3]], B, LOWER, UPPER, FINDEX)
     rows, q, lower, upper = problem.formulation.exact_conditions()
@@ -509,8 +496,8 @@ EXACTLY = [
 
 @pytest.mark.parametrize(("data", "normal", "tangential"), EXACTLY)
 def test_an_exact_answer_is_that_of_the_numbers_as_written(
-    data: dict[str, Any], normal: str, tangential: str, lcp: Any, in_folder: Path
-) -> None:
+    data, normal, tangential, lcp, in_folder
+):
     (in_folder / "p.json").write_text(json.dumps(data))
     solved = record(lcp("solve p.json --exact -f json"))
     assert solved["answer"]["exact"]["x"] == [normal, tangential]
@@ -521,9 +508,7 @@ def test_an_exact_answer_is_that_of_the_numbers_as_written(
     assert found["z"] == solved["exact"]["z"]
 
 
-def test_restitution_that_is_no_decimal_is_refused_where_all_is_exact(
-    lcp: Any, in_folder: Path
-) -> None:
+def test_restitution_that_is_no_decimal_is_refused_where_all_is_exact(lcp, in_folder):
     data = {"W": [[1, 0], [0, 1]], "q": [0.1, 1], "mu": 0, "before": [-0.7, 0]}
     (in_folder / "p.json").write_text(json.dumps(data | {"restitution": "1/3"}))
     assert lcp("solve p.json").code == 0
@@ -531,14 +516,14 @@ def test_restitution_that_is_no_decimal_is_refused_where_all_is_exact(
     assert_refused(refused, "p.json: restitution[0]: has more digits than a double")
 
 
-def test_what_is_proved_to_be_exact_passes_the_exact_check() -> None:
+def test_what_is_proved_to_be_exact_passes_the_exact_check():
     problem = lcpcli.from_contact([[1 / 3, 0], [0, 1]], [-1 / 7, 1], 1 / 3)
     z = lcpcli.exact(problem).exact.z
     assert lcpcli.check(problem, z).exact
 
 
 @pytest.mark.parametrize("compiled", [False, True])
-def test_the_caller_may_write_the_arrays_of_a_step_again(compiled: bool) -> None:
+def test_the_caller_may_write_the_arrays_of_a_step_again(compiled):
     """As an engine does that has one buffer for each of them."""
     if compiled:
         pytest.importorskip("numba")
@@ -566,16 +551,14 @@ def test_the_caller_may_write_the_arrays_of_a_step_again(compiled: bool) -> None
         assert result.answer.x.tolist() == before.tolist()
 
 
-def test_x_is_verified_in_place_of_z() -> None:
+def test_x_is_verified_in_place_of_z():
     problem = lcpcli.from_findex(A, B, LOWER, UPPER, FINDEX)
     assert lcpcli.check(problem, [10 / 11, 5 / 11]).accepted
     assert not lcpcli.check(problem, [1, 0.5]).accepted
     assert lcpcli.check(problem, lcpcli.run(problem).z).accepted
 
 
-def test_a_file_that_is_solved_has_the_answer_in_text_json_and_csv(
-    tmp_path: Path, lcp: Any
-) -> None:
+def test_a_file_that_is_solved_has_the_answer_in_text_json_and_csv(tmp_path, lcp):
     (tmp_path / "slide.json").write_text(json.dumps(SLIDE))
     file = str(tmp_path / "slide.json")
     text = lcp(f"solve {file}").out
@@ -589,9 +572,7 @@ def test_a_file_that_is_solved_has_the_answer_in_text_json_and_csv(
 
 
 @pytest.mark.parametrize("change", [-1e-3, 0.0, 1e-3])
-def test_an_impulse_between_its_bounds_is_accepted_without_a_velocity_alone(
-    change: float,
-) -> None:
+def test_an_impulse_between_its_bounds_is_accepted_without_a_velocity_alone(change):
     problem = lcpcli.from_findex(
         [[1, 0.2], [0.2, 2]], [-1, -0.1], [0, -0.5], [inf, 0.5], [-1, 0]
     )
@@ -605,7 +586,7 @@ def test_an_impulse_between_its_bounds_is_accepted_without_a_velocity_alone(
 
 
 @pytest.mark.parametrize("seed", [155, 279, 677, 1344])
-def test_where_lemke_ends_in_a_ray_the_other_form_is_solved(seed: int) -> None:
+def test_where_lemke_ends_in_a_ray_the_other_form_is_solved(seed):
     random = np.random.default_rng(seed)
     k = int(random.integers(1, 4))
     J = random.normal(size=(2 * k, int(random.integers(max(1, k), 3 * k + 1))))
@@ -622,7 +603,7 @@ def test_where_lemke_ends_in_a_ray_the_other_form_is_solved(seed: int) -> None:
     assert violation(result.answer, (W, q, lower, upper, findex)) < TOL
 
 
-def test_a_fixed_point_of_boxes_satisfies_the_law() -> None:
+def test_a_fixed_point_of_boxes_satisfies_the_law():
     """Where the boxes of an engine come to rest; the first of them does not."""
     given = generated(6)
     problem = lcpcli.from_findex(*given, lagged=True)
@@ -632,7 +613,7 @@ def test_a_fixed_point_of_boxes_satisfies_the_law() -> None:
     assert violation(SimpleNamespace(x=result.z), given) < 1e-8
 
 
-def test_boxes_without_a_fixed_point_are_told() -> None:
+def test_boxes_without_a_fixed_point_are_told():
     """A larger normal force makes friction that takes it away again."""
     A = [[1.0, 1.2], [1.2, 2.0]]
     given = A, [-1.0, -3.0], [0, -5.0], [inf, 5.0], [-1, 0]
@@ -640,14 +621,14 @@ def test_boxes_without_a_fixed_point_are_told() -> None:
     assert lcpcli.run(lcpcli.from_findex(*given)).solved
 
 
-def test_names_say_what_the_unknowns_are() -> None:
+def test_names_say_what_the_unknowns_are():
     names = lcpcli.from_findex(A, B, LOWER, UPPER, FINDEX).names
     assert names == ["x1", "x2 + 0.5 x1", "slip x2"]
     spatial = lcpcli.from_contact(np.eye(3), [-1, 0, 0], 0.5, dimension=3, facets=4)
     assert len(spatial.names) == spatial.n
 
 
-def test_an_origin_of_other_numbers_is_refused() -> None:
+def test_an_origin_of_other_numbers_is_refused():
     problem = lcpcli.from_findex(A, B, LOWER, UPPER, FINDEX)
     with pytest.raises(lcpcli.errors.ProblemError, match="does not yield"):
         Problem(2 * problem.M, problem.q, origin=problem.origin)
@@ -730,10 +711,10 @@ restitution, before, name, source, note
 
 
 @pytest.mark.parametrize("refusal", REFUSED, ids=str)
-def test_bad_input_is_one_line(refusal: Refusal) -> None:
+def test_bad_input_is_one_line(refusal):
     assert raised(refusal.command, {"A": A, "B": B}) == refusal.line
 
 
 @pytest.mark.parametrize("refusal", FILES, ids=str)
-def test_bad_files_are_one_line(refusal: Refusal, refused: Any) -> None:
+def test_bad_files_are_one_line(refusal, refused):
     assert refused(refusal.command, refusal.files) == refusal.line

@@ -28,7 +28,6 @@ from lcpcli.linalg.doubles import EPS
 from lcpcli.model.box import BASIC
 
 from .. import exact
-from ..cli.conftest import Lcp
 from ..seeds import few_of
 
 PEAKS = {
@@ -59,7 +58,7 @@ def exact_norm(A: Any, b: Any) -> float:
 
 
 @pytest.mark.parametrize("seed", few_of(range(200), 20))
-def test_a_fit_is_unique_only_where_its_norm_is_the_least(seed: int) -> None:
+def test_a_fit_is_unique_only_where_its_norm_is_the_least(seed):
     """Of two columns that differ by a few rounding errors."""
     random = np.random.default_rng(seed)
     column = random.choice([-2.0, -1.0, 1.0, 2.0], 4)
@@ -86,7 +85,7 @@ def random_fit(seed: int) -> tuple[Any, Any]:
 
 
 @pytest.mark.parametrize("seed", few_of(range(40), 12))
-def test_no_fit_is_worse_than_that_of_scipy(seed: int) -> None:
+def test_no_fit_is_worse_than_that_of_scipy(seed):
     A, b = random_fit(seed)
     result = lcpcli.nnls(A, b)
     assert result.solved
@@ -95,7 +94,7 @@ def test_no_fit_is_worse_than_that_of_scipy(seed: int) -> None:
 
 
 @pytest.mark.parametrize("seed", few_of(range(20), 8))
-def test_fits_within_bounds_are_not_worse_than_those_of_scipy(seed: int) -> None:
+def test_fits_within_bounds_are_not_worse_than_those_of_scipy(seed):
     A, b = random_fit(seed)
     lower, upper = -0.2 / np.abs(A).max(axis=0), 0.3 / np.abs(A).max(axis=0)
     answer = lcpcli.lsq(A, b, lower, upper).answer
@@ -105,7 +104,7 @@ def test_fits_within_bounds_are_not_worse_than_those_of_scipy(seed: int) -> None
 
 
 @pytest.mark.parametrize("seed", few_of(range(20), 8))
-def test_fits_with_equations_satisfy_their_conditions(seed: int) -> None:
+def test_fits_with_equations_satisfy_their_conditions(seed):
     rng = np.random.default_rng(seed)
     m, n = rng.integers(3, 12, 2)
     A, b = rng.standard_normal((m, n)), rng.standard_normal(m)
@@ -120,9 +119,7 @@ def test_fits_with_equations_satisfy_their_conditions(seed: int) -> None:
 
 @given(st.integers(0, 30), st.integers(-200, 200), st.integers(0, 2**30))
 @settings(max_examples=8, deadline=None)
-def test_powers_of_two_change_nothing_but_the_powers(
-    seed: int, power: int, other: int
-) -> None:
+def test_powers_of_two_change_nothing_but_the_powers(seed, power, other):
     A, b = random_fit(seed)
     powers = np.random.default_rng(other).integers(-100, 100, A.shape[1])
     answer = lcpcli.nnls(A, b).answer
@@ -135,7 +132,7 @@ def dot(one: list[Fraction], two: list[Fraction]) -> Fraction:
     return sum((a * b for a, b in zip(one, two, strict=True)), Fraction(0))
 
 
-def test_supports_are_those_of_fractions_where_A_A_has_no_digits_left() -> None:
+def test_supports_are_those_of_fractions_where_A_A_has_no_digits_left():
     """cond(A) is 1e10: the square of it is beyond doubles."""
     rng = np.random.default_rng(3)
     planted, lost = np.array([1.0, 0, 2, 0, 3, 0]), 0
@@ -152,7 +149,7 @@ def test_supports_are_those_of_fractions_where_A_A_has_no_digits_left() -> None:
     assert lost < 5
 
 
-def test_a_point_is_not_clear_where_its_error_moves_it_beyond_a_bound() -> None:
+def test_a_point_is_not_clear_where_its_error_moves_it_beyond_a_bound():
     """cond(A) is 1e7, and the residual as large as b: x has an error of up to 1e-2."""
     moved = 0
     for seed in range(20):
@@ -194,7 +191,7 @@ def test_a_point_is_not_clear_where_its_error_moves_it_beyond_a_bound() -> None:
         ([[2]], [0], [0], "up to rounding"),
     ],
 )
-def test_what_is_proved_of_small_fits(A: Any, b: Any, x: Any, proved: str) -> None:
+def test_what_is_proved_of_small_fits(A, b, x, proved):
     answer = lcpcli.nnls(A, b).answer
     assert answer.x.tolist() == pytest.approx(x)
     assert answer.proved == proved
@@ -204,7 +201,7 @@ def test_what_is_proved_of_small_fits(A: Any, b: Any, x: Any, proved: str) -> No
         assert np.allclose(np.array(A) @ answer.other, np.array(A) @ answer.x)
 
 
-def test_equations_that_no_x_within_the_bounds_satisfies_are_infeasible() -> None:
+def test_equations_that_no_x_within_the_bounds_satisfies_are_infeasible():
     result = lcpcli.lsq(np.eye(2), [1, 1], 0, 1, E=[1, 1], d=3)
     assert result.status.word == "infeasible"
     assert result.answer.x is None
@@ -221,14 +218,8 @@ def test_equations_that_no_x_within_the_bounds_satisfies_are_infeasible() -> Non
     ],
 )
 def test_no_measurements_or_no_coefficients_are_a_fit(
-    rows: int,
-    n: int,
-    equation: Any,
-    x: list[float],
-    proved: str,
-    tmp_path: Path,
-    capfd: pytest.CaptureFixture[str],
-) -> None:
+    rows, n, equation, x, proved, tmp_path, capfd
+):
     A, b = np.zeros((rows, n)), np.arange(rows) + 3.0
     result: Any = lcpcli.lsq(A, b, 0, **equation)
     answer = result.answer
@@ -255,7 +246,7 @@ def test_no_measurements_or_no_coefficients_are_a_fit(
         (([[1]], [1], 0, 1, [1, 1], 1), "E: has 2 columns for 1 coefficient; make "),
     ],
 )
-def test_bad_input_gets_a_line_that_names_the_argument(given: Any, line: str) -> None:
+def test_bad_input_gets_a_line_that_names_the_argument(given, line):
     with pytest.raises(ProblemError) as caught:
         lcpcli.lsq(*given)
     assert str(caught.value).startswith(line)
@@ -264,7 +255,7 @@ def test_bad_input_gets_a_line_that_names_the_argument(given: Any, line: str) ->
 @pytest.mark.parametrize("suffix", ["json", "npz", "mat"])
 @pytest.mark.parametrize("as_program", [False, True])
 @pytest.mark.usefixtures("in_folder")
-def test_files_keep_a_fit(suffix: str, as_program: bool) -> None:
+def test_files_keep_a_fit(suffix, as_program):
     A = np.random.default_rng(0).standard_normal((6, 3))
     problem = lcpcli.from_lsq(
         A, A[:, 0], 0, [1, 2, np.inf], [1, 1, 1], 1, columns=["a", "b", "c"]
@@ -277,7 +268,7 @@ def test_files_keep_a_fit(suffix: str, as_program: bool) -> None:
 
 
 @pytest.mark.parametrize("seed", range(4))
-def test_sparse_and_dense_A_give_the_same_fit(seed: int) -> None:
+def test_sparse_and_dense_A_give_the_same_fit(seed):
     rng = np.random.default_rng(seed)
     A = rng.standard_normal((300, 40)) * (rng.random((300, 40)) < 0.1)
     A *= 10.0 ** rng.integers(-6, 7, 40)
@@ -292,7 +283,7 @@ def test_sparse_and_dense_A_give_the_same_fit(seed: int) -> None:
 
 
 @pytest.mark.usefixtures("in_folder")
-def test_the_command_prints_coefficients_with_their_multipliers(lcp: Lcp) -> None:
+def test_the_command_prints_coefficients_with_their_multipliers(lcp):
     Path("fit.json").write_text(json.dumps(PEAKS | {"b": [1, 0, 1, -2.5]}))
     lines = lcp("solve fit.json").out.splitlines()
     assert "|A x - b| = 2.872281, 0 of 3 coefficients not 0" in lines
@@ -301,7 +292,7 @@ def test_the_command_prints_coefficients_with_their_multipliers(lcp: Lcp) -> Non
 
 
 @pytest.mark.usefixtures("in_folder")
-def test_fractions_of_a_fit_are_those_of_its_decimals(lcp: Lcp) -> None:
+def test_fractions_of_a_fit_are_those_of_its_decimals(lcp):
     Path("fit.json").write_text(json.dumps(PEAKS))
     record = json.loads(lcp("solve fit.json --exact --format json").out)
     assert record["answer"]["exact"] == ["17/94", "11/47", "27/47"]
@@ -311,7 +302,7 @@ def test_fractions_of_a_fit_are_those_of_its_decimals(lcp: Lcp) -> None:
 
 
 @pytest.mark.parametrize("has_equation", [False, True])
-def test_many_right_hand_sides_have_the_fits_of_each(has_equation: bool) -> None:
+def test_many_right_hand_sides_have_the_fits_of_each(has_equation):
     rng = np.random.default_rng(5)
     A = np.abs(rng.standard_normal((12, 4)))
     B = A @ rng.dirichlet(np.ones(4) / 2, 12).T + 0.1 * rng.standard_normal((12, 12))
@@ -327,7 +318,7 @@ def test_many_right_hand_sides_have_the_fits_of_each(has_equation: bool) -> None
         assert result.answer.proved == alone.proved
 
 
-def test_the_result_of_a_call_has_the_problem_that_from_lsq_makes() -> None:
+def test_the_result_of_a_call_has_the_problem_that_from_lsq_makes():
     A, b = random_fit(1)
     result, problem = lcpcli.nnls(A, b), lcpcli.from_lsq(A, b, 0)
     assert np.array_equal(result.problem.M, problem.M)
@@ -341,16 +332,14 @@ SIGNAL = "signal\n0.5\n1.5\n0.4\n1.1\n"
 
 
 @pytest.fixture
-def spectrum(in_folder: Path) -> None:
+def spectrum(in_folder):
     del in_folder
     Path("A.csv").write_text(SPECTRUM)
     Path("b.csv").write_text(SIGNAL)
 
 
 @pytest.mark.usefixtures("spectrum")
-def test_two_tables_are_a_fit_whose_bounds_are_those_of_the_coefficients(
-    lcp: Lcp,
-) -> None:
+def test_two_tables_are_a_fit_whose_bounds_are_those_of_the_coefficients(lcp):
     done = lcp("solve --lsq A.csv b.csv --lower 0.6,none -f json")
     answer = json.loads(done.out)["answer"]
     assert answer["columns"] == ["level", "peak"]
@@ -371,14 +360,14 @@ def test_two_tables_are_a_fit_whose_bounds_are_those_of_the_coefficients(
         ("A.csv b.csv --lower 1,2,3", "lower: has 3 entries for 2 coefficients; "),
     ],
 )
-def test_tables_that_are_no_fit_get_a_line(lcp: Lcp, arguments: str, line: str) -> None:
+def test_tables_that_are_no_fit_get_a_line(lcp, arguments, line):
     Path("c.csv").write_text("1\n2\n")
     done = lcp(f"solve --lsq {arguments}")
     assert (done.code, done.out) == (2, "")
     assert done.err.removeprefix("lcp: ").startswith(line)
 
 
-def test_a_run_with_a_trace_knows_of_a_fit_what_one_without_knows() -> None:
+def test_a_run_with_a_trace_knows_of_a_fit_what_one_without_knows():
     """Also of a spectrum whose peaks have entries such as 1e-145, which are far below
     others, and whose mixed problem is too large for bounds on rounding."""
     grid = np.linspace(0, 10, 1000)
@@ -400,7 +389,7 @@ def test_a_run_with_a_trace_knows_of_a_fit_what_one_without_knows() -> None:
 
 
 @pytest.mark.usefixtures("spectrum")
-def test_the_figure_of_a_fit_needs_no_iterates(lcp: Lcp) -> None:
+def test_the_figure_of_a_fit_needs_no_iterates(lcp):
     plain = lcp("solve --lsq A.csv b.csv --lower 0").out.splitlines()
     drawn = lcp("solve --lsq A.csv b.csv --lower 0 --plot fit.svg").out.splitlines()
     assert Path("fit.svg").exists()
@@ -409,13 +398,13 @@ def test_the_figure_of_a_fit_needs_no_iterates(lcp: Lcp) -> None:
 
 
 @pytest.mark.usefixtures("spectrum")
-def test_numbers_far_below_others_in_A_leave_a_fit_solved(lcp: Lcp) -> None:
+def test_numbers_far_below_others_in_A_leave_a_fit_solved(lcp):
     done = lcp("solve --lsq A.csv b.csv --lower 0 -f json")
     record = json.loads(done.out)
     assert (record["status"], record["route"]) == ("solved", ["least-squares"])
 
 
-def test_the_figure_of_a_fit_has_the_data_the_curve_and_its_parts() -> None:
+def test_the_figure_of_a_fit_has_the_data_the_curve_and_its_parts():
     fit_figures = pytest.importorskip("lcpcli.report.figures.fit_figures")
     A = [[1, 0], [1, 1], [1, 0], [1, 0.5]]
     answer = lcpcli.nnls(A, [0.5, 1.5, 0.4, 1.1]).answer
@@ -427,7 +416,7 @@ def test_the_figure_of_a_fit_has_the_data_the_curve_and_its_parts() -> None:
 
 
 @pytest.mark.parametrize("size", [1.0, 1e14, 1e20])
-def test_a_residual_that_is_not_that_of_x_is_no_solution(size: float) -> None:
+def test_a_residual_that_is_not_that_of_x_is_no_solution(size):
     """However large the terms of A x are, which cancel."""
     fit = lcpcli.from_lsq([[1, -1], [1, -1]], [1, 1], 0)
     assert not lcpcli.check(fit, [5, -5, size, size]).accepted

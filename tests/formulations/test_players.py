@@ -3,11 +3,9 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Callable
 from dataclasses import replace
 from fractions import Fraction
 from itertools import chain, product
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -33,7 +31,7 @@ def losses(x: np.ndarray[Any, Any]) -> list[float]:
     return [float(x[i] * (H[i] @ x - H[i, i] * x[i] / 2 + c[i])) for i in range(3)]
 
 
-def test_no_player_gains_by_another_output() -> None:
+def test_no_player_gains_by_another_output():
     result = lcpcli.run(lcpcli.from_players(**MARKET, upper=4))
     answer = result.answer
     assert result.solved
@@ -46,7 +44,7 @@ def test_no_player_gains_by_another_output() -> None:
     assert answer.gains == (0, 0, 0)
 
 
-def test_gains_are_those_of_best_responses() -> None:
+def test_gains_are_those_of_best_responses():
     problem = lcpcli.from_players(**MARKET, upper=4)
     found: Any = lcpcli.check(problem, [2, 2, 2])
     best = min(losses(np.array([t, 2, 2]))[0] for t in np.linspace(0, 4, 401))
@@ -62,9 +60,7 @@ def follower(slope: float) -> lcpcli.Problem:
 
 
 @pytest.mark.parametrize("slope", [3, 7, 49, 49e8, 49e-8, 103])
-def test_a_cost_without_slope_but_for_rounding_refutes_no_equilibrium(
-    slope: float,
-) -> None:
+def test_a_cost_without_slope_but_for_rounding_refutes_no_equilibrium(slope):
     problem = follower(slope)
     for words in (
         lcpcli.run(problem).answer.statement,
@@ -81,7 +77,7 @@ def test_a_cost_without_slope_but_for_rounding_refutes_no_equilibrium(
     assert check.message.endswith(f"; as strategies, {nobody_gains}")
 
 
-def test_a_slope_of_the_size_of_its_rounding_is_not_decided() -> None:
+def test_a_slope_of_the_size_of_its_rounding_is_not_decided():
     problem = follower(49)  # 49 * (1 / 49) - 1 is -1.1e-16
     answer = lcpcli.run(problem).answer
     words = (
@@ -99,7 +95,7 @@ def test_a_slope_of_the_size_of_its_rounding_is_not_decided() -> None:
         assert "not an equilibrium" in found.message
 
 
-def test_a_gain_that_rounding_of_a_row_makes_is_none() -> None:
+def test_a_gain_that_rounding_of_a_row_makes_is_none():
     """The first player is at 0, where its row is active: the terms of its cost are 0,
     and those of the row are not."""
     H = [[18, -6, 1.5, -1], [-6, 10, -0.5, -0.5], [1.5, -0.5, 4, 6], [-1, -0.5, 6, 9]]
@@ -122,13 +118,11 @@ def test_a_gain_that_rounding_of_a_row_makes_is_none() -> None:
     assert moved.strategies.gains[0] > 1e-4
 
 
-def test_without_a_best_response_nothing_is_decided(
-    monkeypatch: pytest.MonkeyPatch,
-) -> None:
+def test_without_a_best_response_nothing_is_decided(monkeypatch):
     result = lcpcli.run(lcpcli.from_players(**MARKET, upper=4))
     run = driver.run
 
-    def stalled(*arguments: Any) -> Any:
+    def stalled(*arguments):
         return replace(run(*arguments), status=lcpcli.Status.STALLED)
 
     monkeypatch.setattr(driver, "run", stalled)
@@ -136,7 +130,7 @@ def test_without_a_best_response_nothing_is_decided(
     assert "is not decided: " in result.answer.statement
 
 
-def test_a_shared_row_has_one_price_for_all_or_one_for_each() -> None:
+def test_a_shared_row_has_one_price_for_all_or_one_for_each():
     data = {**MARKET, "A": [[1, 1, 1]], "row_upper": 4}
     common = lcpcli.from_players(**data)
     each = lcpcli.from_players(**data, shared="each")
@@ -150,7 +144,7 @@ def test_a_shared_row_has_one_price_for_all_or_one_for_each() -> None:
     assert lcpcli.check(each, list(x)).accepted
 
 
-def test_a_row_of_one_player_limits_no_other() -> None:
+def test_a_row_of_one_player_limits_no_other():
     # Bob's output counts in Ann's limit, which is no reason for him to sell less.
     limited = lcpcli.from_players(
         [1, 1], [[2, 0], [0, 2]], [-8, -8], [[1, 1]], row_upper=5, owner=[0]
@@ -162,7 +156,7 @@ def test_a_row_of_one_player_limits_no_other() -> None:
     assert lcpcli.run(shared).answer.x.tolist() == [2.5, 2.5]
 
 
-def test_sparse_and_dense_matrices_give_the_same() -> None:
+def test_sparse_and_dense_matrices_give_the_same():
     sparse = pytest.importorskip("scipy.sparse")
     data = {**MARKET, "row_upper": [4, 3], "owner": [None, "Ann"], "shared": "each"}
     A = [[1, 1, 1], [1, 1, 0]]
@@ -173,7 +167,7 @@ def test_sparse_and_dense_matrices_give_the_same() -> None:
 
 
 @pytest.mark.parametrize("suffix", ["json", "npz"])
-def test_files_hold_it(tmp_path: Path, suffix: str) -> None:
+def test_files_hold_it(tmp_path, suffix):
     problem = lcpcli.from_players(
         **MARKET,
         A=[[1, 1, 1], [1, 1, 0]],
@@ -193,9 +187,7 @@ def test_files_hold_it(tmp_path: Path, suffix: str) -> None:
         assert list(again.names) == list(problem.names)
 
 
-def test_its_answer_in_text_json_and_csv(
-    lcp: Callable[..., Any], tmp_path: Path
-) -> None:
+def test_its_answer_in_text_json_and_csv(lcp, tmp_path):
     file = tmp_path / "market.json"
     file.write_text(json.dumps({**MARKET, "A": [[1, 1, 1]], "row_upper": 4}))
     text = lcp(f"solve {file} --exact").out
@@ -216,7 +208,7 @@ def test_its_answer_in_text_json_and_csv(
 
 
 @pytest.mark.parametrize("shared", ["common", "each"])
-def test_published_games_have_one_equilibrium(shared: str) -> None:
+def test_published_games_have_one_equilibrium(shared):
     """Two of the examples of A. Bemporad's NashOpt: costs |x_1 - (1, -1/2)|^2,
     (x_2 + 3/10)^2 and (x_3 - (x_11 + x_2) / 2)^2 with a shared row, and ten producers
     who sell at 600 less all that they sell, at costs of 10 + 5i a unit."""
@@ -243,7 +235,7 @@ def test_published_games_have_one_equilibrium(shared: str) -> None:
         assert answer.gains == pytest.approx([0.0] * len(answer.gains), abs=1e-10)
 
 
-def test_three_players_with_four_shared_rows_have_one_variational_equilibrium() -> None:
+def test_three_players_with_four_shared_rows_have_one_variational_equilibrium():
     """The data of an example of A. Bemporad's NashOpt: costs |x|^2 / 2 + i e'x for the
     players i = 0, 1, 2, so that the variational equilibrium is a projection."""
     A = np.round(10 * np.random.RandomState(2).standard_normal((4, 6))) / 10
@@ -264,9 +256,7 @@ def test_three_players_with_four_shared_rows_have_one_variational_equilibrium() 
     assert lcpcli.check(general, list(x)).accepted
 
 
-def test_check_takes_fractions_of_all_players(
-    lcp: Callable[..., Any], tmp_path: Path
-) -> None:
+def test_check_takes_fractions_of_all_players(lcp, tmp_path):
     file = tmp_path / "market.json"
     file.write_text(json.dumps({**MARKET, "A": [[1, 1, 1]], "row_upper": 4}))
     assert lcp(f"check {file} 7/3,4/3,1/3 --exact").code == 0
@@ -307,9 +297,7 @@ def test_check_takes_fractions_of_all_players(
         ({"free": [0]}, "free", "is not a key of a game of players"),
     ],
 )
-def test_what_is_wrong_is_named(
-    changed: dict[str, Any], where: str, fault: str, tmp_path: Path
-) -> None:
+def test_what_is_wrong_is_named(changed, where, fault, tmp_path):
     data = {**MARKET, **changed}
     if where == "H[0][1]":
         data["H"] = [[2, 1, 1], [3, 2, 1], [1, 1, 2]]
@@ -334,7 +322,7 @@ RING: Any = {
 }
 
 
-def test_a_game_of_two_players_has_the_same_equilibria_as_by_from_game() -> None:
+def test_a_game_of_two_players_has_the_same_equilibria_as_by_from_game():
     random = np.random.default_rng(0)
     for _ in range(6):
         A, B = random.integers(-4, 5, (2, 3, 3))
@@ -346,7 +334,7 @@ def test_a_game_of_two_players_has_the_same_equilibria_as_by_from_game() -> None
         assert found == {(*each.row, *each.column) for each in extreme.extreme}
 
 
-def test_an_equilibrium_of_a_ring_in_fractions() -> None:
+def test_an_equilibrium_of_a_ring_in_fractions():
     problem = lcpcli.from_polymatrix(**RING)
     answer = lcpcli.exact(problem).answer.exact
     half, third = [Fraction(1, 2)] * 2, [Fraction(3, 5), Fraction(2, 5)]
@@ -358,14 +346,14 @@ def test_an_equilibrium_of_a_ring_in_fractions() -> None:
     assert found.accepted
 
 
-def test_gains_are_those_of_pure_best_responses() -> None:
+def test_gains_are_those_of_pure_best_responses():
     problem = lcpcli.from_polymatrix({(0, 1): PENNIES, (1, 0): OTHER})
     found: Any = lcpcli.check(problem, [1, 0, 1, 0])
     assert not found.accepted
     assert found.strategies.gains == (0, 2)
 
 
-def test_the_best_equilibrium_of_a_player() -> None:
+def test_the_best_equilibrium_of_a_player():
     # A battle of the sexes, while Cid watches.
     payoffs: Any = {(0, 1): [[2, 0], [0, 1]], (1, 0): [[1, 0], [0, 2]]}
     payoffs[2, 0] = [[0, 0]]
@@ -377,16 +365,14 @@ def test_the_best_equilibrium_of_a_player() -> None:
 
 
 @pytest.mark.parametrize("seed", range(6))
-def test_games_in_strategic_form_that_are_sums_over_pairs_are_read(
-    seed: int, tmp_path: Path
-) -> None:
+def test_games_in_strategic_form_that_are_sums_over_pairs_are_read(seed, tmp_path):
     """Of three or four players, with fractions: any split of the payoffs has the same
     expected ones."""
     random = np.random.default_rng(seed)
     n = int(random.integers(3, 5))
     sizes = random.integers(1, 4, n).tolist()
 
-    def table(i: int, j: int) -> Any:
+    def table(i, j):
         return [
             [Fraction(int(random.integers(-9, 10)), 3) for _ in range(sizes[j])]
             for _ in range(sizes[i])
@@ -413,7 +399,7 @@ def test_games_in_strategic_form_that_are_sums_over_pairs_are_read(
 
 
 @pytest.mark.parametrize("suffix", ["json", "npz"])
-def test_files_hold_a_polymatrix_game(tmp_path: Path, suffix: str) -> None:
+def test_files_hold_a_polymatrix_game(tmp_path, suffix):
     problem = lcpcli.from_polymatrix(**RING)
     file = str(tmp_path / f"p.{suffix}")
     for as_program in (False, True):
@@ -424,9 +410,7 @@ def test_files_hold_a_polymatrix_game(tmp_path: Path, suffix: str) -> None:
         assert origin.data() == problem.origin.data()
 
 
-def test_strategies_in_text_json_and_csv(
-    lcp: Callable[..., Any], tmp_path: Path
-) -> None:
+def test_strategies_in_text_json_and_csv(lcp, tmp_path):
     file = tmp_path / "ring.json"
     file.write_text(json.dumps(RING))
     text = lcp(f"solve {file} --exact").out
@@ -491,9 +475,7 @@ def test_strategies_in_text_json_and_csv(
         ({"sense": "min"}, "sense", "is not a key of a polymatrix game"),
     ],
 )
-def test_what_is_wrong_with_payoffs_is_named(
-    changed: dict[str, Any], where: str, fault: str, tmp_path: Path
-) -> None:
+def test_what_is_wrong_with_payoffs_is_named(changed, where, fault, tmp_path):
     file = tmp_path / "game.json"
     file.write_text(json.dumps(RING | changed))
     with pytest.raises(ProblemError) as error:
@@ -502,7 +484,7 @@ def test_what_is_wrong_with_payoffs_is_named(
     assert fault in error.value.fault
 
 
-def test_check_of_exact_numbers_is_exact() -> None:
+def test_check_of_exact_numbers_is_exact():
     problem = lcpcli.from_players(**MARKET)
     exact = lcpcli.exact(problem)
     found = lcpcli.check(problem, exact.exact.z)
@@ -512,7 +494,7 @@ def test_check_of_exact_numbers_is_exact() -> None:
 
 
 @pytest.mark.parametrize("payoffs", [[[3, 3], [3, 3]], [[0]], [[-1, 2], [2, -1]]])
-def test_costs_are_positive_whatever_the_payoffs_are(payoffs: list[list[int]]) -> None:
+def test_costs_are_positive_whatever_the_payoffs_are(payoffs):
     other = [[0] * len(payoffs) for _ in payoffs[0]]
     problem = lcpcli.from_polymatrix({(0, 1): payoffs, (1, 0): other})
     m, k = len(payoffs), len(payoffs) + len(payoffs[0])
@@ -522,7 +504,7 @@ def test_costs_are_positive_whatever_the_payoffs_are(payoffs: list[list[int]]) -
 
 
 @pytest.mark.parametrize("common", [0, 10**6, 10**8, 10**12])
-def test_a_common_part_of_payoffs_does_not_hide_an_equilibrium(common: int) -> None:
+def test_a_common_part_of_payoffs_does_not_hide_an_equilibrium(common):
     of_ann = [[common + 1, common], [common, common + 2]]
     of_bob = [[common + 1, common], [common, common + 3]]
     game = lcpcli.from_polymatrix({(0, 1): of_ann, (1, 0): of_bob})

@@ -3,9 +3,7 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Callable
 from fractions import Fraction
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -26,7 +24,7 @@ def claims(problem: Problem) -> tuple[bool | None, ...]:
 
 
 @pytest.mark.parametrize("seed", range(12))
-def test_no_other_point_of_c_is_better_by_the_gradient_at_x(seed: int) -> None:
+def test_no_other_point_of_c_is_better_by_the_gradient_at_x(seed):
     random = np.random.default_rng(seed)
     n, m = 6, 4
     B, skew = random.integers(-2, 3, (2, n, n)).astype(float)
@@ -50,7 +48,7 @@ def test_no_other_point_of_c_is_better_by_the_gradient_at_x(seed: int) -> None:
 
 
 @pytest.mark.parametrize("seed", range(8))
-def test_an_active_set_reaches_what_the_conditions_alone_say(seed: int) -> None:
+def test_an_active_set_reaches_what_the_conditions_alone_say(seed):
     """With equations, ranges, rows twice and fixed variables."""
     random = np.random.default_rng(seed)
     n = int(random.integers(2, 9))
@@ -75,7 +73,7 @@ def test_an_active_set_reaches_what_the_conditions_alone_say(seed: int) -> None:
     assert np.allclose(result.answer.x, lcpcli.run(plain).z[:n], atol=1e-9)
 
 
-def test_an_empty_set_is_left_to_the_methods_that_prove_it() -> None:
+def test_an_empty_set_is_left_to_the_methods_that_prove_it():
     sides = {"row_lower": [3, -np.inf], "row_upper": [np.inf, 2]}
     problem = lcpcli.from_avi([[2, 1], [-1, 2]], [1, 1], [[1, 1], [1, 1]], **sides)
     assert lcpcli.run(problem).status.has_no_solution
@@ -112,25 +110,25 @@ def test_an_empty_set_is_left_to_the_methods_that_prove_it() -> None:
         (lcpcli.from_avi([[-1]], [-1]), (False, False, None)),
     ],
 )
-def test_what_is_proved(problem: Problem, expected: tuple[bool | None, ...]) -> None:
+def test_what_is_proved(problem, expected):
     assert claims(problem) == expected
 
 
-def test_other_solutions_that_differ_in_multipliers_alone_do_not_count() -> None:
+def test_other_solutions_that_differ_in_multipliers_alone_do_not_count():
     # x1 <= 1 twice.
     problem = lcpcli.from_avi([[1]], [-3], [[1], [1]], row_upper=1)
     assert not lcpcli.solutions(problem).equilibria
     assert claims(problem) == (True, True, True)
 
 
-def test_large_ones_that_are_not_definite_are_not_decided() -> None:
+def test_large_ones_that_are_not_definite_are_not_decided():
     n = 201
     H = np.triu(np.ones((n, n)), 1)
     H -= H.T
     assert claims(lcpcli.from_avi(H, np.ones(n))) == (None, True, None)
 
 
-def test_a_symmetric_h_gives_the_minimizer() -> None:
+def test_a_symmetric_h_gives_the_minimizer():
     data: Any = [[2, 1], [1, 2]], [-4, -1], [[1, 1]]
     avi = lcpcli.run(lcpcli.from_avi(*data, row_upper=1))
     program = lcpcli.run(lcpcli.from_qp(*data, row_upper=1))
@@ -139,7 +137,7 @@ def test_a_symmetric_h_gives_the_minimizer() -> None:
 
 
 @pytest.mark.parametrize("suffix", ["json", "npz", "mat"])
-def test_files_hold_it(tmp_path: Path, suffix: str) -> None:
+def test_files_hold_it(tmp_path, suffix):
     names: Any = {"rows": ["one", "two"], "columns": ["a", "b"]}
     problem = lcpcli.from_avi(
         [[2, 1], [-1, 2]],
@@ -170,14 +168,14 @@ def test_files_hold_it(tmp_path: Path, suffix: str) -> None:
         ([Fraction(1), Fraction(1)], False),
     ],
 )
-def test_check_takes_x_and_finds_multipliers(values: list[Any], accepted: bool) -> None:
+def test_check_takes_x_and_finds_multipliers(values, accepted):
     problem = lcpcli.from_avi([[2, 1], [-1, 2]], [-4, -4], [[1, 1]], row_upper=2)
     found = lcpcli.check(problem, values)
     assert found.accepted == accepted
     assert (found.multipliers is None) == (len(values) == 3)
 
 
-def test_check_completes_slacks_of_rows_between_two_sides() -> None:
+def test_check_completes_slacks_of_rows_between_two_sides():
     problem = lcpcli.from_avi(
         [[2, 1], [-1, 2]], [-4, -4], [[1, 1]], row_lower=0, row_upper=2
     )
@@ -188,9 +186,7 @@ def test_check_completes_slacks_of_rows_between_two_sides() -> None:
 DATA = {"H": [[2, 1], [-1, 2]], "h": [-4, -4], "A": [[1, 1]], "row_upper": 2}
 
 
-def test_its_answer_in_text_json_and_csv(
-    lcp: Callable[..., Any], tmp_path: Path
-) -> None:
+def test_its_answer_in_text_json_and_csv(lcp, tmp_path):
     file = tmp_path / "avi.json"
     file.write_text(json.dumps({**DATA, "columns": ["left", "right"]}))
     text = lcp(f"solve {file} --exact").out
@@ -228,9 +224,7 @@ def test_its_answer_in_text_json_and_csv(
         ({"Q": [[1]]}, "Q", "is not a key of a variational inequality"),
     ],
 )
-def test_what_is_wrong_is_named(
-    changed: dict[str, Any], where: str, fault: str, tmp_path: Path
-) -> None:
+def test_what_is_wrong_is_named(changed, where, fault, tmp_path):
     file = tmp_path / "avi.json"
     file.write_text(json.dumps(DATA | changed))
     with pytest.raises(ProblemError) as error:

@@ -116,9 +116,7 @@ OTHER_PARAMETERS: list[tuple[str, dict[str, Any]]] = [
     ("name", "parameters"),
     [*((name, {}) for name in gallery.FAMILIES), *OTHER_PARAMETERS],
 )
-def test_matrices_are_of_the_stated_class_and_known_solutions_exact(
-    name: str, parameters: dict[str, Any]
-) -> None:
+def test_matrices_are_of_the_stated_class_and_known_solutions_exact(name, parameters):
     for n in (1, 2, 3, 6, 9, 18):
         problem = of_size(name, n, seed=n, **parameters)
         for words in (
@@ -145,8 +143,8 @@ def test_matrices_are_of_the_stated_class_and_known_solutions_exact(
 @settings(max_examples=10)
 @given(n=st.integers(1, 5), seed=st.integers(0, 10**6))
 def test_infeasible_problems_are_so_by_the_vector_in_the_note_and_unsolvable_ones_not(
-    n: int, seed: int
-) -> None:
+    n, seed
+):
     problem = gallery.make("infeasible", n, seed)
     k = int(problem.note.split("first ")[1].split(" ")[0])
     assert Proof("farkas", (np.arange(n) < k).astype(float)).holds(problem)
@@ -159,8 +157,8 @@ def test_infeasible_problems_are_so_by_the_vector_in_the_note_and_unsolvable_one
 @settings(max_examples=15)
 @given(n=st.integers(1, 12), seed=st.integers(0, 10**6))
 def test_lemke_ends_on_a_ray_on_some_families_and_needs_two_to_the_n_pivots_on_another(
-    n: int, seed: int
-) -> None:
+    n, seed
+):
     problem = gallery.make("ray", n, seed)
     assert exact.solves(problem, [Fraction(v) for v in problem.solutions[0].tolist()])
     assert run(problem, "lemke").status is Status.RAY
@@ -175,7 +173,7 @@ def test_lemke_ends_on_a_ray_on_some_families_and_needs_two_to_the_n_pivots_on_a
         )
 
 
-def test_lemke_solves_most_rigid_contact_problems() -> None:
+def test_lemke_solves_most_rigid_contact_problems():
     problems = [
         gallery.make("contact", 20, seed, friction=float(seed % 2), compliance=0.0)
         for seed in range(20)
@@ -192,8 +190,8 @@ def test_lemke_solves_most_rigid_contact_problems() -> None:
     compliance=st.just(0.0) | st.floats(0, 10),
 )
 def test_rounding_defeats_lemke_on_rigid_contact_and_auto_never(
-    n: int, seed: int, friction: float, compliance: float
-) -> None:
+    n, seed, friction, compliance
+):
     """Their bases are degenerate; where Lemke's method ends on a ray it says so, and
     auto goes on."""
     problem = gallery.make("contact", n, seed, friction=friction, compliance=compliance)
@@ -203,7 +201,7 @@ def test_rounding_defeats_lemke_on_rigid_contact_and_auto_never(
 
 @settings(max_examples=20)
 @given(n=st.integers(1, 40), seed=st.integers(0, 10**6))
-def test_programs_have_the_one_solution_that_is_known(n: int, seed: int) -> None:
+def test_programs_have_the_one_solution_that_is_known(n, seed):
     """Strictly complementary, with a regular basis: as M is positive semidefinite,
     there is no other."""
     for name in ("lp", "qp"):
@@ -215,7 +213,7 @@ def test_programs_have_the_one_solution_that_is_known(n: int, seed: int) -> None
         assert np.linalg.matrix_rank(dense(problem.M)[np.ix_(P, P)]) == P.sum()
 
 
-def test_linear_programs_are_sparse_when_large_and_solved() -> None:
+def test_linear_programs_are_sparse_when_large_and_solved():
     problem = gallery.make("lp", 600)
     assert [is_sparse(problem.M), is_sparse(gallery.make("lp", 200).M)] == [True, False]
     assert (
@@ -225,7 +223,7 @@ def test_linear_programs_are_sparse_when_large_and_solved() -> None:
 
 
 @pytest.mark.parametrize("name", gallery.FAMILIES)
-def test_same_arguments_give_the_same_numbers_and_other_seeds_others(name: str) -> None:
+def test_same_arguments_give_the_same_numbers_and_other_seeds_others(name):
     one, same, other = (of_size(name, 10, seed) for seed in (3, 3, 4))
     assert np.array_equal(dense(one.M), dense(same.M))
     assert np.array_equal(one.q, same.q)
@@ -236,7 +234,7 @@ def test_same_arguments_give_the_same_numbers_and_other_seeds_others(name: str) 
 
 
 @pytest.mark.parametrize("name", gallery.FAMILIES)
-def test_families_say_what_they_are_and_auto_comes_to_what_is_known(name: str) -> None:
+def test_families_say_what_they_are_and_auto_comes_to_what_is_known(name):
     family = gallery.load(name)
     problem = gallery.make(name)
     assert gallery.FAMILIES[name]

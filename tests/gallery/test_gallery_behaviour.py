@@ -44,7 +44,7 @@ def newton_without_safeguard(problem: Problem, steps: int) -> list[tuple[int, ..
     return sets
 
 
-def test_newton_without_safeguard_cycles_from_the_starts_in_the_literature() -> None:
+def test_newton_without_safeguard_cycles_from_the_starts_in_the_literature():
     for n in (3, 7, 11):
         sets = newton_without_safeguard(gallery.make("ben-gharbia-gilbert", n), n)
         assert sets[n] == sets[0]
@@ -54,7 +54,7 @@ def test_newton_without_safeguard_cycles_from_the_starts_in_the_literature() -> 
     assert (1, 2) not in sets
 
 
-def test_murty_takes_exponentially_many_steps_of_least_index_pivoting() -> None:
+def test_murty_takes_exponentially_many_steps_of_least_index_pivoting():
     problem = gallery.make("murty", 6)
     P, steps = np.zeros(6, dtype=bool), 0
     while True:
@@ -69,7 +69,7 @@ def test_murty_takes_exponentially_many_steps_of_least_index_pivoting() -> None:
     assert f"{steps + 1} - 1" in problem.note.replace("2^6", "64")
 
 
-def test_half_of_all_places_and_an_eigenvalue_have_the_margin_asked_for() -> None:
+def test_half_of_all_places_and_an_eigenvalue_have_the_margin_asked_for():
     problem = gallery.make("degenerate", 30)
     (z,) = problem.solutions
     assert np.count_nonzero((z == 0) & (problem.w(z) == 0)) == 15
@@ -87,8 +87,8 @@ def test_half_of_all_places_and_an_eigenvalue_have_the_margin_asked_for() -> Non
 
 @pytest.mark.parametrize("symmetric", [False, True])
 def test_indefinite_problems_have_w_0_everywhere_unless_complementarity_is_to_be_strict(
-    symmetric: bool,
-) -> None:
+    symmetric,
+):
     for strict in (False, True):
         problem = gallery.make("indefinite", 30, symmetric=symmetric, strict=strict)
         (z,) = problem.solutions
@@ -100,7 +100,7 @@ def test_indefinite_problems_have_w_0_everywhere_unless_complementarity_is_to_be
 
 
 @pytest.mark.parametrize("entries", [0, 10])
-def test_planted_solutions_are_strictly_complementary(entries: int) -> None:
+def test_planted_solutions_are_strictly_complementary(entries):
     problem = gallery.make("planted", 200, 1, entries=entries)
     (z,) = problem.solutions
     assert 70 < np.count_nonzero(z) < 130
@@ -109,7 +109,7 @@ def test_planted_solutions_are_strictly_complementary(entries: int) -> None:
     assert np.count_nonzero(dense(problem.M)) <= 200 * (entries or 200)
 
 
-def test_ill_scaled_is_harker_pang_in_other_units() -> None:
+def test_ill_scaled_is_harker_pang_in_other_units():
     plain, scaled = (
         run(gallery.make(name, 6, 5), "auto") for name in ("harker-pang", "ill-scaled")
     )
@@ -118,7 +118,7 @@ def test_ill_scaled_is_harker_pang_in_other_units() -> None:
     assert entries.max() / entries.min() > 1e12
 
 
-def test_pressure_of_the_infinite_bearing_vanishes_where_the_film_opens() -> None:
+def test_pressure_of_the_infinite_bearing_vanishes_where_the_film_opens():
     """It rises while the film narrows, up to t = pi, and the film breaks at some t in
     (pi, 2 pi) (Cryer 1971)."""
     z = run(gallery.make("journal-bearing", 200), "auto").z
@@ -128,7 +128,7 @@ def test_pressure_of_the_infinite_bearing_vanishes_where_the_film_opens() -> Non
     assert 50 < np.argmax(z) < 100
 
 
-def test_american_put_is_worth_the_formula_and_exercised_below_some_price() -> None:
+def test_american_put_is_worth_the_formula_and_exercised_below_some_price():
     """The European put by Black and Scholes; one time step is eight per cent below it,
     the American put a bit above."""
     r, s, T = 0.1, 0.4, 0.5
@@ -148,7 +148,7 @@ def test_american_put_is_worth_the_formula_and_exercised_below_some_price() -> N
     assert 190 <= np.argmax(z) <= 210
 
 
-def test_unknowns_of_spatial_prices_have_names_in_the_order_of_z() -> None:
+def test_unknowns_of_spatial_prices_have_names_in_the_order_of_z():
     problem = gallery.make("spatial-prices", 8)
     assert list(problem.names[:5]) == [
         "supply1",
@@ -183,8 +183,8 @@ MOVES = [
 
 @pytest.mark.parametrize(("family", "n", "moved"), MOVES)
 def test_the_parameter_leaves_m_alone_and_a_verified_path_joins_its_values(
-    family: str, n: int, moved: dict[str, tuple[float, float]]
-) -> None:
+    family, n, moved
+):
     values: list[dict[str, Any]] = [
         {name: ends[k] for name, ends in moved.items()} for k in (0, 1)
     ]
@@ -197,7 +197,7 @@ def test_the_parameter_leaves_m_alone_and_a_verified_path_joins_its_values(
     assert (found.end, found.verified) == ("reached", True)
 
 
-def test_frontier_has_its_target_as_return_or_more_if_less_risk_has_more() -> None:
+def test_frontier_has_its_target_as_return_or_more_if_less_risk_has_more():
     problem = gallery.make("frontier", 22, 3)
     returns = problem.M[-1, :20]
     least, best = (
@@ -217,7 +217,7 @@ def test_frontier_has_its_target_as_return_or_more_if_less_risk_has_more() -> No
     )
 
 
-def test_the_lasso_satisfies_its_optimality_conditions_in_the_features() -> None:
+def test_the_lasso_satisfies_its_optimality_conditions_in_the_features():
     X, y = programs.regression(30, 1, 12)
     for penalty, least in ((1.0, 0), (0.999, 1), (0.2, 1), (0.0, 1)):
         result = run(gallery.make("lasso", 60, 1, penalty=penalty, samples=12))
@@ -231,7 +231,7 @@ def test_the_lasso_satisfies_its_optimality_conditions_in_the_features() -> None
         )
 
 
-def test_a_tax_ends_trade_and_leaves_the_prices_without_it() -> None:
+def test_a_tax_ends_trade_and_leaves_the_prices_without_it():
     names = gallery.make("spatial-prices", 24).names
     flows = [i for i, name in enumerate(names) if name.startswith("flow")]
     volumes = [
@@ -279,9 +279,7 @@ def energy(scene: Scene) -> float:
 
 
 @pytest.mark.parametrize(("kind", "boxes"), [("tower", 4), ("pyramid", 3), ("heap", 5)])
-def test_only_gravity_and_the_floor_change_the_momentum_and_energy_is_lost(
-    kind: str, boxes: int
-) -> None:
+def test_only_gravity_and_the_floor_change_the_momentum_and_energy_is_lost(kind, boxes):
     """Impulses are in the friction cones, and on them where contacts slide, and no box
     sinks into another one."""
     scene, slid = contact_in_time(kind, boxes), 0
@@ -306,7 +304,7 @@ def test_only_gravity_and_the_floor_change_the_momentum_and_energy_is_lost(
     assert last < first - 0.01
 
 
-def test_a_tower_comes_to_rest_in_place_and_a_heap_keeps_changing_contacts() -> None:
+def test_a_tower_comes_to_rest_in_place_and_a_heap_keeps_changing_contacts():
     tower = contact_in_time("tower", 4)
     numbers = {len(contacts) for contacts, *_ in steps(tower, 50)}
     assert numbers == {8}
@@ -317,7 +315,7 @@ def test_a_tower_comes_to_rest_in_place_and_a_heap_keeps_changing_contacts() -> 
     assert len(numbers) >= 4
 
 
-def test_boxes_touch_where_the_side_of_each_lies_on_that_of_the_other() -> None:
+def test_boxes_touch_where_the_side_of_each_lies_on_that_of_the_other():
     offset = 0.2
     centres = np.array([[0.0, HALF[1]], [offset, 3 * HALF[1]]])
     scene = Scene(centres, np.zeros(2), np.zeros((2, 3)))
@@ -327,7 +325,7 @@ def test_boxes_touch_where_the_side_of_each_lies_on_that_of_the_other() -> None:
     assert ends[:, 1] == pytest.approx(2 * HALF[1])
 
 
-def test_a_ceiling_that_comes_down_leaves_no_solution_in_the_end() -> None:
+def test_a_ceiling_that_comes_down_leaves_no_solution_in_the_end():
     scene, statuses = contact_in_time("crushed", 1), []
     while len(statuses) < 8:
         result = run(scene.problem())
@@ -336,7 +334,7 @@ def test_a_ceiling_that_comes_down_leaves_no_solution_in_the_end() -> None:
     assert statuses == 5 * [Status.SOLVED] + 3 * [Status.INFEASIBLE]
 
 
-def test_the_same_seed_gives_the_same_motion_and_another_one_another() -> None:
+def test_the_same_seed_gives_the_same_motion_and_another_one_another():
     scenes = [contact_in_time("heap", 2, seed) for seed in (2, 2, 3)]
     assert all(len(list(steps(scene, 30))) == 30 for scene in scenes)
     assert np.array_equal(scenes[0].centres, scenes[1].centres)
@@ -345,7 +343,7 @@ def test_the_same_seed_gives_the_same_motion_and_another_one_another() -> None:
         contact_in_time("heap", 0)
 
 
-def test_matrices_of_bricks_are_singular_or_copositive_by_their_layout() -> None:
+def test_matrices_of_bricks_are_singular_or_copositive_by_their_layout():
     scene = contact_in_time("pyramid", 3)
     assert len(scene.contacts) == 2 * 3 + 4 * (2 + 1)
     assert np.linalg.matrix_rank(scene.problem().M[:18, :18]) < 18
@@ -358,9 +356,7 @@ def test_matrices_of_bricks_are_singular_or_copositive_by_their_layout() -> None
 
 
 @pytest.mark.parametrize(("n", "contrast"), [(200, 1.0), (1000, 1e6)])
-def test_q_of_a_beam_is_rounded_once_although_it_cancels(
-    n: int, contrast: float
-) -> None:
+def test_q_of_a_beam_is_rounded_once_although_it_cancels(n, contrast):
     """q = M g + h^4 for the obstacle g, by fractions: in doubles M g alone is off by
     more than h^4 from some hundred nodes on."""
     problem = gallery.make("beam", n, contrast=contrast)
@@ -378,7 +374,7 @@ def test_q_of_a_beam_is_rounded_once_although_it_cancels(
         assert abs(Fraction(float(found)) - right) <= 1e-15 * abs(right) + size
 
 
-def test_the_condition_numbers_of_structures_grow_as_their_notes_say() -> None:
+def test_the_condition_numbers_of_structures_grow_as_their_notes_say():
     for family, n, expected in (
         ("beam", 60, 0.032 * 61**4),
         ("plate", 225, 0.05 * 256**2),
@@ -388,14 +384,14 @@ def test_the_condition_numbers_of_structures_grow_as_their_notes_say() -> None:
 
 
 @pytest.mark.parametrize("name", ["ben-gharbia-gilbert", "kostreva"])
-def test_cyclic_shifts_have_odd_orders_of_which_they_make_p_matrices(name: str) -> None:
+def test_cyclic_shifts_have_odd_orders_of_which_they_make_p_matrices(name):
     problems = [gallery.make(name, n) for n in range(1, 7)]
     assert [problem.n for problem in problems] == [3, 3, 3, 5, 5, 7]
     for problem in problems:
         assert inspect(problem).classes["p_matrix"].word == "yes"
 
 
-def test_an_even_load_on_a_frame_is_shared_by_its_nodes() -> None:
+def test_an_even_load_on_a_frame_is_shared_by_its_nodes():
     """Inner nodes have a half of the loads of two elements."""
     one, two = (gallery.make("frame", 10, support="springs", load=k) for k in (1, 2))
     loads = (two.q - one.q)[np.isfinite(one.lower)]
@@ -403,7 +399,7 @@ def test_an_even_load_on_a_frame_is_shared_by_its_nodes() -> None:
 
 
 @pytest.mark.parametrize("support", ["clamped", "hinged", "cantilever", "springs"])
-def test_frames_bend_as_beams_do(support: str) -> None:
+def test_frames_bend_as_beams_do(support):
     """Of the same length, load and obstacle, by elements and by differences; only the
     nodes of the frame are above those of the beam."""
     k = 40

@@ -57,5 +57,5 @@ REFUSALS: list[Refusal] = calls(
 
 
 @pytest.mark.parametrize("refusal", REFUSALS, ids=str)
-def test_a_parameter_out_of_range_is_refused(refusal: Refusal) -> None:
+def test_a_parameter_out_of_range_is_refused(refusal):
     assert raised(refusal.command, NAMES) == refusal.line

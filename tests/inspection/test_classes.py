@@ -115,7 +115,7 @@ def whole(n: int, size: int) -> st.SearchStrategy[Any]:
 
 @settings(max_examples=30)
 @given(st.integers(1, 4).flatmap(lambda n: whole(n, 2)))
-def test_small_integer_matrices_are_classified_as_the_definitions_say(M: Any) -> None:
+def test_small_integer_matrices_are_classified_as_the_definitions_say(M):
     found = classify(M)
     check(M, found)
     for name, violated in refuted(M).items():
@@ -133,8 +133,8 @@ def test_small_integer_matrices_are_classified_as_the_definitions_say(M: Any) ->
     st.integers(-1, 1),
 )
 def test_singular_semidefinite_matrices_are_told_from_others_by_less_than_rounding(
-    A: Any, r: int, nudge: int
-) -> None:
+    A, r, nudge
+):
     """Whole numbers, by one of 2^51."""
     M = A[:, :r] @ A[:, :r].T * 2.0**46
     M[0, 0] += nudge
@@ -151,9 +151,7 @@ def test_singular_semidefinite_matrices_are_told_from_others_by_less_than_roundi
     st.sampled_from([1, 0.1, 0.3, 1 / 3]),
     st.integers(-1, 1),
 )
-def test_rows_that_are_dominant_up_to_rounding_are_decided_exactly(
-    A: Any, unit: float, nudge: int
-) -> None:
+def test_rows_that_are_dominant_up_to_rounding_are_decided_exactly(A, unit, nudge):
     np.fill_diagonal(A, 0)
     np.fill_diagonal(A, np.abs(A).sum(axis=1))
     M = A * unit
@@ -164,9 +162,7 @@ def test_rows_that_are_dominant_up_to_rounding_are_decided_exactly(
 
 @pytest.mark.parametrize("transform", [np.array, sparse.csr_array])
 @pytest.mark.parametrize("seed", few_of(range(12), 4))
-def test_rounding_decides_nothing_about_definiteness(
-    seed: int, transform: Callable[[Any], Any]
-) -> None:
+def test_rounding_decides_nothing_about_definiteness(seed, transform):
     """Nor do the units in which a covariance, or a Gram matrix, is given."""
     random = np.random.default_rng(seed)
     n = int(random.integers(2, 40))
@@ -192,8 +188,8 @@ def test_rounding_decides_nothing_about_definiteness(
 @pytest.mark.parametrize("transform", [np.array, sparse.csr_array])
 @pytest.mark.parametrize("seed", range(20))
 def test_a_matrix_that_is_indefinite_by_more_than_rounding_is_called_so(
-    seed: int, transform: Callable[[Any], Any]
-) -> None:
+    seed, transform
+):
     """In the units of its diagonal, by 1e-8 to 1e-3, at sizes at which no time for
     exact arithmetic is left."""
     random = np.random.default_rng(seed)
@@ -305,7 +301,7 @@ def known(sizes: tuple[int, ...], repeats: int) -> Iterator[tuple[Any, dict[str,
                 yield make(np.random.default_rng([family, n, seed]), n), expected
 
 
-def test_matrices_of_known_class_are_recognised_and_nothing_else_is_claimed() -> None:
+def test_matrices_of_known_class_are_recognised_and_nothing_else_is_claimed():
     for M, expected in known((2, 3, 4, 5), 2):
         found = classify(M)
         check(M, found)
@@ -313,14 +309,14 @@ def test_matrices_of_known_class_are_recognised_and_nothing_else_is_claimed() ->
 
 
 @pytest.mark.parametrize("n", [30, 66])
-def test_larger_matrices_of_known_class_are_recognised_dense_and_sparse(n: int) -> None:
+def test_larger_matrices_of_known_class_are_recognised_dense_and_sparse(n):
     for M, expected in known((n,), 1):
         for matrix in (M, sparse.csr_array(M)) if n == 30 else (M,):
             found = classify(matrix)
             assert {name: found[name].word for name in expected} == expected
 
 
-def test_scaling_by_powers_of_ten_hides_no_class() -> None:
+def test_scaling_by_powers_of_ten_hides_no_class():
     d = 10.0 ** np.linspace(-8, 8, 70)
     M = spd(np.random.default_rng(1), 70) * d * d[:, np.newaxis]
     assert classify((M + M.T) / 2)["positive_definite"].word == YES
@@ -329,9 +325,7 @@ def test_scaling_by_powers_of_ten_hides_no_class() -> None:
 
 
 @pytest.mark.parametrize("huge", [1e308, 1e-308])
-def test_ends_of_the_range_of_floats_are_classified_without_overflow(
-    huge: float,
-) -> None:
+def test_ends_of_the_range_of_floats_are_classified_without_overflow(huge):
     for pattern in (
         [[1, 0.5], [0.5, 1]],
         [[1, 1], [1, 1]],
@@ -342,7 +336,7 @@ def test_ends_of_the_range_of_floats_are_classified_without_overflow(
         check(M, classify(M))
 
 
-def test_horn_form_is_copositive_though_neither_semidefinite_nor_nonnegative() -> None:
+def test_horn_form_is_copositive_though_neither_semidefinite_nor_nonnegative():
     """A. J. Hoffman and M. A. Marcus, on copositive forms: the circulant of (1, -1, 1,
     1, -1)."""
     row = np.array([1.0, -1, 1, 1, -1])
@@ -362,7 +356,7 @@ def test_horn_form_is_copositive_though_neither_semidefinite_nor_nonnegative() -
     assert classify(M)["copositive"].word == NO
 
 
-def test_sufficiency_of_rows_is_not_that_of_columns() -> None:
+def test_sufficiency_of_rows_is_not_that_of_columns():
     """z_1 (z_1 - z_2) < 0 for z = (1, 2), while z_1^2 <= 0 only for z_1 = 0."""
     M = np.array([[1.0, -1], [0, 0]])
     for matrix, words in ((M, (NO, YES)), (M.T, (YES, NO))):
@@ -370,7 +364,7 @@ def test_sufficiency_of_rows_is_not_that_of_columns() -> None:
         assert (found["column_sufficient"].word, found["row_sufficient"].word) == words
 
 
-def test_a_minor_that_is_0_in_doubles_only_excludes_nothing() -> None:
+def test_a_minor_that_is_0_in_doubles_only_excludes_nothing():
     """That of the first two rows is 2^-53; the other two rule out what makes it
     needless to look at minors."""
     found = classify(
@@ -385,7 +379,7 @@ def test_a_minor_that_is_0_in_doubles_only_excludes_nothing() -> None:
     ) == (NO, NO, YES)
 
 
-def test_a_block_that_is_no_h_matrix_excludes_one_of_any_size() -> None:
+def test_a_block_that_is_no_h_matrix_excludes_one_of_any_size():
     M = np.eye(70)
     M[:2, :2] = [[1, 2], [1, 1]]
     found = classify(M)["h_plus"]
@@ -397,12 +391,12 @@ def test_a_block_that_is_no_h_matrix_excludes_one_of_any_size() -> None:
 @pytest.mark.parametrize(
     "M", [[[1, 2, 0], [0, 1, 2], [-0.25, 0, 1]], [[0, 1, 0], [0, 0, 1], [-1, 0, 0]]]
 )
-def test_a_determinant_that_excludes_is_found_where_no_other_minor_does(M: Any) -> None:
+def test_a_determinant_that_excludes_is_found_where_no_other_minor_does(M):
     """It is 0 where all others are positive, and negative where they are 0."""
     check(M, classify(np.array(M, dtype=float)))
 
 
-def test_without_time_only_what_takes_none_is_decided() -> None:
+def test_without_time_only_what_takes_none_is_decided():
     with deadline_after(0.0):
         found = classify(spd(np.random.default_rng(0), 10))
     assert found.keys() == CLASSES.keys()
@@ -411,7 +405,7 @@ def test_without_time_only_what_takes_none_is_decided() -> None:
     assert "used up" in found["positive_definite"].evidence
 
 
-def test_classes_have_words() -> None:
+def test_classes_have_words():
     words = (
         "symmetric",
         "skew-symmetric",
@@ -427,7 +421,7 @@ def test_classes_have_words() -> None:
     ]
 
 
-def test_large_sparse_matrices_are_classified_without_becoming_dense() -> None:
+def test_large_sparse_matrices_are_classified_without_becoming_dense():
     L = plane(100)
     H = sparse.eye_array(L.shape[0])
     found = classify(L)
@@ -449,9 +443,7 @@ def test_large_sparse_matrices_are_classified_without_becoming_dense() -> None:
     ) == (NO, NO)
 
 
-def test_singular_matrix_without_negative_minors_is_not_excluded_by_a_null_vector() -> (
-    None
-):
+def test_singular_matrix_without_negative_minors_is_not_excluded_by_a_null_vector():
     """A triangular one, whose principal minors are products of diagonal entries, some
     of which are 0."""
     M = np.diag(np.arange(20.0) % 3) + np.diag(np.full(19, 5.0), 1)
@@ -462,9 +454,7 @@ def test_singular_matrix_without_negative_minors_is_not_excluded_by_a_null_vecto
 
 
 @pytest.mark.parametrize("as_matrix", [np.asarray, sparse.csr_array])
-def test_matrix_of_contact_with_friction_is_copositive_in_any_order(
-    as_matrix: Any,
-) -> None:
+def test_matrix_of_contact_with_friction_is_copositive_in_any_order(as_matrix):
     problem = families.make("contact", 48, 1)
     order = np.random.default_rng(0).permutation(problem.n)
     M = (
@@ -487,7 +477,7 @@ def test_matrix_of_contact_with_friction_is_copositive_in_any_order(
 
 
 @pytest.mark.parametrize("n", [5, 100, 300])
-def test_singular_sum_of_squares_is_decided_at_every_size(n: int) -> None:
+def test_singular_sum_of_squares_is_decided_at_every_size(n):
     """The squares of x_i - x_(i+1): one null vector, of ones, for which elimination in
     fractions needs n steps."""
     F = np.eye(n) - np.eye(n, k=1)

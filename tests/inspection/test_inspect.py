@@ -6,8 +6,6 @@ from __future__ import annotations
 
 import json
 import math
-from collections.abc import Callable
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -32,7 +30,6 @@ from lcpcli.solving.proof import with_reference
 from ..benchmarks.accuracy import contraction, empirical_rate
 from ..conftest import Outcome
 
-Lcp = Callable[..., Outcome]
 OWN = ("auto", "shi", "fixed-point", "newton", "interior", "lemke", "milp")
 EXAMPLE = contents.shipped_path("paper-example-1.json")
 OBJECT = json.loads(
@@ -59,7 +56,7 @@ def hints(M: Any, q: Any = None) -> str:
     return " ".join(found.hints)
 
 
-def test_facts_of_the_first_example_are_those_of_its_matrix() -> None:
+def test_facts_of_the_first_example_are_those_of_its_matrix():
     """tridiag(-1, 4, -1) of order 4 has the eigenvalues 4 - 2 cos(k pi / 5) and an
     inverse known in closed form."""
     M = 4 * np.eye(4) - np.eye(4, k=1) - np.eye(4, k=-1)
@@ -79,7 +76,7 @@ def test_facts_of_the_first_example_are_those_of_its_matrix() -> None:
     assert found.smoothing_error == pytest.approx(math.log(3) / found.p * 5)
 
 
-def test_estimates_for_large_and_sparse_matrices_agree_with_the_exact_figures() -> None:
+def test_estimates_for_large_and_sparse_matrices_agree_with_the_exact_figures():
     n = 210
     # Row sums differ from column sums.
     M = random_problem(n, n, False).M * np.where(np.arange(n) > 0, 1.0, 1e3)
@@ -104,9 +101,7 @@ def test_estimates_for_large_and_sparse_matrices_agree_with_the_exact_figures() 
         (20, "bounded"),
     ],
 )
-def test_measured_rate_of_fixed_point_is_the_local_one_and_below_the_bound(
-    n: int, kind: str
-) -> None:
+def test_measured_rate_of_fixed_point_is_the_local_one_and_below_the_bound(n, kind):
     problem = random_problem(n, n, kind != "other")
     if kind == "bounded":
         lower, upper = (
@@ -132,7 +127,7 @@ def test_measured_rate_of_fixed_point_is_the_local_one_and_below_the_bound(
     assert contraction(problem, x).local is None, "at a degenerate solution"
 
 
-def test_bound_is_that_of_eigenvalues_and_a_singular_iteration_has_none() -> None:
+def test_bound_is_that_of_eigenvalues_and_a_singular_iteration_has_none():
     eigenvalues = np.array([0.2, 1.0, 9.0])
     Q = np.linalg.qr(np.random.default_rng(0).standard_normal((3, 3)))[0]
     M = Q @ np.diag(eigenvalues) @ Q.T
@@ -150,7 +145,7 @@ def kostreva(n: int) -> Problem:
     return Problem(np.eye(n) + 2 * np.roll(np.eye(n), 1, 1), -np.ones(n))
 
 
-def test_modulus_iteration_is_not_guaranteed_for_the_matrix_of_kostreva() -> None:
+def test_modulus_iteration_is_not_guaranteed_for_the_matrix_of_kostreva():
     guarantees = inspect(kostreva(5), math.inf).guarantees
     assert {name: guarantees[name].word for name in OWN} == dict.fromkeys(
         OWN, "yes"
@@ -160,7 +155,7 @@ def test_modulus_iteration_is_not_guaranteed_for_the_matrix_of_kostreva() -> Non
     }
 
 
-def test_h_plus_matrices_get_the_omega_that_is_guaranteed() -> None:
+def test_h_plus_matrices_get_the_omega_that_is_guaranteed():
     large = inspect(Problem([[5.0, 99.0], [0.0, 1.0]], [-1.0, -1.0]), math.inf)
     assert large.classes["positive_definite"].word == "no"
     assert large.guarantees["fixed-point"].word == "no"
@@ -170,7 +165,7 @@ def test_h_plus_matrices_get_the_omega_that_is_guaranteed() -> None:
     assert small.guarantees["fixed-point"].word == "yes"
 
 
-def test_hints_come_with_evidence_only() -> None:
+def test_hints_come_with_evidence_only():
     assert hints([[4.0, -1.0], [-1.0, 4.0]]) == ""
     assert "transposed" in hints([[3.0, -4.0], [-2.0, 5.0]])
     assert "transposed" not in hints([[5.0, -4.0], [-2.0, 3.0]])
@@ -187,7 +182,7 @@ def test_hints_come_with_evidence_only() -> None:
     assert "rounding" not in hints([[0.03, 0.21], [0.21, 1.47]])
 
 
-def test_what_is_obvious_is_said() -> None:
+def test_what_is_obvious_is_said():
     assert "the unique one" in inspect(Problem(np.eye(2), [0.0, 1.0])).obvious
     assert (
         inspect(Problem(-np.eye(2), [0.0, 1.0])).obvious
@@ -217,7 +212,7 @@ ODD = [
 
 
 @pytest.mark.parametrize("problem", ODD, ids=range(len(ODD)))
-def test_odd_problems_are_inspected_without_a_warning(problem: Problem) -> None:
+def test_odd_problems_are_inspected_without_a_warning(problem):
     """Each in one line of JSON with all the keys, and no number that JSON does not
     have, and in a table."""
     for seconds in (0.0, 10.0):
@@ -239,8 +234,8 @@ def test_odd_problems_are_inspected_without_a_warning(problem: Problem) -> None:
 
 
 def test_command_shows_or_writes_a_table_of_80_columns_or_one_json_object(
-    lcp: Lcp, tmp_path: Path
-) -> None:
+    lcp, tmp_path
+):
     table = lcp(f"inspect {EXAMPLE}")
     assert (table.code, table.err) == (0, "")
     assert "P-matrix               yes: it is positive definite" in table.out
@@ -262,9 +257,7 @@ def test_command_shows_or_writes_a_table_of_80_columns_or_one_json_object(
     assert lcp(f"inspect {tmp_path / 'M.csv'} {tmp_path / 'q.csv'}").code == 0
 
 
-def test_a_large_sparse_problem_is_inspected_without_a_dense_matrix(
-    lcp: Lcp, tmp_path: Path
-) -> None:
+def test_a_large_sparse_problem_is_inspected_without_a_dense_matrix(lcp, tmp_path):
     file = tmp_path / "large.npz"
     write(tridiagonal(30_000), str(file))
     shown = json.loads(lcp(f"inspect {file} --format json").out)
@@ -285,9 +278,7 @@ def test_a_large_sparse_problem_is_inspected_without_a_dense_matrix(
         ([[1.0, 0.0], [-1.0, 0.0]], [1.0, -1.0], "q2 < 0 and no entry of row 2"),
     ],
 )
-def test_rows_and_entries_are_counted_from_1(
-    M: list[list[float]], q: list[float], told: str
-) -> None:
+def test_rows_and_entries_are_counted_from_1(M, q, told):
     found = inspect(Problem(M, q))
     assert told in " ".join(
         [found.obvious, *(verdict.evidence for verdict in found.classes.values())]
@@ -317,9 +308,7 @@ def random_mixed_problem(kind: str, random: Generator) -> Problem:
 
 
 @pytest.mark.parametrize("kind", ["semidefinite", "definite", "nonnegative"])
-def test_guaranteed_methods_solve_the_problem_or_prove_it_has_no_solution(
-    kind: str,
-) -> None:
+def test_guaranteed_methods_solve_the_problem_or_prove_it_has_no_solution(kind):
     guaranteed = set()
     for seed in range(10):
         problem = random_mixed_problem(kind, np.random.default_rng(seed))
@@ -355,9 +344,7 @@ GUARANTEED: list[tuple[Any, dict[str, Any], dict[str, str]]] = [
 @pytest.mark.parametrize(
     ("M", "bounds", "words"), GUARANTEED, ids=range(len(GUARANTEED))
 )
-def test_what_is_guaranteed_depends_on_bounds_and_size(
-    M: Any, bounds: Any, words: dict[str, str]
-) -> None:
+def test_what_is_guaranteed_depends_on_bounds_and_size(M, bounds, words):
     found = inspect(
         Problem(M, -np.ones(np.shape(M)[0]), **bounds), 0.1 if M is LARGE else INF
     )
@@ -365,8 +352,8 @@ def test_what_is_guaranteed_depends_on_bounds_and_size(
     assert M is not COPOSITIVE or found.classes["strictly_copositive"].word == "yes"
 
 
-def test_evident_solutions_are_said_for_the_bounds() -> None:
-    def obvious(q: Any, M: Any = SWAPPED, **bounds: Any) -> str:
+def test_evident_solutions_are_said_for_the_bounds():
+    def obvious(q, M=SWAPPED, **bounds):
         return inspect(Problem(M, q, **bounds), INF).obvious
 
     assert (
@@ -383,7 +370,7 @@ def test_evident_solutions_are_said_for_the_bounds() -> None:
         )
 
 
-def test_json_counts_the_kinds_of_variables() -> None:
+def test_json_counts_the_kinds_of_variables():
     mixed = Problem(np.eye(3), np.ones(3), lower=[None, 0, 1], upper=[None, 2, 1])
     shown = json.loads(inspection_text.inspection_report(inspect(mixed)).render("json"))
     assert shown["bounds"] == {"free": 1, "boxed": 1, "fixed": 1}
@@ -397,7 +384,7 @@ def test_json_counts_the_kinds_of_variables() -> None:
     )
 
 
-def test_smoothing_parameter_is_the_one_that_shi_uses() -> None:
+def test_smoothing_parameter_is_the_one_that_shi_uses():
     problem = Problem([[2, 1], [1, 2]], [1e-3, 2e-3], lower=1e6)
     assert (
         smoothing(problem)[0]
@@ -405,7 +392,7 @@ def test_smoothing_parameter_is_the_one_that_shi_uses() -> None:
     )
 
 
-def test_a_contradiction_that_is_rounding_is_not_stated() -> None:
+def test_a_contradiction_that_is_rounding_is_not_stated():
     """3 * 0.1 is rounded, so that the second row is no multiple of the first one."""
     problem = Problem([[1, 0.1, 1], [3, 3 * 0.1, 3], [1, 2, 4]], [-1, 0, 1], lower=-INF)
     assert lcpcli.run(problem).solved
@@ -418,7 +405,7 @@ def test_a_contradiction_that_is_rounding_is_not_stated() -> None:
     assert "cannot have its sign" not in repr(found)
 
 
-def test_presolve_ends_with_the_time_of_an_inspection() -> None:
+def test_presolve_ends_with_the_time_of_an_inspection():
     problem = Problem([[2, 0], [0, 1]], [1, -1], lower=[0, -INF])
     assert inspect(problem).presolve is not None
     assert inspect(problem, 0).presolve is None

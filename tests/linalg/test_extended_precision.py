@@ -46,7 +46,7 @@ def of_seed(seed: int, n: int = 30) -> tuple[DoubleDouble, DoubleDouble]:
 
 @settings(deadline=None, max_examples=50)
 @given(seed=st.integers(0, 2**32 - 1))
-def test_sums_and_products_of_two_doubles_have_twice_the_digits(seed: int) -> None:
+def test_sums_and_products_of_two_doubles_have_twice_the_digits(seed):
     x, y = of_seed(seed)
     for found, of_one in (
         (x + y, lambda a, b: (a + b, abs(a) + abs(b))),
@@ -60,9 +60,7 @@ def test_sums_and_products_of_two_doubles_have_twice_the_digits(seed: int) -> No
 
 @settings(deadline=None, max_examples=25)
 @given(seed=st.integers(0, 2**32 - 1), kind=st.sampled_from(["band", "rows", "long"]))
-def test_products_with_a_matrix_lose_nothing_to_cancellation(
-    seed: int, kind: str
-) -> None:
+def test_products_with_a_matrix_lose_nothing_to_cancellation(seed, kind):
     """q is chosen such that M z + q all but vanishes."""
     random, n = np.random.default_rng(seed), 30
     z, _ = of_seed(seed, n)
@@ -99,9 +97,7 @@ def band_of(seed: int, is_symmetric: bool, is_shuffled: bool) -> csr_array:
 
 @pytest.mark.parametrize("is_symmetric", [True, False])
 @pytest.mark.parametrize("is_shuffled", [True, False])
-def test_bands_solve_what_dense_matrices_do(
-    is_symmetric: bool, is_shuffled: bool
-) -> None:
+def test_bands_solve_what_dense_matrices_do(is_symmetric, is_shuffled):
     M, random = band_of(5, is_symmetric, is_shuffled), np.random.default_rng(6)
     n = M.shape[0]
     band = Banded(M)
@@ -128,7 +124,7 @@ def test_bands_solve_what_dense_matrices_do(
     )
 
 
-def test_fixed_point_factors_solve_what_doubles_cannot() -> None:
+def test_fixed_point_factors_solve_what_doubles_cannot():
     """Condition 1e17: the solution is right to the last digits of a double."""
     M = csr_array(make("beam", 300, contrast=1e8, support="hinged").M)
     random = np.random.default_rng(1)
@@ -140,7 +136,7 @@ def test_fixed_point_factors_solve_what_doubles_cannot() -> None:
         assert abs(found - value) <= EPS * abs(value)
 
 
-def test_singular_and_indefinite_bands_are_told_apart() -> None:
+def test_singular_and_indefinite_bands_are_told_apart():
     ones = np.ones(50)
     B = csr_array(
         diags_array([ones, -2 * ones, ones], offsets=[0, 1, 2], shape=(48, 50))
@@ -154,7 +150,7 @@ def test_singular_and_indefinite_bands_are_told_apart() -> None:
     assert is_definite
 
 
-def test_basic_solutions_are_refined_or_factorized_again_as_needed() -> None:
+def test_basic_solutions_are_refined_or_factorized_again_as_needed():
     for n, extended in ((100, 0), (20_000, 1)):
         problem = make("beam", n)
         systems = DefiniteSystems(problem.M, None)
@@ -167,7 +163,7 @@ def test_basic_solutions_are_refined_or_factorized_again_as_needed() -> None:
         assert not w.any()
 
 
-def test_condition_and_definiteness_do_not_depend_on_units() -> None:
+def test_condition_and_definiteness_do_not_depend_on_units():
     M = csr_array(make("beam", 200).M)
     U = diags_array([10.0 ** np.random.default_rng(0).uniform(-9, 9, 200)], offsets=[0])
     in_units = csr_array(U @ M @ U)
@@ -180,14 +176,14 @@ def test_condition_and_definiteness_do_not_depend_on_units() -> None:
     )
 
 
-def test_a_value_is_deleted_by_the_thread_that_has_made_it() -> None:
+def test_a_value_is_deleted_by_the_thread_that_has_made_it():
     threads = list[threading.Thread | None]()
 
     class Value:
-        def __init__(self) -> None:
+        def __init__(self):
             threads.append(threading.current_thread())
 
-        def __del__(self) -> None:
+        def __del__(self):
             threads.append(threading.current_thread())
 
     own = owned(Value)
@@ -201,7 +197,7 @@ def test_a_value_is_deleted_by_the_thread_that_has_made_it() -> None:
 
 
 @pytest.mark.parametrize("power", [0, -500, -515, -525, -530, -537, -540])
-def test_bounds_on_rounding_cover_products_that_underflow_in_part(power: int) -> None:
+def test_bounds_on_rounding_cover_products_that_underflow_in_part(power):
     random = np.random.default_rng(0)
     for n in (1, 3, 30):
         M, z = 2.0**power * random.random((n, n)), 2.0**power * random.random(n)

@@ -10,7 +10,6 @@ import math
 import subprocess
 import sys
 from fractions import Fraction
-from typing import Any
 
 import numpy as np
 import pytest
@@ -46,13 +45,11 @@ def bordered(n: int, places: list[int], random: np.random.Generator) -> csr_arra
 
 
 @pytest.mark.parametrize("places", [[0], [7, 300, 499]])
-def test_bordered_systems_are_those_of_the_whole_matrix(
-    places: list[int], monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_bordered_systems_are_those_of_the_whole_matrix(places, monkeypatch):
     """With factors of the rest alone, which do not fill in."""
     entries: list[int] = []
 
-    def noted(*given: Any, **how: Any) -> Any:
+    def noted(*given, **how):
         made = splu(*given, **how)
         entries.append(made.nnz)
         return made
@@ -73,7 +70,7 @@ def test_bordered_systems_are_those_of_the_whole_matrix(
     assert max(entries) < M.shape[0] * 20
 
 
-def test_a_finish_with_few_dense_rows_eliminates_the_diagonal_rest_densely() -> None:
+def test_a_finish_with_few_dense_rows_eliminates_the_diagonal_rest_densely():
     """The conditions of min x'Dx / 2 with 40 full rows, for one set of basic variables;
     some D_ii are 0."""
     pytest.importorskip("qdldl")
@@ -93,9 +90,7 @@ def test_a_finish_with_few_dense_rows_eliminates_the_diagonal_rest_densely() -> 
 
 
 @given(st.integers(0, 2**32), st.integers(1, 12), st.integers(0, 12))
-def test_blocks_and_products_of_sparse_matrices_are_those_of_dense_ones(
-    seed: int, m: int, n: int
-) -> None:
+def test_blocks_and_products_of_sparse_matrices_are_those_of_dense_ones(seed, m, n):
     random = np.random.default_rng(seed)
     A = random.integers(-3, 4, (m, n)) * (random.random((m, n)) < random.random())
     M = csr_array(A.astype(float))
@@ -120,7 +115,7 @@ def test_blocks_and_products_of_sparse_matrices_are_those_of_dense_ones(
         matrices.product(M, np.zeros(n + 1))
 
 
-def test_a_singular_border_is_told() -> None:
+def test_a_singular_border_is_told():
     M = csr_array(
         np.block(
             [[np.eye(3), np.ones((3, 1))], [np.ones((1, 3)), np.full((1, 1), 3.0)]]
@@ -130,16 +125,14 @@ def test_a_singular_border_is_told() -> None:
         Bordered(M, np.array([3])).factorize(np.zeros(4))
 
 
-def test_many_dense_rows_are_no_border() -> None:
+def test_many_dense_rows_are_no_border():
     assert not dense_places(
         bordered(900, list(range(MAX_SPLIT_OFF + 1)), np.random.default_rng(0))
     ).size
     assert not dense_places(csr_array(np.ones((50, 50)))).size
 
 
-def test_programs_with_dense_rows_are_solved_by_scipy_alone(
-    monkeypatch: pytest.MonkeyPatch,
-) -> None:
+def test_programs_with_dense_rows_are_solved_by_scipy_alone(monkeypatch):
     """min |x - t|^2 / 2 over x >= 0 with a few sums of all x, and differences of
     neighbours, bounded."""
     pytest.importorskip("qdldl")
@@ -168,8 +161,8 @@ def test_programs_with_dense_rows_are_solved_by_scipy_alone(
 
 @given(st.integers(2, 12), st.integers(0, 2**32 - 1))
 def test_principal_systems_of_tridiagonal_matrices_are_those_of_the_dense_matrix(
-    n: int, seed: int
-) -> None:
+    n, seed
+):
     random = np.random.default_rng(seed)
     below, diagonal, above = (random.normal(size=size) for size in (n - 1, n, n - 1))
     M = csr_array(diags_array([below, diagonal, above], offsets=[-1, 0, 1]))
@@ -184,13 +177,13 @@ def test_principal_systems_of_tridiagonal_matrices_are_those_of_the_dense_matrix
 
 
 @pytest.mark.parametrize("P", [[0], [0, 1]])
-def test_a_singular_block_of_a_tridiagonal_matrix_is_reported(P: list[int]) -> None:
+def test_a_singular_block_of_a_tridiagonal_matrix_is_reported(P):
     M = csr_array([[0.0, 0.0, 0.0], [0.0, 1.0, 1.0], [0.0, 1.0, 1.0]])
     with pytest.raises(np.linalg.LinAlgError):
         PrincipalSolver(M).at(np.array(P))(np.ones(len(P)))
 
 
-def test_each_submatrix_is_factorized_once(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_each_submatrix_is_factorized_once(monkeypatch):
     generator = np.random.default_rng(0)
     n, m = 70, 90
     M = generator.standard_normal((n, n)) + 3 * np.sqrt(n) * np.eye(n)
@@ -209,7 +202,7 @@ def test_each_submatrix_is_factorized_once(monkeypatch: pytest.MonkeyPatch) -> N
         assert not x[~P].any()
 
 
-def test_sets_of_most_indices_are_solved_for_by_their_complements() -> None:
+def test_sets_of_most_indices_are_solved_for_by_their_complements():
     generator = np.random.default_rng(0)
     n, m = 30, 40
     M = generator.standard_normal((n, n)) + 3 * np.sqrt(n) * np.eye(n)
@@ -227,7 +220,7 @@ def test_sets_of_most_indices_are_solved_for_by_their_complements() -> None:
     assert factors.well_conditioned_inverse(np.zeros((2, 2))) is None
 
 
-def test_singular_submatrices_spoil_no_others() -> None:
+def test_singular_submatrices_spoil_no_others():
     M = np.diag([1.0, 0.0, 2.0, 4.0])
     sets = np.array(
         [[1, 0, 0, 0], [0, 1, 0, 0], [0, 0, 1, 0], [0, 0, 1, 1], [1, 1, 0, 0]],
@@ -246,16 +239,14 @@ def arrow(n: int) -> csr_array:
     return csr_array(diags_array(np.ones(n)) + hub + hub.T)
 
 
-def test_unknowns_of_a_long_row_are_ordered_by_entries_and_then_sorted(
-    monkeypatch: pytest.MonkeyPatch,
-) -> None:
+def test_unknowns_of_a_long_row_are_ordered_by_entries_and_then_sorted(monkeypatch):
     """scipy inserts each into a sorted list of them, which takes seconds for 100,000 in
     any other order."""
     n, seen = 2 * LONG_ROW, []
     M = arrow(n) + diags_array(np.ones(n // 2), offsets=n // 2)
     mckee = sparse.csgraph.reverse_cuthill_mckee
 
-    def recorded(A: csr_array, **options: bool) -> np.ndarray:
+    def recorded(A, **options):
         return seen.append(np.diff(A.indptr)) or mckee(A, **options)
 
     monkeypatch.setattr(sparse.csgraph, "reverse_cuthill_mckee", recorded)
@@ -264,12 +255,12 @@ def test_unknowns_of_a_long_row_are_ordered_by_entries_and_then_sorted(
     assert n // 2 <= width < n
 
 
-def test_long_rows_are_left_to_an_order_that_does_not_repeat_them() -> None:
+def test_long_rows_are_left_to_an_order_that_does_not_repeat_them():
     assert order_of(arrow(40_000)) == "COLAMD"
     assert order_of(arrow(9000)) == "MMD_AT_PLUS_A"
 
 
-def test_patterns_of_singular_matrices_alone_are_structurally_singular() -> None:
+def test_patterns_of_singular_matrices_alone_are_structurally_singular():
     random = np.random.default_rng(0)
     found = set()
     for _ in range(60):
@@ -294,7 +285,7 @@ def is_feasible(A: np.ndarray, b: np.ndarray, zero: list[int]) -> bool:
 
 @settings(max_examples=50)
 @given(st.integers(0, 10**6))
-def test_points_and_multipliers_agree_with_an_lp_solver(seed: int) -> None:
+def test_points_and_multipliers_agree_with_an_lp_solver(seed):
     random = np.random.default_rng(seed)
     m, n = (int(size) for size in random.integers(1, 9, 2))
     A, b = random.normal(size=(m, n)), random.normal(size=m)
@@ -322,7 +313,7 @@ def test_points_and_multipliers_agree_with_an_lp_solver(seed: int) -> None:
         ).all()
 
 
-def test_a_point_that_only_the_margin_admits_is_none() -> None:
+def test_a_point_that_only_the_margin_admits_is_none():
     system = DualSimplex(np.array([[0.0]]), np.array([-1.0]))
     assert system.feasible() is not None  # a column of zeros has no margin
     system = DualSimplex(np.eye(2), np.array([-1.0, -1.0]))
@@ -337,16 +328,14 @@ def by_both(
     monkeypatch: pytest.MonkeyPatch, *program: object
 ) -> tuple[Optimum | None, Optimum | None]:
     pytest.importorskip("highspy")
-    own = minimized(*program)  # type: ignore[arg-type]
+    own = minimized(*program)
     monkeypatch.setattr(programs, "find_spec", lambda _: None)
-    return own, minimized(*program)  # type: ignore[arg-type]
+    return own, minimized(*program)
 
 
 @pytest.mark.parametrize("seed", range(3))
 @pytest.mark.parametrize("form", [np.asarray, csr_array])
-def test_both_find_the_same_minimum_and_multipliers(
-    seed: int, form: type, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_both_find_the_same_minimum_and_multipliers(seed, form, monkeypatch):
     random = np.random.default_rng(seed)
     A, x = random.integers(-3, 4, (7, 12)).astype(float), random.random(12)
     low, high = (
@@ -372,9 +361,7 @@ def test_both_find_the_same_minimum_and_multipliers(
 @pytest.mark.parametrize(
     ("c", "high"), [(-1.0, np.inf), (1.0, -1.0)], ids=["unbounded", "infeasible"]
 )
-def test_neither_finds_a_minimum_where_there_is_none(
-    c: float, high: float, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_neither_finds_a_minimum_where_there_is_none(c, high, monkeypatch):
     ends, bounds = (
         (np.array([-np.inf]), np.array([high])),
         (np.zeros(1), np.full(1, np.inf)),
@@ -392,7 +379,7 @@ assert found.value == 1.0, found
 """
 
 
-def test_a_linear_program_prints_nothing() -> None:
+def test_a_linear_program_prints_nothing():
     done = subprocess.run(
         [sys.executable, "-c", CODE], capture_output=True, text=True, check=False
     )
@@ -400,20 +387,20 @@ def test_a_linear_program_prints_nothing() -> None:
 
 
 @np.errstate(all="ignore")
-def test_a_matrix_whose_numbers_overflow_has_no_generalized_inverse() -> None:
+def test_a_matrix_whose_numbers_overflow_has_no_generalized_inverse():
     with pytest.raises(SingularMatrix):
         PseudoInverse(np.array([[-1e308, 5e-324], [1.0, 1.0]]))
 
 
 @pytest.mark.parametrize("value", [np.inf, np.nan])
-def test_equations_that_overflow_are_not_combined(value: float) -> None:
+def test_equations_that_overflow_are_not_combined(value):
     G = np.diag([1.0, value, 1.0])
     with pytest.raises(SingularMatrix):
         combinations(G, G)
 
 
 @pytest.mark.parametrize("n", [6, 10, 20])
-def test_bicgstab_ends_within_as_many_steps_as_there_are_unknowns(n: int) -> None:
+def test_bicgstab_ends_within_as_many_steps_as_there_are_unknowns(n):
     random = np.random.default_rng(n)
     A = 3 * np.eye(n) + random.standard_normal((n, n)) / np.sqrt(n)
     x = random.standard_normal(n)
@@ -427,7 +414,7 @@ def test_bicgstab_ends_within_as_many_steps_as_there_are_unknowns(n: int) -> Non
     assert np.abs(found - x).max() <= 1e-8 * np.abs(x).max()
 
 
-def test_a_vector_in_range_is_that_of_exact_numbers_but_for_one_power_of_two() -> None:
+def test_a_vector_in_range_is_that_of_exact_numbers_but_for_one_power_of_two():
     """Also times factors that are no powers of two, whose exponents carry."""
     random = np.random.default_rng(0)
     for _ in range(50):

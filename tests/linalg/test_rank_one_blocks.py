@@ -39,7 +39,7 @@ def with_blocks(seed: int, others: int = 0) -> tuple[csr_array, np.ndarray]:
 
 
 @pytest.mark.parametrize("seed", range(5))
-def test_rest_and_blocks_make_the_matrix_with_far_fewer_entries(seed: int) -> None:
+def test_rest_and_blocks_make_the_matrix_with_far_fewer_entries(seed):
     M, signs = with_blocks(seed)
     blocks = rank_one_blocks(M, signs)
     assert blocks is not None
@@ -50,7 +50,7 @@ def test_rest_and_blocks_make_the_matrix_with_far_fewer_entries(seed: int) -> No
     assert np.diff(blocks.U.indptr).max() == 1
 
 
-def test_a_block_with_another_entry_is_none() -> None:
+def test_a_block_with_another_entry_is_none():
     M, signs = with_blocks(0)
     whole = rank_one_blocks(M, signs)
     assert whole is not None
@@ -69,13 +69,13 @@ def test_a_block_with_another_entry_is_none() -> None:
 
 
 @pytest.mark.parametrize("others", [200, 800])
-def test_no_blocks_are_returned_where_little_is_saved(others: int) -> None:
+def test_no_blocks_are_returned_where_little_is_saved(others):
     assert rank_one_blocks(*with_blocks(1, others)) is None
 
 
 @pytest.mark.skipif(find_spec("qdldl") is None, reason="qdldl is not installed")
 @pytest.mark.parametrize("seed", range(5))
-def test_systems_with_blocks_have_the_solutions_of_the_matrix(seed: int) -> None:
+def test_systems_with_blocks_have_the_solutions_of_the_matrix(seed):
     M, signs = with_blocks(seed)
     random = np.random.default_rng(seed)
     shifted, systems = M.toarray(), LDL(M, signs)

@@ -10,10 +10,9 @@ import json
 import os
 import subprocess
 import sys
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
 from itertools import cycle, islice
-from pathlib import Path
 from threading import Barrier, Event, Thread
 from typing import Any
 
@@ -59,7 +58,7 @@ main()
 
 
 @pytest.fixture
-def clean(monkeypatch: pytest.MonkeyPatch) -> None:
+def clean(monkeypatch):
     """An environment that says nothing about threads, and is read anew."""
     monkeypatch.setattr(threads, "in_environment", threads.in_environment.__wrapped__)
     for name in threads.VARIABLES:
@@ -83,8 +82,8 @@ def python(code: str, *arguments: str) -> subprocess.CompletedProcess[str]:
     [f"solve {EXAMPLE}", "compare", f"bench {EXAMPLE} --method newton --budget 0"],
 )
 def test_command_settles_the_number_before_numpy_is_loaded_also_against_the_environment(
-    line: str, number: str | None, monkeypatch: pytest.MonkeyPatch
-) -> None:
+    line, number, monkeypatch
+):
     pytest.importorskip("threadpoolctl")
     if number:
         monkeypatch.setenv("OPENBLAS_NUM_THREADS", "1")
@@ -108,18 +107,14 @@ def test_command_settles_the_number_before_numpy_is_loaded_also_against_the_envi
         ({"OMP_NUM_THREADS": "5"}, [None, None, None, None, "5"]),
     ],
 )
-def test_command_keeps_what_the_environment_says(
-    given: dict[str, str], found: list[str | None], monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_command_keeps_what_the_environment_says(given, found, monkeypatch):
     monkeypatch.setattr("os.environ", {**os.environ, **given})
     cli.settle_threads([])
     assert [os.environ.get(name) for name in threads.VARIABLES] == found
 
 
 @pytest.mark.usefixtures("clean")
-def test_very_large_file_leaves_the_number_to_the_blas(
-    monkeypatch: pytest.MonkeyPatch, tmp_path: Path
-) -> None:
+def test_very_large_file_leaves_the_number_to_the_blas(monkeypatch, tmp_path):
     monkeypatch.setattr("os.environ", dict(os.environ))
     file = tmp_path / "large.npz"
     for size, number in ((cli.LARGE_FILE, None), (cli.LARGE_FILE - 1, 1)):
@@ -130,9 +125,7 @@ def test_very_large_file_leaves_the_number_to_the_blas(
 
 
 @pytest.mark.usefixtures("clean")
-def test_bench_records_the_number_and_is_resumed_with_the_same(
-    lcp: Callable[..., Any], tmp_path: Path
-) -> None:
+def test_bench_records_the_number_and_is_resumed_with_the_same(lcp, tmp_path):
     file = tmp_path / "r.json"
     lcp(f"bench {EXAMPLE} --method newton --budget 0 --threads 2 -q -o {file}")
     record = json.loads(file.read_text())
@@ -147,12 +140,12 @@ def test_bench_records_the_number_and_is_resumed_with_the_same(
 
 
 @pytest.fixture
-def numbers(clean: None, monkeypatch: pytest.MonkeyPatch) -> list[int]:  # noqa: ARG001
+def numbers(clean, monkeypatch):  # noqa: ARG001
     """The numbers to which threads are limited, where 150 rows are many."""
     found: list[int] = []
 
     @contextlib.contextmanager
-    def limited(number: int) -> Iterator[None]:
+    def limited(number):
         found.append(number)
         yield
 
@@ -173,8 +166,8 @@ def solve(n: int, form: Callable[[Any], Any] = np.asarray, **options: Any) -> No
     ],
 )
 def test_one_thread_where_the_blas_would_use_more_and_they_do_not_pay(
-    form: Callable[[Any], Any], limits: dict[int, list[int]], numbers: list[int]
-) -> None:
+    form, limits, numbers
+):
     for n, limit in limits.items():
         solve(n, form)
         assert numbers == limit
@@ -182,7 +175,7 @@ def test_one_thread_where_the_blas_would_use_more_and_they_do_not_pay(
 
 
 @pytest.mark.parametrize("n", [2, 200])
-def test_number_that_the_caller_gives_is_used(n: int, numbers: list[int]) -> None:
+def test_number_that_the_caller_gives_is_used(n, numbers):
     pytest.importorskip("threadpoolctl")
     solve(n, threads=3)
     lcpcli.run(Problem(np.eye(n), -np.ones(n)), "shi", threads=2)
@@ -190,16 +183,14 @@ def test_number_that_the_caller_gives_is_used(n: int, numbers: list[int]) -> Non
 
 
 @pytest.mark.parametrize("name", threads.VARIABLES)
-def test_program_keeps_what_the_environment_says(
-    name: str, numbers: list[int], monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_program_keeps_what_the_environment_says(name, numbers, monkeypatch):
     monkeypatch.setenv(name, "2")
     solve(149)
     assert numbers == []
 
 
 @pytest.mark.usefixtures("clean")
-def test_number_is_limited_in_the_blas_of_numpy_and_of_scipy_and_put_back() -> None:
+def test_number_is_limited_in_the_blas_of_numpy_and_of_scipy_and_put_back():
     """A small problem does not even load threadpoolctl."""
     info = pytest.importorskip("threadpoolctl").threadpool_info
     processors = (
@@ -252,7 +243,7 @@ else:
 
 @pytest.mark.slow("a process of its own")
 @pytest.mark.usefixtures("clean")
-def test_without_threadpoolctl_only_a_given_number_is_refused() -> None:
+def test_without_threadpoolctl_only_a_given_number_is_refused():
     code = """
 import sys
 sys.modules["threadpoolctl"] = None
@@ -322,7 +313,7 @@ def solved(given: list[Problem], together: Barrier | None = None) -> list[Any]:
 @pytest.mark.parametrize(
     "seeds", [(0, 1), (0, 0)], ids=["problems apart", "the same problems"]
 )
-def test_results_of_two_threads_are_those_of_one(seeds: tuple[int, int]) -> None:
+def test_results_of_two_threads_are_those_of_one(seeds):
     one, other = problems(0), problems(1)
     given = [(one, other)[seed] for seed in seeds]
     # For small problems too, which older versions of OpenBLAS share among threads.
@@ -333,17 +324,17 @@ def test_results_of_two_threads_are_those_of_one(seeds: tuple[int, int]) -> None
             assert list(threads.map(solved, given, (together, together))) == alone
 
 
-def test_smallest_number_counts_until_the_last_thread_is_done() -> None:
+def test_smallest_number_counts_until_the_last_thread_is_done():
     controller = pytest.importorskip("threadpoolctl").ThreadpoolController
 
-    def numbers() -> set[int]:
+    def numbers():
         return {
             each["num_threads"]
             for each in controller().info()
             if each["user_api"] == "blas"
         }
 
-    def other(entered: Event, ending: Event) -> None:
+    def other(entered, ending):
         with limited(1):
             entered.set()
             ending.wait(20)

@@ -36,9 +36,7 @@ from ..methods.grids import plane, space, stream
     spread=st.integers(0, 400),
     density=st.sampled_from([0.2, 0.5, 1.0]),
 )
-def test_units_of_rows_and_columns_follow_powers_of_two(
-    seed: int, spread: int, density: float
-) -> None:
+def test_units_of_rows_and_columns_follow_powers_of_two(seed, spread, density):
     generator = np.random.default_rng(seed)
     powers = generator.integers(-spread, spread + 1, (2, 6)).astype(float)
     M = generator.standard_normal((6, 6)) * (generator.random((6, 6)) < density)
@@ -65,9 +63,7 @@ def test_units_of_rows_and_columns_follow_powers_of_two(
 
 @pytest.mark.parametrize("shape", ["chain", "tree", "band", "ring"])
 @pytest.mark.parametrize("n", [40, 300])
-def test_units_are_the_least_squares_however_long_the_graph_is(
-    n: int, shape: str
-) -> None:
+def test_units_are_the_least_squares_however_long_the_graph_is(n, shape):
     random = np.random.default_rng(n)
     i = np.arange(1, n)
     above = random.integers(0, i) if shape == "tree" else i - 1
@@ -90,8 +86,8 @@ def test_units_are_the_least_squares_however_long_the_graph_is(
     seed=st.integers(0, 2**32 - 1), spread=st.integers(0, 40), is_program=st.booleans()
 )
 def test_rows_and_columns_share_units_where_sizes_of_entries_are_symmetric(
-    seed: int, spread: int, is_program: bool
-) -> None:
+    seed, spread, is_program
+):
     generator = np.random.default_rng(seed)
     A, R = (
         generator.standard_normal((6, 6)) * (generator.random((6, 6)) < 0.6),
@@ -107,9 +103,7 @@ def test_rows_and_columns_share_units_where_sizes_of_entries_are_symmetric(
 
 
 @given(seed=st.integers(0, 2**32 - 1), spread=st.integers(0, 40))
-def test_equilibrated_rows_and_columns_have_entries_near_one(
-    seed: int, spread: int
-) -> None:
+def test_equilibrated_rows_and_columns_have_entries_near_one(seed, spread):
     generator = np.random.default_rng(seed)
     powers = generator.integers(-spread, spread + 1, (2, 6)).astype(float)
     M = (
@@ -128,14 +122,14 @@ def test_equilibrated_rows_and_columns_have_entries_near_one(
         )
 
 
-def test_equilibration_keeps_symmetry() -> None:
+def test_equilibration_keeps_symmetry():
     M = np.diag([1e-8, 1.0, 1e8]) + 1e-5
     R, C = equilibrate(M, np.ones(3))
     assert np.array_equal(R, C)
 
 
 @pytest.mark.parametrize("other", [1.0, 2.0**20, 2.0**-30])
-def test_rows_and_columns_of_zeros_are_equilibrated_too(other: float) -> None:
+def test_rows_and_columns_of_zeros_are_equilibrated_too(other):
     M = np.array([[0.0, 0.0, 0.0], [0.0, 5.0, 0.0], [0.0, 0.0, 0.0]])
     for matrix in (M, csr_array(M)):
         R, C = equilibrate(matrix, np.array([1e10, other, 0.0]))
@@ -145,9 +139,7 @@ def test_rows_and_columns_of_zeros_are_equilibrated_too(other: float) -> None:
 
 @pytest.mark.parametrize("n", [5, 150])
 @pytest.mark.parametrize("form", [np.asarray, csr_array])
-def test_largest_entries_are_those_of_absolute_values_whatever_the_size(
-    n: int, form: type
-) -> None:
+def test_largest_entries_are_those_of_absolute_values_whatever_the_size(n, form):
     random = np.random.default_rng(n)
     M = random.uniform(-2, 1, (n, n)) * (random.random((n, n)) < 0.5)
     R, C = random.random((2, n))
@@ -159,7 +151,7 @@ def test_largest_entries_are_those_of_absolute_values_whatever_the_size(
     assert norm_inf(given) == pytest.approx(np.abs(M).sum(axis=1).max(), rel=1e-14)
 
 
-def test_units_of_a_large_matrix_are_found_by_blocks_of_rows() -> None:
+def test_units_of_a_large_matrix_are_found_by_blocks_of_rows():
     random = np.random.default_rng(0)
     M = np.exp2(random.integers(-9, 10, 500))[:, None] * random.standard_normal(
         (500, 500)
@@ -175,8 +167,8 @@ def test_units_of_a_large_matrix_are_found_by_blocks_of_rows() -> None:
 
 @pytest.mark.parametrize("hidden", [False, True], ids=["routine", "operator"])
 def test_products_are_those_of_the_operator_of_scipy_with_its_routine_or_without(
-    hidden: bool, monkeypatch: pytest.MonkeyPatch
-) -> None:
+    hidden, monkeypatch
+):
     if hidden:
         monkeypatch.setitem(sys.modules, "scipy.sparse._sparsetools", None)
     random = np.random.default_rng(0)
@@ -202,7 +194,7 @@ def same(made: Matrix, expected: Any) -> bool:
     )
 
 
-def test_columns_become_rows_whatever_their_order_and_the_type_of_indices() -> None:
+def test_columns_become_rows_whatever_their_order_and_the_type_of_indices():
     for shape in ((7, 7), (3, 9), (9, 3), (1, 1)):
         A = csc_array(random_array(shape, density=0.4, rng=1))
         assert same(as_matrix("A", A), A)
@@ -220,7 +212,7 @@ def test_columns_become_rows_whatever_their_order_and_the_type_of_indices() -> N
 
 
 @pytest.mark.parametrize("k", [8, FEW_AS_DENSE])
-def test_programs_by_columns_and_by_rows_have_the_same_conditions(k: int) -> None:
+def test_programs_by_columns_and_by_rows_have_the_same_conditions(k):
     A, Q = (
         random_array((5, k), density=0.5, rng=4),
         csr_array(np.diag(np.arange(1.0 * k))),
@@ -258,7 +250,7 @@ MATRICES = {
 
 
 @pytest.mark.parametrize("name", MATRICES)
-def test_products_are_those_of_the_matrix(name: str) -> None:
+def test_products_are_those_of_the_matrix(name):
     M = MATRICES[name]
     x, b, factors = np.random.default_rng(0).standard_normal((3, M.shape[0]))
     operator = Operator(M)
@@ -277,7 +269,7 @@ def test_products_are_those_of_the_matrix(name: str) -> None:
 
 
 @pytest.mark.parametrize("seed", range(8))
-def test_units_of_the_matrix_before_bound_those_of_one_near_it(seed: int) -> None:
+def test_units_of_the_matrix_before_bound_those_of_one_near_it(seed):
     """Quotients of the factors of two rows in one component, sparse and dense."""
     random = np.random.default_rng(seed)
     n = 12
@@ -296,7 +288,7 @@ def test_units_of_the_matrix_before_bound_those_of_one_near_it(seed: int) -> Non
     assert before.digits_to(np.where(M[0, 0] == M, 1.0 - (M != 0), M)) == np.inf
 
 
-def test_a_sequence_is_accepted_by_lower_bounds_of_its_caps() -> None:
+def test_a_sequence_is_accepted_by_lower_bounds_of_its_caps():
     """Which do not exceed those of the M itself."""
     random = np.random.default_rng(0)
     M = np.diag(random.uniform(1, 2, 24)) + np.eye(24, k=1)

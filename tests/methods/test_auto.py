@@ -34,7 +34,6 @@ from lcpcli.linalg.patterns import has_friction
 from lcpcli.methods import lemke
 from lcpcli.methods.direct import MAX_PIVOTED
 from lcpcli.methods.stages import (
-    Ending,
     Finished,
     Iterate,
     MethodSequence,
@@ -43,7 +42,6 @@ from lcpcli.methods.stages import (
 )
 from lcpcli.options import Limits
 from lcpcli.solving import driver
-from lcpcli.typing import Vector
 from lcpcli.verify.certificate import Proof
 
 from .planted import planted, solvable
@@ -80,7 +78,7 @@ def turns_of(*rows: AttemptRule) -> tuple[list[tuple[str, int]], MethodSequence]
     return taken, turns
 
 
-def test_attempts_go_on_in_rounds_with_doubled_shares() -> None:
+def test_attempts_go_on_in_rounds_with_doubled_shares():
     taken, turns = turns_of(row("a", counting), row("b", counting, 1))
     assert taken == [
         (name, share * 2**k)
@@ -95,7 +93,7 @@ def test_attempts_go_on_in_rounds_with_doubled_shares() -> None:
     ["harker-pang", "bimatrix", "lp", "contact", "planted", "obstacle", "circuit"],
 )
 @pytest.mark.parametrize("n", [18, 500])
-def test_the_route_of_a_run_is_a_part_of_its_plan(name: str, n: int) -> None:
+def test_the_route_of_a_run_is_a_part_of_its_plan(name, n):
     problem = families.make(name, min(n, {"bimatrix": 200, "planted": 60}.get(name, n)))
     planned = {attempt.method for attempt in plan(problem)} | {"auto"}
     inside = (
@@ -106,7 +104,7 @@ def test_the_route_of_a_run_is_a_part_of_its_plan(name: str, n: int) -> None:
     assert set(run(problem, trace=True).route) <= planned | inside
 
 
-def test_a_plan_says_that_presolve_and_exact_arithmetic_take_part() -> None:
+def test_a_plan_says_that_presolve_and_exact_arithmetic_take_part():
     bounded = Problem(
         np.diag([1.0, 0.0, 2.0]) + np.triu(np.ones((3, 3)), 1),
         -np.ones(3),
@@ -118,7 +116,7 @@ def test_a_plan_says_that_presolve_and_exact_arithmetic_take_part() -> None:
 
 
 @pytest.mark.slow("takes 1500 iterations of all methods")
-def test_iterations_of_all_rounds_count_and_a_method_stands_in_the_route_once() -> None:
+def test_iterations_of_all_rounds_count_and_a_method_stands_in_the_route_once():
     result = run(families.make("gaussian", 310), max_iterations=1500, trace=True)
     assert result.status.word == "iteration_limit"
     assert result.iterations == len(result.trace.rows) - 1 == 1500
@@ -133,9 +131,7 @@ def gaussian(n: int, seed: int) -> Problem:
 
 
 @pytest.mark.parametrize("family", ["contact", "lp", "qp", "transport"])
-def test_zeros_on_the_diagonal_call_for_lemke_or_where_costly_for_interior(
-    family: str,
-) -> None:
+def test_zeros_on_the_diagonal_call_for_lemke_or_where_costly_for_interior(family):
     small, large = (
         run(families.make(family, n), trace=True)
         for n in (MAX_PIVOTED_BY_NUMPY // 2, MAX_PIVOTED + 50)
@@ -152,8 +148,8 @@ def test_zeros_on_the_diagonal_call_for_lemke_or_where_costly_for_interior(
 @pytest.mark.parametrize("form", ["sparse", "dense"])
 @pytest.mark.parametrize("shift", [0.0, 1e-6, 1e-2])
 def test_contact_with_friction_goes_to_interior_in_any_order_and_regularized(
-    shift: float, form: str
-) -> None:
+    shift, form
+):
     contact = families.make("rigid-boxes", MAX_PIVOTED + 100)
     order = np.random.default_rng(0).permutation(contact.n)
     M = csr_array(contact.M) + shift * identity(contact.n)
@@ -162,7 +158,7 @@ def test_contact_with_friction_goes_to_interior_in_any_order_and_regularized(
     assert (result.solved, result.route) == (True, ("interior",))
 
 
-def test_the_blocks_of_friction_are_not_seen_where_they_are_not() -> None:
+def test_the_blocks_of_friction_are_not_seen_where_they_are_not():
     contact = csr_array(families.make("rigid-boxes", 100).M)
     assert has_friction(contact)
     assert has_friction(contact.toarray())
@@ -182,9 +178,7 @@ def test_the_blocks_of_friction_are_not_seen_where_they_are_not() -> None:
         assert not has_friction(families.make(family, 60).M)
 
 
-def test_attempts_that_the_direct_run_has_made_are_not_made_again(
-    monkeypatch: pytest.MonkeyPatch,
-) -> None:
+def test_attempts_that_the_direct_run_has_made_are_not_made_again(monkeypatch):
     made, lemke_stage = [], lemke.lemke_stage
     monkeypatch.setattr(
         lemke, "lemke_stage", lambda *given: made.append(given) or lemke_stage(*given)
@@ -193,7 +187,7 @@ def test_attempts_that_the_direct_run_has_made_are_not_made_again(
     assert (result.solved, result.route[-1], len(made)) == (True, "milp", 1)
 
 
-def test_factors_of_narrow_bands_come_first_as_long_as_they_settle_fast() -> None:
+def test_factors_of_narrow_bands_come_first_as_long_as_they_settle_fast():
     for n in (200, 1000):
         M = families.make("tridiagonal", n).M + diags_array(
             [np.ones(n - 2)], offsets=[2]
@@ -201,22 +195,20 @@ def test_factors_of_narrow_bands_come_first_as_long_as_they_settle_fast() -> Non
         assert run(Problem(M, -np.ones(n))).route == ("newton",)
 
 
-def test_planted_solutions_are_found() -> None:
+def test_planted_solutions_are_found():
     result = run(Problem(*planted(80, 0)))
     assert (result.solved, result.route[-1]) == (True, "reflections")
     assert run(solvable("any", 48, np.random.default_rng(2))).solved
 
 
 @pytest.mark.parametrize("seed", range(100, 106))
-def test_random_problems_are_decided_and_infeasible_ones_without_a_search(
-    seed: int,
-) -> None:
+def test_random_problems_are_decided_and_infeasible_ones_without_a_search(seed):
     result = run(gaussian(20 + seed % 2 * 10, seed), time_limit=60)
     assert result.solved or result.status.has_no_solution
     assert result.status is not Status.INFEASIBLE or "reflections" not in result.route
 
 
-def test_a_solution_that_rounding_hides_from_a_linear_program_is_found() -> None:
+def test_a_solution_that_rounding_hides_from_a_linear_program_is_found():
     """x_1 = 2^25, where the terms of a row are 3e7 times their sum: the LP finds a
     proof up to rounding first."""
     eps, small, k = 2.0**-52, 2.0**-27, 150
@@ -231,8 +223,8 @@ def test_a_solution_that_rounding_hides_from_a_linear_program_is_found() -> None
 
 @pytest.mark.parametrize(("n", "is_dense"), [(100, True), (401, True), (1000, False)])
 def test_a_first_time_step_of_an_american_put_is_solved_although_far_prices_are_tiny(
-    n: int, is_dense: bool
-) -> None:
+    n, is_dense
+):
     """Far out of the money they fall to 1e-38, and q is 0 there: from q < 0, each step
     of pivoting finds one more."""
     strike, rate, volatility, step = 100.0, 0.05, 0.2, 0.01
@@ -251,7 +243,7 @@ def test_a_first_time_step_of_an_american_put_is_solved_although_far_prices_are_
     assert (result.z > 0)[np.argmax(result.z > 0) :].all()
 
 
-def test_a_few_nodes_prove_that_there_is_no_solution_before_a_search() -> None:
+def test_a_few_nodes_prove_that_there_is_no_solution_before_a_search():
     """Also where the problem is feasible, but each complementary set is excluded."""
     results = [run(families.make("gaussian", 40, seed)) for seed in (0, 3)]
     assert [result.status for result in results] == 2 * [Status.UNSOLVABLE]
@@ -269,7 +261,7 @@ def test_a_few_nodes_prove_that_there_is_no_solution_before_a_search() -> None:
     ]
 
 
-def test_the_trivial_solution_is_seen_at_once_unless_the_run_has_a_start() -> None:
+def test_the_trivial_solution_is_seen_at_once_unless_the_run_has_a_start():
     problem = families.make("ben-gharbia-gilbert", 51)
     assert problem.x0 is not None
     result = run(problem)
@@ -284,7 +276,7 @@ def test_the_trivial_solution_is_seen_at_once_unless_the_run_has_a_start() -> No
 @pytest.mark.parametrize(
     ("n", "sparse"), [(100, False), (400, False), (200, True), (800, True)]
 )
-def test_chains_and_trees_of_zeros_take_one_system(n: int, sparse: bool) -> None:
+def test_chains_and_trees_of_zeros_take_one_system(n, sparse):
     """Each q_i but those of a few roots is 0: from q < 0, each step finds the children
     of the last variables."""
     random = np.random.default_rng(n)
@@ -305,7 +297,7 @@ def test_chains_and_trees_of_zeros_take_one_system(n: int, sparse: bool) -> None
         assert result.iterations == 1
 
 
-def test_sparse_infeasible_problems_are_proved_so() -> None:
+def test_sparse_infeasible_problems_are_proved_so():
     """Without entries, with a row of zeros, and the Laplacian of a line, whose columns
     sum to zero, with a load that has nowhere to go."""
     n = 250
@@ -326,9 +318,7 @@ def test_sparse_infeasible_problems_are_proved_so() -> None:
 OF_HIGHS = ("HiGHS", "THIRD_PARTY_NOTICES")
 
 
-def test_structurally_singular_blocks_print_nothing(
-    capfd: pytest.CaptureFixture[str],
-) -> None:
+def test_structurally_singular_blocks_print_nothing(capfd):
     generator = np.random.default_rng(3)
     M = sparse.csr_array(sparse.random_array((300, 300), density=0.01, rng=generator))
     run(Problem(M, generator.standard_normal(300)), time_limit=1.0)
@@ -338,12 +328,12 @@ def test_structurally_singular_blocks_print_nothing(
     ] == []
 
 
-def test_units_near_the_ends_of_double_range_do_not_look_like_divergence() -> None:
+def test_units_near_the_ends_of_double_range_do_not_look_like_divergence():
     M = [[0, 0, -2e41], [2e-111, -1e-111, -1e-111], [2e113, 1e113, 0]]
     assert run(Problem(M, [8e41, 4e-111, -2e113])).solved
 
 
-def test_interrupt_reaches_the_solver_of_programs(tmp_path: Path) -> None:
+def test_interrupt_reaches_the_solver_of_programs(tmp_path):
     write(families.make("bimatrix", 120), tmp_path / "game.json")
     command = [
         sys.executable,
@@ -377,9 +367,7 @@ def test_interrupt_reaches_the_solver_of_programs(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize("method", ["shi", "fixed-point"])
-def test_scale_and_finish_are_added_to_the_literal_methods_in_the_open(
-    method: str,
-) -> None:
+def test_scale_and_finish_are_added_to_the_literal_methods_in_the_open(method):
     generator = np.random.default_rng(5)
     factor = generator.standard_normal((20, 20))
     M, q = factor @ factor.T + 20 * np.eye(20), generator.standard_normal(20)
@@ -404,9 +392,7 @@ def test_scale_and_finish_are_added_to_the_literal_methods_in_the_open(
     assert (finished.options["scale"], finished.options["finish"]) == (True, True)
 
 
-def test_attempts_with_large_matrices_are_not_held(
-    monkeypatch: pytest.MonkeyPatch,
-) -> None:
+def test_attempts_with_large_matrices_are_not_held(monkeypatch):
     monkeypatch.setattr(auto_table, "MAX_HELD", PROBLEM.n - 1)
     assert turns_of(row("a", counting))[0] == [("a", 3)]
 
@@ -417,14 +403,14 @@ def test_attempts_with_large_matrices_are_not_held(
     ids=["of a solution", "of a proof up to rounding"],
 )
 def test_a_row_that_is_added_is_tried_and_shown_and_its_claim_is_not_believed(
-    claim: Ending, monkeypatch: pytest.MonkeyPatch
-) -> None:
+    claim, monkeypatch
+):
     """The first two rows of all end at a point that is no solution, and at one that is
     known beforehand."""
     problem = families.make("planted", 150)
     z = problem.box.project(np.asarray(problem.solutions[0]))
 
-    def ending_at(z: Vector) -> Stage:
+    def ending_at(z):
         yield Iterate(problem.box.x_of(z, problem.w(z)), None, "", 1)
         return Finished() if z.any() else claim
 

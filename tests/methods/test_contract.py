@@ -29,7 +29,7 @@ from lcpcli.solving.contract import check_method
 
 
 @pytest.mark.parametrize("name", METHODS)
-def test_the_methods_of_this_package_keep_it(name: str) -> None:
+def test_the_methods_of_this_package_keep_it(name):
     check_method(name)
 
 
@@ -104,14 +104,14 @@ def declare(
 
 
 @pytest.mark.parametrize("fault", FAULTS)
-def test_each_fault_is_named(fault: str, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_each_fault_is_named(fault, monkeypatch):
     declare(monkeypatch, FAULTS[fault], uses_start=True)
     with pytest.raises(AssertionError, match=re.escape(fault)):
         check_method("toy")
 
 
-def test_a_start_that_matters_is_declared(monkeypatch: pytest.MonkeyPatch) -> None:
-    def steps(problem: Any, x0: Any) -> Any:
+def test_a_start_that_matters_is_declared(monkeypatch):
+    def steps(problem, x0):
         while True:
             yield Iterate(x0 + 1.0, None, "", 1)
 
@@ -124,9 +124,7 @@ def test_a_start_that_matters_is_declared(monkeypatch: pytest.MonkeyPatch) -> No
     check_method("toy")
 
 
-def test_a_method_is_not_begun_with_more_unknowns_than_it_declares(
-    monkeypatch: pytest.MonkeyPatch,
-) -> None:
+def test_a_method_is_not_begun_with_more_unknowns_than_it_declares(monkeypatch):
     declare(
         monkeypatch,
         yielding(lambda problem, _: Iterate(-np.ones(problem.n), None, "", 1)),
@@ -138,8 +136,8 @@ def test_a_method_is_not_begun_with_more_unknowns_than_it_declares(
     assert "it takes at most 2 unknowns; this problem has 3" in many.message
 
 
-def test_a_default_is_in_its_range(monkeypatch: pytest.MonkeyPatch) -> None:
-    def steps(problem: Any, x0: Any, *, sweeps: int) -> Any:
+def test_a_default_is_in_its_range(monkeypatch):
+    def steps(problem, x0, *, sweeps):
         while True:
             yield Iterate(x0 + sweeps, None, "", 1)
 
@@ -203,7 +201,7 @@ print(json.dumps(seen))
 
 
 @pytest.fixture(scope="module")
-def faulty(tmp_path_factory: pytest.TempPathFactory) -> Path:
+def faulty(tmp_path_factory):
     """A folder with an installed package whose methods and formats are wrong, each in
     another way."""
     folder = tmp_path_factory.mktemp("faulty")
@@ -247,8 +245,8 @@ def python(folder: Path, *arguments: str) -> subprocess.CompletedProcess[str]:
 
 
 def test_a_fault_of_a_method_of_another_package_is_the_status_of_its_run_or_one_line(
-    faulty: Path,
-) -> None:
+    faulty,
+):
     """The record names the package and its version."""
     own = "broke down: the package faulty "
     told = {
@@ -278,9 +276,7 @@ def test_a_fault_of_a_method_of_another_package_is_the_status_of_its_run_or_one_
     )
 
 
-def test_a_fault_of_a_format_of_another_package_is_the_line_of_its_file(
-    faulty: Path,
-) -> None:
+def test_a_fault_of_a_format_of_another_package_is_the_line_of_its_file(faulty):
     done = python(faulty, "-m", "lcpcli", "solve", "p.raises", "p.nothing", "good.json")
     assert done.returncode == 2
     assert re.search(
@@ -292,7 +288,7 @@ def test_a_fault_of_a_format_of_another_package_is_the_line_of_its_file(
     assert "3 problems: 2 bad input, 1 solved" in done.stderr
 
 
-def test_a_method_is_known_by_its_author() -> None:
+def test_a_method_is_known_by_its_author():
     for name, method in {
         "schaefer": "fixed-point",
         "vector-division": "shi",

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from importlib.util import find_spec
-from typing import Any
 
 import numpy as np
 import pytest
@@ -11,7 +10,6 @@ from scipy.sparse import block_diag, csr_array
 
 import lcpcli
 from lcpcli import Problem, Result
-from lcpcli.linalg.programs import PiqpResult
 from lcpcli.methods import convex_program, interior
 from lcpcli.methods.direct import may_be_program
 
@@ -75,7 +73,7 @@ def solved(problem: Problem) -> Result:
 # With each third row once more, 2003 has rows that are 0 = 0 but for rounding, which
 # differs between processors.
 @pytest.mark.parametrize("seed", [2001, 2002, *range(2004, 2008)])
-def test_programs_are_solved_in_all_units_and_with_dependent_rows(seed: int) -> None:
+def test_programs_are_solved_in_all_units_and_with_dependent_rows(seed):
     rows = random_program(seed, kind="minimum")
     minima = set[float]()
     for given in (
@@ -97,14 +95,14 @@ def test_programs_are_solved_in_all_units_and_with_dependent_rows(seed: int) -> 
 
 
 @pytest.mark.parametrize("seed", [2028, 2037, 2048])
-def test_multipliers_of_redundant_rows_may_be_rounding_of_0(seed: int) -> None:
+def test_multipliers_of_redundant_rows_may_be_rounding_of_0(seed):
     """Rows of M are then violated by their own terms, multipliers of 1e-20 to
     1e-240."""
     assert solved(sparse(dependent(random_program(seed, kind="minimum")))).solved
 
 
 @pytest.mark.parametrize("seed", range(2001, 2007))
-def test_programs_without_a_minimum_are_never_solved(seed: int) -> None:
+def test_programs_without_a_minimum_are_never_solved(seed):
     for kind in ("infeasible", "unbounded", "both"):
         problem = sparse(random_program(seed, 60, kind))
         result = solved(problem)
@@ -112,7 +110,7 @@ def test_programs_without_a_minimum_are_never_solved(seed: int) -> None:
         assert result.certificate is not None
 
 
-def test_bounds_of_all_kinds_fixed_variables_and_bounds_that_stand_for_none() -> None:
+def test_bounds_of_all_kinds_fixed_variables_and_bounds_that_stand_for_none():
     """Six programs in one, with different objectives: with bounds of 1e20, and with
     none in their place."""
     A = csr_array(
@@ -157,9 +155,7 @@ def test_bounds_of_all_kinds_fixed_variables_and_bounds_that_stand_for_none() ->
         )
 
 
-def test_a_row_without_ends_is_solved_and_nothing_is_printed(
-    capfd: pytest.CaptureFixture[str],
-) -> None:
+def test_a_row_without_ends_is_solved_and_nothing_is_printed(capfd):
     """PIQP would print a line about such rows."""
     rows = random_program(2004, kind="minimum")
     A, low, high = (
@@ -176,7 +172,7 @@ def test_a_row_without_ends_is_solved_and_nothing_is_printed(
     assert capfd.readouterr() == ("", "")
 
 
-def test_what_is_no_program_takes_the_usual_way() -> None:
+def test_what_is_no_program_takes_the_usual_way():
     for problem in (
         lcpcli.from_qp(csr_array(np.diag(np.arange(1.0, 31))), -np.ones(30)),
         Problem(
@@ -187,7 +183,7 @@ def test_what_is_no_program_takes_the_usual_way() -> None:
         assert "piqp" not in solved(problem).route
 
 
-def test_options_and_limits_hold() -> None:
+def test_options_and_limits_hold():
     problem = sparse(random_program(2001, kind="minimum"))
     usual = lcpcli.run(problem)
     assert lcpcli.run(problem, max_iterations=usual.iterations).route == ("piqp",)
@@ -199,7 +195,7 @@ def test_options_and_limits_hold() -> None:
 
 
 @pytest.mark.parametrize("density", [0.1, 1.0])
-def test_fixed_variables_count_as_the_constants_that_they_are(density: float) -> None:
+def test_fixed_variables_count_as_the_constants_that_they_are(density):
     random = np.random.default_rng(7)
     A = random.integers(-5, 6, (20, 60)) * (random.random((20, 60)) < density)
     x, c, F = (
@@ -229,8 +225,8 @@ def test_fixed_variables_count_as_the_constants_that_they_are(density: float) ->
 
 
 def test_a_point_that_only_rounding_separates_from_the_solution_needs_no_factorization(
-    monkeypatch: pytest.MonkeyPatch,
-) -> None:
+    monkeypatch,
+):
     """min |x|^2 / 2 - 2 x_1 with x_1 + x_2 = 1 and x >= 0, in sixty copies: x = (1, 0),
     y = -1."""
     A, c = (
@@ -250,14 +246,14 @@ def test_a_point_that_only_rounding_separates_from_the_solution_needs_no_factori
 
 @pytest.mark.parametrize(("moved", "is_used"), [(0.0, True), (1.0, False)])
 def test_a_point_at_which_piqp_was_stopped_is_used_if_it_is_near(
-    moved: float, is_used: bool, monkeypatch: pytest.MonkeyPatch
-) -> None:
+    moved, is_used, monkeypatch
+):
     problem, usual = (
         sparse(random_program(2001, kind="minimum")),
         convex_program.convex_minimum,
     )
 
-    def stopped(*given: Any) -> PiqpResult:
+    def stopped(*given):
         ended = usual(*given)
         return ended._replace(x=ended.x + moved, status="PIQP_MAX_ITER_REACHED")
 
@@ -270,7 +266,7 @@ def test_a_point_at_which_piqp_was_stopped_is_used_if_it_is_near(
     assert result.answer.objective == pytest.approx(expected.answer.objective, rel=1e-9)
 
 
-def test_programs_whose_costs_depend_on_sums_have_the_minimum_of_dense_ones() -> None:
+def test_programs_whose_costs_depend_on_sums_have_the_minimum_of_dense_ones():
     """PIQP gets the sums as variables."""
     random, groups, members = np.random.default_rng(0), 6, 20
     n = groups * members

@@ -38,8 +38,8 @@ def relative_residual(problem: Problem, z: Vector) -> float:
 @pytest.mark.parametrize("degenerate", [False, True])
 @pytest.mark.parametrize("kind", KINDS)
 def test_every_kind_of_monotone_problem_is_solved_in_few_steps(
-    kind: str, degenerate: bool, sparse: bool
-) -> None:
+    kind, degenerate, sparse
+):
     """With free variables, boxes, fixed variables and equations in each, and z_i = w_i
     = 0 in the degenerate ones; others end at the basic solution of the active set, not
     at a point of the path near it. In other units too. Whether the first basic solution
@@ -66,9 +66,7 @@ def test_every_kind_of_monotone_problem_is_solved_in_few_steps(
 
 
 @pytest.mark.parametrize("sparse", [False, True])
-def test_programs_without_a_feasible_point_or_a_minimum_are_refuted(
-    sparse: bool,
-) -> None:
+def test_programs_without_a_feasible_point_or_a_minimum_are_refuted(sparse):
     """The rows of A x >= b add up to 0 >= 1, in integers; or |A| x >= 1 does not bound
     the sum of x."""
     for seed in range(4):
@@ -111,7 +109,7 @@ MODELS += [("control", 10_000)]
 
 
 @pytest.mark.parametrize(("family", "n"), MODELS)
-def test_models_are_solved_to_rounding(family: str, n: int) -> None:
+def test_models_are_solved_to_rounding(family, n):
     problem = gallery.make(family, n)
     result = run(problem, "interior")
     assert result.solved
@@ -121,7 +119,7 @@ def test_models_are_solved_to_rounding(family: str, n: int) -> None:
     ).max() < 1e-10
 
 
-def test_the_options_change_the_iterates() -> None:
+def test_the_options_change_the_iterates():
     problem = solvable("program", 24, np.random.default_rng(1), sparse=True)
     firsts = []
     for options in ({}, {"start_slack": 50.0}, {"regularization": 1e-3}):
@@ -133,7 +131,7 @@ def test_the_options_change_the_iterates() -> None:
     assert "rho 1e-03" in firsts[2].step
 
 
-def test_small_and_extreme_problems_are_solved() -> None:
+def test_small_and_extreme_problems_are_solved():
     for problem in (
         Problem([[0.0]], [0.0]),
         Problem([[0.0]], [1.0]),
@@ -152,11 +150,11 @@ def test_small_and_extreme_problems_are_solved() -> None:
 )
 @pytest.mark.parametrize("at", [1, 6])
 def test_a_cut_off_in_a_factorization_leaves_the_best_iterate(
-    cut: type[BaseException], status: Status, at: int, monkeypatch: pytest.MonkeyPatch
-) -> None:
+    cut, status, at, monkeypatch
+):
     factorize, count = RefinedShiftedSolver.factorize, itertools.count(1)
 
-    def cut_off(self: RefinedShiftedSolver, D: Vector) -> None:
+    def cut_off(self, D):
         if next(count) == at:
             raise cut
         factorize(self, D)
@@ -169,7 +167,7 @@ def test_a_cut_off_in_a_factorization_leaves_the_best_iterate(
     assert result.residual == pytest.approx(natural_residual(problem, result.z))
 
 
-def test_a_singular_basis_is_solved_although_diagonal_pivots_lose_the_shift() -> None:
+def test_a_singular_basis_is_solved_although_diagonal_pivots_lose_the_shift():
     """Equal rows of equations: the basis [0 -A'; A 0] has rank 2 rather than 4, and
     QDLDL meets pivots that are 0."""
     A = np.array([[1.0, 2.0, 0.0, 1.0], [1.0, 2.0, 0.0, 1.0], [3.0, 6.0, 0.0, 3.0]])
@@ -183,9 +181,7 @@ def test_a_singular_basis_is_solved_although_diagonal_pivots_lose_the_shift() ->
     assert relative_residual(problem, result.z) <= 1e-13
 
 
-def test_a_proof_from_a_diverging_iterate_is_rounded_to_one_that_holds_exactly() -> (
-    None
-):
+def test_a_proof_from_a_diverging_iterate_is_rounded_to_one_that_holds_exactly():
     """A chain x_1 >= x_2 >= ... >= x_n >= x_1 + 1: y is constant, on more columns than
     are corrected exactly."""
     n = 80
@@ -200,9 +196,7 @@ def test_a_proof_from_a_diverging_iterate_is_rounded_to_one_that_holds_exactly()
     assert y.min() == y.max() > 0
 
 
-def test_superlu_takes_the_order_that_qdldl_has_found(
-    monkeypatch: pytest.MonkeyPatch,
-) -> None:
+def test_superlu_takes_the_order_that_qdldl_has_found(monkeypatch):
     """Its own search for one may take longer than all factorizations."""
     pytest.importorskip("qdldl")
     orders, own = list[str](), linalg.splu
@@ -216,7 +210,7 @@ def test_superlu_takes_the_order_that_qdldl_has_found(
     assert set(orders) == {"NATURAL"}
 
 
-def test_convex_programs_in_units_that_are_far_apart_are_solved() -> None:
+def test_convex_programs_in_units_that_are_far_apart_are_solved():
     """The variables are in units of up to 2^20, and down to 2^-20, so that entries of Q
     differ by up to 24 digits."""
     k, m = 200, 80

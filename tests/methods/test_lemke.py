@@ -10,7 +10,6 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from numpy.typing import ArrayLike
 from scipy.sparse import eye_array
 
 from lcpcli import Problem, Status, Trace, inspect, read
@@ -62,7 +61,7 @@ def exactly(M: list[list[int]], q: list[int]) -> tuple[list[Fraction] | None, in
 
 
 @pytest.mark.parametrize("n", [2, 10])
-def test_number_of_pivots_doubles_with_every_unknown_on_the_worst_cases(n: int) -> None:
+def test_number_of_pivots_doubles_with_every_unknown_on_the_worst_cases(n):
     """Murty 1978 and, symmetric positive definite, Fathi 1979: all 2^n complementary
     cones are passed."""
     for M in (families.make("murty", n).M.T, families.make("fathi", n).M):
@@ -91,9 +90,7 @@ def integers(
 @pytest.mark.parametrize("kind", ["any", "P", "positive semidefinite", "copositive"])
 @settings(max_examples=40)
 @given(seed=st.integers(0, 2**32 - 1))
-def test_path_is_that_of_exact_arithmetic_however_many_ties(
-    kind: str, seed: int
-) -> None:
+def test_path_is_that_of_exact_arithmetic_however_many_ties(kind, seed):
     M, q = integers(np.random.default_rng(seed), kind)
     z, pivots = exactly(M, q)
     result = run(Problem(M, q, x0=-np.ones(len(q))), "lemke", **TEXTBOOK)
@@ -114,7 +111,7 @@ def test_path_is_that_of_exact_arithmetic_however_many_ties(
         assert Proof("farkas", result.certificate.vector).holds(result.problem)
 
 
-def test_iterates_are_complementary_and_their_F_is_minus_the_covering_vector() -> None:
+def test_iterates_are_complementary_and_their_F_is_minus_the_covering_vector():
     problem = families.make("harker-pang", 20, 3)
     covers = []
     for iterate in lemke(problem, np.zeros(20), cover=ONES):
@@ -127,7 +124,7 @@ def test_iterates_are_complementary_and_their_F_is_minus_the_covering_vector() -
     assert sorted(covers, reverse=True) == covers
 
 
-def test_each_pivot_is_an_iteration_with_a_row_and_the_start_is_not_used() -> None:
+def test_each_pivot_is_an_iteration_with_a_row_and_the_start_is_not_used():
     problem, (trace, other) = families.make("harker-pang", 20, 2), (Trace(), Trace())
     result = run(problem, "lemke", trace=trace)
     assert result.solved
@@ -157,9 +154,7 @@ def test_each_pivot_is_an_iteration_with_a_row_and_the_start_is_not_used() -> No
         ([0, 1, 0], [[-4, -2, 2], [-1, -1, -4], [1, 1, -2]], [3, -3, 3]),
     ],
 )
-def test_infeasible_problem_is_proved_to_be(
-    y: list[float], M: ArrayLike, q: ArrayLike
-) -> None:
+def test_infeasible_problem_is_proved_to_be(y, M, q):
     result = run(Problem(M, q), "lemke")
     assert result.status is Status.INFEASIBLE
     found = result.certificate.vector
@@ -179,7 +174,7 @@ BIMATRIX = read(contents.shipped_path("bimatrix.json"))
     ],
     ids=["solvable", "feasible but unsolvable", "bimatrix game"],
 )
-def test_ray_of_a_feasible_problem_is_no_proof(M: ArrayLike, q: ArrayLike) -> None:
+def test_ray_of_a_feasible_problem_is_no_proof(M, q):
     """[0 A; B' 0] with A, B > 0 is copositive, not copositive-plus: from the covering
     vector e it has a ray at once."""
     result = run(Problem(M, q), "lemke", **TEXTBOOK)
@@ -189,7 +184,7 @@ def test_ray_of_a_feasible_problem_is_no_proof(M: ArrayLike, q: ArrayLike) -> No
     assert (result.certificate.kind, (ray >= 0).all(), ray.any()) == ("ray", True, True)
 
 
-def test_too_many_unknowns_to_pivot_are_refused_and_overflow_breaks_down() -> None:
+def test_too_many_unknowns_to_pivot_are_refused_and_overflow_breaks_down():
     most = METHODS["lemke"].max_unknowns
     assert most is not None
     n = most + 1
@@ -199,7 +194,7 @@ def test_too_many_unknowns_to_pivot_are_refused_and_overflow_breaks_down() -> No
     assert run(Problem([[1e-200]], [-1e200]), "lemke").status is Status.BREAKDOWN
 
 
-def test_a_path_goes_on_from_upper_bounds() -> None:
+def test_a_path_goes_on_from_upper_bounds():
     """With bounds on both sides every problem has a solution, at which Lemke's path
     ends."""
     for seed in range(20, 220, 3):
@@ -215,7 +210,7 @@ def test_a_path_goes_on_from_upper_bounds() -> None:
 
 
 @pytest.mark.parametrize("ties", ["largest", "lexicographic"])
-def test_path_of_lemke_says_what_enters_and_leaves_and_has_z0(ties: str) -> None:
+def test_path_of_lemke_says_what_enters_and_leaves_and_has_z0(ties):
     trace = Trace()
     result = run(
         Problem([[2, 1], [1, 2]], [-5, -6]),
@@ -233,9 +228,7 @@ def test_path_of_lemke_says_what_enters_and_leaves_and_has_z0(ties: str) -> None
     assert [row.z0 for row in trace.rows[1:]] == pytest.approx([6, 4, 0])
 
 
-def test_in_doubles_ties_are_broken_as_in_integers_so_that_a_path_does_not_cycle() -> (
-    None
-):
+def test_in_doubles_ties_are_broken_as_in_integers_so_that_a_path_does_not_cycle():
     M, q = (
         np.array([[-1.0, 2.0, 0.0], [0.0, 1.0, 1.0], [0.0, -1.0, 0.0]]),
         np.array([-1.0, -1.0, 0.0]),
@@ -277,9 +270,7 @@ SINGULAR = {
 
 
 @pytest.mark.parametrize("name", SINGULAR)
-def test_monotone_problems_whose_free_variables_have_a_singular_block_are_solved(
-    name: str,
-) -> None:
+def test_monotone_problems_whose_free_variables_have_a_singular_block_are_solved(name):
     M, q, free = SINGULAR[name]
     lower = np.append(np.zeros(len(q) - free), np.full(free, -np.inf))
     assert run(Problem(M, q, lower=lower), "lemke").solved
@@ -310,16 +301,14 @@ CONTRADICTIONS = {
 
 
 @pytest.mark.parametrize("name", CONTRADICTIONS)
-def test_a_ray_proves_that_equations_of_free_variables_contradict_each_other(
-    name: str,
-) -> None:
+def test_a_ray_proves_that_equations_of_free_variables_contradict_each_other(name):
     M, q, lower, upper = CONTRADICTIONS[name]
     problem = Problem(M, q, lower=lower, upper=upper)
     assert inspect(problem).guarantees["lemke"].word == "yes"
     assert run(problem, "lemke").status is Status.INFEASIBLE
 
 
-def test_a_path_solves_most_programs_with_equations_in_units_of_their_own() -> None:
+def test_a_path_solves_most_programs_with_equations_in_units_of_their_own():
     solved = 0
     for seed in range(40):
         rng = np.random.default_rng(seed)
@@ -344,7 +333,7 @@ def test_a_path_solves_most_programs_with_equations_in_units_of_their_own() -> N
     assert solved >= 36
 
 
-def test_a_contradiction_that_the_tolerance_hides_does_not_end_a_run_of_auto() -> None:
+def test_a_contradiction_that_the_tolerance_hides_does_not_end_a_run_of_auto():
     """e'z >= 1 and e'z <= 1 - 3e-11: the path ends on a ray that is a proof, beside a
     point that is accepted."""
     n = 23
@@ -354,7 +343,7 @@ def test_a_contradiction_that_the_tolerance_hides_does_not_end_a_run_of_auto() -
     assert run(problem, "auto").solved
 
 
-def test_a_tableau_that_is_computed_anew_is_that_of_the_pivots() -> None:
+def test_a_tableau_that_is_computed_anew_is_that_of_the_pivots():
     """With variables at both bounds."""
     random, n_upper = np.random.default_rng(0), 0
     for n in (3, 6, 9):

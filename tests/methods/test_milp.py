@@ -56,7 +56,7 @@ def is_right(problem: Problem, result: Result) -> bool:
     return result.solved
 
 
-def test_forms_are_restricted_to_0_or_multipliers_prove_that_they_cannot_be() -> None:
+def test_forms_are_restricted_to_0_or_multipliers_prove_that_they_cannot_be():
     proofs = points = 0
     for seed in range(40):
         random = np.random.default_rng(seed)
@@ -85,9 +85,7 @@ def test_forms_are_restricted_to_0_or_multipliers_prove_that_they_cannot_be() ->
     assert points > 30
 
 
-def test_no_set_of_a_solution_is_excluded_whatever_the_parts_of_free_variables() -> (
-    None
-):
+def test_no_set_of_a_solution_is_excluded_whatever_the_parts_of_free_variables():
     """z_1 = p_1 - t is free, and -1 at the solution, where p_1 = 0; z_2 is 1/2."""
     problem = Problem([[1, 0], [1, 1]], [1, 0.5], lower=[-np.inf, 0])
     parts = ComplementarySystem(standard_form(problem))
@@ -111,7 +109,7 @@ ENDINGS: dict[str, tuple[Any, Any, str]] = {
 
 
 @pytest.mark.parametrize("name", ENDINGS)
-def test_known_problem_ends_as_it_must(name: str) -> None:
+def test_known_problem_ends_as_it_must(name):
     M, q, word = ENDINGS[name]
     result = run(Problem(M, q), "milp")
     assert result.status.word == word
@@ -126,7 +124,7 @@ LONG = pytest.param("tridiagonal-100", marks=pytest.mark.slow("15 seconds"))
 @pytest.mark.parametrize(
     "file", ["bimatrix", "paper-example-1", "paper-example-2", LONG]
 )
-def test_shipped_problem_is_solved_to_rounding(file: str) -> None:
+def test_shipped_problem_is_solved_to_rounding(file):
     result = run(read(contents.shipped_path(f"{file}.json")), "milp")
     assert (
         result.solved,
@@ -138,8 +136,8 @@ def test_shipped_problem_is_solved_to_rounding(file: str) -> None:
 @pytest.mark.slow("many problems, each against exact arithmetic")
 @pytest.mark.parametrize("start", range(0, 300, 50))
 def test_agrees_with_exact_arithmetic_on_every_kind_of_problem_in_any_units_and_sparse(
-    start: int,
-) -> None:
+    start,
+):
     random = np.random.default_rng(start)
     for seed in range(start, start + 50):
         problem = exact.random_problem(seed)
@@ -153,7 +151,7 @@ def test_agrees_with_exact_arithmetic_on_every_kind_of_problem_in_any_units_and_
         assert is_right(scaled, run(scaled, "milp")), problem.name
 
 
-def test_a_solution_to_the_tolerance_does_not_solve_what_has_none() -> None:
+def test_a_solution_to_the_tolerance_does_not_solve_what_has_none():
     """Rows of R q from 5e-4 to 5e5: what violates z >= 0 by 1e-11 of the largest has a
     residual below tol."""
     M = [
@@ -169,13 +167,13 @@ def test_a_solution_to_the_tolerance_does_not_solve_what_has_none() -> None:
     assert run(problem, "milp").status is Status.UNSOLVABLE
 
 
-def test_start_of_the_problem_has_no_influence_but_is_checked_first() -> None:
+def test_start_of_the_problem_has_no_influence_but_is_checked_first():
     problem = read(contents.shipped_path("paper-example-1.json"))
     for x0, iterations in ((np.array([0.5, -0.5, 0.5, -0.5]), 0), (np.full(4, 7.0), 1)):
         assert run(replace(problem, x0=x0), "milp").iterations == iterations
 
 
-def test_tree_that_is_too_large_is_no_proof() -> None:
+def test_tree_that_is_too_large_is_no_proof():
     M, q = np.kron(np.eye(3), SWAP) + 1e-3 * np.ones((6, 6)), np.tile([-1.0, 1.0], 3)
     tree = module.candidates(system(M, q), nodes=1)
     while not isinstance(ending := advance(tree), Stalled):
@@ -183,7 +181,7 @@ def test_tree_that_is_too_large_is_no_proof() -> None:
     assert "1 systems" in ending.reason
 
 
-def test_time_limit_is_kept_and_called_so(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_time_limit_is_kept_and_called_so(monkeypatch):
     """By a clock that goes on by one second each time it is read, and it is read while
     one waits."""
     random, seconds = np.random.default_rng(0), count(0.0)
@@ -196,7 +194,7 @@ def test_time_limit_is_kept_and_called_so(monkeypatch: pytest.MonkeyPatch) -> No
     assert (result.status, "time limit" in result.message) == (Status.TIME_LIMIT, True)
 
 
-def test_a_set_neither_solved_nor_excluded_leaves_open_whether_one_solves() -> None:
+def test_a_set_neither_solved_nor_excluded_leaves_open_whether_one_solves():
     """But for last digits 3 w_1 + w_2 = 4 z_4 - 4 z_1 - 5, where z_4 = 0 as w_4 >= 1:
     so z has size 1e31. The unknowns from z_5 on are there as exact arithmetic would
     decide a problem of FEW_UNKNOWNS by itself."""
@@ -210,7 +208,7 @@ def test_a_set_neither_solved_nor_excluded_leaves_open_whether_one_solves() -> N
     assert run(problem, "milp").status not in NONE
 
 
-def test_several_basic_solutions_are_not_taken_for_the_only_one() -> None:
+def test_several_basic_solutions_are_not_taken_for_the_only_one():
     """z_2 = z_1 + 1: the one with z_1 = -1 is no solution, but (0, 1) is."""
     M, q = np.array([[-1.0, 1.0], [1.0, -1.0]]), np.array([-1.0, 1.0])
     found = exact_basis(
@@ -236,9 +234,7 @@ TINY = [
 
 
 @pytest.mark.parametrize("method", ["auto", "lemke", "milp"])
-def test_known_solutions_are_found_and_systems_with_hilbert_matrices_solved(
-    method: str,
-) -> None:
+def test_known_solutions_are_found_and_systems_with_hilbert_matrices_solved(method):
     known = [
         families.make(name, n)
         for name, n in (*KNOWN.items(), ("murty", 8), ("diagonal", 13))
@@ -268,7 +264,7 @@ def test_known_solutions_are_found_and_systems_with_hilbert_matrices_solved(
         ), problem.name
 
 
-def test_solution_for_a_skew_matrix_is_that_of_a_linear_program() -> None:
+def test_solution_for_a_skew_matrix_is_that_of_a_linear_program():
     bipartite = [[0, 3, 0, 2], [-3, 0, -1, 0], [0, 1, 0, -2], [-2, 0, 2, 0]]
     for M, q in (
         (bipartite, [-3, 2, -1, 0]),
@@ -305,14 +301,12 @@ LARGE = pytest.param(range(100, 200), 160, marks=pytest.mark.slow("100 programs"
 
 
 @pytest.mark.parametrize(("seeds", "most"), [(range(16), 30), LARGE])
-def test_integer_programs_are_decided_with_proofs(seeds: range, most: int) -> None:
+def test_integer_programs_are_decided_with_proofs(seeds, most):
     assert [seed for seed in seeds if not is_decided(seed, most)] == []
 
 
 @pytest.mark.parametrize("seed", [1, 2])
-def test_contradiction_hidden_by_rounding_is_said_to_be_one_but_for_rounding(
-    seed: int,
-) -> None:
+def test_contradiction_hidden_by_rounding_is_said_to_be_one_but_for_rounding(seed):
     problem = with_rounded_combination(seed).problem()
     result = run(problem, time_limit=120)
     assert result.status is Status.INFEASIBLE
@@ -324,7 +318,7 @@ def test_contradiction_hidden_by_rounding_is_said_to_be_one_but_for_rounding(
     assert "infeasible up to the rounding of its data" in result.answer.statement
 
 
-def test_signs_that_rounding_has_made_wrong_cost_no_proof() -> None:
+def test_signs_that_rounding_has_made_wrong_cost_no_proof():
     own, open_set = (
         system([[-1.0, 0.0], [0.0, 1.0]], [-1.0, 1.0]),
         np.full(2, module.OPEN),
@@ -340,9 +334,7 @@ INFINITY = math.inf
     ("n", "seed"),
     [(60, 0), (60, 1), pytest.param(300, 1, marks=pytest.mark.slow("many unknowns"))],
 )
-def test_planted_problems_that_pivoting_does_not_solve_are_solved(
-    n: int, seed: int
-) -> None:
+def test_planted_problems_that_pivoting_does_not_solve_are_solved(n, seed):
     M, q = planted(n, seed)
     assert solve(M, q, "reflections").solved
     assert n > 60 or not solve(M, q, "newton", max_iterations=500).solved
@@ -350,8 +342,8 @@ def test_planted_problems_that_pivoting_does_not_solve_are_solved(
 
 @pytest.mark.parametrize("sign", [1.0, -1.0])
 def test_a_proof_by_the_equation_of_a_free_variable_is_one_for_the_problem_as_given(
-    sign: float,
-) -> None:
+    sign,
+):
     problem = Problem([[1, 0], [sign, 0]], [0, sign], lower=[0, -np.inf])
     result = run(problem, "milp")
     assert result.status is Status.INFEASIBLE
@@ -359,9 +351,7 @@ def test_a_proof_by_the_equation_of_a_free_variable_is_one_for_the_problem_as_gi
 
 
 @pytest.mark.parametrize("seed", range(2))
-def test_sparse_problems_and_those_with_bounds_and_free_variables_are_solved(
-    seed: int,
-) -> None:
+def test_sparse_problems_and_those_with_bounds_and_free_variables_are_solved(seed):
     M, q = planted(60, seed, 0.15)
     assert solve(csr_array(M), q, "reflections").solved
     assert run(solvable("any", 40, np.random.default_rng(seed)), "reflections").solved
@@ -371,9 +361,7 @@ def test_sparse_problems_and_those_with_bounds_and_free_variables_are_solved(
     ("rows", "columns", "q"),
     [(2.0**20, 1.0, 1.0), (1.0, 2.0**-20, 1.0), (1.0, 1.0, 2.0**20)],
 )
-def test_planted_problems_in_other_units_are_solved(
-    rows: float, columns: float, q: float
-) -> None:
+def test_planted_problems_in_other_units_are_solved(rows, columns, q):
     M, given = planted(40, 1)
     one = np.random.default_rng(0).random(40) < 0.5
     R, C = np.where(one, rows, 1.0), np.where(one, columns, 1.0)
@@ -381,7 +369,7 @@ def test_planted_problems_in_other_units_are_solved(
 
 
 @pytest.mark.parametrize("option", [{"beta": 0.3}, {"walkers": 3}, {"seed": 5}])
-def test_each_option_has_an_effect(option: dict[str, float]) -> None:
+def test_each_option_has_an_effect(option):
     M, q = planted(60, 3)
     assert (
         solve(M, q, "reflections", **option).evaluations
@@ -389,7 +377,7 @@ def test_each_option_has_an_effect(option: dict[str, float]) -> None:
     )
 
 
-def test_reflections_claim_nothing_without_a_solution_or_without_units() -> None:
+def test_reflections_claim_nothing_without_a_solution_or_without_units():
     result = solve(
         [[-1.0, 0.0], [0.0, 1.0]], [-1.0, -1.0], "reflections", max_iterations=50
     )
@@ -409,9 +397,7 @@ BOXES = {
 @pytest.mark.parametrize("kind", BOXES)
 @settings(max_examples=50)
 @given(z=st.floats(-3, 3, width=32), w=st.floats(-3, 3, width=32))
-def test_the_nearest_complementary_point_is_nearer_than_all_others(
-    kind: str, z: float, w: float
-) -> None:
+def test_the_nearest_complementary_point_is_nearer_than_all_others(kind, z, w):
     lower, upper = BOXES[kind]
     box = ORTHANT if kind == "orthant" else Box(np.array([lower]), np.array([upper]))
     iteration = Iteration(np.eye(1), np.zeros(1), box, 1)

@@ -34,7 +34,7 @@ def iterates(problem: Problem, method: str, count: int) -> list[Vector]:
     return [iterate.x for iterate in islice(stage, count)]
 
 
-def test_fixed_point_converges_on_boxes_at_the_rate_of_the_theory() -> None:
+def test_fixed_point_converges_on_boxes_at_the_rate_of_the_theory():
     """By max |1 - lambda| / |1 + lambda| in each step, for M positive definite."""
     for seed in range(10):
         generator = np.random.default_rng(seed)
@@ -73,16 +73,14 @@ GUARANTEED = [
 ]
 
 
-def test_all_own_methods_are_guaranteed_for_definite_problems_with_bounds() -> None:
+def test_all_own_methods_are_guaranteed_for_definite_problems_with_bounds():
     assert {"auto", "shi", "fixed-point", "newton", "interior", "lemke", "milp"} <= {
         *GUARANTEED
     }
 
 
 @pytest.mark.parametrize("method", GUARANTEED)
-def test_every_guaranteed_method_solves_problems_with_all_kinds_of_bounds(
-    method: str,
-) -> None:
+def test_every_guaranteed_method_solves_problems_with_all_kinds_of_bounds(method):
     for seed in range(8):
         data = with_bounds(seed)
         result, reference = (
@@ -95,9 +93,7 @@ def test_every_guaranteed_method_solves_problems_with_all_kinds_of_bounds(
         assert ((data["lower"] <= result.z) & (result.z <= data["upper"])).all()
 
 
-def test_point_at_a_bound_is_there_exactly_once_the_reference_point_is_moved_back() -> (
-    None
-):
+def test_point_at_a_bound_is_there_exactly_once_the_reference_point_is_moved_back():
     """u - l + l is not always u in doubles: here for some of the unknowns."""
     generator = np.random.default_rng(0)
     lower, upper = generator.random(500), 1 + 9 * generator.random(500)
@@ -130,13 +126,13 @@ def planted(seed: int, n: int, program: bool) -> Problem:
 @settings(max_examples=60)
 @given(seed=st.integers(0, 10**6), n=st.integers(2, 40), program=st.booleans())
 def test_planted_problems_are_solved_however_their_equations_are_written(
-    seed: int, n: int, program: bool
-) -> None:
+    seed, n, program
+):
     assert run(planted(seed, n, program), "lemke").solved
 
 
 @pytest.mark.parametrize("form", [np.asarray, csr_array])
-def test_contact_with_friction_is_solved_by_one_path(form: type) -> None:
+def test_contact_with_friction_is_solved_by_one_path(form):
     for seed, n in ((0, 48), (1, 48), (2, 100), (3, 200)):
         problem = families.make("contact", n, seed)
         for method in ("lemke", "auto"):
@@ -182,9 +178,7 @@ def tower(boxes: int, seed: int) -> Problem:
 
 
 @pytest.mark.parametrize("boxes", [1, 3, 8])
-def test_boxes_at_rest_are_solved_with_their_velocities_as_free_variables(
-    boxes: int,
-) -> None:
+def test_boxes_at_rest_are_solved_with_their_velocities_as_free_variables(boxes):
     """Rows of velocities have nothing but rounding in them, which has to be 0."""
     for seed in range(5):
         assert run(tower(boxes, seed), "lemke").solved
@@ -203,18 +197,14 @@ def test_boxes_at_rest_are_solved_with_their_velocities_as_free_variables(
         ([[2, 1], [4, 1]], [0, -1], [-INF, 0], [-2, 1]),
     ],
 )
-def test_ray_of_a_problem_with_equations_proves_that_it_is_infeasible(
-    M: list[Any], q: list[int], lower: list[float], y: list[int]
-) -> None:
+def test_ray_of_a_problem_with_equations_proves_that_it_is_infeasible(M, q, lower, y):
     result = run(Problem(M, q, lower=lower), "lemke")
     assert result.status is Status.INFEASIBLE
     assert result.certificate.vector == pytest.approx(y)
 
 
 @pytest.mark.parametrize("small", [1e-8, 1e-17, 1e-40])
-def test_numbers_far_smaller_than_others_are_settled_by_their_own_rows(
-    small: float,
-) -> None:
+def test_numbers_far_smaller_than_others_are_settled_by_their_own_rows(small):
     """Where the path ends, z_0 is within rounding of the large numbers, but not of the
     small ones."""
     block, q = np.array([[2.0, 1.0], [1.0, 2.0]]), np.array([-5.0, -6.0])
@@ -245,9 +235,7 @@ def box_of(kinds: list[str], shift: float, width: float) -> Box:
     st.integers(0, 20),
     st.booleans(),
 )
-def test_a_reduction_holds_for_all_bounds_of_the_same_kinds(
-    kinds: list[str], seed: int, is_singular: bool
-) -> None:
+def test_a_reduction_holds_for_all_bounds_of_the_same_kinds(kinds, seed, is_singular):
     random = np.random.default_rng(seed)
     M = random.integers(-3, 4, (len(kinds), len(kinds))) * 10.0 ** random.integers(
         -2, 3, len(kinds)
@@ -267,7 +255,7 @@ def test_a_reduction_holds_for_all_bounds_of_the_same_kinds(
     assert all(map(np.array_equal, ours, theirs))
 
 
-def test_a_reduction_does_not_hold_for_bounds_of_other_kinds() -> None:
+def test_a_reduction_does_not_hold_for_bounds_of_other_kinds():
     for kinds in permutations(KINDS, 2):
         one, other = (box_of([kind, "boxed"], 0.0, 1.0) for kind in kinds)
         assert Reduction(np.eye(2), one).within(other) is None
@@ -284,7 +272,7 @@ def problem_with_free(n: int, seed: int) -> Problem:
 
 
 @pytest.mark.parametrize("n", [6, 40, 101])
-def test_solutions_of_the_bounded_variables_are_those_of_the_problem(n: int) -> None:
+def test_solutions_of_the_bounded_variables_are_those_of_the_problem(n):
     problem = problem_with_free(n, n)
     own = WithoutFree(problem)
     inner = run(own.reduced)

@@ -4,9 +4,6 @@ nearly right active set."""
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from typing import Any
-
 import numpy as np
 import pytest
 from scipy.sparse import csr_array
@@ -27,7 +24,7 @@ from .planted import matrix
 from .stages import scripted, through
 
 
-def test_rows_of_the_papers_first_table_are_its_own() -> None:
+def test_rows_of_the_papers_first_table_are_its_own():
     """From any start with all components negative: 0; 4, 0, 4, 0; 1, 0, 1, 0, the
     vector-division rows."""
     trace = Trace()
@@ -44,7 +41,7 @@ def test_rows_of_the_papers_first_table_are_its_own() -> None:
 
 
 @pytest.mark.parametrize("n", [3, 5, 21])
-def test_cycle_of_plain_newton_is_broken(n: int) -> None:
+def test_cycle_of_plain_newton_is_broken(n):
     """M = I + 2 C with the cyclic shift C, n odd, q = e, from x = -e_1: plain steps
     never end."""
     M = np.eye(n) + 2 * np.roll(np.eye(n), 1, axis=0)
@@ -56,9 +53,7 @@ def test_cycle_of_plain_newton_is_broken(n: int) -> None:
 
 @pytest.mark.parametrize("n", [1, 10, 201])
 @pytest.mark.parametrize("symmetric", [True, False])
-def test_positive_definite_problems_take_a_handful_of_steps(
-    n: int, symmetric: bool
-) -> None:
+def test_positive_definite_problems_take_a_handful_of_steps(n, symmetric):
     generator = np.random.default_rng(n)
     A, B = generator.uniform(-5, 5, (2, n, n))
     M = A.T @ A + np.eye(n) + (0 if symmetric else B - B.T)
@@ -74,19 +69,19 @@ def test_positive_definite_problems_take_a_handful_of_steps(
     )
 
 
-def test_singular_principal_submatrix_is_a_breakdown() -> None:
+def test_singular_principal_submatrix_is_a_breakdown():
     result = run(Problem([[0.0, 1.0], [1.0, 0.0]], [-1.0, 1.0]), "newton")
     assert result.status is Status.BREAKDOWN
     assert "singular" in result.message
 
 
 @pytest.fixture
-def sizes(monkeypatch: pytest.MonkeyPatch) -> list[int]:
+def sizes(monkeypatch):
     """The sizes of the dense blocks that are factorized from now on, without the Schur
     complements of updates, which have a row for each of a few changes."""
     found: list[int] = []
 
-    def counting(real: Callable[..., Any]) -> Callable[..., Any]:
+    def counting(real):
         return lambda self, A, *how: (
             (A.shape[0] > 50 and found.append(A.shape[0])) or real(self, A, *how)
         )
@@ -98,9 +93,7 @@ def sizes(monkeypatch: pytest.MonkeyPatch) -> list[int]:
 
 
 @pytest.mark.parametrize("symmetric", [True, False])
-def test_auto_factorizes_once_from_an_active_set_that_is_nearly_right(
-    symmetric: bool, sizes: list[int]
-) -> None:
+def test_auto_factorizes_once_from_an_active_set_that_is_nearly_right(symmetric, sizes):
     problem = families.make("harker-pang", 250, 3, symmetric=symmetric)
     result = run(problem, "auto")
     assert (result.solved, result.route, len(sizes)) == (
@@ -113,7 +106,7 @@ def test_auto_factorizes_once_from_an_active_set_that_is_nearly_right(
 
 
 @pytest.fixture
-def precisions(monkeypatch: pytest.MonkeyPatch) -> set[np.dtype[np.floating]]:
+def precisions(monkeypatch):
     """The types of the matrices of which products are taken."""
     seen: set[np.dtype[np.floating]] = set()
     monkeypatch.setattr(
@@ -125,9 +118,7 @@ def precisions(monkeypatch: pytest.MonkeyPatch) -> set[np.dtype[np.floating]]:
 @pytest.mark.parametrize(
     "family", ["harker-pang", "boxes", "near-singular", "degenerate"]
 )
-def test_steps_in_single_precision_lead_to_the_solution_in_doubles(
-    family: str, precisions: set[np.dtype[np.floating]]
-) -> None:
+def test_steps_in_single_precision_lead_to_the_solution_in_doubles(family, precisions):
     result = run(families.make(family, 250, 1), "auto")
     assert result.solved
     assert result.relative_residual <= 1e-12
@@ -139,8 +130,8 @@ def test_steps_in_single_precision_lead_to_the_solution_in_doubles(
     ("of_M", "of_q"), [(2.0**-60, 1.0), (2.0**60, 1.0), (1.0, 2.0**-60), (1.0, 2.0**60)]
 )
 def test_numbers_beyond_the_range_of_single_precision_are_left_to_doubles(
-    of_M: float, of_q: float, precisions: set[np.dtype[np.floating]]
-) -> None:
+    of_M, of_q, precisions
+):
     problem = families.make("harker-pang", 250, 1)
     plain = run(problem, "auto")
     precisions.clear()
@@ -150,7 +141,7 @@ def test_numbers_beyond_the_range_of_single_precision_are_left_to_doubles(
     assert np.allclose(result.z * of_M / of_q, plain.z, rtol=1e-12, atol=0)
 
 
-def test_steps_end_where_states_do_not_settle() -> None:
+def test_steps_end_where_states_do_not_settle():
     """M = 0.1 I + A'A + B - B' with B as large as A: the iteration has no reason to
     converge."""
     A, B = np.random.default_rng(0).standard_normal((2, 300, 300)) / np.sqrt(300)
@@ -181,7 +172,7 @@ def with_solution(M: Matrix, seed: int) -> tuple[Problem, Vector]:
 
 @pytest.mark.parametrize("n", [5, factors.MAX_NUMPY_ROWS + 20])
 @pytest.mark.parametrize("kind", ["dense", "sparse", "nonsymmetric"])
-def test_right_signs_give_the_solution_to_rounding(n: int, kind: str) -> None:
+def test_right_signs_give_the_solution_to_rounding(n, kind):
     M = matrix(
         "monotone" if kind == "nonsymmetric" else "definite",
         n,
@@ -200,7 +191,7 @@ def test_right_signs_give_the_solution_to_rounding(n: int, kind: str) -> None:
 
 
 @pytest.mark.parametrize("seed", range(8))
-def test_a_few_wrong_signs_are_corrected(seed: int) -> None:
+def test_a_few_wrong_signs_are_corrected(seed):
     """Nearly always: for 14 of the first 3000 seeds the number of wrong signs does not
     fall; there it gives up."""
     problem, x = with_solution(line(40, 4.0).toarray(), seed)
@@ -210,7 +201,7 @@ def test_a_few_wrong_signs_are_corrected(seed: int) -> None:
     assert np.allclose(ORTHANT.z_of(last.x), problem.solutions[0], rtol=0, atol=1e-12)
 
 
-def test_degenerate_solution_is_recognised() -> None:
+def test_degenerate_solution_is_recognised():
     M, z = line(3).toarray(), np.array([1.0, 0.0, 0.0])
     problem = Problem(M, np.array([0.0, 0.0, 1.0]) - M @ z)  # z_2 = w_2 = 0
     for sign in (1.0, -1.0):
@@ -222,9 +213,7 @@ def test_degenerate_solution_is_recognised() -> None:
 @pytest.mark.parametrize(
     "M", [np.ones((3, 3)), csr_array(np.ones((3, 3)))], ids=["dense", "sparse"]
 )
-def test_singular_block_leaves_the_method_its_iterates_and_its_ending(
-    M: Matrix,
-) -> None:
+def test_singular_block_leaves_the_method_its_iterates_and_its_ending(M):
     problem = Problem(M, np.array([-1.0, -2.0, -3.0]))
     for ending in (Finished(), Stalled("rounding"), Breakdown("no more")):
         given, _ = through(constant(np.ones(3)))
@@ -232,7 +221,7 @@ def test_singular_block_leaves_the_method_its_iterates_and_its_ending(
         assert (iterates, found) == (given, ending)
 
 
-def test_a_method_that_ends_is_finished_at_its_last_iterate() -> None:
+def test_a_method_that_ends_is_finished_at_its_last_iterate():
     problem, x = with_solution(np.diag([1.0, 2.0, 3.0]), 7)
     steps = [
         iterate.step

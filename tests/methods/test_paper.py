@@ -19,7 +19,6 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from numpy.typing import ArrayLike
 from scipy.sparse import csr_array
 
 from lcpcli import Problem, Status, read, run
@@ -97,16 +96,12 @@ def rows_of(
 
 
 @pytest.mark.parametrize(("number", "printed"), [(1, TABLE_1), (2, TABLE_2)])
-def test_fixed_point_rows_are_the_printed_ones(
-    number: int, printed: dict[int, str], lcp: Callable[..., Any]
-) -> None:
+def test_fixed_point_rows_are_the_printed_ones(number, printed, lcp):
     rows = rows_of(lcp, number, "fixed-point")
     assert {k: rows[k] for k in printed} == printed
 
 
-def test_printed_start_of_example_1_does_not_give_its_table(
-    lcp: Callable[..., Any],
-) -> None:
+def test_printed_start_of_example_1_does_not_give_its_table(lcp):
     rows = rows_of(lcp, 1, "fixed-point", "--x0", "1.1,0.1,1.2,0.2")
     assert rows[5] == "0.9336092 0.0000000 0.9309409 0.0000000"
     assert rows[5] != TABLE_1[5]
@@ -128,9 +123,7 @@ def computed_split(p: float, x: float) -> tuple[float, float]:
 
 # So that p x is exact.
 @pytest.mark.parametrize("p", [2.0**-10, 1.0, 8.0, 2.0**40, 2.0**996])
-def test_phi_and_its_slope_agree_with_60_digits_and_neither_smoothed_z_nor_w_cancels(
-    p: float,
-) -> None:
+def test_phi_and_its_slope_agree_with_60_digits_and_neither_smoothed_z_nor_w_cancels(p):
     for x in (
         np.array([0.0, 1e-9, 1e-3, 0.5, -0.5, 3.0, -30.0, 300.0, -700.0, 700.0]) / p
     ):
@@ -165,7 +158,7 @@ def exact_half_square(
 
 
 @pytest.mark.parametrize("p", [0.1, 1.0, 50.0, 1e4])
-def test_gradient_agrees_with_differences_in_high_precision(p: float) -> None:
+def test_gradient_agrees_with_differences_in_high_precision(p):
     M, q = (
         [[8, -1, 0, -5], [1, 5, -1, 0], [2, -1, 6, -1], [6, 0, -1, 7]],
         [1, -2, -3, 4],
@@ -194,7 +187,7 @@ BOX = Box(
 
 
 @pytest.mark.parametrize("mu", [0.0, 1e-3, 1.0])
-def test_slopes_are_the_derivatives(mu: float) -> None:
+def test_slopes_are_the_derivatives(mu):
     random = np.random.default_rng(0)
     J, z, F, step = (
         random.normal(size=(5, 5)),
@@ -210,7 +203,7 @@ def test_slopes_are_the_derivatives(mu: float) -> None:
         assert np.abs((ends[0] - ends[1]) / (2 * step) - G[:, j]).max() <= 1e-6
 
 
-def test_zeros_are_the_solutions_and_smoothed_ones_tend_to_them() -> None:
+def test_zeros_are_the_solutions_and_smoothed_ones_tend_to_them():
     z, F = np.array([0.0, 3.0, 1.5, -7.0, 2.0]), np.array([2.0, -1.0, 0.0, 0.0, 5.0])
     assert not phi(BOX, z, F).any()
     sizes = [np.abs(phi(BOX, z, F, mu)).max() for mu in (1e-2, 1e-4, 1e-6)]
@@ -219,9 +212,7 @@ def test_zeros_are_the_solutions_and_smoothed_ones_tend_to_them() -> None:
 
 
 @pytest.mark.parametrize("start", [(), ("--x0", "1.1,0.1,1.2,0.2")])
-def test_the_printed_vector_divisions_do_not_come_out(
-    start: tuple[str, ...], lcp: Callable[..., Any]
-) -> None:
+def test_the_printed_vector_divisions_do_not_come_out(start, lcp):
     """The printed table is at the solution of example 1 after 3 iterations, from z =
     (4, 0, 4, 0)."""
     rows = rows_of(lcp, 1, "shi", *start)
@@ -242,7 +233,7 @@ def iterates(
     problem: Problem, x0: Vector, count: int, **options: float
 ) -> list[Iterate]:
     """The first iterates, fewer if the method ends."""
-    return list(islice(shi(problem, x0, **options), count))  # type: ignore[arg-type]
+    return list(islice(shi(problem, x0, **options), count))
 
 
 def vectors_of_step_3(F: Vector, v: Vector, y: Vector) -> tuple[Vector, Vector]:
@@ -261,9 +252,7 @@ def chosen(F: Vector, v: Vector, y: Vector, d: Vector) -> tuple[str, Vector]:
 
 @pytest.mark.parametrize(("rho", "sigma"), LINE_SEARCHES)
 @pytest.mark.parametrize("p", [1.0, 1e12])
-def test_every_step_meets_both_wolfe_conditions(
-    paper_example: Problem, p: float, rho: float, sigma: float
-) -> None:
+def test_every_step_meets_both_wolfe_conditions(paper_example, p, rho, sigma):
     smoothed = Smoothed(paper_example, p)
     steps = [
         it.x
@@ -287,7 +276,7 @@ def test_every_step_meets_both_wolfe_conditions(
         assert slope_there >= sigma * slope * (1 + 1e-9) - 1e-13 * here.f
 
 
-def test_steps_are_labelled_with_their_numbers() -> None:
+def test_steps_are_labelled_with_their_numbers():
     found = iterates(EXAMPLE_1, EXAMPLE_1.x0, 20, k_star=4)
     assert found[0].step == SELECTED
     assert [k for k, it in enumerate(found, 1) if it.step == STEEPEST_AT_MULTIPLE] == [
@@ -299,7 +288,7 @@ def test_steps_are_labelled_with_their_numbers() -> None:
     assert {it.step for it in found[1:4]} == {PLANE}
 
 
-def test_alpha_maximises_the_cosine_among_all_alphas_that_descend() -> None:
+def test_alpha_maximises_the_cosine_among_all_alphas_that_descend():
     """The printed bound on alpha is the descent condition only for <u - v, d> > 0; for
     < 0 it turns round."""
     generator, sides = np.random.default_rng(0), set()
@@ -323,7 +312,7 @@ def test_alpha_maximises_the_cosine_among_all_alphas_that_descend() -> None:
     assert sides == {-1, 1}
 
 
-def test_given_second_point_is_the_second_iterate() -> None:
+def test_given_second_point_is_the_second_iterate():
     x1 = np.array([1.0, -1.0, 1.0, -1.0])
     second = next(shi(EXAMPLE_1, EXAMPLE_1.x0, x1=x1))
     assert np.array_equal(second.x, x1)
@@ -331,7 +320,7 @@ def test_given_second_point_is_the_second_iterate() -> None:
     assert run(EXAMPLE_1, "shi", x1=x1).solved
 
 
-def test_small_p_ends_at_the_smoothing_error_and_says_so() -> None:
+def test_small_p_ends_at_the_smoothing_error_and_says_so():
     result = run(EXAMPLE_1, "shi", p=3.0, max_iterations=2000)
     assert result.status is Status.STALLED
     bound = math.log(3) / 3 * np.abs(EXAMPLE_1.M - np.eye(4)).sum(axis=1).max()
@@ -343,9 +332,7 @@ def test_small_p_ends_at_the_smoothing_error_and_says_so() -> None:
 @pytest.mark.parametrize(
     ("family", "n", "p"), [("hilbert", 8, None), ("gaussian", 3, 50.0)]
 )
-def test_an_end_far_from_a_zero_or_by_rounding_is_no_smoothing_error(
-    family: str, n: int, p: float | None
-) -> None:
+def test_an_end_far_from_a_zero_or_by_rounding_is_no_smoothing_error(family, n, p):
     result = run(families.make(family, n), "shi", p=p, max_iterations=3000)
     assert result.status is Status.STALLED
     assert "no step decreases |F~| any further" in result.message
@@ -354,9 +341,7 @@ def test_an_end_far_from_a_zero_or_by_rounding_is_no_smoothing_error(
 @pytest.mark.parametrize(
     ("k_star", "status"), [(10, Status.ITERATION_LIMIT), (100, Status.SOLVED)]
 )
-def test_direction_that_cannot_descend_gives_way_to_steepest_descent(
-    k_star: int, status: Status
-) -> None:
+def test_direction_that_cannot_descend_gives_way_to_steepest_descent(k_star, status):
     """A positive definite problem on which the plane of F~ and the last step becomes
     orthogonal to d."""
     generator = np.random.default_rng([12, 3])
@@ -367,9 +352,7 @@ def test_direction_that_cannot_descend_gives_way_to_steepest_descent(
     assert run(problem, "shi", k_star=k_star, max_iterations=4000).status is status
 
 
-def test_evaluations_of_a_search_in_vain_are_counted(
-    monkeypatch: pytest.MonkeyPatch,
-) -> None:
+def test_evaluations_of_a_search_in_vain_are_counted(monkeypatch):
     done, real = [], Smoothed.at
     monkeypatch.setattr(Smoothed, "at", lambda self, x: done.append(x) or real(self, x))
     result = run(
@@ -387,9 +370,7 @@ def test_evaluations_of_a_search_in_vain_are_counted(
         (Problem([[-1.0]], [-1.0], x0=[0.0]), "stationary"),
     ],
 )
-def test_what_it_cannot_go_on_from_is_a_breakdown_that_says_so(
-    problem: Problem, word: str
-) -> None:
+def test_what_it_cannot_go_on_from_is_a_breakdown_that_says_so(problem, word):
     result = run(problem, "shi")
     assert result.status is Status.BREAKDOWN
     assert word in result.message
@@ -409,7 +390,7 @@ LARGE = np.diag(np.append(1.0, -np.ones(factors.MAX_NUMPY_ROWS)))
     ],
     ids=["exactly", "one unknown", "up to rounding", "large", "sparse"],
 )
-def test_singular_matrix_is_refused_by_name(M: ArrayLike) -> None:
+def test_singular_matrix_is_refused_by_name(M):
     result = run(Problem(M, -np.ones(np.shape(M)[0])), "fixed-point")
     assert result.status is Status.BREAKDOWN
     assert "I + M is singular" in result.message
@@ -419,9 +400,7 @@ def test_singular_matrix_is_refused_by_name(M: ArrayLike) -> None:
 @pytest.mark.parametrize(
     "M", [np.diag([1e-20, 1.0, 1e20]).tolist(), [[0.0, 1e20], [1.0, 2e20]]]
 )
-def test_badly_scaled_matrix_is_not_mistaken_for_a_singular_one(
-    M: list[list[float]],
-) -> None:
+def test_badly_scaled_matrix_is_not_mistaken_for_a_singular_one(M):
     problem = Problem(M, [-1.0] * len(M))
     assert (
         run(problem, "fixed-point", max_iterations=3).status is Status.ITERATION_LIMIT
@@ -429,7 +408,7 @@ def test_badly_scaled_matrix_is_not_mistaken_for_a_singular_one(
 
 
 @pytest.mark.parametrize("n", [factors.MAX_NUMPY_ROWS, factors.MAX_NUMPY_ROWS + 1])
-def test_small_large_and_sparse_matrices_give_the_same_iterates(n: int) -> None:
+def test_small_large_and_sparse_matrices_give_the_same_iterates(n):
     q = np.random.default_rng(n).standard_normal(n)
     dense, sparse = (
         run(Problem(M, q), "fixed-point")
@@ -443,8 +422,8 @@ def test_small_large_and_sparse_matrices_give_the_same_iterates(n: int) -> None:
 @settings(max_examples=50)
 @given(seed=st.integers(0, 2**32 - 1), spread=st.floats(0, 8), sparse=st.booleans())
 def test_auto_omega_is_near_the_best_for_positive_definite_matrices(
-    seed: int, spread: float, sparse: bool
-) -> None:
+    seed, spread, sparse
+):
     generator = np.random.default_rng(seed)
     Q = np.linalg.qr(generator.standard_normal((8, 8)))[0]
     eigenvalues = 10 ** generator.uniform(-spread / 2, spread / 2, 8)
@@ -455,7 +434,7 @@ def test_auto_omega_is_near_the_best_for_positive_definite_matrices(
     assert best / 3 <= omega <= 3 * best
 
 
-def test_auto_omega_of_other_matrices_is_the_largest_diagonal_entry() -> None:
+def test_auto_omega_of_other_matrices_is_the_largest_diagonal_entry():
     # Then all pivots are positive.
     rows_exchanged = [[2, 1, 2, -2], [1, 1, 2, -1], [2, 2, 1, -1], [-2, -1, -1, 2]]
     others = [
@@ -470,7 +449,7 @@ def test_auto_omega_of_other_matrices_is_the_largest_diagonal_entry() -> None:
         assert best_omega(csr_array(dense)) == omega
 
 
-def test_auto_omega_and_anderson_each_save_iterations_on_the_obstacle_problem() -> None:
+def test_auto_omega_and_anderson_each_save_iterations_on_the_obstacle_problem():
     problem, options = (
         families.make("obstacle", 400),
         ({}, {"omega": "auto"}, {"omega": "auto", "anderson": 5}),
@@ -482,7 +461,7 @@ def test_auto_omega_and_anderson_each_save_iterations_on_the_obstacle_problem() 
     assert np.allclose(fast.z, plain.z, rtol=0, atol=1e-9)
 
 
-def test_anderson_restarts_with_a_plain_step_from_the_best_point() -> None:
+def test_anderson_restarts_with_a_plain_step_from_the_best_point():
     sequence = Anderson(3, 2)
     images = np.array([[2.0, 0.0], [1.0, 0.5], [9.0, 9.0]])
     sizes = (3.0, 1.0, 1.0 + 2 * RESTART_GROWTH)
@@ -495,7 +474,7 @@ def test_anderson_restarts_with_a_plain_step_from_the_best_point() -> None:
 
 @settings(max_examples=25)
 @given(seed=st.integers(0, 2**32 - 1), n=st.integers(1, 30), memory=st.integers(1, 12))
-def test_anderson_never_diverges_on_h_matrices(seed: int, n: int, memory: int) -> None:
+def test_anderson_never_diverges_on_h_matrices(seed, n, memory):
     """Strictly diagonally dominant by rows, rows and columns in other units, omega at
     least the diagonal."""
     generator = np.random.default_rng(seed)

@@ -19,7 +19,6 @@ from scipy.sparse import coo_array, csr_array, diags_array, eye_array
 
 import lcpcli
 from lcpcli import Problem, Solver, run
-from lcpcli.basis.exchanges import BasicSolution
 from lcpcli.gallery import families
 from lcpcli.linalg.krylov import StoppingCriterion, conjugate_gradients
 from lcpcli.linalg.matrices import is_symmetric
@@ -32,7 +31,7 @@ from lcpcli.model import problem as problems
 from lcpcli.model.box import ORTHANT
 from lcpcli.rational.elimination import Effort
 from lcpcli.rational.exact_problem import ExactProblem
-from lcpcli.typing import BasisStatus, Mask, Matrix, Vector
+from lcpcli.typing import Mask, Matrix, Vector
 from lcpcli.verify.point import Criterion, Point
 
 from .grids import line, plane, smooth, space, stream
@@ -113,7 +112,7 @@ def assert_equal_to_newton(problem: Problem, z: Vector) -> None:
 
 
 @pytest.mark.parametrize("name", MATRICES)
-def test_the_route_gives_the_solution_of_newton_from_any_start(name: str) -> None:
+def test_the_route_gives_the_solution_of_newton_from_any_start(name):
     M = MATRICES[name]()
     for start in (0.0, 1.0):
         problem = Problem(M, smooth(M.shape[0]) * np.sqrt(M.diagonal()))
@@ -121,7 +120,7 @@ def test_the_route_gives_the_solution_of_newton_from_any_start(name: str) -> Non
         assert_equal_to_newton(problem, problem.box.z_of(iterates[-1].x))
 
 
-def test_auto_solves_what_the_route_leaves() -> None:
+def test_auto_solves_what_the_route_leaves():
     """The square of a difference matrix is positive definite, with positive entries off
     the diagonal."""
     problem = Problem(csr_array(plane(30) @ plane(30)), smooth(900))
@@ -129,7 +128,7 @@ def test_auto_solves_what_the_route_leaves() -> None:
 
 
 @pytest.mark.parametrize("name", ["plane", "space", "slow stream", "graph"])
-def test_bounds_on_both_sides(name: str) -> None:
+def test_bounds_on_both_sides(name):
     M = MATRICES[name]()
     n = M.shape[0]
     for upper in (
@@ -144,7 +143,7 @@ def test_bounds_on_both_sides(name: str) -> None:
         )
 
 
-def test_coarse_versions_leave_little_to_be_pivoted() -> None:
+def test_coarse_versions_leave_little_to_be_pivoted():
     M = plane(60)
     problem = Problem(M, smooth(3600))
     z = FullApproximation(Hierarchy(M), problem.q, problem.box).solution()
@@ -155,7 +154,7 @@ def test_coarse_versions_leave_little_to_be_pivoted() -> None:
     assert len(through(multilevel(families.make("american-put", 5000), True))[0]) <= 4
 
 
-def test_solutions_at_the_extremes() -> None:
+def test_solutions_at_the_extremes():
     for q in (np.ones(900), -np.ones(900), np.zeros(900)):
         problem = Problem(plane(30), q)
         iterates, _ = through(multilevel(problem, is_symmetric(problem.M)))
@@ -165,7 +164,7 @@ def test_solutions_at_the_extremes() -> None:
             assert q[0] < 0 or np.abs(z).max() <= 1e-9
 
 
-def test_a_diagonal_entry_that_is_not_positive_is_refused() -> None:
+def test_a_diagonal_entry_that_is_not_positive_is_refused():
     M = csr_array(diags_array(np.where(np.arange(400) == 7, 0.0, 1.0)))
     iterates, ending = through(sparse_route(Problem(M, -np.ones(400)), np.zeros(400)))
     assert iterates == []
@@ -173,14 +172,12 @@ def test_a_diagonal_entry_that_is_not_positive_is_refused() -> None:
 
 
 @pytest.mark.parametrize("make", [tridiagonal, dominant])
-def test_well_conditioned_matrices_are_not_factorized(
-    make: Callable[[int], Problem], monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_well_conditioned_matrices_are_not_factorized(make, monkeypatch):
     monkeypatch.setattr("scipy.sparse.linalg.splu", None)
     assert solve(make(20_000))[1] == ["krylov"]
 
 
-def test_what_rounding_stops_is_finished_by_one_factorization() -> None:
+def test_what_rounding_stops_is_finished_by_one_factorization():
     """The condition number is 4e9: no z in double precision meets the tolerance, but
     the active set can be right."""
     n = 50_000
@@ -192,7 +189,7 @@ def test_what_rounding_stops_is_finished_by_one_factorization() -> None:
     assert np.all(np.abs(np.minimum(z, problem.w(z))) <= 8 * rounding)
 
 
-def test_p_matrix_that_is_not_positive_definite() -> None:
+def test_p_matrix_that_is_not_positive_definite():
     """1 on the diagonal and 4 above it: an upper triangular P-matrix with an indefinite
     symmetric part."""
     n = 200
@@ -206,7 +203,7 @@ def test_p_matrix_that_is_not_positive_definite() -> None:
     [-plane(30), csr_array((900, 900)), plane(30) - 0.5 * eye_array(900)],
     ids=["negative", "zero", "indefinite"],
 )
-def test_matrices_it_is_not_made_for_end_in_words(M: Matrix) -> None:
+def test_matrices_it_is_not_made_for_end_in_words(M):
     criterion = Criterion(Problem(M, -np.ones(900)))
     with np.errstate(over="raise", invalid="raise"):
         iterates, ending = through(
@@ -226,12 +223,12 @@ def disc(m: int) -> Mask:
 
 @pytest.mark.parametrize("masked", [False, True])
 @pytest.mark.parametrize("m", [40, 160])
-def test_number_of_steps_does_not_grow_with_the_grid(m: int, masked: bool) -> None:
+def test_number_of_steps_does_not_grow_with_the_grid(m, masked):
     M = plane(m) / 4
     basic = disc(m) if masked else np.ones(m * m, dtype=bool)
     steps = []
 
-    def product(v: np.ndarray) -> np.ndarray:
+    def product(v):
         steps.append(v)
         return (M @ v) * basic
 
@@ -273,9 +270,7 @@ def by_chandrasekaran(M: Vector, q: Vector) -> Vector:
 
 @settings(max_examples=100)
 @given(st.integers(0, 10**6), st.integers(2, 30), st.integers(0, 2))
-def test_the_solution_is_found_wherever_the_basic_variables_lie(
-    seed: int, n: int, spread: int
-) -> None:
+def test_the_solution_is_found_wherever_the_basic_variables_lie(seed, n, spread):
     rng = np.random.default_rng(seed)
     M, q = m_matrix(rng, n, spread), rng.standard_normal(n)
     iterates, ending = through(eliminated(Problem(csr_array(M), q)))
@@ -302,8 +297,8 @@ def stopping(n: int, drift: float) -> tuple[Matrix, Vector]:
 
 @pytest.mark.parametrize("drift", [0.1, -0.1])
 def test_optimal_stopping_with_two_free_boundaries_takes_a_few_passes_on_every_grid(
-    drift: float, monkeypatch: pytest.MonkeyPatch
-) -> None:
+    drift, monkeypatch
+):
     passes = list[None]()
     monkeypatch.setattr(z_matrix, "raise_if_timed_out", lambda: passes.append(None))
     for n in (201, 2001, 20001):
@@ -316,9 +311,7 @@ def test_optimal_stopping_with_two_free_boundaries_takes_a_few_passes_on_every_g
 
 
 @given(n=st.integers(2, 200), seed=st.integers(0, 2**32 - 1))
-def test_elimination_computes_a_solution_with_any_number_of_runs(
-    n: int, seed: int
-) -> None:
+def test_elimination_computes_a_solution_with_any_number_of_runs(n, seed):
     generator = np.random.default_rng(seed)
     below, above = -generator.uniform(0, 1, (2, n - 1))
     diagonal = 0.1 + np.append(0.0, -below) + np.append(-above, 0.0)
@@ -347,9 +340,7 @@ def american_put(volatility: float, n: int = 501) -> tuple[Matrix, Vector]:
 
 
 @pytest.mark.parametrize("volatility", [0.1, 0.3])
-def test_a_few_positive_entries_leave_elimination_the_right_states(
-    volatility: float,
-) -> None:
+def test_a_few_positive_entries_leave_elimination_the_right_states(volatility):
     M, payoff = american_put(volatility)
     exact = lcpcli.solve(M, M @ payoff - payoff, "lemke").z
     result = lcpcli.solve(M, M @ payoff - payoff)
@@ -368,9 +359,7 @@ def test_a_few_positive_entries_leave_elimination_the_right_states(
         assert step.route in [("elimination",), ("newton",)]
 
 
-def test_a_shifted_problem_has_the_units_of_its_matrix_computed_once(
-    monkeypatch: pytest.MonkeyPatch,
-) -> None:
+def test_a_shifted_problem_has_the_units_of_its_matrix_computed_once(monkeypatch):
     asked = list[object]()
     units = problems.units
     monkeypatch.setattr(problems, "units", lambda *M: asked.append(M) or units(*M))
@@ -379,7 +368,7 @@ def test_a_shifted_problem_has_the_units_of_its_matrix_computed_once(
     assert len(asked) <= 1
 
 
-def test_a_dense_tridiagonal_matrix_takes_the_route_of_compressed_rows() -> None:
+def test_a_dense_tridiagonal_matrix_takes_the_route_of_compressed_rows():
     M, q = stopping(401, 0.1)
     for form in (M.toarray(), M, M.tocsc(), M.tocoo(), np.asfortranarray(M.toarray())):
         result = lcpcli.solve(form, q)
@@ -388,7 +377,7 @@ def test_a_dense_tridiagonal_matrix_takes_the_route_of_compressed_rows() -> None
     assert lcpcli.run(problem).problem is problem
 
 
-def test_a_proof_in_fractions_is_one_for_rows_of_different_denominators() -> None:
+def test_a_proof_in_fractions_is_one_for_rows_of_different_denominators():
     """No z >= 0 has z1 / 2 - z2 / 4 >= 1 and z2 / 16 - z1 / 5 >= 1 / 10."""
     data = ExactProblem.of_decimals(Problem([[0.5, -0.25], [-0.2, 0.0625]], [-1, -0.1]))
     z, y = z_matrix.decided(data, Effort())
@@ -411,9 +400,7 @@ def tree(n: int) -> Matrix:
 @pytest.mark.parametrize(
     "make", [lambda: plane(60), lambda: tree(4000)], ids=["plane", "tree"]
 )
-def test_a_solution_that_decays_along_zeros_of_q_is_found(
-    make: Callable[[], Matrix], shift: float, upper: float
-) -> None:
+def test_a_solution_that_decays_along_zeros_of_q_is_found(make, shift, upper):
     M = make()
     M = csr_array(M / M.diagonal().max() + shift * eye_array(M.shape[0]))
     i, n = np.arange(M.shape[0]), M.shape[0]
@@ -425,7 +412,7 @@ def test_a_solution_that_decays_along_zeros_of_q_is_found(
 
 
 @pytest.mark.parametrize("upper", [np.inf, 0.5])
-def test_a_solution_that_decays_to_the_smallest_doubles_is_found(upper: float) -> None:
+def test_a_solution_that_decays_to_the_smallest_doubles_is_found(upper):
     """Products with bounds on its rows may overflow where it is judged."""
     M = csr_array(eye_array(450) - 0.00958 * eye_array(450, k=-1))
     q = np.zeros(450)
@@ -434,9 +421,7 @@ def test_a_solution_that_decays_to_the_smallest_doubles_is_found(upper: float) -
 
 
 @pytest.mark.parametrize("diagonal", [2.001, 2.0 + 1e-7])
-def test_a_solution_that_reaches_far_along_a_shuffled_chain_takes_few_steps(
-    diagonal: float,
-) -> None:
+def test_a_solution_that_reaches_far_along_a_shuffled_chain_takes_few_steps(diagonal):
     n = 2500
     order = np.random.default_rng(3).permutation(n)
     chain = csr_array(
@@ -455,12 +440,10 @@ MAX_GENERATORS = 6
 
 
 @pytest.mark.parametrize("traced", [False, True])
-def test_an_iterate_passes_few_generators_on_its_way_to_the_loop(
-    traced: bool, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_an_iterate_passes_few_generators_on_its_way_to_the_loop(traced, monkeypatch):
     depths, found = list[int](), active_set.Inexact.basic_solution_of
 
-    def counting(inexact: active_set.Inexact, basis: BasisStatus) -> BasicSolution:
+    def counting(inexact, basis):
         frame: FrameType | None = sys._getframe(1)
         if frame.f_code is not active_set.active_set.__code__:
             return found(inexact, basis)  # pivoting with some of the variables

@@ -42,9 +42,7 @@ def with_convection(problem: Problem) -> Problem:
 
 
 @pytest.mark.parametrize(("family", "n", "parameters"), STRUCTURES)
-def test_structures_are_solved_to_the_last_digits(
-    family: str, n: int, parameters: dict[str, object]
-) -> None:
+def test_structures_are_solved_to_the_last_digits(family, n, parameters):
     problem = make(family, n, **parameters)
     is_solved_to_the_last_digits(problem, "interior")
     if family != "plate":  # of which small ones need no factors
@@ -52,7 +50,7 @@ def test_structures_are_solved_to_the_last_digits(
 
 
 @pytest.mark.parametrize("method", ["auto", "interior"])
-def test_beams_with_convection_are_solved_to_the_last_digits(method: str) -> None:
+def test_beams_with_convection_are_solved_to_the_last_digits(method):
     problem = with_convection(make("beam", 150, contrast=1e4, load=30.0))
     is_solved_to_the_last_digits(problem, method)
 
@@ -60,8 +58,8 @@ def test_beams_with_convection_are_solved_to_the_last_digits(method: str) -> Non
 @pytest.mark.parametrize("method", ["auto", "interior"])
 @pytest.mark.parametrize(("contrast", "load"), [(1.0, 0.5), (1e6, 10.0)])
 def test_beams_between_two_obstacles_are_solved_to_the_last_digits(
-    method: str, contrast: float, load: float
-) -> None:
+    method, contrast, load
+):
     below = make("beam", 150, contrast=contrast, load=load)
     upper = np.full(150, 1e-3)
     is_solved_to_the_last_digits(Problem(below.M, below.q, upper=upper), method)
@@ -91,7 +89,7 @@ def _exact(value: float) -> Fraction:
 
 
 @pytest.mark.parametrize("n", [4000, 20_000])
-def test_long_beams_are_solved_where_doubles_of_z_are_too_coarse(n: int) -> None:
+def test_long_beams_are_solved_where_doubles_of_z_are_too_coarse(n):
     """At n = 20,000 the condition number is 5e15: M z + q of any z in doubles differs
     from that of the solution by more than w."""
     problem = make("beam", n)
@@ -111,9 +109,7 @@ def test_long_beams_are_solved_where_doubles_of_z_are_too_coarse(n: int) -> None
         ("newton", "pivots on infeasibilities advance by a few unknowns or cycle"),
     ],
 )
-def test_methods_that_are_not_made_for_stiff_problems_say_why_they_fail(
-    method: str, reason: str
-) -> None:
+def test_methods_that_are_not_made_for_stiff_problems_say_why_they_fail(method, reason):
     result = run(make("beam", 250), method, max_iterations=300)
     assert result.status is Status.ITERATION_LIMIT
     assert "M is stiff: its condition number is about 1e+08" in result.message
@@ -121,7 +117,7 @@ def test_methods_that_are_not_made_for_stiff_problems_say_why_they_fail(
     assert "interior is made for such M" in result.message
 
 
-def test_a_published_method_ends_once_it_gains_nothing_on_a_stiff_problem() -> None:
+def test_a_published_method_ends_once_it_gains_nothing_on_a_stiff_problem():
     problem = make("beam", 1000)
     result = run(problem, "fixed-point")
     assert result.status is Status.STALLED
@@ -132,13 +128,13 @@ def test_a_published_method_ends_once_it_gains_nothing_on_a_stiff_problem() -> N
     assert (longer.status, longer.iterations) == (Status.ITERATION_LIMIT, 9000)
 
 
-def test_other_problems_are_not_called_stiff() -> None:
+def test_other_problems_are_not_called_stiff():
     result = run(make("obstacle", 400), "fixed-point", max_iterations=2)
     assert result.status is Status.ITERATION_LIMIT
     assert "stiff" not in result.message
 
 
-def test_auto_ends_where_rounding_of_m_decides_whether_it_is_definite() -> None:
+def test_auto_ends_where_rounding_of_m_decides_whether_it_is_definite():
     """A beam without any support moves freely: M is singular, and definite or not by
     its rounded entries. Other methods would only take time."""
     n = 1000
@@ -155,7 +151,7 @@ def test_auto_ends_where_rounding_of_m_decides_whether_it_is_definite() -> None:
     assert proved.status is Status.INFEASIBLE
 
 
-def test_inspect_says_how_stiff_a_problem_is_and_what_follows() -> None:
+def test_inspect_says_how_stiff_a_problem_is_and_what_follows():
     problem = make("beam", 300)
     found = lcpcli.inspect(problem)
     D = 1 / np.sqrt(problem.M.diagonal())

@@ -62,7 +62,7 @@ def circulant(n: int) -> tuple[Vector, Vector]:
 
 
 @pytest.mark.parametrize("n", [1, 2, 60, 400])
-def test_newton_solves_a_problem_with_a_circulant_matrix(n: int) -> None:
+def test_newton_solves_a_problem_with_a_circulant_matrix(n):
     c, q = circulant(n)
     stage, x = newton(Circulant(c, q), np.zeros(n)), np.zeros(n)
     while isinstance(step := advance(stage), Iterate):
@@ -72,7 +72,7 @@ def test_newton_solves_a_problem_with_a_circulant_matrix(n: int) -> None:
     assert Point(Criterion(problem, 1e-13), problem.box.z_of(x)).solves()
 
 
-def test_a_solution_of_half_of_the_digits_is_refined_to_all_of_them() -> None:
+def test_a_solution_of_half_of_the_digits_is_refined_to_all_of_them():
     c, q = circulant(1 << 14)
     system = Circulant(c, q)
     *_, found = iterate_to_the_end(system)
@@ -97,9 +97,7 @@ def iterate_to_the_end(system: BasisSolver) -> list[Vector]:
 
 
 @pytest.mark.parametrize("near", [None, np.array([5.0, 5.0])])
-def test_basic_solutions_beside_bounds_are_those_of_the_problem(
-    near: Vector | None,
-) -> None:
+def test_basic_solutions_beside_bounds_are_those_of_the_problem(near):
     problem = Problem([[2, 1], [1, 2]], [-9, -12], lower=[1, 2])
     solutions = CorrectedSolutions(problem, problem.M, near)
     for basis, z in (([BASIC, BASIC], [2, 5]), ([LOWER, BASIC], [1, 5.5])):

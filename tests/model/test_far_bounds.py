@@ -7,7 +7,6 @@ from __future__ import annotations
 import json
 from dataclasses import replace
 from fractions import Fraction
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -27,7 +26,6 @@ from lcpcli.model.changes import (
     shifted,
     with_infinity,
 )
-from lcpcli.typing import Vector
 from lcpcli.verify.certificate import Proof
 
 from ..far_bounds import FAR, lists, random_program, with_far_bounds
@@ -54,8 +52,8 @@ def same(one: Problem, other: Problem) -> bool:
     ("seed", "size"), [(0, 1e30), (5, 1e20), (12, 1e20), (19, 1e30)]
 )
 def test_programs_with_far_bounds_have_the_minima_of_those_without_in_as_many_steps(
-    seed: int, size: float
-) -> None:
+    seed, size
+):
     program = random_program(seed, 20 + 3 * seed)
     plain = run(from_qp(**program))
     far = run(from_qp(**with_far_bounds(program, size)), time_limit=60)
@@ -67,7 +65,7 @@ def test_programs_with_far_bounds_have_the_minima_of_those_without_in_as_many_st
 
 
 @pytest.mark.parametrize("seed", range(4))
-def test_all_ways_to_say_it_make_the_same_problem(seed: int, tmp_path: Path) -> None:
+def test_all_ways_to_say_it_make_the_same_problem(seed, tmp_path):
     program = random_program(seed, 8)
     far, plain = with_far_bounds(program, 1e20), from_qp(**program)
     assert same(from_qp(**far, infinity=1e20), plain)
@@ -85,7 +83,7 @@ def test_all_ways_to_say_it_make_the_same_problem(seed: int, tmp_path: Path) -> 
         assert same(with_infinity(read(tmp_path / name), 1e19), plain), name
 
 
-def test_sparse_programs_names_senses_and_starts_stay_what_they_are() -> None:
+def test_sparse_programs_names_senses_and_starts_stay_what_they_are():
     names = {
         "rows": list("abcd"),
         "columns": ["x", "y"],
@@ -117,7 +115,7 @@ def test_sparse_programs_names_senses_and_starts_stay_what_they_are() -> None:
     ]
 
 
-def test_bounds_of_z_are_none_from_infinity_on_wherever_they_are_given() -> None:
+def test_bounds_of_z_are_none_from_infinity_on_wherever_they_are_given():
     M, q = [[2.0, 1.0], [1.0, 2.0]], [-5.0, 6.0]
     lower, upper = [-1e20, -1e21], [1e19, 1e20]
     plain = {"lower": -INF, "upper": [1e19, INF]}
@@ -139,7 +137,7 @@ def test_bounds_of_z_are_none_from_infinity_on_wherever_they_are_given() -> None
     assert x.tolist() == [2, 0]
 
 
-def test_a_minimum_at_a_far_bound_is_found_where_nobody_takes_it_for_none() -> None:
+def test_a_minimum_at_a_far_bound_is_found_where_nobody_takes_it_for_none():
     for variables in (1, 30):
         program = {"Q": None, "c": -np.ones(variables), "upper": 1e20}
         x = minimum(from_qp(**program)).x
@@ -151,7 +149,7 @@ def test_a_minimum_at_a_far_bound_is_found_where_nobody_takes_it_for_none() -> N
 
 
 @pytest.mark.parametrize("size", [1e20, 1e30])
-def test_proofs_are_of_the_program_with_its_far_bounds(size: float) -> None:
+def test_proofs_are_of_the_program_with_its_far_bounds(size):
     program = random_program(4, 30)
     row = np.zeros((2, 30))
     row[:, 0] = 1
@@ -166,7 +164,7 @@ def test_proofs_are_of_the_program_with_its_far_bounds(size: float) -> None:
     assert lcpcli.check(problem, y=result.certificate.vector).accepted
 
 
-def test_only_far_bounds_are_left_out_at_first() -> None:
+def test_only_far_bounds_are_left_out_at_first():
     assert relaxed(Problem([[1.0]], [1e30])).is_identity
     assert relaxed(Problem([[1.0]], [1.0], lower=-9e12, upper=INF)).is_identity
     assert relaxed(from_qp(None, [1.0], [[1.0]], row_lower=[-9e12])).is_identity
@@ -191,7 +189,7 @@ def test_only_far_bounds_are_left_out_at_first() -> None:
     assert (z - 2 * x).tolist() == change.original.w(z).tolist()
 
 
-def test_changes_are_made_in_turn_and_undone_in_reverse() -> None:
+def test_changes_are_made_in_turn_and_undone_in_reverse():
     """Numbers that doubles have exactly: nothing is rounded on either way."""
     problem = Problem([[256.0, 1], [-1, 64]], [3.0, -5], lower=[-4, 2], upper=[INF, 8])
     change = composed(problem, shifted, scale)
@@ -211,13 +209,13 @@ def test_changes_are_made_in_turn_and_undone_in_reverse() -> None:
     assert change.is_exact
 
 
-def test_a_change_that_loses_a_bound_makes_the_whole_inexact() -> None:
+def test_a_change_that_loses_a_bound_makes_the_whole_inexact():
     problem = Problem([[2.0, 1], [1, 2]], [-5, -6], lower=-1, upper=1e30)
     assert shifted(relaxed(problem).problem).is_exact
     assert not composed(problem, relaxed, shifted).is_exact
 
 
-def test_a_proof_comes_out_of_several_changes() -> None:
+def test_a_proof_comes_out_of_several_changes():
     """w_1 = -2^40 z_1 - 2^-30 is negative for z >= 0, and z_2 has a lower bound of
     1."""
     problem = Problem(
@@ -231,12 +229,12 @@ def test_a_proof_comes_out_of_several_changes() -> None:
 
 @pytest.mark.parametrize("seed", range(12))
 @pytest.mark.parametrize("kind", ["linear", "convex"])
-def test_sides_that_nothing_reaches_change_no_answer(kind: str, seed: int) -> None:
+def test_sides_that_nothing_reaches_change_no_answer(kind, seed):
     """A planted minimizer, and sides from 1e13 to 1e22 where others have none."""
     generator = np.random.default_rng([seed, kind == "convex"])
     n, m = int(generator.integers(5, 20)), int(generator.integers(3, 12))
 
-    def far(size: int) -> Vector:
+    def far(size):
         conventions = generator.choice([1e15, 1e18, 1e19, 9.99e19, 1e20], size)
         others = 10.0 ** generator.uniform(13, 22, size)
         return np.where(generator.random(size) < 0.5, conventions, others)
@@ -262,7 +260,7 @@ def test_sides_that_nothing_reaches_change_no_answer(kind: str, seed: int) -> No
     assert abs(result.answer.objective - least) <= 1e-9 * (1 + np.abs(c) @ x)
 
 
-def test_a_far_bound_that_is_met_counts() -> None:
+def test_a_far_bound_that_is_met_counts():
     """Without its bound, x1 would be infinite; 1e19 is what the problem says."""
     A, sides = [[-1.0, 1.0, 0.0], [0.0, 1.0, 1.0]], {"row_lower": [-INF, 1.0]}
     upper = [1e19, 1e20, 1e20]
@@ -273,7 +271,7 @@ def test_a_far_bound_that_is_met_counts() -> None:
     assert result.z[:3].tolist() == [1e19, 1.0, 0.0]
 
 
-def test_only_sides_ahead_are_met() -> None:
+def test_only_sides_ahead_are_met():
     """As x1 grows to its far bound, it moves away from the far side of the row; x2
     grows towards that of the other row."""
     A, ends = [[2.0, 0.0], [0.0, 1.0]], {"row_lower": -1e18, "row_upper": [INF, 1e17]}
@@ -290,7 +288,7 @@ def test_only_sides_ahead_are_met() -> None:
 
 
 @pytest.mark.parametrize("bound", [1.9e22, 8e22])
-def test_far_sides_that_are_met_together_keep_their_ratio(bound: float) -> None:
+def test_far_sides_that_are_met_together_keep_their_ratio(bound):
     """x1 / 2 is at most 1e22 in a row, beside sides that are far smaller."""
     A = np.diag([0.5, *np.ones(12)])
     A[1:, 1:] += np.eye(12, k=1) / 2
@@ -307,7 +305,7 @@ def test_far_sides_that_are_met_together_keep_their_ratio(bound: float) -> None:
 
 
 @pytest.mark.parametrize("size", [1e13, 1e20, 1e30])
-def test_rounding_of_a_proof_times_a_far_bound_counts_as_0(size: float) -> None:
+def test_rounding_of_a_proof_times_a_far_bound_counts_as_0(size):
     """Two opposed rows: their exact multipliers are equal, and those given are not. If
     the rows differ in the last digit, a large x satisfies both."""
     row = np.array([0.1, 0.7, -0.3])
@@ -322,7 +320,7 @@ def test_rounding_of_a_proof_times_a_far_bound_counts_as_0(size: float) -> None:
     assert Proof("farkas", y).holds(differs) == (size < 1e15)
 
 
-def test_far_sides_of_unknowns_without_reduced_costs_do_not_count() -> None:
+def test_far_sides_of_unknowns_without_reduced_costs_do_not_count():
     """A minimizer at the bounds of x1, which costs, and of x2, which costs nothing."""
     ends = {"row_lower": [1.0], "lower": [0.0, -1e18], "upper": [1e22, 1e13]}
     problem = from_qp(None, [-1.0, 0.0], [[1.0, 0.0]], **ends)
@@ -335,7 +333,7 @@ def test_far_sides_of_unknowns_without_reduced_costs_do_not_count() -> None:
     assert lcpcli.run(problem).z[0] == 1e22
 
 
-def test_an_objective_keeps_its_digits_where_its_terms_cancel() -> None:
+def test_an_objective_keeps_its_digits_where_its_terms_cancel():
     """Qx is rounding of terms of 1e12, which x times it is not."""
     F, c, x = np.array([0.3, -0.7]), np.array([1.0, -2.0]), np.array([7e12, 3e12])
     Q, no_rows, ends = np.outer(F, F), np.zeros((0, 2)), np.zeros((4, 0))

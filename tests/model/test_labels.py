@@ -127,7 +127,7 @@ def results(s: Any, w: Any, t: Any, v: Any) -> dict[str, Any]:
     }
 
 
-def test_labels_decide_the_order() -> None:
+def test_labels_decide_the_order():
     known = results(plain, plain, plain, plain)
     for name, found in results(square, wide, table, vector).items():
         pairs = (
@@ -141,7 +141,7 @@ def test_labels_decide_the_order() -> None:
         ), name
 
 
-def test_other_labels_are_refused() -> None:
+def test_other_labels_are_refused():
     labelled, others = Frame(M, "ab", "ab"), "has an index with labels other than"
     for refused, message in {
         lambda: lcpcli.solve(
@@ -164,7 +164,7 @@ def test_other_labels_are_refused() -> None:
             refused()
 
 
-def test_labels_of_payoffs_name_the_strategies() -> None:
+def test_labels_of_payoffs_name_the_strategies():
     game = lcpcli.from_game(
         Frame([[3.0, 0, 1], [0, 2, 1]], ["opera", "box"], ["l", "r", "m"]),
         np.ones((2, 3)),
@@ -173,7 +173,7 @@ def test_labels_of_payoffs_name_the_strategies() -> None:
     assert list(lcpcli.from_game(Frame(A), np.ones((2, 2))).names) == [""] * 4
 
 
-def test_pandas_itself_is_taken_by_label() -> None:
+def test_pandas_itself_is_taken_by_label():
     pandas = pytest.importorskip("pandas")
     matrix = pandas.DataFrame(M, index=["a", "b"], columns=["a", "b"])
     q = pandas.Series(Q[::-1], index=["b", "a"])
@@ -192,7 +192,7 @@ def test_pandas_itself_is_taken_by_label() -> None:
         lcpcli.Problem(matrix, q, upper=bound)
 
 
-def test_unknowns_have_the_labels_of_columns_of_M_unless_named() -> None:
+def test_unknowns_have_the_labels_of_columns_of_M_unless_named():
     result = lcpcli.solve(Frame(M, "ab", "ab"), Series(Q, "ab"))
     assert list(result.names) == ["a", "b"]
     assert result["b"] == pytest.approx(Z[1])
@@ -204,9 +204,7 @@ def test_unknowns_have_the_labels_of_columns_of_M_unless_named() -> None:
     assert not any(lcpcli.Problem(Frame(M, "aa", "aa"), Q).names)
 
 
-def test_a_result_is_a_frame_with_a_row_for_each_unknown(
-    monkeypatch: pytest.MonkeyPatch,
-) -> None:
+def test_a_result_is_a_frame_with_a_row_for_each_unknown(monkeypatch):
     made = []
     module = ModuleType("pandas")
     monkeypatch.setattr(

@@ -7,7 +7,6 @@ from __future__ import annotations
 import os
 import pickle
 from fractions import Fraction
-from typing import Any
 
 import numpy as np
 import pytest
@@ -90,8 +89,8 @@ def comes_back(change: Presolved, z: Vector, w: Vector) -> None:
 
 @pytest.mark.parametrize("most", [4, 6])
 def test_what_each_rule_says_and_what_comes_back_from_it_are_true_of_small_problems(
-    most: int,
-) -> None:
+    most,
+):
     random, used = np.random.default_rng(31), dict.fromkeys(ONE_BY_ONE, 0)
     for _ in range(COUNT):
         problem = random_problem(random, most)
@@ -105,7 +104,7 @@ def test_what_each_rule_says_and_what_comes_back_from_it_are_true_of_small_probl
 
 
 @pytest.mark.parametrize("seed", range(10))
-def test_definitions_of_free_variables_are_substituted_exactly(seed: int) -> None:
+def test_definitions_of_free_variables_are_substituted_exactly(seed):
     """F(z) >= 0 for bounds of all kinds, written as b >= 0 with free b = F(z)."""
     random = np.random.default_rng(seed)
     n, one = 5, np.eye(5)
@@ -140,9 +139,7 @@ EXAMPLES = [
 
 
 @pytest.mark.parametrize(("rule", "given_data", "left", "z"), EXAMPLES)
-def test_rules_leave_what_they_should(
-    rule: str, given_data: Any, left: list[int], z: list[float]
-) -> None:
+def test_rules_leave_what_they_should(rule, given_data, left, z):
     M, q, lower, upper = given_data
     problem = Problem(M, q, lower=lower, upper=upper)
     change = presolved(problem, [rule])
@@ -157,7 +154,7 @@ def test_rules_leave_what_they_should(
     )
 
 
-def test_presolve_can_be_switched_off() -> None:
+def test_presolve_can_be_switched_off():
     one = linear_program(0, "signs")
     copies = MAX_PIVOTED // one.n + 1  # so that Lemke's path does not come first
     q, lower, upper = (np.tile(each, copies) for each in (one.q, one.lower, one.upper))
@@ -173,7 +170,7 @@ def test_presolve_can_be_switched_off() -> None:
         lcpcli.run(problem, presolve=1)
 
 
-def test_what_presolve_finds_is_in_the_inspection() -> None:
+def test_what_presolve_finds_is_in_the_inspection():
     text = " ".join(repr(lcpcli.inspect(linear_program(1, "signs"))).split())
     assert "presolve removes 1 of 79 unknowns: 1 by single entries" in text
     assert "writes equations in another way" in text
@@ -183,7 +180,7 @@ def test_what_presolve_finds_is_in_the_inspection() -> None:
     )
 
 
-def test_solutions_and_proofs_come_back_from_what_was_pickled() -> None:
+def test_solutions_and_proofs_come_back_from_what_was_pickled():
     problems = [
         linear_program(0, written)
         for written in ("plainly", "signs", "disorder", "units")
@@ -207,7 +204,7 @@ def test_solutions_and_proofs_come_back_from_what_was_pickled() -> None:
         )
 
 
-def test_ratios_of_mirror_images_that_underflow_are_no_factors() -> None:
+def test_ratios_of_mirror_images_that_underflow_are_no_factors():
     M = [[0, 1e-200, 1, 1], [1e200, 0, 2, 1], [1, 1, 3, 1], [1, 2, 1, 4]]
     problem = Problem(M, [1, -2, 3, 1], lower=-INF)
     assert lcpcli.run(problem).solved == lcpcli.run(problem, presolve=False).solved
@@ -216,8 +213,8 @@ def test_ratios_of_mirror_images_that_underflow_are_no_factors() -> None:
 @pytest.mark.parametrize("written", ["plainly", "signs", "disorder", "units"])
 @pytest.mark.parametrize("seed", range(2))
 def test_conditions_of_linear_programs_are_monotone_however_they_are_written(
-    seed: int, written: str
-) -> None:
+    seed, written
+):
     problem = linear_program(seed, written)
     change = presolved(problem)
     assert not is_semidefinite(problem.M)
@@ -228,7 +225,7 @@ def test_conditions_of_linear_programs_are_monotone_however_they_are_written(
 
 
 @pytest.mark.parametrize("seed", range(2))
-def test_conditions_of_programs_that_are_not_convex_are_solved(seed: int) -> None:
+def test_conditions_of_programs_that_are_not_convex_are_solved(seed):
     """Stationary points of x'Qx / 2 + c'x, with Q indefinite, on 0 <= x <= 10 with
     equations; bounds are rows."""
     random = np.random.default_rng(seed)
@@ -250,7 +247,7 @@ def test_conditions_of_programs_that_are_not_convex_are_solved(seed: int) -> Non
     assert "milp" not in result.route
 
 
-def test_a_definition_takes_the_place_of_its_variable_without_sums() -> None:
+def test_a_definition_takes_the_place_of_its_variable_without_sums():
     """z2 = 4 z0 - 8 z1 + 3 is the only term of the row of z1."""
     M = [[1.0, 0, 0], [0, 0, -2], [-4, 8, 1]]
     change = presolved(Problem(M, [1, 0, -3], lower=[0, 0, -INF]))
@@ -259,7 +256,7 @@ def test_a_definition_takes_the_place_of_its_variable_without_sums() -> None:
     assert change.problem.q.tolist() == [1, -6]
 
 
-def test_a_constant_that_counts_as_rounding_is_lost() -> None:
+def test_a_constant_that_counts_as_rounding_is_lost():
     for size, is_it in ((2.0**20, True), (2.0**51, False)):
         system = ReducedProblem(
             Problem([[1, 1], [0, 1]], [size + 1, size], lower=[0, -INF])
@@ -269,7 +266,7 @@ def test_a_constant_that_counts_as_rounding_is_lost() -> None:
         assert system.is_lossless is is_it
 
 
-def test_what_counts_as_rounding_is_in_the_units_of_the_row() -> None:
+def test_what_counts_as_rounding_is_in_the_units_of_the_row():
     """q_1 = 2^-40 is left of numbers of size 1, far above their rounding."""
     system = ReducedProblem(
         Problem([[1, 1, 1], [0, 1, 0], [0, 0, 1]], [1, 1 - 2.0**-40, 0], lower=-INF)
@@ -280,7 +277,7 @@ def test_what_counts_as_rounding_is_in_the_units_of_the_row() -> None:
     assert system.q[0] == 2.0**-60
 
 
-def test_entries_that_rounding_moved_from_their_mirror_images_are_not_exact() -> None:
+def test_entries_that_rounding_moved_from_their_mirror_images_are_not_exact():
     size = 2.0**20
     for entry, is_it in ((size, True), (size + 2.0**-25, False)):
         system = ReducedProblem(

@@ -4,7 +4,6 @@ afterwards, and refuses what is none by name."""
 
 from __future__ import annotations
 
-import sys
 from array import array
 from collections.abc import Callable
 from copy import deepcopy
@@ -25,8 +24,6 @@ from lcpcli.model.changes import scale
 from lcpcli.model.right_hand_sides import Columns, like_with
 
 from ..conftest import M, Q, numbers
-
-LARGEST = sys.float_info.max
 
 
 class Arrayish:
@@ -97,9 +94,7 @@ def parts(matrix: Any) -> list[Any]:
 
 
 @pytest.mark.parametrize("matrix", ARRAYS.values(), ids=ARRAYS)
-def test_a_matrix_of_any_kind_is_taken_with_the_right_values_and_left_alone(
-    matrix: Any,
-) -> None:
+def test_a_matrix_of_any_kind_is_taken_with_the_right_values_and_left_alone(matrix):
     before = parts(matrix)
     problem = Problem(matrix, Q)
     assert numbers(problem) == (M, Q)
@@ -118,7 +113,7 @@ def test_a_matrix_of_any_kind_is_taken_with_the_right_values_and_left_alone(
     assert parts(matrix) == before
 
 
-def test_integers_become_floats_and_single_precision_is_taken_as_it_is() -> None:
+def test_integers_become_floats_and_single_precision_is_taken_as_it_is():
     problem = Problem(
         np.array([[2, 1], [-3, 2]]),
         np.array([-1, 1], dtype=np.int8),
@@ -136,7 +131,7 @@ def test_integers_become_floats_and_single_precision_is_taken_as_it_is() -> None
 
 
 @pytest.mark.parametrize("diagonal", [1.0, 0.0, 1e-70])
-def test_the_sizes_of_a_large_matrix_are_those_of_its_rows(diagonal: float) -> None:
+def test_the_sizes_of_a_large_matrix_are_those_of_its_rows(diagonal):
     M = np.random.default_rng(0).standard_normal((150, 150))
     np.fill_diagonal(M, diagonal)
     M[3, 5] = -77.0
@@ -167,7 +162,7 @@ VECTORS: dict[str, Callable[[Any], Any]] = {
 
 
 @pytest.mark.parametrize("wrap", VECTORS.values(), ids=VECTORS)
-def test_vectors_are_taken_in_any_form(wrap: Callable[[Any], Any]) -> None:
+def test_vectors_are_taken_in_any_form(wrap):
     x0, z = -B / 2, np.array(SOLUTION)
     upper = np.array([1.0, 9.0])
     assert lcpcli.solve(A, wrap(B), z0=wrap(-B)).solved
@@ -192,12 +187,12 @@ def test_vectors_are_taken_in_any_form(wrap: Callable[[Any], Any]) -> None:
     ).solved
 
 
-def test_sequences_of_other_types_are_lists() -> None:
+def test_sequences_of_other_types_are_lists():
     assert lcpcli.solve([range(2, 0, -1), range(1, 3)], range(-2, 0)).solved
     assert lcpcli.solve(A, B, upper=Arrayish(3)).solved
 
 
-def test_fractions_are_numbers_and_a_solution_of_them_is_verified_exactly() -> None:
+def test_fractions_are_numbers_and_a_solution_of_them_is_verified_exactly():
     third = Fraction(1, 3)
     problem = lcpcli.Problem(
         [[third, 1], np.array([0, third])],
@@ -222,7 +217,7 @@ def test_fractions_are_numbers_and_a_solution_of_them_is_verified_exactly() -> N
     assert lcpcli.check(lcpcli.Problem([[-1]], [-2]), y=[third]).accepted
 
 
-def test_one_row_of_constraints_may_be_a_list_of_numbers() -> None:
+def test_one_row_of_constraints_may_be_a_list_of_numbers():
     for name, side in (("G", "h"), ("A", "b")):
         for row in ([-1.0, -1.0], np.array([-1.0, -1.0])):
             found = lcpcli.solve_qp(np.eye(2), [0, 0], **{name: row, side: [-1.0]})
@@ -239,9 +234,7 @@ FORMS: dict[str, Callable[[Any], Any]] = {
 
 
 @pytest.mark.parametrize("form", FORMS.values(), ids=FORMS)
-def test_no_array_that_changes_later_changes_a_problem_or_a_result(
-    form: Callable[[Any], Any],
-) -> None:
+def test_no_array_that_changes_later_changes_a_problem_or_a_result(form):
     matrix, q, lower, x0 = form(A), B.copy(), np.array([0.0, -1.0]), np.ones(2)
     known = np.array(SOLUTION)
     problem = Problem(matrix, q, x0=x0, solutions=[known], lower=lower)
@@ -261,7 +254,7 @@ def test_no_array_that_changes_later_changes_a_problem_or_a_result(
     assert lcpcli.check(result.problem, result.z).residual == result.residual < 1e-14
 
 
-def test_arrays_that_are_kept_are_read_only_and_copied_once() -> None:
+def test_arrays_that_are_kept_are_read_only_and_copied_once():
     view = A.view()
     view.setflags(write=False)
     problem = Problem(view, B)
@@ -274,13 +267,13 @@ def test_arrays_that_are_kept_are_read_only_and_copied_once() -> None:
     assert other.q is problem.q
 
 
-def test_an_array_that_nobody_can_change_is_not_copied() -> None:
+def test_an_array_that_nobody_can_change_is_not_copied():
     matrix = A.copy()
     matrix.setflags(write=False)
     assert np.shares_memory(Problem(matrix, B).M, matrix)
 
 
-def test_arrays_of_results_are_the_users_to_change() -> None:
+def test_arrays_of_results_are_the_users_to_change():
     for q in (B, -B):
         result = lcpcli.solve(A, q)
         result.z[0] = result.w[0] = 1.0
@@ -289,9 +282,7 @@ def test_arrays_of_results_are_the_users_to_change() -> None:
 @pytest.mark.parametrize(
     ("form", "order"), [(np.array, "C"), (np.array, "F"), (sparse.csr_array, "C")]
 )
-def test_results_of_many_columns_hold_for_what_was_solved(
-    form: Callable[[Any], Any], order: Any
-) -> None:
+def test_results_of_many_columns_hold_for_what_was_solved(form, order):
     n, k = 250, 100  # sparse ones of that size are solved one after another
     matrix, columns = form(2 * np.eye(n)), np.full((n, k), -4.0, order=order)
     results = lcpcli.solve_many(matrix, columns)
@@ -308,9 +299,7 @@ def test_results_of_many_columns_hold_for_what_was_solved(
     assert rest[-1].z == pytest.approx(4.0)
 
 
-def test_numbers_and_bounds_that_have_changed_since_the_call_are_checked_again() -> (
-    None
-):
+def test_numbers_and_bounds_that_have_changed_since_the_call_are_checked_again():
     for name, value, told in (
         (
             "Q",
@@ -338,7 +327,7 @@ def _known() -> Problem:
     return problem.having(a_new_property_of_q=problem.q.sum())
 
 
-def test_what_is_not_known_to_depend_on_M_alone_is_dropped() -> None:
+def test_what_is_not_known_to_depend_on_M_alone_is_dropped():
     known = _known()
     other = like_with(known, np.array([1.0, -1.0]), ORTHANT)
     assert other.facts is known.facts
@@ -348,7 +337,7 @@ def test_what_is_not_known_to_depend_on_M_alone_is_dropped() -> None:
     assert other.q_ref.tolist() == [1.0, -1.0]
 
 
-def test_the_problems_of_a_block_know_of_M_and_not_of_q() -> None:
+def test_the_problems_of_a_block_know_of_M_and_not_of_q():
     columns = Columns(
         [[2.0, 1.0], [1.0, 2.0]], [[-5.0, 1.0], [-6.0, -1.0]], 0.0, np.inf
     )
@@ -360,7 +349,7 @@ def test_the_problems_of_a_block_know_of_M_and_not_of_q() -> None:
 
 
 @pytest.mark.parametrize("side", ["lower", "upper"])
-def test_scaling_in_which_a_bound_underflows_is_not_exact(side: str) -> None:
+def test_scaling_in_which_a_bound_underflows_is_not_exact(side):
     least = 3 * 5e-324
     bounds = {"lower": -1.0, "upper": 1.0, side: np.array([least, 1.0])}
     bounds = bounds | ({"lower": 0.0} if side == "upper" else {"upper": 2.0})
@@ -371,16 +360,14 @@ def test_scaling_in_which_a_bound_underflows_is_not_exact(side: str) -> None:
 
 
 @pytest.mark.parametrize("size", [1e-300, 1e-100, 0.0, 1.0, 1e100, 1e300])
-def test_a_problem_with_the_matrix_of_another_one_says_what_a_new_one_does(
-    size: float,
-) -> None:
+def test_a_problem_with_the_matrix_of_another_one_says_what_a_new_one_does(size):
     q = np.array([-size, 1.0])
     like, new = like_with(Problem(np.eye(2), [1, 1]), q, ORTHANT), Problem(np.eye(2), q)
     for name in ("is_moderate", "sizes_of_q", "reference_z", "q_error"):
         assert getattr(like, name) == getattr(new, name)
 
 
-def test_a_fixed_variable_is_at_its_lower_bound_whatever_the_sign_of_its_w() -> None:
+def test_a_fixed_variable_is_at_its_lower_bound_whatever_the_sign_of_its_w():
     for q in (-1.0, 1.0):
         problem = Problem(np.eye(2), [q, -1], lower=[3, 0], upper=[3, 5])
         result = run(problem)
@@ -388,7 +375,7 @@ def test_a_fixed_variable_is_at_its_lower_bound_whatever_the_sign_of_its_w() -> 
         assert problem.box.basis_at(result.z, result.w).tolist() == [LOWER, BASIC]
 
 
-def test_fractions_beyond_the_range_of_doubles_are_checked() -> None:
+def test_fractions_beyond_the_range_of_doubles_are_checked():
     problem = lcpcli.Problem([[2.0**-1000]], [-(2.0**1000)])
     assert lcpcli.check(problem, [Fraction(2**2000)]).accepted
     assert not lcpcli.check(problem, [Fraction(2**2000 - 1)]).accepted

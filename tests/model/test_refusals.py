@@ -187,7 +187,7 @@ REFUSALS: list[Refusal] = [*ARRAYS, *TYPES, *OTHERS]
 
 
 @pytest.mark.parametrize("refusal", REFUSALS, ids=str)
-def test_what_makes_no_problem_is_refused(refusal: Refusal) -> None:
+def test_what_makes_no_problem_is_refused(refusal):
     assert raised(refusal.command, NAMES) == refusal.line
 
 
@@ -195,7 +195,7 @@ LONG = np.array([[1, 1], [0, 1]], dtype=np.longdouble)
 LONG[0, 1] = np.nextafter(np.longdouble(0), np.longdouble(1))
 
 
-def test_names_may_be_empty() -> None:
+def test_names_may_be_empty():
     assert list(Problem(M, q, names=["", ""]).names) == ["", ""]
 
 
@@ -209,9 +209,7 @@ def test_names_may_be_empty() -> None:
         (np.eye(2), LONG[0], "q[1]"),
     ],
 )
-def test_a_number_that_is_0_only_in_double_precision_is_refused(
-    M: Any, q: Any, where: str
-) -> None:
+def test_a_number_that_is_0_only_in_double_precision_is_refused(M, q, where):
     if LONG.dtype.itemsize == 8 and not isinstance(M, list):
         pytest.skip("long doubles are doubles here")
     with pytest.raises(ProblemError) as refused:
@@ -221,7 +219,7 @@ def test_a_number_that_is_0_only_in_double_precision_is_refused(
     assert Problem([[Fraction(1)]], [Fraction(0)]).q[0] == 0
 
 
-def test_a_number_beyond_doubles_is_refused_without_a_warning() -> None:
+def test_a_number_beyond_doubles_is_refused_without_a_warning():
     large = np.array([[np.longdouble(2)]]) ** np.longdouble(2000)
     for M, q in (([[1]], large[0]), (large, [1]), (csc_array(large), [1])):
         with pytest.raises(ProblemError, match="is not a finite number"):

@@ -28,7 +28,7 @@ def program(side: float, kind: str = "upper", sparse: bool = False) -> Problem:
 
 @pytest.mark.parametrize("kind", ["upper", "lower", "equation", "range"])
 @pytest.mark.parametrize("sparse", [False, True])
-def test_a_side_of_rounding_is_solved_and_named(kind: str, sparse: bool) -> None:
+def test_a_side_of_rounding_is_solved_and_named(kind, sparse):
     problem = program(7e-18, kind, sparse)
     for method in METHODS:
         result = lcpcli.run(problem, method)
@@ -42,7 +42,7 @@ def test_a_side_of_rounding_is_solved_and_named(kind: str, sparse: bool) -> None
 
 
 @pytest.mark.parametrize("kind", ["upper", "lower", "equation", "range"])
-def test_a_larger_side_is_infeasible(kind: str) -> None:
+def test_a_larger_side_is_infeasible(kind):
     problem = program(1e-6, kind)
     assert problem.rounded_rows is None
     for method in ("auto", "interior", "milp"):
@@ -53,12 +53,12 @@ def test_a_larger_side_is_infeasible(kind: str) -> None:
     assert not lcpcli.check(problem, z).accepted
 
 
-def test_exact_arithmetic_takes_the_numbers_as_they_stand() -> None:
+def test_exact_arithmetic_takes_the_numbers_as_they_stand():
     problem = program(7e-18)
     assert lcpcli.exact(problem).status is Status.INFEASIBLE
 
 
-def test_rows_that_have_no_other_answer_have_a_proof_of_that() -> None:
+def test_rows_that_have_no_other_answer_have_a_proof_of_that():
     """x1 + x2 <= 2 and >= 3 beside a row of rounding: those two prove it."""
     A, low = [[1.0, 1.0], [1.0, 1.0], [0.0, 0.0]], [-INF, 3.0, 1e-17]
     problem = from_qp(Q, C, A, row_lower=low, row_upper=[2.0, INF, INF])
@@ -70,8 +70,8 @@ def test_rows_that_have_no_other_answer_have_a_proof_of_that() -> None:
     assert not y[4]
 
 
-def test_sizes_are_those_of_other_rows_of_the_kind() -> None:
-    def rows(sides: list[float], others: int) -> Problem:
+def test_sizes_are_those_of_other_rows_of_the_kind():
+    def rows(sides, others):
         A = np.zeros((len(sides), 2))
         A[:others] = 1.0
         return from_qp(Q, C, A, row_lower=sides)
@@ -96,7 +96,7 @@ def test_sizes_are_those_of_other_rows_of_the_kind() -> None:
     assert rows([1.0, -1e-17], 1).rounded_rows is None
 
 
-def test_rows_of_any_problem_may_be_rounding() -> None:
+def test_rows_of_any_problem_may_be_rounding():
     M = np.array([[2.0, 1.0, 0.0], [1.0, 2.0, 0.0], [0.0, 0.0, 0.0]])
     result = lcpcli.solve(M, [-5.0, -6.0, -1e-17])
     assert result.solved

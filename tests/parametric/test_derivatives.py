@@ -44,9 +44,7 @@ def pairing(gradient: Any, change: dict[str, Any]) -> float:
 
 @pytest.mark.parametrize("n", [1, 2, 3, 5, 8, 20])
 @pytest.mark.parametrize("mixed", [False, True])
-def test_derivatives_by_all_data_are_those_of_the_exact_solutions(
-    n: int, mixed: bool
-) -> None:
+def test_derivatives_by_all_data_are_those_of_the_exact_solutions(n, mixed):
     for seed in range(2 if n < 10 else 1):
         random = np.random.default_rng(seed)
         problem = random_problem(n, random, mixed)
@@ -62,7 +60,7 @@ def test_derivatives_by_all_data_are_those_of_the_exact_solutions(
 
 
 @pytest.mark.parametrize(("seed", "sparse"), [*product(range(8), (False, True))])
-def test_gradient_is_the_adjoint_of_the_derivative(seed: int, sparse: bool) -> None:
+def test_gradient_is_the_adjoint_of_the_derivative(seed, sparse):
     random = np.random.default_rng(seed)
     problem = random_problem(int(random.integers(1, 40)), random, mixed=seed % 2 > 0)
     change: dict[str, Any] = random_change(problem, random)
@@ -84,16 +82,14 @@ def test_gradient_is_the_adjoint_of_the_derivative(seed: int, sparse: bool) -> N
 
 
 @pytest.mark.parametrize("method", ["shi", "fixed-point", "interior", "auto"])
-def test_derivatives_do_not_depend_on_the_method_that_solved_the_problem(
-    method: str,
-) -> None:
+def test_derivatives_do_not_depend_on_the_method_that_solved_the_problem(method):
     problem = families.make("tridiagonal", 30)
     known = lcpcli.run(problem).derivative(dq=np.ones(30))
     found = lcpcli.run(problem, method, tol=1e-8).derivative(dq=np.ones(30))
     assert np.abs(found.z - known.z).max() <= 1e-11 * np.abs(known.z).max()
 
 
-def test_results_of_columns_are_pickled_with_their_derivatives() -> None:
+def test_results_of_columns_are_pickled_with_their_derivatives():
     M, Q = (
         np.array([[4.0, 1.0], [1.0, 4.0]]),
         np.array([[-1.0, 1, 2, -3, 1], [1.0, -2, 3, -4, 5]]),
@@ -105,7 +101,7 @@ def test_results_of_columns_are_pickled_with_their_derivatives() -> None:
         assert pickle.loads(pickle.dumps(gradient)).M.tolist() == gradient.M.tolist()
 
 
-def test_large_obstacle_has_a_gradient_in_the_pattern_of_its_matrix() -> None:
+def test_large_obstacle_has_a_gradient_in_the_pattern_of_its_matrix():
     result = lcpcli.run(families.make("obstacle", 2500))
     gradient = result.gradient(np.ones(result.problem.n))
     assert gradient.M.nnz == result.problem.M.nnz
@@ -141,9 +137,7 @@ def with_kinks(n: int, kinks: int, random: Generator, mixed: bool) -> Problem:
 
 
 @pytest.mark.parametrize(("seed", "mixed"), few_of(product(range(8), (False, True)), 6))
-def test_at_kinks_one_sided_derivatives_are_those_of_small_steps(
-    seed: int, mixed: bool
-) -> None:
+def test_at_kinks_one_sided_derivatives_are_those_of_small_steps(seed, mixed):
     """But for rounding, unless M changes too."""
     random = np.random.default_rng(seed)
     n = int(random.integers(1, 9))
@@ -182,9 +176,7 @@ def test_at_kinks_one_sided_derivatives_are_those_of_small_steps(
 
 
 @pytest.mark.parametrize("seed", range(6))
-def test_at_kinks_the_derivative_is_that_of_the_piece_that_stays_at_bounds(
-    seed: int,
-) -> None:
+def test_at_kinks_the_derivative_is_that_of_the_piece_that_stays_at_bounds(seed):
     random = np.random.default_rng(seed)
     problem = with_kinks(6, 3, random, mixed=seed % 2 > 0)
     at_bound = lcpcli.run(problem).derivative(dq=np.ones(6))
@@ -202,7 +194,7 @@ def test_at_kinks_the_derivative_is_that_of_the_piece_that_stays_at_bounds(
     assert np.abs(at_bound.z - beside.z).max() <= 1e-12 * np.abs(beside.z).max()
 
 
-def test_the_direction_at_many_kinks_of_an_unclassified_matrix_is_unproved() -> None:
+def test_the_direction_at_many_kinks_of_an_unclassified_matrix_is_unproved():
     random = np.random.default_rng(0)
     M, d = exact.p_matrix(random, 16), random.normal(size=16)
     found = lcpcli.solve(M, np.zeros(16)).derivative(dq=d, one_sided=True)
@@ -213,7 +205,7 @@ def test_the_direction_at_many_kinks_of_an_unclassified_matrix_is_unproved() -> 
 
 
 @pytest.mark.parametrize("scaled", [False, True])
-def test_kinks_do_not_depend_on_units(scaled: bool) -> None:
+def test_kinks_do_not_depend_on_units(scaled):
     problem, random = families.make("degenerate", 40), np.random.default_rng(0)
     R, C = np.exp2(random.integers(-33, 34, (2, 40))) if scaled else np.ones((2, 40))
     result = lcpcli.run(Problem(R[:, np.newaxis] * problem.M * C, R * problem.q))
@@ -229,7 +221,7 @@ def test_kinks_do_not_depend_on_units(scaled: bool) -> None:
 
 
 @pytest.mark.parametrize("unit", [2.0**-60, 1.0, 2.0**60])
-def test_a_complement_that_may_be_rounding_gives_no_direction(unit: float) -> None:
+def test_a_complement_that_may_be_rounding_gives_no_direction(unit):
     """1e-13 is far above rounding, 4e-16 is not: 1 over it is no derivative, in any
     units of w."""
     nearly, singular = (
@@ -251,7 +243,7 @@ def test_a_complement_that_may_be_rounding_gives_no_direction(unit: float) -> No
 
 
 @pytest.mark.parametrize("power", [-12, -6])
-def test_components_that_are_nearly_at_a_kink_are_not(power: int) -> None:
+def test_components_that_are_nearly_at_a_kink_are_not(power):
     problem = families.make("near-degenerate", 40, epsilon=10.0**power)
     found = lcpcli.run(problem).derivative(dq=np.ones(40))
     assert found.kinks == []
@@ -260,7 +252,7 @@ def test_components_that_are_nearly_at_a_kink_are_not(power: int) -> None:
 
 # Without a solution, and with several.
 @pytest.mark.parametrize("M", [[[0, 1], [1, 0]], [[1, 1], [1, 1]]])
-def test_a_function_that_does_not_depend_on_z_has_the_gradient_0(M: Any) -> None:
+def test_a_function_that_does_not_depend_on_z_has_the_gradient_0(M):
     result = lcpcli.solve(M, [-1, 1] if M[0][0] == 0 else [-1, -1])
     for J in (None, np.eye(2)):
         gradient = result.gradient([0, 0], J=J)
@@ -322,12 +314,12 @@ def assert_as_one_by_one(
 
 @pytest.mark.parametrize(("seed", "mixed"), [*product(range(3), (False, True))])
 def test_derivatives_of_random_batches_are_those_of_their_results(
-    seed: int, mixed: bool, monkeypatch: pytest.MonkeyPatch
-) -> None:
+    seed, mixed, monkeypatch
+):
     stacks: list[Linearizations] = []
 
     class Noted(Linearizations):
-        def __init__(self, *given: Any) -> None:
+        def __init__(self, *given):
             super().__init__(*given)
             stacks.append(self)
 
@@ -359,8 +351,8 @@ def test_derivatives_of_random_batches_are_those_of_their_results(
     st.booleans(),
 )
 def test_kinks_singular_and_unsolved_problems_are_those_of_their_results(
-    M: Vector, q: Vector, bounds: tuple[float, float], sided: bool, with_J: bool
-) -> None:
+    M, q, bounds, sided, with_J
+):
     g, changes = (
         np.ones((5, 3)),
         {"dq": np.tile([1.0, -2, 3], (5, 1)), "dM": np.ones((5, 3, 3))},
@@ -375,7 +367,7 @@ def test_kinks_singular_and_unsolved_problems_are_those_of_their_results(
 M, Q = [np.eye(2), [[0.0, 1], [1, 0]], np.ones((2, 2))], [[-1.0, -2], [-1, 1], [-1, -1]]
 
 
-def test_the_first_problem_without_derivatives_is_named_or_its_row_is_nan() -> None:
+def test_the_first_problem_without_derivatives_is_named_or_its_row_is_nan():
     batch, g = batch_of(M, Q), np.ones((3, 2))
     for call in (batch.gradient, lambda g: batch.derivative(dq=g)):
         with pytest.raises(
@@ -388,10 +380,10 @@ def test_the_first_problem_without_derivatives_is_named_or_its_row_is_nan() -> N
     assert np.isnan(gradient.M).all(axis=(1, 2)).tolist() == [False, True, False]
     assert gradient.q[0].tolist() == [-1.0, -1.0]
     with pytest.raises(OptionError, match="unsolved: 'no' "):
-        batch.gradient(g, unsolved="no")  # type: ignore[arg-type]
+        batch.gradient(g, unsolved="no")
 
 
-def test_what_is_given_without_a_first_dimension_is_the_same_for_all() -> None:
+def test_what_is_given_without_a_first_dimension_is_the_same_for_all():
     batch = batch_of([np.eye(2), 2 * np.eye(2)], [[-1, -2], [-3, 4]])
     assert batch.gradient([1, 2]).q.tolist() == [[-1.0, -2.0], [-0.5, 0.0]]
     assert batch.derivative(dM=np.eye(2)).z.tolist() == [[-1.0, -2.0], [-0.75, 0.0]]
@@ -420,9 +412,7 @@ def solved(N: Vector, W: Vector, v: Vector, method: str) -> Result:
 
 @pytest.mark.parametrize("method", METHODS)
 @pytest.mark.parametrize("seed", range(3))
-def test_the_derivative_of_the_force_on_the_body_is_its_difference(
-    seed: int, method: str
-) -> None:
+def test_the_derivative_of_the_force_on_the_body_is_its_difference(seed, method):
     """M and q change with the normals, the masses and the velocities, the first half of
     the contacts as the other."""
     random = np.random.default_rng(seed)
@@ -458,9 +448,7 @@ G = np.array([[1.0, 1, 0], [0, 0, 1]])
 
 @pytest.mark.parametrize("scale", [1e-6, 1e9])
 @pytest.mark.parametrize("method", METHODS)
-def test_it_does_not_depend_on_units_and_names_what_is_not_determined(
-    method: str, scale: float
-) -> None:
+def test_it_does_not_depend_on_units_and_names_what_is_not_determined(method, scale):
     R = np.array([1.0, scale, 1.0])
     M = R[:, np.newaxis] * (G.T @ G) * R
     result, J = lcpcli.solve(M, R * (G.T @ [-3, -2]), method), G * R
@@ -485,7 +473,7 @@ def test_it_does_not_depend_on_units_and_names_what_is_not_determined(
     assert result.derivative(dq=[0, 0, 1], J=J).z == pytest.approx([0, -1], abs=1e-9)
 
 
-def test_w_is_nan_where_the_solutions_differ_in_it() -> None:
+def test_w_is_nan_where_the_solutions_differ_in_it():
     """z_1 + z_2 = 1, and w_3 = z_1 - z_2 + 5 depends on which of them it is."""
     M, q = np.array([[1.0, 1, 0], [1, 1, 0], [1, -1, 1]]), np.array([-1.0, -1, 5])
     result = lcpcli.solve(M, q, "interior")
@@ -495,7 +483,7 @@ def test_w_is_nan_where_the_solutions_differ_in_it() -> None:
     assert found.strongly_regular is None
 
 
-def test_J_z_of_a_regular_solution_is_J_times_the_derivative() -> None:
+def test_J_z_of_a_regular_solution_is_J_times_the_derivative():
     random = np.random.default_rng(1)
     A = random.normal(size=(5, 5))
     result, J = (
@@ -512,9 +500,7 @@ def test_J_z_of_a_regular_solution_is_J_times_the_derivative() -> None:
 
 
 @pytest.mark.parametrize("unsolved", ["raise", "nan"])
-def test_an_unsolved_problem_of_a_batch_that_is_left_out_has_gradient_0(
-    unsolved: str,
-) -> None:
+def test_an_unsolved_problem_of_a_batch_that_is_left_out_has_gradient_0(unsolved):
     batch = lcpcli.solve_many(np.array([[[1.0]], [[-1.0]]]), np.array([[-1.0], [-1.0]]))
     found = batch.gradient(np.array([[1.0], [0.0]]), unsolved=unsolved)
     for values, expected in (
@@ -525,7 +511,7 @@ def test_an_unsolved_problem_of_a_batch_that_is_left_out_has_gradient_0(
         assert values.ravel().tolist() == expected
 
 
-def test_of_programs_with_rows_that_follow_from_others_x_has_derivatives() -> None:
+def test_of_programs_with_rows_that_follow_from_others_x_has_derivatives():
     """J z is differentiated for each component that the equations determine, whatever
     the others are, and for no other; by the gradient of the objective, in fractions."""
     regular = refused = 0
@@ -564,7 +550,7 @@ def test_of_programs_with_rows_that_follow_from_others_x_has_derivatives() -> No
     assert refused > 8
 
 
-def test_a_kink_beside_an_equation_stated_twice_has_one_sided_derivatives() -> None:
+def test_a_kink_beside_an_equation_stated_twice_has_one_sided_derivatives():
     """The projection of (1/2, 1/2, 0) onto x1 + x2 + x3 = 1, x >= 0."""
     A, b = [[1, 1, 1], [2, 2, 2]], [1, 2]
     problem = lcpcli.from_qp(
@@ -580,9 +566,7 @@ def test_a_kink_beside_an_equation_stated_twice_has_one_sided_derivatives() -> N
 
 
 @pytest.mark.parametrize("factor", [-1, 1, 2])
-def test_an_equation_stated_twice_is_noticed_whatever_its_place_and_sign(
-    factor: int,
-) -> None:
+def test_an_equation_stated_twice_is_noticed_whatever_its_place_and_sign(factor):
     """Only the multipliers of the two have no derivatives; the whole solution has none,
     also in a batch."""
     for seed in range(8):
@@ -625,9 +609,7 @@ def at_a_vertex(random: np.random.Generator) -> tuple[Any, Any, Any]:
 
 
 @pytest.mark.parametrize("seed", few_of(range(25), 8))
-def test_x_has_one_sided_derivatives_where_several_multipliers_are_at_a_kink(
-    seed: int,
-) -> None:
+def test_x_has_one_sided_derivatives_where_several_multipliers_are_at_a_kink(seed):
     """At a vertex in which more rows meet than determine it, for changes of c. The
     derivative is the solution of the program on the critical cone (J. F. Bonnans, A.
     Shapiro, Perturbation Analysis of Optimization Problems, 2000, chapter 5): here one

@@ -7,7 +7,6 @@ proofs at an end.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
 from fractions import Fraction
 from itertools import islice, product
 from typing import Any
@@ -23,7 +22,7 @@ from lcpcli.gallery import families as gallery
 from lcpcli.parametric import following
 from lcpcli.parametric.following import basic_states
 from lcpcli.parametric.path import Family
-from lcpcli.parametric.pivoting import Edge, ExactFamily, ExactPivoting, Pivoting
+from lcpcli.parametric.pivoting import ExactFamily, ExactPivoting, Pivoting
 from lcpcli.parametric.verified import Breakpoints, verify
 from lcpcli.rational.exact_problem import ExactProblem, fractions_of
 
@@ -34,7 +33,7 @@ from .families import Pair, boxed, general, integers, positive, sparsely
 
 
 @pytest.mark.parametrize("seed", range(0, 500, 50))
-def test_between_breakpoints_z_is_that_of_solve(seed: int) -> None:
+def test_between_breakpoints_z_is_that_of_solve(seed):
     first, last = positive(seed)
     found = path(first, last)
     assert found.end == "reached"
@@ -68,13 +67,13 @@ def check_without_gap(found: Path) -> None:
 
 
 @pytest.mark.parametrize("make", [integers, boxed])
-def test_ties_leave_no_gap_and_no_cycle(make: Callable[[int], Pair]) -> None:
+def test_ties_leave_no_gap_and_no_cycle(make):
     for seed in range(60):
         check_without_gap(path(*make(seed)))
 
 
 @pytest.mark.parametrize("make", [lambda seed: positive(seed, 5, 25), integers, boxed])
-def test_a_sparse_matrix_has_the_same_path(make: Callable[[int], Pair]) -> None:
+def test_a_sparse_matrix_has_the_same_path(make):
     for seed in range(6):
         dense, sparse = path(*make(seed)), path(*sparsely(make(seed)))
         assert (dense.end, sparse.end, dense.t.size) == (
@@ -88,9 +87,7 @@ def test_a_sparse_matrix_has_the_same_path(make: Callable[[int], Pair]) -> None:
 
 @settings(max_examples=30)
 @given(st.integers(0, 10**6), st.integers(-30, 30), st.integers(-30, 30))
-def test_units_of_rows_and_columns_do_not_matter(
-    seed: int, row: int, column: int
-) -> None:
+def test_units_of_rows_and_columns_do_not_matter(seed, row, column):
     first, last = positive(3 * seed, 2, 8)
     random = np.random.default_rng(seed)
     R, C = (np.exp2(power * random.random(first.n)) for power in (row, column))
@@ -105,7 +102,7 @@ def test_units_of_rows_and_columns_do_not_matter(
     )
 
 
-def test_t_stands_still_where_the_solution_of_a_linear_program_jumps() -> None:
+def test_t_stands_still_where_the_solution_of_a_linear_program_jumps():
     """min -x with x <= 1 as its price falls from 1 to -1: from x = 1 to 0, where the
     price is 0."""
     first, last = (from_qp(None, [price], [[-1]], [-1]) for price in (-1, 1))
@@ -118,15 +115,13 @@ def test_t_stands_still_where_the_solution_of_a_linear_program_jumps() -> None:
 
 
 @pytest.mark.parametrize("exact", [False, True])
-def test_an_interrupted_path_is_the_part_up_to_there(
-    exact: bool, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_an_interrupted_path_is_the_part_up_to_there(exact, monkeypatch):
     first, last = positive(3, 12, 12)
     whole = path(first, last, exact=exact)
     pivoting = ExactPivoting if exact else Pivoting
     edges = pivoting.edges
 
-    def interrupted(self: Any) -> Iterator[Edge]:
+    def interrupted(self):
         yield from islice(edges(self), 3)
         raise KeyboardInterrupt
 
@@ -137,7 +132,7 @@ def test_an_interrupted_path_is_the_part_up_to_there(
     assert np.array_equal(part.z[:3], whole.z[:3])
 
 
-def test_limits_end_a_path_and_what_is_known_of_it_is_verified() -> None:
+def test_limits_end_a_path_and_what_is_known_of_it_is_verified():
     first, last = positive(30, 50, 50)
     part = path(first, last, max_breakpoints=3)
     assert (part.end, part.complete, part.verified, part.t.size) == (
@@ -150,13 +145,11 @@ def test_limits_end_a_path_and_what_is_known_of_it_is_verified() -> None:
     assert (late.end, late.complete) == ("time_limit", False)
 
 
-def test_a_wrong_point_on_a_path_is_not_verified(
-    monkeypatch: pytest.MonkeyPatch,
-) -> None:
+def test_a_wrong_point_on_a_path_is_not_verified(monkeypatch):
     first, last = positive(0)
     edges = Pivoting.edges
 
-    def wrong(self: Any) -> Iterator[Edge]:
+    def wrong(self):
         for edge in edges(self):
             yield edge._replace(z=edge.z * (1 + 1e-2))
 
@@ -164,7 +157,7 @@ def test_a_wrong_point_on_a_path_is_not_verified(
     assert not path(first, last).verified
 
 
-def test_a_path_that_turns_has_all_points_at_a_t_that_it_passes_twice() -> None:
+def test_a_path_that_turns_has_all_points_at_a_t_that_it_passes_twice():
     """For M = -1 and q = 1 - 3 t, z = 0 solves the problems up to t = 1/3, and so does
     z = q."""
     found = path(Problem([[-1]], [1]), Problem([[-1]], [-2]), turns=True)
@@ -173,7 +166,7 @@ def test_a_path_that_turns_has_all_points_at_a_t_that_it_passes_twice() -> None:
     assert sorted(found(0.0).ravel().tolist()) == pytest.approx([0, 1])
 
 
-def test_an_edge_of_no_length_on_which_t_would_decrease_is_no_turn() -> None:
+def test_an_edge_of_no_length_on_which_t_would_decrease_is_no_turn():
     M = [[-2, 0, 2], [-1, 0, 2], [-2, 0, 1]]
     found = path(Problem(M, [1, 0, 0]), Problem(M, [-1, 2, 0]))
     assert found.reached
@@ -182,9 +175,7 @@ def test_an_edge_of_no_length_on_which_t_would_decrease_is_no_turn() -> None:
 
 
 @pytest.mark.parametrize(("start", "stop"), [(0.7, 3.4), (0.1, 0.3), (-1 / 3, 1e17)])
-def test_t_begins_and_ends_exactly_where_it_is_asked_to(
-    start: float, stop: float
-) -> None:
+def test_t_begins_and_ends_exactly_where_it_is_asked_to(start, stop):
     """In doubles, 0.7 + (3.4 - 0.7) is not 3.4."""
     problem, to = Problem([[2]], [1]), Problem([[2]], [-1])
     found = path(problem, to, start=start, stop=stop)
@@ -192,7 +183,7 @@ def test_t_begins_and_ends_exactly_where_it_is_asked_to(
     assert found(stop).tolist() == [0.5]
 
 
-def test_a_path_on_which_z_moves_by_rounding_alone_has_both_ends() -> None:
+def test_a_path_on_which_z_moves_by_rounding_alone_has_both_ends():
     first, last = (
         Problem([[2, 1], [1, 2]], [-5, -6 * factor]) for factor in (1, 1 + 2e-16)
     )
@@ -201,7 +192,7 @@ def test_a_path_on_which_z_moves_by_rounding_alone_has_both_ends() -> None:
 
 
 @pytest.mark.parametrize("large", [1e9, 1e13, 1e15])
-def test_a_large_component_hides_no_breakpoint(large: float) -> None:
+def test_a_large_component_hides_no_breakpoint(large):
     """z_2 = max(0, 5 - 10 t), and a z_1 that jumps from -5 to 5 at t = 1/2."""
     decreasing = path(*(Problem(np.eye(2), [-large, q]) for q in (-5, 5)))
     assert decreasing.verified
@@ -219,7 +210,7 @@ def test_a_large_component_hides_no_breakpoint(large: float) -> None:
 
 
 @pytest.mark.parametrize("bound", [1.0, 1e-14, 1e-300])
-def test_a_jump_is_no_slope_however_short(bound: float) -> None:
+def test_a_jump_is_no_slope_however_short(bound):
     first, last = (
         Problem([[0.0]], [q], lower=[-bound], upper=[bound]) for q in (1, -1)
     )
@@ -228,7 +219,7 @@ def test_a_jump_is_no_slope_however_short(bound: float) -> None:
     assert (jump(0.25).tolist(), jump(0.75).tolist()) == ([-bound], [bound])
 
 
-def test_paths_of_bounds_that_move_through_zero_are_verified() -> None:
+def test_paths_of_bounds_that_move_through_zero_are_verified():
     for low, high, last_low, last_high in product(
         (-1, -2), (2, 3, 7), (1, 2, 5), (6, 9)
     ):
@@ -252,7 +243,7 @@ def at(found: Path, s: Fraction) -> list[Fraction]:
 
 
 @pytest.mark.parametrize("seed", range(0, 30, 5))
-def test_paths_in_fractions_are_solutions_in_fractions(seed: int) -> None:
+def test_paths_in_fractions_are_solutions_in_fractions(seed):
     """All complementary sets of small P-matrices are tried; at sixteenths, doubles
     represent the data of all t."""
     pair = positive(3 * seed, 2, 6)
@@ -266,7 +257,7 @@ def test_paths_in_fractions_are_solutions_in_fractions(seed: int) -> None:
 
 
 @pytest.mark.parametrize("seed", range(6))
-def test_both_arithmetics_find_the_same_path(seed: int) -> None:
+def test_both_arithmetics_find_the_same_path(seed):
     first, last = positive(seed, 5, 12)
     rounded, proved = path(first, last), path(first, last, exact=True)
     assert proved.verified
@@ -276,7 +267,7 @@ def test_both_arithmetics_find_the_same_path(seed: int) -> None:
 
 
 @pytest.mark.parametrize("make", [integers, boxed])
-def test_ties_in_fractions_leave_no_gap(make: Callable[[int], Pair]) -> None:
+def test_ties_in_fractions_leave_no_gap(make):
     for seed in range(24):
         found = path(*make(seed), exact=True)
         assert found.verified
@@ -297,7 +288,7 @@ def near(problem: Problem, z: np.ndarray, reach: float) -> int:
     )
 
 
-def test_at_a_turn_two_solutions_meet_and_beyond_it_there_is_none_near() -> None:
+def test_at_a_turn_two_solutions_meet_and_beyond_it_there_is_none_near():
     met = 0
     for seed in range(100):
         found = path(*general(seed))
@@ -319,7 +310,7 @@ def test_at_a_turn_two_solutions_meet_and_beyond_it_there_is_none_near() -> None
     assert met >= 6
 
 
-def test_a_ray_consists_of_solutions() -> None:
+def test_a_ray_consists_of_solutions():
     met = 0
     for seed in range(100):
         found = path(*general(seed), turns=True, exact=True)
@@ -342,7 +333,7 @@ def test_a_ray_consists_of_solutions() -> None:
     assert met >= 3
 
 
-def test_a_path_is_verified_where_a_row_has_one_variable_that_becomes_0() -> None:
+def test_a_path_is_verified_where_a_row_has_one_variable_that_becomes_0():
     """The last row is y >= 0, for a multiplier y: what rounding leaves of 0 would be
     large beside its terms."""
     Q = np.array([[14, 9, -13], [9, 13, -12], [-13, -12, 14]]) / 100
@@ -361,7 +352,7 @@ def test_a_path_is_verified_where_a_row_has_one_variable_that_becomes_0() -> Non
     assert (found.end, found.verified) == ("ray", True)
 
 
-def test_a_proof_at_a_ray_is_right() -> None:
+def test_a_proof_at_a_ray_is_right():
     for seed in range(1, 100, 4):
         first, last = integers(seed)
         found = path(first, last)
@@ -371,7 +362,7 @@ def test_a_proof_at_a_ray_is_right() -> None:
             assert not list(solutions(last))
 
 
-def test_a_proof_at_the_start_is_about_the_first_problem_alone() -> None:
+def test_a_proof_at_the_start_is_about_the_first_problem_alone():
     first, last = Problem([[0]], [-1]), Problem([[0]], [1])
     found = path(first, last)
     y = fractions_of(found.certificate)
@@ -380,7 +371,7 @@ def test_a_proof_at_the_start_is_about_the_first_problem_alone() -> None:
     assert not exact.refutes(last, y)
 
 
-def test_exact_breakpoints_of_the_line_of_murty_are_its_whole_numbers() -> None:
+def test_exact_breakpoints_of_the_line_of_murty_are_its_whole_numbers():
     """K. G. Murty, Computational complexity of parametric linear programming,
     Mathematical Programming 19 (1980) 213-219, and for LCPs Linear Complementarity,
     Linear and Nonlinear Programming (1988), chapter 6."""
@@ -424,15 +415,13 @@ def extreme(seed: int) -> Pair:
     sizes = 10.0 ** random.uniform(-300, 300, (3, n))
     return tuple(
         Problem(np.diag(sizes[0]), random.choice([-1, 1], n) * q) for q in sizes[1:]
-    )  # type: ignore[return-value]
+    )
 
 
 @pytest.mark.parametrize(
     "make", [lambda seed: positive(seed, 5, 12), integers, general, spread, extreme]
 )
-def test_each_breakpoint_of_a_verified_path_solves_its_problem(
-    make: Callable[[int], Pair],
-) -> None:
+def test_each_breakpoint_of_a_verified_path_solves_its_problem(make):
     verified = 0
     for seed in range(12):
         found = path(*make(seed), turns=seed % 4 == 0)
@@ -459,19 +448,15 @@ def test_each_breakpoint_of_a_verified_path_solves_its_problem(
     ],
 )
 def test_only_a_path_whose_pieces_are_solutions_throughout_is_verified(
-    ends: tuple[int, int],
-    t: list[float],
-    z: list[float],
-    states: list[int],
-    is_verified: bool,
-) -> None:
+    ends, t, z, states, is_verified
+):
     family = Family(*(Problem([[1.0]], [q]) for q in ends))
     columns = (np.array(values, float)[:, np.newaxis] for values in (z, states))
     breakpoints = Breakpoints(np.array(t, float), *columns)
     assert verify(family, breakpoints, 1e-10)[-1] == is_verified
 
 
-def test_a_corner_at_a_third_lies_on_the_side_that_has_solutions() -> None:
+def test_a_corner_at_a_third_lies_on_the_side_that_has_solutions():
     """At t = 1/3 rounded up the problem has no solution near."""
     for first, last in (([1], [-2]), ([2], [-1]), ([7], [-2.3])):
         check_breakpoints(
@@ -484,9 +469,7 @@ def test_a_corner_at_a_third_lies_on_the_side_that_has_solutions() -> None:
     [((-1, 2), (0, 1), 1 / 3), ((-1e6 + 0.123, 1.123), (-1e6, 1), -0.123)],
     ids=["at a third", "near 0, far from the start"],
 )
-def test_a_jump_is_verified_up_to_the_last_bit_of_t(
-    costs: tuple[float, float], span: tuple[float, float], at: float
-) -> None:
+def test_a_jump_is_verified_up_to_the_last_bit_of_t(costs, span, at):
     """min c x1 + 2 c x2, 0 <= x <= 1, as c rises: x jumps at c = 0 in two steps,
     between which x solves the program there only."""
     first, last = (
@@ -499,9 +482,7 @@ def test_a_jump_is_verified_up_to_the_last_bit_of_t(
 
 
 @pytest.mark.parametrize(("n", "exact"), [(40, False), (20, True)])
-def test_a_path_verified_in_parts_is_the_same_path(
-    n: int, exact: bool, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_a_path_verified_in_parts_is_the_same_path(n, exact, monkeypatch):
     first, last = positive(30, n, n)
     whole = path(first, last, exact=exact)
     monkeypatch.setattr(following, "AT_ONCE", 1)
@@ -512,12 +493,10 @@ def test_a_path_verified_in_parts_is_the_same_path(
     assert (found.end, found.verified, found.exact) == (whole.end, True, whole.exact)
 
 
-def test_a_path_is_not_verified_if_its_first_part_is_not(
-    monkeypatch: pytest.MonkeyPatch,
-) -> None:
+def test_a_path_is_not_verified_if_its_first_part_is_not(monkeypatch):
     real, made = following.verify, list[bool]()
 
-    def doubtful_at_first(*given: Any) -> Any:
+    def doubtful_at_first(*given):
         *found, is_verified = real(*given)
         made.append(is_verified)
         return *found, len(made) > 1
@@ -531,7 +510,7 @@ def test_a_path_is_not_verified_if_its_first_part_is_not(
     assert not found.verified
 
 
-def test_memory_bounds_a_path_that_is_kept(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_memory_bounds_a_path_that_is_kept(monkeypatch):
     first, last = positive(30, 40, 40)
     monkeypatch.setattr(following, "MAX_NUMBERS", 200)
     part = path(first, last)
@@ -542,9 +521,7 @@ def test_memory_bounds_a_path_that_is_kept(monkeypatch: pytest.MonkeyPatch) -> N
 @pytest.mark.parametrize(
     ("z", "states"), [([0.25, 0.75], [-1, 0]), ([0.75, 0.25], [0, -1])]
 )
-def test_of_a_segment_of_solutions_the_nearer_end_is_the_start(
-    z: list[float], states: list[int]
-) -> None:
+def test_of_a_segment_of_solutions_the_nearer_end_is_the_start(z, states):
     problem = Problem([[1, 1], [1, 1]], [-1, -1])
     assert (
         basic_states(problem, np.array(z), np.zeros(2), np.zeros(2, bool)).tolist()
@@ -552,7 +529,7 @@ def test_of_a_segment_of_solutions_the_nearer_end_is_the_start(
     )
 
 
-def test_a_fixed_component_stays_fixed_where_a_segment_of_solutions_ends() -> None:
+def test_a_fixed_component_stays_fixed_where_a_segment_of_solutions_ends():
     """w_3 < 0 is no violation, as z_3 cannot move; z_1 = z_2 moves down to 0."""
     M, q = [[1, -1, 0], [-1, 1, 0], [1, 0, 1]], [0, 0, -5]
     problem = Problem(M, q, upper=[np.inf, np.inf, 0])
@@ -604,7 +581,7 @@ ENDS: dict[str, tuple[Any, Any, Any, dict[str, Any], str, str, list[list[float]]
 
 
 @pytest.mark.parametrize("name", ENDS)
-def test_ends_of_paths(name: str) -> None:
+def test_ends_of_paths(name):
     M, q, last, options, end, words, z = ENDS[name]
     found = path(Problem(M, q), Problem(M, last), **options)
     assert (found.end, found.complete) == (end, end in ("reached", "ray"))

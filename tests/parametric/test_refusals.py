@@ -107,18 +107,18 @@ irregular_4.derivative(dq=[1, 1], one_sided=True) => {NOT_REGULAR}
 
 
 @pytest.mark.parametrize("refusal", REFUSALS, ids=str)
-def test_what_has_no_derivative_or_no_path_is_refused(refusal: Refusal) -> None:
+def test_what_has_no_derivative_or_no_path_is_refused(refusal):
     assert raised(refusal.command, NAMES) == refusal.line
 
 
-def test_solutions_that_are_not_strongly_regular_are_found() -> None:
+def test_solutions_that_are_not_strongly_regular_are_found():
     assert [(result.solved, result.z.tolist()) for result, _ in IRREGULAR] == [
         (True, z) for _, z in IRREGULAR
     ]
     assert NAMES["segment"].z.tolist() == [0.5, 0.5]
 
 
-def test_what_several_solutions_have_in_common_has_a_derivative() -> None:
+def test_what_several_solutions_have_in_common_has_a_derivative():
     pairs, line = NAMES["two_pairs"], NAMES["line"]
     assert (pairs.z > 0.1).all()
     moved = pairs.derivative(dq=[1, 1, 0, 0], J=[[1, 1, 0, 0], [0, 0, 1, 1]]).z
@@ -126,7 +126,7 @@ def test_what_several_solutions_have_in_common_has_a_derivative() -> None:
     assert line.gradient([1.0], J=[[1, 1]]).q.sum() == pytest.approx(-1, abs=1e-9)
 
 
-def test_a_fixed_variable_moves_with_both_of_its_bounds() -> None:
+def test_a_fixed_variable_moves_with_both_of_its_bounds():
     fixed = solve([[2, 1], [1, 2]], [-5, -6], lower=[1, 0], upper=[1, None])
     assert fixed.derivative(dlower=[2, 0], dupper=[2, 0]).z.tolist() == [2.0, -1.0]
     gradient = fixed.gradient([0, 1])

@@ -7,7 +7,6 @@ import os
 import subprocess
 import sys
 from functools import partial
-from typing import Any
 
 import numpy as np
 import pytest
@@ -79,9 +78,7 @@ COMPILING = pytest.param("quantecon", marks=pytest.mark.slow("numba compiles it"
 @pytest.mark.parametrize(
     "name", [name if name != "quantecon" else COMPILING for name in GENERAL]
 )
-def test_claims_what_it_solves_and_leaves_read_only_arrays_as_they_were(
-    name: str,
-) -> None:
+def test_claims_what_it_solves_and_leaves_read_only_arrays_as_they_were(name):
     peer, made = loaded(name), gallery.make("harker-pang", 8, 2, symmetric=True)
     M, q = np.asfortranarray(made.M), made.q.copy()
     for array in (M, q):
@@ -99,7 +96,7 @@ def test_claims_what_it_solves_and_leaves_read_only_arrays_as_they_were(
 
 
 @pytest.mark.parametrize("name", QUADRATIC)
-def test_a_quadratic_program_needs_symmetry_and_convexity(name: str) -> None:
+def test_a_quadratic_program_needs_symmetry_and_convexity(name):
     """But daqp takes a monotone problem that is not symmetric."""
     peer, skew = peers.load(name), gallery.make("harker-pang", 20)
     assert peer.excludes(INDEFINITE).startswith("needs ")
@@ -112,7 +109,7 @@ def test_a_quadratic_program_needs_symmetry_and_convexity(name: str) -> None:
         assert relative_residual(skew, claim) < TOL
 
 
-def test_matrices_are_converted_up_to_a_size() -> None:
+def test_matrices_are_converted_up_to_a_size():
     n = packages.MAX_CONVERTED + 1
     large = Problem(sparse.eye_array(n, format="csr"), -np.ones(n))
     assert (
@@ -136,8 +133,8 @@ def test_matrices_are_converted_up_to_a_size() -> None:
     st.booleans(),
 )
 def test_gram_matrices_in_any_units_are_semidefinite_but_not_if_turned(
-    n: int, rank: int, seed: int, turned: bool, stored_sparse: bool
-) -> None:
+    n, rank, seed, turned, stored_sparse
+):
     random = np.random.default_rng(seed)
     A = random.integers(-3, 4, (min(rank, n), n)).astype(float)
     units = np.exp2(random.integers(-30, 31, n))
@@ -158,9 +155,7 @@ MODULES = {"highs": "highspy", "path-start": "gamspy_base", "gambit": "pygambit"
 
 
 @pytest.mark.parametrize("name", peers.PEERS)
-def test_a_missing_package_has_no_version_and_solving_names_it(
-    name: str, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_a_missing_package_has_no_version_and_solving_names_it(name, monkeypatch):
     peer, module = peers.load(name), MODULES.get(name, name)
     for known in [module, *(m for m in sys.modules if m.startswith(f"{module}."))]:
         monkeypatch.delitem(sys.modules, known, raising=False)
@@ -170,10 +165,8 @@ def test_a_missing_package_has_no_version_and_solving_names_it(
     assert peer.version() is None
 
 
-def test_a_new_peer_needs_only_its_call_and_its_line(
-    monkeypatch: pytest.MonkeyPatch,
-) -> None:
-    def guess(_: Any, problem: Problem, *__: Any) -> packages.PeerOutcome:
+def test_a_new_peer_needs_only_its_call_and_its_line(monkeypatch):
+    def guess(_, problem, *__):
         return np.zeros(problem.n), None, True, "guessed"
 
     monkeypatch.setattr(
@@ -190,9 +183,9 @@ def test_a_new_peer_needs_only_its_call_and_its_line(
     ("lacking", "error"), [("daqp", OptionError), ("cdaqp", ModuleNotFoundError)]
 )
 def test_a_solver_is_missing_only_where_it_is_what_is_not_found(
-    lacking: str, error: type[Exception], monkeypatch: pytest.MonkeyPatch
-) -> None:
-    def find(_: str) -> None:
+    lacking, error, monkeypatch
+):
+    def find(_):
         raise ModuleNotFoundError(f"No module named {lacking!r}", name=lacking)
 
     monkeypatch.setattr(packages, "import_module", find)
@@ -200,7 +193,7 @@ def test_a_solver_is_missing_only_where_it_is_what_is_not_found(
         peers.load("daqp").solve(INDEFINITE, TOL, 1.0)
 
 
-def test_a_prefix_selects_each_peer_once_and_an_unknown_peer_gets_a_hint() -> None:
+def test_a_prefix_selects_each_peer_once_and_an_unknown_peer_gets_a_hint():
     assert peers.select(["path-start", "path"]) == ["path-start"]
     assert peers.select([]) == []
     for name, hint in {
@@ -213,7 +206,7 @@ def test_a_prefix_selects_each_peer_once_and_an_unknown_peer_gets_a_hint() -> No
 
 
 @pytest.mark.slow("compiles a solver in a process of its own")
-def test_nothing_is_compiled_while_the_clock_runs() -> None:
+def test_nothing_is_compiled_while_the_clock_runs():
     loaded("quantecon")
     done = subprocess.run(
         [sys.executable, "-c", COMPILED], capture_output=True, text=True, check=True
@@ -231,8 +224,8 @@ ENDINGS = {
 
 @pytest.mark.parametrize("action", ENDINGS)
 def test_a_process_that_dies_or_hangs_is_told_from_one_that_answers(
-    action: str, monkeypatch: pytest.MonkeyPatch
-) -> None:
+    action, monkeypatch
+):
     if os.name != "posix":
         pytest.skip("exit codes differ")
     monkeypatch.setattr(packages, "SOLVE", action)
@@ -243,7 +236,7 @@ def test_a_process_that_dies_or_hangs_is_told_from_one_that_answers(
     assert (claim.z, claim.solved, claim.statement) == (None, False, ENDINGS[action])
 
 
-def test_highs_is_not_led_astray_by_a_degenerate_problem_without_rows() -> None:
+def test_highs_is_not_led_astray_by_a_degenerate_problem_without_rows():
     problem = Problem([[7, 4, -7], [4, 20, 0], [-7, 0, 11]], [4, -20, -11])
     claim = loaded("highs").solve(problem, TOL, TIME_LIMIT)
     assert claim.z == pytest.approx([0, 1, 1])
@@ -252,7 +245,7 @@ def test_highs_is_not_led_astray_by_a_degenerate_problem_without_rows() -> None:
 
 @pytest.mark.parametrize("name", [name for name in GENERAL if name != "quantecon"])
 @pytest.mark.parametrize("family", ["boxes", "torsion", "two-obstacles"])
-def test_quadratic_programming_solvers_get_the_bounds(family: str, name: str) -> None:
+def test_quadratic_programming_solvers_get_the_bounds(family, name):
     peer, problem = loaded(name), gallery.make(family, 25)
     assert peer.excludes(problem) == ""
     claim = peer.solve(problem, TOL, TIME_LIMIT)
@@ -261,14 +254,14 @@ def test_quadratic_programming_solvers_get_the_bounds(family: str, name: str) ->
     assert np.abs(claim.z - lcpcli.run(problem).z).max() <= 1e-4
 
 
-def test_solvers_for_nonnegative_z_are_given_no_bounds() -> None:
+def test_solvers_for_nonnegative_z_are_given_no_bounds():
     assert (
         peers.load("quantecon").excludes(gallery.make("boxes", 5))
         == "takes no bounds but z >= 0"
     )
 
 
-def test_gambit_takes_games_only() -> None:
+def test_gambit_takes_games_only():
     peer = peers.load("gambit")
     assert (
         peer.excludes(gallery.make("bimatrix", 11))
@@ -281,7 +274,7 @@ def test_gambit_takes_games_only() -> None:
 
 
 @pytest.mark.slow("pygambit takes a second to load")
-def test_gambit_finds_an_equilibrium() -> None:
+def test_gambit_finds_an_equilibrium():
     problem = gallery.make("bimatrix", 11)
     claim = loaded("gambit").solve(problem, TOL, TIME_LIMIT)
     assert claim.solved
@@ -293,9 +286,7 @@ def test_gambit_finds_an_equilibrium() -> None:
     "problem",
     [literature.josephy(), literature.mathiesen(), literature.nash_cournot(5)],
 )
-def test_library_of_path_solves_nonlinear_problems_by_their_functions(
-    problem: NonlinearProblem,
-) -> None:
+def test_library_of_path_solves_nonlinear_problems_by_their_functions(problem):
     claim = loaded("path-start").solve(problem, 1e-10, TIME_LIMIT)
     assert (claim.solved, claim.statement) == (True, "solution found")
     assert claim.z is not None
@@ -303,7 +294,7 @@ def test_library_of_path_solves_nonlinear_problems_by_their_functions(
     assert np.abs(gaps).max() < 1e-8
 
 
-def test_library_of_path_excludes_what_its_licence_does_not_cover() -> None:
+def test_library_of_path_excludes_what_its_licence_does_not_cover():
     peer = loaded("path-start")
     if not (reason := peer.excludes(gallery.make("tridiagonal", 301))):
         pytest.skip("a full licence is installed")
@@ -321,8 +312,8 @@ def test_library_of_path_excludes_what_its_licence_does_not_cover() -> None:
     )
 
 
-def test_errors_of_functions_called_by_path_are_raised() -> None:
-    def faulty(z: np.ndarray) -> list[float]:
+def test_errors_of_functions_called_by_path_are_raised():
+    def faulty(z):
         if z[0]:
             raise RuntimeError("not again")
         return [z[0] - 1.0]
@@ -333,9 +324,7 @@ def test_errors_of_functions_called_by_path_are_raised() -> None:
         )
 
 
-def test_a_missing_library_is_the_reason_why_a_problem_is_excluded(
-    monkeypatch: pytest.MonkeyPatch,
-) -> None:
+def test_a_missing_library_is_the_reason_why_a_problem_is_excluded(monkeypatch):
     monkeypatch.setattr(packages.PackageSolver, "version", lambda _: None)
     assert (
         peers.load("path-start").excludes(INDEFINITE)

@@ -26,7 +26,7 @@ def pivoted(forms: list[list[int]]) -> set[tuple[int, ...]]:
 
 
 @pytest.mark.parametrize(("largest", "unit"), [(1, 1), (9, 1), (9, 10**30 + 57)])
-def test_rays_are_those_that_pivoting_finds(largest: int, unit: int) -> None:
+def test_rays_are_those_that_pivoting_finds(largest, unit):
     random = np.random.default_rng(4)
     degenerate = 0
     for _ in range(40):
@@ -52,7 +52,7 @@ def test_rays_are_those_that_pivoting_finds(largest: int, unit: int) -> None:
     assert (degenerate > 0) == (unit == 1)
 
 
-def test_only_rays_that_a_partner_allows_are_returned() -> None:
+def test_only_rays_that_a_partner_allows_are_returned():
     random = np.random.default_rng(5)
     dropped = 0
     for _ in range(40):
@@ -73,7 +73,7 @@ def test_only_rays_that_a_partner_allows_are_returned() -> None:
     assert dropped > 10
 
 
-def test_enumeration_ends_beyond_a_number_of_rays() -> None:
+def test_enumeration_ends_beyond_a_number_of_rays():
     """The cone over a cube has eight rays."""
     cube = [[-int(i == j) for j in range(3)] + [1] for i in range(3)]
     rays = extreme_rays(cube, ANY, 8, raise_if_timed_out)

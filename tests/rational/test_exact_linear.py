@@ -6,7 +6,6 @@ from __future__ import annotations
 
 from fractions import Fraction
 from itertools import product
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -44,14 +43,14 @@ def times(A: Rows, x: list[Fraction]) -> list[Fraction]:
     ]
 
 
-def test_no_equations_have_the_empty_solution() -> None:
+def test_no_equations_have_the_empty_solution():
     assert solve([], []) == ([], [])
 
 
 @pytest.mark.parametrize(("m", "n"), [(3, 3), (2, 4), (4, 2)])
 @settings(max_examples=40)
 @given(data=st.data())
-def test_every_solution_is_found(m: int, n: int, data: st.DataObject) -> None:
+def test_every_solution_is_found(m, n, data):
     A, b = data.draw(systems(m, n))
     x, null_space = solve(A, b)
     rank = int(np.linalg.matrix_rank(np.array(A)))
@@ -63,7 +62,7 @@ def test_every_solution_is_found(m: int, n: int, data: st.DataObject) -> None:
 
 @settings(max_examples=60)
 @given(systems(4, 4))
-def test_flint_gives_the_same_numbers(system: tuple[Rows, list[int]]) -> None:
+def test_flint_gives_the_same_numbers(system):
     pytest.importorskip("flint")
     own = solve(*system)
     with pytest.MonkeyPatch.context() as patch:
@@ -72,7 +71,7 @@ def test_flint_gives_the_same_numbers(system: tuple[Rows, list[int]]) -> None:
 
 
 @pytest.mark.parametrize(("m", "n"), [(20, 30), (30, 20), (24, 24)])
-def test_large_systems_of_any_shape_and_rank_are_solved(m: int, n: int) -> None:
+def test_large_systems_of_any_shape_and_rank_are_solved(m, n):
     generator = np.random.default_rng(m)
     A = generator.integers(-9, 10, (m, 18)) @ generator.integers(-9, 10, (18, n))
     b = A @ generator.integers(-9, 10, n)
@@ -81,9 +80,7 @@ def test_large_systems_of_any_shape_and_rank_are_solved(m: int, n: int) -> None:
     assert times(A.tolist(), x) == b.tolist()
 
 
-def test_long_call_of_flint_in_another_process_gives_the_same(
-    monkeypatch: pytest.MonkeyPatch,
-) -> None:
+def test_long_call_of_flint_in_another_process_gives_the_same(monkeypatch):
     pytest.importorskip("flint")
     A, b = (
         [[int(i == j) * 7 + (i * j) % 5 for j in range(20)] for i in range(20)],
@@ -99,7 +96,7 @@ def test_long_call_of_flint_in_another_process_gives_the_same(
 
 
 @pytest.mark.parametrize("seed", range(24))
-def test_determinants_are_those_by_expansion(seed: int) -> None:
+def test_determinants_are_those_by_expansion(seed):
     """Of matrices with many zeros, so that pivots come from any row."""
     generator = np.random.default_rng(seed)
     n = int(generator.integers(1, 6))
@@ -111,7 +108,7 @@ def test_determinants_are_those_by_expansion(seed: int) -> None:
 
 
 @pytest.mark.parametrize("seed", range(8))
-def test_principal_minors_are_determinants_each_once(seed: int) -> None:
+def test_principal_minors_are_determinants_each_once(seed):
     """Of matrices with many zeros, where Schur complements lack pivots."""
     A = np.random.default_rng(seed).integers(-1, 2, (5, 5))
     minors = list(elimination.principal_minors(A.tolist(), lambda: None))
@@ -121,9 +118,7 @@ def test_principal_minors_are_determinants_each_once(seed: int) -> None:
 
 
 @pytest.mark.parametrize("seed", range(24))
-def test_minors_that_prove_a_symmetric_matrix_indefinite_are_negative_or_zero(
-    seed: int,
-) -> None:
+def test_minors_that_prove_a_symmetric_matrix_indefinite_are_negative_or_zero(seed):
     """Of matrices with many zeros on the diagonal, so that pairs of rows are pivots."""
     generator = np.random.default_rng(seed)
     n = int(generator.integers(1, 7))
@@ -143,7 +138,7 @@ def test_minors_that_prove_a_symmetric_matrix_indefinite_are_negative_or_zero(
     assert minors[1] is None or minors[1] < 0
 
 
-def test_of_the_minors_that_are_0_the_first_is_named() -> None:
+def test_of_the_minors_that_are_0_the_first_is_named():
     assert elimination.definiteness(
         [[1, 0, 0, 0], [0] * 4, [0, 0, 1, 0], [0] * 4], lambda: None
     ) == ((0, 1), None)
@@ -159,7 +154,7 @@ def data_of(data: ExactProblem) -> tuple[list[list[Fraction]], list[Fraction]]:
     ]
 
 
-def test_npz_holds_doubles(tmp_path: Path) -> None:
+def test_npz_holds_doubles(tmp_path):
     problem = Problem([[0.1]], [-0.3])
     writing.write(problem, tmp_path / "a.npz")
     data = read_exact(str(tmp_path / "a.npz"))
@@ -167,19 +162,19 @@ def test_npz_holds_doubles(tmp_path: Path) -> None:
     assert data.are_floats()
 
 
-def test_numbers_below_the_range_of_doubles_count(tmp_path: Path) -> None:
+def test_numbers_below_the_range_of_doubles_count(tmp_path):
     (tmp_path / "a.json").write_text('{"M": [[1e-400]], "q": [-2e-400]}')
     assert read_exact(str(tmp_path / "a.json")).is_solution([Fraction(2)])
 
 
-def test_exponents_out_of_all_proportion_are_refused(tmp_path: Path) -> None:
+def test_exponents_out_of_all_proportion_are_refused(tmp_path):
     for number in ("1e-999999999", "1e-99999999999999999999999999", "-1E-5300"):
         (tmp_path / "a.json").write_text(f'{{"M": [[1]], "q": [{number}]}}')
         with pytest.raises(ProblemError, match=r"a\.json: q: has"):
             read_exact(str(tmp_path / "a.json"))
 
 
-def test_what_is_no_number_is_refused() -> None:
+def test_what_is_no_number_is_refused():
     for text in (
         "1/0",
         "1/00",
@@ -199,22 +194,22 @@ def test_what_is_no_number_is_refused() -> None:
 
 
 @given(st.fractions())
-def test_text_reads_back(value: Fraction) -> None:
+def test_text_reads_back(value):
     assert numbers.ratio(numbers.text(value)) == value
 
 
-def test_text_has_no_limit_of_digits() -> None:
+def test_text_has_no_limit_of_digits():
     value = Fraction(10**6000 + 1, 3**9000)
     assert numbers.ratio(numbers.text(value)) == value
 
 
 @given(st.floats(allow_nan=False, allow_infinity=False))
-def test_decimals_and_rounding_agree_with_python(value: float) -> None:
+def test_decimals_and_rounding_agree_with_python(value):
     assert numbers.rounded([numbers.fraction(repr(value))]) == value
     assert numbers.rounded([Fraction(value)]) == value
 
 
-def test_only_sums_that_are_zero_are_rounded_to_zero() -> None:
+def test_only_sums_that_are_zero_are_rounded_to_zero():
     """Of 2^p 2^p, which no double represents for p < -537, the sign is left."""
     for power, sign in product((-500, -537, -538, -1074), (1.0, -1.0)):
         small = 2.0**power
@@ -231,7 +226,7 @@ def test_only_sums_that_are_zero_are_rounded_to_zero() -> None:
         )
 
 
-def test_rounding_beyond_the_range_of_doubles_is_infinite() -> None:
+def test_rounding_beyond_the_range_of_doubles_is_infinite():
     assert np.array_equal(
         numbers.rounded([Fraction(10**400), Fraction(-(10**400))]), [np.inf, -np.inf]
     )
@@ -247,13 +242,11 @@ def test_rounding_beyond_the_range_of_doubles_is_infinite() -> None:
         ([1, -1, 0], (1, -1), False),
     ],
 )
-def test_a_form_is_0_throughout_if_it_has_no_sign_anywhere(
-    row: list[int], signs: tuple[int, int], is_it: bool
-) -> None:
+def test_a_form_is_0_throughout_if_it_has_no_sign_anywhere(row, signs, is_it):
     """Forms of x, y >= 0, which may have any sign, and then are required to have
     one."""
 
-    def polyhedron() -> Dictionary:
+    def polyhedron():
         return Dictionary({2: row}, [0, 1], [0, 1], lambda: None)
 
     found = (polyhedron().can_have_sign(2, 1), -polyhedron().can_have_sign(2, -1))

@@ -37,7 +37,7 @@ def rank(A: list[Row]) -> int:
 
 @pytest.mark.parametrize("size", [9, 10**6, 10**12])
 @pytest.mark.parametrize("seed", range(15))
-def test_a_rank_that_floats_show_is_proved_or_disproved(seed: int, size: int) -> None:
+def test_a_rank_that_floats_show_is_proved_or_disproved(seed, size):
     random = np.random.default_rng(seed)
     m, n = random.integers(1, 14, 2)
     k = int(random.integers(1, min(m, n) + 1))
@@ -62,7 +62,7 @@ def test_a_rank_that_floats_show_is_proved_or_disproved(seed: int, size: int) ->
     st.floats(allow_nan=False, allow_infinity=False)
     | st.builds(lambda m, e: float(f"{m}e{e}"), st.integers(), st.integers(-40, 20))
 )
-def test_numbers_are_rounded_by_their_decimals(value: float) -> None:
+def test_numbers_are_rounded_by_their_decimals(value):
     """Those of 15 digits or more, but whole ones."""
     digits = Decimal(repr(value)).normalize().as_tuple().digits
     is_rounded = len(digits) >= 15 and value != round(value)
@@ -71,7 +71,7 @@ def test_numbers_are_rounded_by_their_decimals(value: float) -> None:
 
 
 @given(st.lists(st.integers(-(10**6), 10**6), min_size=1), st.integers(0, 5))
-def test_decimals_are_written_as_whole_numbers(whole: list[int], places: int) -> None:
+def test_decimals_are_written_as_whole_numbers(whole, places):
     values = np.array(whole) / 10.0**places
     found, unit = as_written(values)
     assert [Fraction(int(v), int(unit)) for v in found.tolist()] == [

@@ -10,7 +10,6 @@ import math
 import re
 from collections.abc import Callable, Sequence
 from fractions import Fraction
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -29,7 +28,7 @@ from lcpcli.report import columns
 from lcpcli.report.wording import components, halves
 from lcpcli.typing import Vector
 
-from ..cli.conftest import Lcp, assert_refused, record, records
+from ..cli.conftest import assert_refused, record, records
 
 EXAMPLES = [f"paper-example-{number}" for number in (1, 2)]
 EPS = 2.0**-52
@@ -89,8 +88,8 @@ STEPS = {
 @pytest.mark.parametrize("options", STEPS.values(), ids=STEPS)
 @pytest.mark.parametrize("name", EXAMPLES)
 def test_each_row_of_shi_leads_to_its_x_by_the_formulas_of_the_paper(
-    name: str, options: str, lcp: Lcp
-) -> None:
+    name, options, lcp
+):
     found = record(lcp(f"solve {name} --method shi --columns all -f json {options}"))
     paper = Paper(problem_of(name), found["options"]["p"])
     rho, sigma = found["options"]["rho"], found["options"]["sigma"]
@@ -189,7 +188,7 @@ def assert_steps_lead_on(
 
 @settings(max_examples=60)
 @given(small_problems())
-def test_steps_lead_to_the_next_x(drawn: tuple[Problem, Vector, Vector]) -> None:
+def test_steps_lead_to_the_next_x(drawn):
     assert_steps_lead_on(*drawn)
 
 
@@ -208,7 +207,7 @@ KINDS: dict[str, Any] = {
 
 
 @pytest.mark.parametrize("kind", KINDS)
-def test_steps_lead_on_where_the_paper_leaves_them_undefined(kind: str) -> None:
+def test_steps_lead_on_where_the_paper_leaves_them_undefined(kind):
     M, q, x0, x1, step, defined = KINDS[kind]
     problem = Problem(np.array(M, float), np.array(q, float))
     points = np.array(x0, float), np.array(x1, float)
@@ -223,9 +222,7 @@ def test_steps_lead_on_where_the_paper_leaves_them_undefined(kind: str) -> None:
 
 @pytest.mark.parametrize("options", ["", ":omega=2", ":anderson=3"])
 @pytest.mark.parametrize("name", EXAMPLES)
-def test_each_row_of_fixed_point_is_an_iterate_of_Schäfer(
-    name: str, options: str, lcp: Lcp
-) -> None:
+def test_each_row_of_fixed_point_is_an_iterate_of_Schäfer(name, options, lcp):
     asked = f"solve {name} -m fixed-point{options} --columns all"
     rows = record(lcp(f"{asked} -f json"))["trace"]
     problem = problem_of(name)
@@ -253,7 +250,7 @@ def test_each_row_of_fixed_point_is_an_iterate_of_Schäfer(
     st.floats(-1e9, 1e9).map(lambda v: v * 10.0 ** -(abs(v) % 9)),
     st.sampled_from([0.0, 1e-5, 1.0, 1e7]),
 )
-def test_printed_x_has_the_printed_z_as_its_double(v: float, largest: float) -> None:
+def test_printed_x_has_the_printed_z_as_its_double(v, largest):
     """Also w for x < 0. The digits are compared, as doubles would round them again."""
     for own in (v, abs(v), -abs(v)):
         (x,), (z,) = halves([own], largest), components([2 * abs(own)], largest)
@@ -264,7 +261,7 @@ def test_printed_x_has_the_printed_z_as_its_double(v: float, largest: float) -> 
 
 
 @pytest.mark.parametrize("method", [*METHODS])
-def test_iterates_are_the_same_bit_for_bit_with_all_columns(method: str) -> None:
+def test_iterates_are_the_same_bit_for_bit_with_all_columns(method):
     problem = problem_of("paper-example-2")
     plain, asked = Trace(keeps_x=True), Trace(keeps_x=True, columns=("all",))
     for trace in (plain, asked):
@@ -278,10 +275,8 @@ def test_iterates_are_the_same_bit_for_bit_with_all_columns(method: str) -> None
     assert {*asked.rows[0].quantities} == named
 
 
-def test_nothing_is_computed_unless_it_is_asked_for(
-    monkeypatch: pytest.MonkeyPatch,
-) -> None:
-    def fails(_: object) -> float:
+def test_nothing_is_computed_unless_it_is_asked_for(monkeypatch):
+    def fails(_):
         raise AssertionError("not asked for")
 
     for owner, name in ((shi.Step, "u"), (shi.Selected, "f")):
@@ -296,7 +291,7 @@ def test_nothing_is_computed_unless_it_is_asked_for(
         run(problem, "shi", trace=Trace(columns=("f",)))
 
 
-def test_a_trace_keeps_the_columns_of_the_rows_and_components_that_it_keeps() -> None:
+def test_a_trace_keeps_the_columns_of_the_rows_and_components_that_it_keeps():
     problem = problem_of("paper-example-1")
     whole = Trace(columns=("x", "u", "f"))
     part = Trace(10, None, np.array([1, 3]), columns=("x", "u", "f"))
@@ -318,10 +313,10 @@ def test_a_trace_keeps_the_columns_of_the_rows_and_components_that_it_keeps() ->
             assert own.quantities["f"] == kept[own.k].quantities["f"]
 
 
-def test_a_callback_reads_the_quantities_of_the_step() -> None:
+def test_a_callback_reads_the_quantities_of_the_step():
     seen: list[float] = []
 
-    def callback(row: TraceRow) -> bool:
+    def callback(row):
         seen.append(row.quantities["f"])
         return len(seen) == 3
 
@@ -337,7 +332,7 @@ def table(out: str) -> list[list[str]]:
     return lines[first : first + 5]
 
 
-def test_with_x_the_start_and_the_selected_point_stand_first(lcp: Lcp) -> None:
+def test_with_x_the_start_and_the_selected_point_stand_first(lcp):
     asked = "solve paper-example-2 --method shi"
     head, _, start, selected, _ = table(lcp(f"{asked} --columns k,step,x").out)
     assert head == ["method", "k", "step", "x1", "x2", "x3", "x4"]
@@ -349,9 +344,7 @@ def test_with_x_the_start_and_the_selected_point_stand_first(lcp: Lcp) -> None:
     assert [row["step"] for row in found["trace"][:2]] == [None, "1"]
 
 
-def test_columns_are_the_same_numbers_in_every_format(
-    lcp: Lcp, in_folder: Path
-) -> None:
+def test_columns_are_the_same_numbers_in_every_format(lcp, in_folder):
     asked = "solve paper-example-2 --method shi --columns k,x,alpha,u"
     rows = record(lcp(f"{asked} -f json"))["trace"]
     text = lcp(f"{asked} -f csv").out
@@ -378,9 +371,7 @@ def test_columns_are_the_same_numbers_in_every_format(
     )
 
 
-def test_rows_of_other_methods_stay_empty_and_all_leaves_out_empty_columns(
-    lcp: Lcp,
-) -> None:
+def test_rows_of_other_methods_stay_empty_and_all_leaves_out_empty_columns(lcp):
     names = "compare paper-example-1 --every 20 --columns"
     _, *rows = table(lcp(f"{names} k,alpha,factor").out)
     assert [len(row) for row in rows[1:4]] == [3, 2, 2]  # of fixed-point, without alpha
@@ -394,7 +385,7 @@ def test_rows_of_other_methods_stay_empty_and_all_leaves_out_empty_columns(
     assert head[-6:-1] == ["F", "factor", "omega", "residual", "error"]
 
 
-def test_several_problems_have_columns_in_json(lcp: Lcp) -> None:
+def test_several_problems_have_columns_in_json(lcp):
     asked = f"solve {' '.join(EXAMPLES)} --method fixed-point -f json"
     for name, found in zip(
         EXAMPLES, records(lcp(f"{asked} --columns x,factor")), strict=True
@@ -414,8 +405,8 @@ REFUSED = {
 
 @pytest.mark.parametrize(("names", "told"), REFUSED.items())
 def test_a_column_that_the_methods_lack_is_refused_with_those_that_have_it(
-    names: str, told: str, lcp: Lcp
-) -> None:
+    names, told, lcp
+):
     asked = f"paper-example-1 --method shi --columns {names}"
     for command in ("solve", "compare"):
         assert_refused(lcp(f"{command} {asked}"), f"lcp: --columns: {told}")
@@ -425,7 +416,7 @@ def test_a_column_that_the_methods_lack_is_refused_with_those_that_have_it(
     )
 
 
-def test_python_refuses_them_too() -> None:
+def test_python_refuses_them_too():
     assert Trace(columns="all").columns == ("all",)
     with pytest.raises(ParameterError, match=r"columns: 'aplha' is unknown; did you"):
         Trace(columns=("aplha",))
@@ -436,7 +427,7 @@ def test_python_refuses_them_too() -> None:
         solve_mcp(lambda z: z - 1, x0=[0.0], trace=Trace(columns=["x"]))
 
 
-def test_help_lists_the_columns_of_a_method(lcp: Lcp) -> None:
+def test_help_lists_the_columns_of_a_method(lcp):
     for method, declared in METHODS.items():
         out = lcp(f"help {method}").out.partition("Columns of the iterates")[2]
         names = re.findall(r"^  (\w+)  ", out, re.MULTILINE)
@@ -491,7 +482,7 @@ def exact_step(
             ]
             for i in n
         ]
-        return [-dot([J[i][j] for i in n], F(x)) for j in n]  # type: ignore[misc]
+        return [-dot([J[i][j] for i in n], F(x)) for j in n]
 
     dx = [b - a for a, b in zip(x0, x1, strict=True)]
     y = [b - a for a, b in zip(F(x0), F(x1), strict=True)]
@@ -508,9 +499,7 @@ def exact_step(
     }  # fmt: skip
 
 
-def test_the_step_of_shi_on_its_page_is_that_of_the_paper_and_of_its_commands(
-    lcp: Lcp,
-) -> None:
+def test_the_step_of_shi_on_its_page_is_that_of_the_paper_and_of_its_commands(lcp):
     page, problem = section("shi"), problem_of("paper-example-1")
     M = [[int(a) for a in row] for row in problem.M.tolist()]
     q = [int(a) for a in problem.q.tolist()]
@@ -553,7 +542,7 @@ def test_the_step_of_shi_on_its_page_is_that_of_the_paper_and_of_its_commands(
         assert row[name] == pytest.approx(values, rel=ACCURACY), name
 
 
-def test_the_step_of_fixed_point_on_its_page_is_Schäfers(lcp: Lcp) -> None:
+def test_the_step_of_fixed_point_on_its_page_is_Schäfers(lcp):
     page, problem = section("fixed-point"), problem_of("paper-example-1")
     M = [[int(a) for a in row] for row in problem.M.tolist()]
     q = [int(a) for a in problem.q.tolist()]

@@ -6,11 +6,9 @@ from __future__ import annotations
 import csv
 import json
 import re
-from collections.abc import Callable
 from html.parser import HTMLParser
 from io import StringIO
 from pathlib import Path
-from typing import Any
 
 import pytest
 
@@ -33,7 +31,6 @@ COMMANDS = {
     "bench": f"bench {EXAMPLE} --method newton --method lemke --budget 0",
 }
 VOID = {"meta", "img", "hr"}
-Lcp = Callable[..., Any]
 
 
 class Page(HTMLParser):
@@ -78,19 +75,15 @@ VERDICTS = {  # that commands say on standard error where their results are in a
 
 
 @pytest.fixture(autouse=True)
-def _files(in_folder: Path) -> None:
+def _files(in_folder):
     (in_folder / "small.json").write_text(json.dumps(SMALL))
 
 
 @pytest.mark.parametrize("form", FORMATS)
 @pytest.mark.parametrize("name", COMMANDS)
 def test_a_command_has_the_format_on_the_screen_or_in_an_output_file(
-    name: str,
-    form: str,
-    lcp: Lcp,
-    monkeypatch: pytest.MonkeyPatch,
-    request: pytest.FixtureRequest,
-) -> None:
+    name, form, lcp, monkeypatch, request
+):
     if name != "bench":  # which is of times alone
         request.getfixturevalue("still")
     if name not in ("bench", "all solutions") or form != "html":
@@ -120,9 +113,7 @@ def test_a_command_has_the_format_on_the_screen_or_in_an_output_file(
         assert lcp(f"{COMMANDS[name]} -q -o {file}").err == ""
 
 
-def test_a_file_has_the_whole_reason_of_a_failure(
-    lcp: Lcp, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_a_file_has_the_whole_reason_of_a_failure(lcp, monkeypatch):
     """A wide table is folded or wrapped, and no cell is cut."""
     # Without a figure.
     monkeypatch.setattr("lcpcli.report.html_page.find_spec", lambda _: None)
@@ -142,8 +133,8 @@ def test_a_file_has_the_whole_reason_of_a_failure(
 
 
 def test_a_page_is_well_formed_has_its_figure_and_every_iterate_and_needs_no_network(
-    lcp: Lcp, tmp_path: Path
-) -> None:
+    lcp, tmp_path
+):
     pytest.importorskip("matplotlib")
     asked = f"compare {EXAMPLE} --method newton --method fixed-point"
     assert lcp(f"{asked} -o {tmp_path / 'report.html'}").code == 0
@@ -175,16 +166,14 @@ def test_a_page_is_well_formed_has_its_figure_and_every_iterate_and_needs_no_net
     ]
 
 
-def test_a_page_without_its_figure_says_what_is_missing(
-    lcp: Lcp, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_a_page_without_its_figure_says_what_is_missing(lcp, monkeypatch):
     monkeypatch.setattr("lcpcli.report.html_page.find_spec", lambda _: None)
     page = lcp(f"solve {EXAMPLE} --method newton --format html").out
     assert "<figure>" not in page
     assert "needs matplotlib: pip install matplotlib" in page
 
 
-def test_names_cannot_break_out_of_the_page(lcp: Lcp, tmp_path: Path) -> None:
+def test_names_cannot_break_out_of_the_page(lcp, tmp_path):
     name = '</title><script>alert("x")</script>&'
     (tmp_path / "p.json").write_text(json.dumps({"name": name, "M": [[2]], "q": [-1]}))
     text = lcp(f"solve {tmp_path / 'p.json'} --format html").out
@@ -192,7 +181,7 @@ def test_names_cannot_break_out_of_the_page(lcp: Lcp, tmp_path: Path) -> None:
     assert "alert(" in text
 
 
-def test_a_page_leads_with_the_answer(lcp: Callable[..., Any], tmp_path: Path) -> None:
+def test_a_page_leads_with_the_answer(lcp, tmp_path):
     file = tmp_path / "p.lp"
     file.write_text(
         "Maximize\n obj: 3 x + 2 y\nSubject To\n wood: x + y <= 4\nBounds\n x "
@@ -222,7 +211,7 @@ def table(text: str) -> list[dict[str, str]]:
     )
 
 
-def test_csv_parses_back_to_every_digit(lcp: Lcp) -> None:
+def test_csv_parses_back_to_every_digit(lcp):
     rows = table(lcp(f"compare {EXAMPLE} --format csv --trace --k-star 10").out)
     trace = Trace()
     run(read(EXAMPLE), "fixed-point", trace=trace)
@@ -240,7 +229,7 @@ def test_csv_parses_back_to_every_digit(lcp: Lcp) -> None:
     }
 
 
-def test_latex_and_markdown_escape_what_they_must() -> None:
+def test_latex_and_markdown_escape_what_they_must():
     assert escape_latex("a_b & 50% | <x> --y 1e-3") == (
         r"a\_b \& 50\% \textbar{} \textless{}x\textgreater{} -{}-y 1e-3"
     )
@@ -256,7 +245,7 @@ def text_of(
     return typeset(Document("t", [section]), form, width)
 
 
-def test_a_table_that_just_fits_is_not_folded() -> None:
+def test_a_table_that_just_fits_is_not_folded():
     wide = ("a" * 20, "b" * 20, "c" * 20)
     table = Table(wide, [[wide]], words={0})
     for width, parts in ((62, [wide]), (61, [wide[:2], (wide[0], wide[2])])):
@@ -265,7 +254,7 @@ def test_a_table_that_just_fits_is_not_folded() -> None:
         assert headings == [list(part) for part in parts]
 
 
-def test_tables_that_a_page_folds_come_last() -> None:
+def test_tables_that_a_page_folds_come_last():
     text = text_of(
         "html",
         Table(("a",), [[["long"]]], name="Iterates"),
@@ -274,13 +263,13 @@ def test_tables_that_a_page_folds_come_last() -> None:
     assert text.index("short") < text.index("long")
 
 
-def test_a_cell_in_brackets_is_no_argument_of_the_end_of_a_row_in_LaTeX() -> None:
+def test_a_cell_in_brackets_is_no_argument_of_the_end_of_a_row_in_LaTeX():
     text = text_of("latex", Table(("name", "k"), [[["one", "1"], ["[2]", "2"]]]))
     assert "\\\\\n[" not in text
     assert "{[}2]" in text
 
 
-def test_a_long_table_and_its_notes_have_one_caption_and_one_label() -> None:
+def test_a_long_table_and_its_notes_have_one_caption_and_one_label():
     table = Table(("k", "z1"), [[[str(k), "0.5"] for k in range(60)]])
     text = text_of("latex", table, verdict="solved")
     assert text.count(r"\label{") == text.count(r"\caption{") == 1
@@ -295,9 +284,7 @@ def test_a_long_table_and_its_notes_have_one_caption_and_one_label() -> None:
     assert r"$z_{1}$" in first
 
 
-def test_numbers_are_powers_of_ten_and_nothing_is_advice_to_whoever_ran_it(
-    lcp: Lcp,
-) -> None:
+def test_numbers_are_powers_of_ten_and_nothing_is_advice_to_whoever_ran_it(lcp):
     commands = {
         "not solved": f"solve {EXAMPLE} --method shi --p 10",
         "several problems": f"compare {EXAMPLE} tridiagonal-100",
@@ -315,7 +302,7 @@ def test_numbers_are_powers_of_ten_and_nothing_is_advice_to_whoever_ran_it(
         assert not re.search(r"\btry -|other programs|-o FILE|\bus\b", text)
 
 
-def test_labels_of_like_names_differ() -> None:
+def test_labels_of_like_names_differ():
     names = ["a b", "a_b", "", "é", "a_b & 50%"]
     assert latex.labels(names) == [
         "tab:a-b",

@@ -8,7 +8,6 @@ import subprocess
 import sys
 from collections.abc import Callable
 from itertools import pairwise
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -56,7 +55,7 @@ from .path_samples import cornered, entering, frontier, small
 EXAMPLE = contents.shipped_path("paper-example-1.json")
 
 
-def test_long_runs_make_small_files() -> None:
+def test_long_runs_make_small_files():
     k = list(range(10_000))
     errors = (
         np.exp(-np.arange(10_000) / 700)
@@ -67,9 +66,7 @@ def test_long_runs_make_small_files() -> None:
 
 
 @pytest.mark.slow("draws many large figures")
-def test_the_figure_of_the_most_problems_fits_on_a_page(
-    lcp: Callable[..., Any], tmp_path: Path
-) -> None:
+def test_the_figure_of_the_most_problems_fits_on_a_page(lcp, tmp_path):
     figure = convergence(*[crowd(15)] * figures.MAX_PANELS)
     assert figure.get_figwidth() <= 8.27
     assert figure.get_figheight() <= 11.69
@@ -79,7 +76,7 @@ def test_the_figure_of_the_most_problems_fits_on_a_page(
     assert "8 problems" in outcome.err
 
 
-def test_long_text_is_cut_on_one_line_and_nothing_in_it_is_parsed() -> None:
+def test_long_text_is_cut_on_one_line_and_nothing_in_it_is_parsed():
     cut = style.fitted_text("$\\alpha_1$ \n\u4e2d " + "long " * 60, style.FONT, 2.0)
     assert cut.startswith(r"\$\alpha_1\$ \n? long")
     assert cut.endswith("...")
@@ -89,7 +86,7 @@ def test_long_text_is_cut_on_one_line_and_nothing_in_it_is_parsed() -> None:
     assert 1.9 < box.width / figure.dpi < 2.05
 
 
-def test_the_suffix_determines_the_form_and_another_is_refused() -> None:
+def test_the_suffix_determines_the_form_and_another_is_refused():
     assert [figures.form_of(path) for path in ("a.png", "b/c.SVG", "d.e.pdf")] == [
         "png",
         "svg",
@@ -100,9 +97,7 @@ def test_the_suffix_determines_the_form_and_another_is_refused() -> None:
             figures.form_of(path)
 
 
-def test_a_missing_package_is_reported_in_one_line(
-    monkeypatch: pytest.MonkeyPatch,
-) -> None:
+def test_a_missing_package_is_reported_in_one_line(monkeypatch):
     monkeypatch.setattr(figures, "find_spec", lambda _: None)
     for call in (lambda: figures.convergence([]).content("png"), figures.require):
         with pytest.raises(OptionError) as caught:
@@ -110,7 +105,7 @@ def test_a_missing_package_is_reported_in_one_line(
         assert str(caught.value) == "plot: needs matplotlib; pip install matplotlib"
 
 
-def test_neither_reports_nor_the_data_of_figures_load_a_drawing_package() -> None:
+def test_neither_reports_nor_the_data_of_figures_load_a_drawing_package():
     code = (
         "import sys, lcpcli.report.plotting as f; f.require(); f.form_of('a.png');"
         "print([m for m in ('matplotlib', 'numpy') if m in sys.modules])"
@@ -121,7 +116,7 @@ def test_neither_reports_nor_the_data_of_figures_load_a_drawing_package() -> Non
     assert done.stdout.strip() == "[]"
 
 
-def test_the_users_settings_neither_change_a_figure_nor_are_changed() -> None:
+def test_the_users_settings_neither_change_a_figure_nor_are_changed():
     import matplotlib
 
     picture = figures.Picture("bench", (profiles(1), []), ())
@@ -139,7 +134,7 @@ VALUES = st.one_of(
 
 
 @given(st.lists(st.lists(VALUES, max_size=8), max_size=4))
-def test_no_measured_value_is_lost(series: list[list[float | None]]) -> None:
+def test_no_measured_value_is_lost(series):
     panel = [odd("shi", errors) for errors in series]
     up = run_figures.errors(panel)
     assert 0 < up.low < up.high < math.inf
@@ -158,7 +153,7 @@ def test_no_measured_value_is_lost(series: list[list[float | None]]) -> None:
             assert height == y or (is_beyond and height in up)
 
 
-def test_a_run_without_any_error_stands_far_down() -> None:
+def test_a_run_without_any_error_stands_far_down():
     up = run_figures.errors([odd("newton", [0.0])])
     assert up.high <= 1e-15
 
@@ -178,7 +173,7 @@ def lightness(color: str) -> float:
     )
 
 
-def test_looks_differ_in_colour_marker_and_grey_and_are_visible_on_white() -> None:
+def test_looks_differ_in_colour_marker_and_grey_and_are_visible_on_white():
     assert (
         len({look.color for look in ALL})
         == len({look.marker for look in ALL})
@@ -189,7 +184,7 @@ def test_looks_differ_in_colour_marker_and_grey_and_are_visible_on_white() -> No
     assert max(lightness(look.color) for look in ALL) < 75
 
 
-def test_looks_are_of_methods_and_peers_and_the_others_take_spare_ones() -> None:
+def test_looks_are_of_methods_and_peers_and_the_others_take_spare_ones():
     from lcpcli.methods.registry import METHODS as methods
     from lcpcli.peers.registry import PEERS as peers
 
@@ -198,7 +193,7 @@ def test_looks_are_of_methods_and_peers_and_the_others_take_spare_ones() -> None
     assert len({look.marker for look in found.values()}) == len(found)
 
 
-def test_runs_of_one_method_share_its_colour_and_differ_in_their_markers() -> None:
+def test_runs_of_one_method_share_its_colour_and_differ_in_their_markers():
     cold, warm, other = style.styles_of(
         [("shi", "cold"), ("shi", "warm"), ("shi", "cold"), ("other", "other")]
     ).values()
@@ -209,9 +204,7 @@ def test_runs_of_one_method_share_its_colour_and_differ_in_their_markers() -> No
 
 
 @pytest.mark.parametrize("name", [*style.METHODS, "path-start"])
-def test_runs_of_a_sweep_go_from_light_to_dark_with_markers_of_their_own(
-    name: str,
-) -> None:
+def test_runs_of_a_sweep_go_from_light_to_dark_with_markers_of_their_own(name):
     other = "fixed-point" if name != "fixed-point" else "shi"
     found = style.styles_of(
         [(other, other), *((name, f"{name}:p={i}") for i in range(8))]
@@ -222,7 +215,7 @@ def test_runs_of_a_sweep_go_from_light_to_dark_with_markers_of_their_own(
     assert len({look.marker for look in found.values()}) == len(found)
 
 
-def test_a_grid_of_two_options_is_read_from_the_labels_of_its_runs() -> None:
+def test_a_grid_of_two_options_is_read_from_the_labels_of_its_runs():
     assert grid_positions_of(
         ["shi:p=1,k-star=5", "shi:p=1,k-star=9", "shi:p=1e4,k-star=5"]
     ) == [(0, 0), (0, 1), (1, 0)]
@@ -245,7 +238,7 @@ def test_a_grid_of_two_options_is_read_from_the_labels_of_its_runs() -> None:
         "shi:a=1,b=5,c=0 shi:a=1,b=5,c=1 shi:a=2,b=5,c=1",
     ],
 )
-def test_other_runs_make_no_grid(labels: str) -> None:
+def test_other_runs_make_no_grid(labels):
     assert grid_positions_of(labels.split()) == [
         (i, i) for i in range(len(labels.split()))
     ]
@@ -345,7 +338,7 @@ SLOW = [
 
 
 @pytest.mark.parametrize("name", [*SLOW, *(f"path {name}" for name in RESPONSES)])
-def test_texts_are_apart(name: str) -> None:
+def test_texts_are_apart(name):
     assert_no_text_is_on_another_or_leaves(TEXTS[name]())
 
 
@@ -372,9 +365,7 @@ SLOWLY = [
 
 @pytest.mark.parametrize("form", plotting.FORMS)
 @pytest.mark.parametrize("kind", ["cones", *SLOWLY])
-def test_a_file_is_whole_tells_what_made_it_and_is_always_the_same(
-    kind: str, form: str
-) -> None:
+def test_a_file_is_whole_tells_what_made_it_and_is_always_the_same(kind, form):
     first, second = FILES[kind](form), FILES[kind](form)
     assert first == second
     assert first.startswith(BEGINNING[form])
@@ -385,7 +376,7 @@ def test_a_file_is_whole_tells_what_made_it_and_is_always_the_same(
     assert kind != "convergence" or MADE_BY.encode() in first.replace(b"\\", b"")
 
 
-def test_a_picture_of_a_path_is_saved_as_often_as_one_likes(tmp_path: Any) -> None:
+def test_a_picture_of_a_path_is_saved_as_often_as_one_likes(tmp_path):
     picture = small().plot(tmp_path / "path.svg")
     assert repr(picture) == "<Picture: path of 4 breakpoints>"
     assert picture._repr_svg_() == (tmp_path / "path.svg").read_text()

@@ -93,7 +93,6 @@ def put(kind: str, name: str, file: str = "p.json", **changed: Any) -> None:
     Path(file).write_text(json.dumps({"name": name, **KINDS[kind](name), **changed}))
 
 
-Lcp = Callable[..., Outcome]
 PEOPLE = ("table", "markdown", "latex", "html")
 COMMANDS = (
     "solve p.json",
@@ -130,7 +129,7 @@ def without_times(text: str) -> list[str]:
 
 
 @pytest.fixture(autouse=True)
-def _in_folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def _in_folder(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     # No figures in pages, which take seconds.
     monkeypatch.setattr("lcpcli.report.html_page.find_spec", lambda _: None)
@@ -139,9 +138,7 @@ def _in_folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
 
 
 @given(st.text(st.characters()))
-def test_what_people_see_has_no_control_characters_and_ordinary_text_stays(
-    text: str,
-) -> None:
+def test_what_people_see_has_no_control_characters_and_ordinary_text_stays(text):
     shown = visible(text)
     assert not unseen(shown)
     assert "\n" not in shown
@@ -151,7 +148,7 @@ def test_what_people_see_has_no_control_characters_and_ordinary_text_stays(
 
 
 @pytest.mark.parametrize(("kind", "line"), SHOWN)
-def test_a_name_is_shown_as_its_escapes_are(kind: str, line: str, lcp: Lcp) -> None:
+def test_a_name_is_shown_as_its_escapes_are(kind, line, lcp):
     outcomes = []
     for name in (visible(WHOLE), WHOLE):
         put(kind, name)
@@ -169,9 +166,7 @@ def test_a_name_is_shown_as_its_escapes_are(kind: str, line: str, lcp: Lcp) -> N
     ]
 
 
-def test_a_narrow_table_of_a_path_counts_escapes(
-    lcp: Lcp, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_a_narrow_table_of_a_path_counts_escapes(lcp, monkeypatch):
     for width in range(20, 50, 3):
         monkeypatch.setenv("COLUMNS", str(width))
         texts = []
@@ -181,7 +176,7 @@ def test_a_narrow_table_of_a_path_counts_escapes(
         assert without_times(texts[0]) == without_times(texts[1])
 
 
-def test_a_bench_shows_a_file_as_it_shows_its_escapes(lcp: Lcp) -> None:
+def test_a_bench_shows_a_file_as_it_shows_its_escapes(lcp):
     for name in ("\x1b]52;\x9b\n|[bold]", r"\x1b]52;\x9b\n|[bold]"):
         put("lcp", WHOLE, f"{name}.json")
         record = "escaped.json" if "x1b" in name else "plain.json"
@@ -198,7 +193,7 @@ def test_a_bench_shows_a_file_as_it_shows_its_escapes(lcp: Lcp) -> None:
         assert without_times(plain) == without_times(escaped)
 
 
-def test_cells_of_markdown_and_latex_stay_in_their_columns(lcp: Lcp) -> None:
+def test_cells_of_markdown_and_latex_stay_in_their_columns(lcp):
     put("lcp", WHOLE)
     rows = [
         line
@@ -216,9 +211,7 @@ def test_cells_of_markdown_and_latex_stay_in_their_columns(lcp: Lcp) -> None:
     assert len(rows) == 2
 
 
-def test_brackets_are_no_styles(
-    lcp: Lcp, terminal: Callable[[int, bool], None]
-) -> None:
+def test_brackets_are_no_styles(lcp, terminal):
     terminal(900, True)
     own = [f"{text[0]}[b{i}]" for i, text in enumerate(HOSTILE.values())]
     put("lcp", "", M=np.eye(len(own)).tolist(), q=[-1] * len(own), names=own)
@@ -259,9 +252,7 @@ MESSAGES = [
 @pytest.mark.parametrize(
     "arguments", MESSAGES, ids=lambda arguments: visible(" ".join(arguments))
 )
-def test_messages_are_lines_of_this_program(
-    arguments: tuple[str, ...], lcp: Lcp
-) -> None:
+def test_messages_are_lines_of_this_program(arguments, lcp):
     put("lcp", WHOLE)
     put("lcp", WHOLE, "bad.json", **{"a\nlcp: forged\x1b": 1})
     put("program", WHOLE, "program.json")
@@ -287,16 +278,14 @@ def test_messages_are_lines_of_this_program(
     )
 
 
-def test_progress_shows_escapes(
-    capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_progress_shows_escapes(capsys, monkeypatch):
     monkeypatch.setattr("lcpcli.cli.terminal.PATIENCE", 0.0)
     with Line() as line:
         line.show("a\x1b\n\u202e.json", 0)
     assert r"a\x1b\n\u202e.json" in capsys.readouterr().err
 
 
-def test_errors_and_objects_in_python_show_escapes() -> None:
+def test_errors_and_objects_in_python_show_escapes():
     put("lcp", WHOLE)
     problem = read("p.json")
     result = run(problem, "lemke")
@@ -310,9 +299,7 @@ def test_errors_and_objects_in_python_show_escapes() -> None:
     assert not any(map(unseen, texts))
 
 
-def test_a_name_whose_escapes_are_too_long_for_a_column_is_replaced_by_its_place() -> (
-    None
-):
+def test_a_name_whose_escapes_are_too_long_for_a_column_is_replaced_by_its_place():
     assert short_names(["\x1b\n", "\x1b\x1b\x1b"], 11) == ["\x1b\n", "z2"]
 
 
@@ -321,7 +308,7 @@ def test_a_name_whose_escapes_are_too_long_for_a_column_is_replaced_by_its_place
         lambda text: text.encode("utf-16", "surrogatepass").decode("utf-16", "replace")
     )
 )
-def test_json_gives_every_text_back_and_has_no_control_characters(text: str) -> None:
+def test_json_gives_every_text_back_and_has_no_control_characters(text):
     line = visible_json(json.dumps(text, ensure_ascii=False))
     assert json.loads(line) == text
     assert not any(map(is_unseen, line))
@@ -337,7 +324,7 @@ def test_json_gives_every_text_back_and_has_no_control_characters(text: str) -> 
         "path p.json to.json",
     ],
 )
-def test_json_has_the_exact_names_in_plain_characters(line: str, lcp: Lcp) -> None:
+def test_json_has_the_exact_names_in_plain_characters(line, lcp):
     put("lcp", WHOLE)
     put("lcp", WHOLE, "to.json", q=[-1, -6])
     out = lcp(f"{line} --format json").out
@@ -364,11 +351,11 @@ def rows_of(text: str) -> list[list[str]]:
 WRITTEN = WHOLE.replace("\ud800", r"\ud800")  # UTF-8 has no half characters
 
 
-def test_csv_has_the_exact_names(lcp: Lcp) -> None:
+def test_csv_has_the_exact_names(lcp):
     put("lcp", WHOLE)
     put("lcp", WHOLE, "to.json", q=[-1, -6])
 
-    def table(*arguments: str) -> list[list[str]]:
+    def table(*arguments):
         assert lcp(*arguments, "--format", "csv", "-o", "out.csv").code == 0
         return rows_of(Path("out.csv").read_bytes().decode())
 
@@ -397,7 +384,7 @@ def test_csv_has_the_exact_names(lcp: Lcp) -> None:
 @pytest.mark.parametrize(
     "name", ["# a", "#", "a\n# b\n1,2", 'a"b', "=1+1", "-1", " a ", "a\rb", ""]
 )
-def test_csv_of_any_name_is_read_back(name: str, lcp: Lcp) -> None:
+def test_csv_of_any_name_is_read_back(name, lcp):
     put("lcp", "p", names=[name, "b"])
     for more in ([], ["--all"]):
         out = lcp("solve", "p.json", *more, "--format", "csv", "-q", "-o", "z.csv")
@@ -412,9 +399,7 @@ def test_csv_of_any_name_is_read_back(name: str, lcp: Lcp) -> None:
     assert lcp("solve p.json --z0 z.csv --method newton").code == 0
 
 
-def test_a_terminal_gets_no_control_sequences_from_csv(
-    lcp: Lcp, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_a_terminal_gets_no_control_sequences_from_csv(lcp, monkeypatch):
     put("lcp", "", names=["\x1b[31m", "b"])
     assert "\x1b[31m" in lcp("solve p.json --format csv").out
     put("lcp", WHOLE)
@@ -426,9 +411,7 @@ def test_a_terminal_gets_no_control_sequences_from_csv(
 
 
 @pytest.mark.parametrize("ending", [".mps", ".mat", ".npz", ".json"])
-def test_files_of_problems_keep_names_or_say_what_they_change(
-    ending: str, lcp: Lcp
-) -> None:
+def test_files_of_problems_keep_names_or_say_what_they_change(ending, lcp):
     put("program", "p", columns=["\x1b[31m\x9b\ud800", "b"], rows=["r"])
     outcome = lcp(f"convert p.json -o other{ending}")
     assert not unseen(outcome.err)

@@ -43,7 +43,7 @@ def of_csv(path: Path, *at: Any) -> list[dict[str, str]]:
     )
 
 
-def test_line_says_how_far_the_path_goes_and_whether_it_is_verified() -> None:
+def test_line_says_how_far_the_path_goes_and_whether_it_is_verified():
     line = (
         "<Path for t from 0 to 1: the path reaches the second problem; 4 "
         "breakpoints, verified>"
@@ -55,7 +55,7 @@ def test_line_says_how_far_the_path_goes_and_whether_it_is_verified() -> None:
     )
 
 
-def test_objective_and_multipliers_have_their_sense_and_moving_constants() -> None:
+def test_objective_and_multipliers_have_their_sense_and_moving_constants():
     least, most = frontier().to_dict(), frontier(sense="max", constant=1.0).to_dict()
     assert most["answer"]["objective"] == pytest.approx(
         [1 - value for value in least["answer"]["objective"]]
@@ -78,9 +78,7 @@ def test_objective_and_multipliers_have_their_sense_and_moving_constants() -> No
         ({"c": [0, 1, 1]}, None),
     ],
 )
-def test_only_number_that_differs_is_named(
-    changes: dict[str, Any], remark: str | None
-) -> None:
+def test_only_number_that_differs_is_named(changes, remark):
     first, last = (
         portfolio(0.05, **own) for own in ({"lower": [0, 0, 0], "upper": [0.5] * 3}, {})
     )
@@ -89,7 +87,7 @@ def test_only_number_that_differs_is_named(
     assert (moving and str(moving)) == remark
 
 
-def test_number_of_a_problem_without_origin_is_named_by_its_unknown() -> None:
+def test_number_of_a_problem_without_origin_is_named_by_its_unknown():
     first, last = (
         Problem([[2, 1], [1, 2]], q, names=["", "steel"]) for q in ([1, 1], [1, -2])
     )
@@ -98,7 +96,7 @@ def test_number_of_a_problem_without_origin_is_named_by_its_unknown() -> None:
     assert str(Terms(lcpcli.path(first, last)).moving) == "q1: 1 to -4"
 
 
-def test_wide_table_shows_the_first_and_the_last_components_in_its_width() -> None:
+def test_wide_table_shows_the_first_and_the_last_components_in_its_width():
     n = 30
     path = lcpcli.path(*(Problem(np.eye(n) * 2, np.full(n, q)) for q in (1.0, -1.0)))
     text = text_of(path, "table", (), 80)
@@ -111,7 +109,7 @@ def test_wide_table_shows_the_first_and_the_last_components_in_its_width() -> No
 
 
 @pytest.mark.parametrize("width", [None, 40, 80])
-def test_a_path_of_no_points_has_its_reason_alone(width: int | None) -> None:
+def test_a_path_of_no_points_has_its_reason_alone(width):
     path = lcpcli.path(Problem([[-1]], [-2], name="none"), Problem([[-1]], [2]))
     title, verdict = text_of(path, "table", (), width).splitlines()[:2]
     assert (title, path.message.startswith(verdict[:30])) == (
@@ -121,7 +119,7 @@ def test_a_path_of_no_points_has_its_reason_alone(width: int | None) -> None:
     assert "z1" not in text_of(path, "table", (), width)
 
 
-def test_range_of_a_row_has_the_name_of_the_row() -> None:
+def test_range_of_a_row_has_the_name_of_the_row():
     first, last = (portfolio(0.07, row_upper=[1, most]) for most in (0.09, 0.08))
     terms = Terms(lcpcli.path(first, last))
     assert terms.names() == [
@@ -135,7 +133,7 @@ def test_range_of_a_row_has_the_name_of_the_row() -> None:
     assert str(terms.moving) == "return: 0.09 to 0.08"
 
 
-def test_a_jump_is_noted_where_it_arrives() -> None:
+def test_a_jump_is_noted_where_it_arrives():
     bounds = {"lower": [0], "upper": [1], "columns": ["x"]}
     falling = lcpcli.path(*(lcpcli.from_qp(None, [c], **bounds) for c in (1, -1)))
     assert list(falling.jumps) == [1]
@@ -143,7 +141,7 @@ def test_a_jump_is_noted_where_it_arrives() -> None:
     assert [note.startswith("jump") for note in notes] == [False, False, True, False]
 
 
-def test_a_path_of_one_point_has_it_once() -> None:
+def test_a_path_of_one_point_has_it_once():
     first, last = (
         lcpcli.Problem(np.zeros((1, 1)), [0]),
         lcpcli.Problem(np.zeros((1, 1)), [-1]),

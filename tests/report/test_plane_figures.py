@@ -23,7 +23,6 @@ from lcpcli.report.figures import plane_figures, style
 from lcpcli.report.figures.plane_figures import SECTOR, SETS
 from lcpcli.report.plotting import Curve
 
-from ..cli.conftest import Lcp
 from .figure_samples import (
     DEGENERATE,
     MURTY,
@@ -40,7 +39,7 @@ from .figure_samples import (
 )
 
 
-def test_paths_are_the_iterates_of_the_methods_where_z_is_zero_too() -> None:
+def test_paths_are_the_iterates_of_the_methods_where_z_is_zero_too():
     made = data(SKEW)
     M, q = made.problem.M, made.problem.q
     fixed_point, shi = made.curves
@@ -57,14 +56,14 @@ def test_paths_are_the_iterates_of_the_methods_where_z_is_zero_too() -> None:
     assert min(x[1] for x in shi.x) < 0
 
 
-def test_rows_and_iterates_stay_together_where_few_are_kept() -> None:
+def test_rows_and_iterates_stay_together_where_few_are_kept():
     whole, few = data(SKEW), data(SKEW, most=10, components=np.empty(0, dtype=np.intp))
     for path, thinned in zip(whole.curves, few.curves, strict=True):
         assert len(thinned.k) <= 10
         assert [path.x[path.k.index(k)] for k in thinned.k] == list(thinned.x)
 
 
-def test_solutions_are_the_zeros_of_the_merit_function() -> None:
+def test_solutions_are_the_zeros_of_the_merit_function():
     made = data(TWO)
     assert len(made.solutions) == 2
     for solution in made.solutions:
@@ -74,7 +73,7 @@ def test_solutions_are_the_zeros_of_the_merit_function() -> None:
     assert data(murty, ("shi",)).solutions[:2] == [[0.5, -0.5], [-0.5, 0.5]]
 
 
-def test_the_merit_function_is_that_of_the_equation_of_the_methods() -> None:
+def test_the_merit_function_is_that_of_the_equation_of_the_methods():
     M, q, x = (
         np.array([[1.0, 3], [-3, 1]]),
         np.array([-4.0, 3]),
@@ -85,7 +84,7 @@ def test_the_merit_function_is_that_of_the_equation_of_the_methods() -> None:
     assert plane_figures.merit(M, q, x) == pytest.approx(np.sqrt((F**2).sum(axis=0)))
 
 
-def test_range_holds_origin_start_and_solution_but_not_a_divergence() -> None:
+def test_range_holds_origin_start_and_solution_but_not_a_divergence():
     x = [(1.0, 1.0), (2.0, 2.0), (1e9, -1e9), (np.inf, np.nan)]
     made = plane(
         Problem(np.eye(2), [-1, -1]),
@@ -100,13 +99,10 @@ def test_range_holds_origin_start_and_solution_but_not_a_divergence() -> None:
         plane_figures.draw_paths([made])
 
 
-def test_quadrants_have_the_names_of_their_cones() -> None:
+def test_quadrants_have_the_names_of_their_cones():
     with style.context():
         figure = plane_figures.draw_paths([data(TWO)])
-    corners = {
-        text.get_text(): text.xy  # type: ignore[attr-defined]
-        for text in figure.axes[0].texts[:4]
-    }
+    corners = {text.get_text(): text.xy for text in figure.axes[0].texts[:4]}
     (left, bottom), (right, top) = corners["$w_1$, $w_2$"], corners["$z_1$, $z_2$"]
     assert (left < right, bottom < top, corners["$z_1$, $w_2$"]) == (
         True,
@@ -116,7 +112,7 @@ def test_quadrants_have_the_names_of_their_cones() -> None:
 
 
 @pytest.fixture
-def folder(in_folder: Path) -> Path:
+def folder(in_folder):
     Path("two.json").write_text('{"M": [[2, 1], [1, 2]], "q": [-5, -6]}')
     Path("bound.json").write_text(
         '{"M": [[2, 1], [1, 2]], "q": [-5, -6], "upper": [1, null]}'
@@ -124,15 +120,13 @@ def folder(in_folder: Path) -> Path:
     return in_folder
 
 
-def test_a_list_of_solutions_writes_the_picture_of_the_cones(
-    lcp: Lcp, folder: Path
-) -> None:
+def test_a_list_of_solutions_writes_the_picture_of_the_cones(lcp, folder):
     assert lcp("solve two.json --all --plot cones.svg -q").code == 0
     assert (folder / "cones.svg").read_text().startswith("<?xml")
 
 
 @pytest.mark.slow("several pictures")
-def test_both_commands_write_the_picture(lcp: Lcp, folder: Path) -> None:
+def test_both_commands_write_the_picture(lcp, folder):
     assert lcp("solve two.json --paths one.png --quiet").code == 0
     outcome = lcp("compare two.json --paths both.pdf --plot errors.svg")
     assert (outcome.code, sorted(outcome.err.splitlines())) == (
@@ -149,9 +143,7 @@ def test_both_commands_write_the_picture(lcp: Lcp, folder: Path) -> None:
 
 @pytest.mark.parametrize("M", [MURTY, *DEGENERATE.values()])
 @pytest.mark.parametrize("q", [(-1, -1), (1, -2), (0, 1), (0, 0)])
-def test_cones_with_q_are_those_whose_generators_have_it_as_a_sum(
-    M: list[list[float]], q: tuple[float, float]
-) -> None:
+def test_cones_with_q_are_those_whose_generators_have_it_as_a_sum(M, q):
     holding = []
     for chosen in SETS:
         basis = generators(M, chosen)
@@ -174,9 +166,7 @@ def generators(M: list[list[float]], chosen: tuple[int, ...]) -> np.ndarray:
     M=st.tuples(*[st.tuples(*[st.integers(-3, 3)] * 2)] * 2),
     q=st.tuples(*[st.integers(-5, 5)] * 2),
 )
-def test_q_is_in_the_sectors_whose_generators_have_it_as_a_sum(
-    M: list[list[float]], q: tuple[float, float]
-) -> None:
+def test_q_is_in_the_sectors_whose_generators_have_it_as_a_sum(M, q):
     direction = plane_figures.angle(q)
     for cone, chosen in zip(plane_figures.cones(M), SETS, strict=True):
         basis = generators(M, chosen)
@@ -205,9 +195,7 @@ NAMES = [f"${'wz'[i]}_1$, ${'wz'[j]}_2$" for j in (0, 1) for i in (0, 1)]
 
 @pytest.mark.parametrize("M", [MURTY, [[2, 1], [1, 2]], *DEGENERATE.values()])
 @pytest.mark.parametrize("q", [(1, -2), (-1, -1)])
-def test_a_picture_of_cones_has_a_sector_for_each_with_two_directions(
-    M: list[list[float]], q: tuple[float, float]
-) -> None:
+def test_a_picture_of_cones_has_a_sector_for_each_with_two_directions(M, q):
     """From one of its generators to the other; and the legend says what the others are,
     and which cones hold q."""
     figure, found = cones(M, q), picture(M, q)
@@ -245,7 +233,7 @@ def degrees(direction: np.ndarray) -> float:
     return math.degrees(math.atan2(y, x)) % 360
 
 
-def test_iterates_are_drawn_from_the_start_to_the_solution() -> None:
+def test_iterates_are_drawn_from_the_start_to_the_solution():
     panel = data(TWO)
     figure = drawn(plane_figures.draw_paths, [panel])
     plane_of_x, scale = figure.axes
@@ -262,7 +250,7 @@ def test_iterates_are_drawn_from_the_start_to_the_solution() -> None:
     assert named(figure) == ["fixed-point", "shi", "start", "solution"]
 
 
-def test_a_method_without_iterates_is_named_as_one() -> None:
+def test_a_method_without_iterates_is_named_as_one():
     runs = [
         Curve("newton", "newton", [0, 1], (), (), True, [(0, 0), (0.5, 0.5)]),
         Curve("milp", "milp", [0], (), (), True, [(0, 0)]),

@@ -3,11 +3,9 @@ of problems that have none."""
 
 from __future__ import annotations
 
-from collections.abc import Callable
-
 import pytest
 
-from ..refusals import Files, Refusal, commands
+from ..refusals import Refusal, commands
 
 SHOWN = commands(
     r"""
@@ -79,15 +77,11 @@ REFUSALS: list[Refusal] = [*SHOWN, *PICTURES]
 
 
 @pytest.mark.parametrize("refusal", SHOWN, ids=str)
-def test_what_cannot_be_shown_is_refused(
-    refusal: Refusal, refused: Callable[[str, Files], str]
-) -> None:
+def test_what_cannot_be_shown_is_refused(refusal, refused):
     assert refused(refusal.command, refusal.files) == refusal.line
 
 
 @pytest.mark.parametrize("refusal", PICTURES, ids=str)
-def test_what_cannot_be_drawn_is_refused(
-    refusal: Refusal, refused: Callable[[str, Files], str]
-) -> None:
+def test_what_cannot_be_drawn_is_refused(refusal, refused):
     pytest.importorskip("matplotlib")
     assert refused(refusal.command, refusal.files) == refusal.line

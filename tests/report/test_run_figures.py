@@ -60,7 +60,7 @@ def assert_follows(points: np.ndarray, xs: Any, ys: Any) -> None:
     assert points == pytest.approx(np.column_stack((xs, ys)))
 
 
-def test_a_row_has_the_error_of_each_run_over_time_and_over_iterations() -> None:
+def test_a_row_has_the_error_of_each_run_over_time_and_over_iterations():
     figure = convergence(crowd(11), crowd(2))
     assert [axes.get_title("left") for axes in figure.axes] == [
         "11 solvers, n = 100",
@@ -92,7 +92,7 @@ def test_a_row_has_the_error_of_each_run_over_time_and_over_iterations() -> None
         assert {*lone[1:]} <= {*marks(over_time)}
 
 
-def test_what_lies_beyond_the_axes_stands_at_their_edge_in_a_ring() -> None:
+def test_what_lies_beyond_the_axes_stands_at_their_edge_in_a_ring():
     """As time 0 and error 0 do on logarithmic axes."""
     run = Curve("lemke", "lemke", [0, 1, 2], [0.0, 1.0, 2.0], [1.0, 0.1, 0.0], True)
     figure = convergence(Panel("p", "error", [run]))
@@ -109,7 +109,7 @@ def test_what_lies_beyond_the_axes_stands_at_their_edge_in_a_ring() -> None:
     assert named(figure) == ["lemke", BEYOND]
 
 
-def test_a_run_that_fails_ends_with_a_cross() -> None:
+def test_a_run_that_fails_ends_with_a_cross():
     figure = convergence(crowd(2))
     solved, failed = crowd(2).curves
     for axes, xs in zip(figure.axes, (failed.seconds, failed.k), strict=True):
@@ -118,7 +118,7 @@ def test_a_run_that_fails_ends_with_a_cross() -> None:
     assert UNSOLVED not in named(convergence(SHORT))
 
 
-def test_errors_that_are_no_numbers_stand_at_the_edges() -> None:
+def test_errors_that_are_no_numbers_stand_at_the_edges():
     odd_one = odd("newton", [math.nan, math.inf])
     figure = convergence(BARE, Panel("p", "error", [odd_one]))
     for axes in figure.axes[:2]:
@@ -131,7 +131,7 @@ def test_errors_that_are_no_numbers_stand_at_the_edges() -> None:
     assert named(figure) == ["shi", "fixed-point", "newton", BEYOND, UNSOLVED]
 
 
-def test_without_any_error_the_axes_are_empty_and_say_what_they_would_show() -> None:
+def test_without_any_error_the_axes_are_empty_and_say_what_they_would_show():
     figure = convergence(Panel("p", "residual", [odd("shi", [None, None])]))
     assert labels(figure.axes[0]) == (
         "run time (s)",
@@ -141,13 +141,13 @@ def test_without_any_error_the_axes_are_empty_and_say_what_they_would_show() -> 
     assert named(figure) == []
 
 
-def test_iterations_of_runs_of_like_lengths_are_linear_however_long_they_are() -> None:
+def test_iterations_of_runs_of_like_lengths_are_linear_however_long_they_are():
     alike = [decaying("shi", 0.99, 1500), decaying("fixed-point", 0.99, 2000)]
     over_k = convergence(Panel("alike", "error", alike)).axes[1]
     assert scales(over_k) == ("linear", "log")
 
 
-def test_iterations_are_logarithmic_where_runs_are_of_very_different_lengths() -> None:
+def test_iterations_are_logarithmic_where_runs_are_of_very_different_lengths():
     assert scales(convergence(SHORT).axes[1]) == ("linear", "log")
     figure = convergence(SHORT, LONG)
     assert [scales(axes)[0] for axes in figure.axes] == ["log", "symlog"] * 2
@@ -155,7 +155,7 @@ def test_iterations_are_logarithmic_where_runs_are_of_very_different_lengths() -
     assert_follows(slow, range(2000), LONG.curves[1].errors)
 
 
-def test_curves_have_few_markers_on_their_points() -> None:
+def test_curves_have_few_markers_on_their_points():
     (over_time, over_k) = convergence(SHORT, LONG).axes[2:]
     for axes in (over_time, over_k):
         _, slow = curves(axes)
@@ -165,7 +165,7 @@ def test_curves_have_few_markers_on_their_points() -> None:
         assert len(placed) <= run_figures.MAX_MARKERS + 1
 
 
-def test_runs_of_a_grid_of_options_have_an_entry_and_a_curve_each() -> None:
+def test_runs_of_a_grid_of_options_have_an_entry_and_a_curve_each():
     figure = convergence(grid_panel())
     grid = [f"shi:p={p},k-star={k}" for p in ("1", "100", "1e4") for k in (1, 5, 100)]
     assert named(figure) == ["fixed-point", *grid, BEYOND, UNSOLVED]
@@ -179,7 +179,7 @@ def test_runs_of_a_grid_of_options_have_an_entry_and_a_curve_each() -> None:
 RATIOS = [1.0, 2.0, 2.0, math.inf]
 
 
-def test_a_profile_steps_up_at_each_ratio_to_the_share_that_is_solved() -> None:
+def test_a_profile_steps_up_at_each_ratio_to_the_share_that_is_solved():
     (axes,) = bench([Profile("shi", "shi", RATIOS)]).axes
     assert axes.get_title("left") == "Performance profile, 4 problems"
     assert labels(axes) == (
@@ -193,7 +193,7 @@ def test_a_profile_steps_up_at_each_ratio_to_the_share_that_is_solved() -> None:
     assert axes.lines[0].get_drawstyle() == "steps-post"
 
 
-def test_a_profile_over_time_begins_at_nothing() -> None:
+def test_a_profile_over_time_begins_at_nothing():
     times = [ratio / 4 for ratio in RATIOS]
     (axes,) = bench([Profile("shi", "shi", times, in_seconds=True)]).axes
     assert axes.get_title("left") == "Solved over time, 4 problems"
@@ -203,7 +203,7 @@ def test_a_profile_over_time_begins_at_nothing() -> None:
     assert steps[[0, 3], 1].tolist() == [0, 0.75]
 
 
-def test_a_bench_has_a_profile_and_the_runs_with_one_legend() -> None:
+def test_a_bench_has_a_profile_and_the_runs_with_one_legend():
     figure = bench(profiles(3), [BARE])
     assert [axes.get_title("left") for axes in figure.axes] == [
         "Performance profile, 10 problems",
@@ -230,7 +230,7 @@ def rules(axes: Axes) -> list[float]:
     ]
 
 
-def test_a_path_has_a_curve_a_component_through_its_breakpoints() -> None:
+def test_a_path_has_a_curve_a_component_through_its_breakpoints():
     figure = of_path(small())
     (axes,) = figure.axes
     assert axes.get_title("left") == "small, n = 2"
@@ -243,7 +243,7 @@ def test_a_path_has_a_curve_a_component_through_its_breakpoints() -> None:
     assert named(figure) == ["z1", "z2"]
 
 
-def test_components_that_are_always_zero_are_left_out_and_what_moves_is_named() -> None:
+def test_components_that_are_always_zero_are_left_out_and_what_moves_is_named():
     ends = (Problem(np.eye(3), q) for q in ([1, 1, -1], [1, -1, -1]))
     figure = of_path(lcpcli.path(*ends))
     (axes,) = figure.axes
@@ -255,7 +255,7 @@ def test_components_that_are_always_zero_are_left_out_and_what_moves_is_named() 
     assert named(figure) == ["z2", "z3"]
 
 
-def test_a_path_has_the_chosen_unknowns_alone_and_multipliers_too() -> None:
+def test_a_path_has_the_chosen_unknowns_alone_and_multipliers_too():
     names = ["price n0", "price n1", "flow"]
     M = [[2, 0, 0], [0, 2, 1], [1, 0, 2]]
     ends = (Problem(M, q, names=names) for q in ([-2, -3, -3], [5, 5, 4]))
@@ -273,7 +273,7 @@ def test_a_path_has_the_chosen_unknowns_alone_and_multipliers_too() -> None:
     assert (named(figure), first.tolist()) == (["y steel"], [1, -2])
 
 
-def test_a_jump_and_a_turn_are_drawn_as_the_path_takes_them() -> None:
+def test_a_jump_and_a_turn_are_drawn_as_the_path_takes_them():
     figure = of_path(cornered())
     (axes,) = figure.axes
     assert axes.get_title("left") == "cornered, n = 1 (1 boxed)"
@@ -284,7 +284,7 @@ def test_a_jump_and_a_turn_are_drawn_as_the_path_takes_them() -> None:
     assert named(figure) == ["z1"]
 
 
-def test_many_components_are_thin_lines_without_a_legend() -> None:
+def test_many_components_are_thin_lines_without_a_legend():
     figure = of_path(entering(40))
     (axes,) = figure.axes
     assert axes.get_ylabel() == "z, 40 components"
@@ -294,7 +294,7 @@ def test_many_components_are_thin_lines_without_a_legend() -> None:
     assert (named(figure), marks(axes)) == ([], [])
 
 
-def test_a_program_has_its_x_and_its_objective_over_t() -> None:
+def test_a_program_has_its_x_and_its_objective_over_t():
     figure = of_path(
         lcpcli.path(*(portfolio(0.05, c=c) for c in ([0, 0, 0], [0, 0.01, 0.02])))
     )
@@ -312,7 +312,7 @@ def test_a_program_has_its_x_and_its_objective_over_t() -> None:
     )
 
 
-def test_a_frontier_has_the_risk_across_and_the_return_up() -> None:
+def test_a_frontier_has_the_risk_across_and_the_return_up():
     figure = of_path(frontier())
     shares, risk = figure.axes
     assert (labels(shares), labels(risk)) == (("return", "x"), ("objective", "return"))
@@ -327,7 +327,7 @@ def test_a_frontier_has_the_risk_across_and_the_return_up() -> None:
     assert (np.diff(line, axis=0) >= -1e-12).all()
 
 
-def test_objective_of_a_linear_program_stands_over_the_side_that_moves() -> None:
+def test_objective_of_a_linear_program_stands_over_the_side_that_moves():
     """Only a quadratic program has a frontier, with the objective, a risk, on the other
     axis."""
     first, last = (
@@ -340,13 +340,13 @@ def test_objective_of_a_linear_program_stands_over_the_side_that_moves() -> None
 
 
 @pytest.mark.parametrize("q", [(-2, 2), (0, -1)], ids=["nothing", "a point"])
-def test_a_path_of_no_or_one_point_is_drawn_too(q: tuple[float, float]) -> None:
+def test_a_path_of_no_or_one_point_is_drawn_too(q):
     path = lcpcli.path(*(Problem([[-1]], [end]) for end in q))
     assert len(path.t) <= 1
     (axes,) = of_path(path).axes
     assert curves(axes) == []
 
 
-def test_a_panel_of_no_runs_is_drawn_too() -> None:
+def test_a_panel_of_no_runs_is_drawn_too():
     figure = convergence(Panel("p", "error", []))
     assert [list(axes.lines) for axes in figure.axes] == [[], []]

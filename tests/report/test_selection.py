@@ -4,7 +4,6 @@ of z >= 0 beside them."""
 from __future__ import annotations
 
 import json
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -13,7 +12,6 @@ from lcpcli import Problem, plot, run, solve
 from lcpcli.errors import OptionError
 from lcpcli.report.wording import selected_components
 
-from ..cli.conftest import Lcp
 from ..wordings import NO_UNKNOWN
 
 NAMES = ["price n0", "price n1", "flow", "", "price *"]
@@ -31,12 +29,12 @@ GAME = {
 
 
 @pytest.fixture(autouse=True)
-def _files(in_folder: Path) -> None:
+def _files(in_folder):
     (in_folder / "market.json").write_text(json.dumps(MARKET))
     (in_folder / "game.json").write_text(json.dumps(GAME))
 
 
-def test_patterns_choose_unknowns_in_their_order_and_each_once() -> None:
+def test_patterns_choose_unknowns_in_their_order_and_each_once():
     assert (
         selected_components(["x[1]", "x[2]"], ["x[*]"])
         == selected_components(["", ""], ["z*"])
@@ -62,7 +60,7 @@ def test_patterns_choose_unknowns_in_their_order_and_each_once() -> None:
 
 
 @pytest.mark.parametrize("pattern", ["prices", "z6", "z0", "Flow", ""])
-def test_a_name_of_none_is_refused(pattern: str) -> None:
+def test_a_name_of_none_is_refused(pattern):
     with pytest.raises(OptionError, match=rf"show: {NO_UNKNOWN.format('.*')}; "):
         selected_components(NAMES, [pattern])
 
@@ -77,7 +75,7 @@ MIXED = {
 SIZE = "n = 3 (1 free, 1 lower bound, 1 boxed)"
 
 
-def test_long_basis_is_counted_in_the_table(lcp: Lcp, tmp_path: Path) -> None:
+def test_long_basis_is_counted_in_the_table(lcp, tmp_path):
     path = tmp_path / "long.json"
     path.write_text(
         json.dumps(
@@ -94,7 +92,7 @@ def test_long_basis_is_counted_in_the_table(lcp: Lcp, tmp_path: Path) -> None:
     assert "basis = (basic, upper, lower)\n" in lcp(f"solve {path}").out
 
 
-def test_sentence_on_an_infeasible_problem_speaks_of_its_bounds() -> None:
+def test_sentence_on_an_infeasible_problem_speaks_of_its_bounds():
     found = solve([[1, 1], [1, 1]], [1, -2], lower=None)
     assert found.status.word == "infeasible"
     assert (
@@ -105,13 +103,13 @@ def test_sentence_on_an_infeasible_problem_speaks_of_its_bounds() -> None:
     assert "no z >= 0 has Mz + q >= 0" in solve([[-1]], [-1]).message
 
 
-def test_interpreter_and_notebook_show_bounds() -> None:
+def test_interpreter_and_notebook_show_bounds():
     result = run(Problem(**MIXED))
     assert SIZE in repr(result)
     assert SIZE in result._repr_html_()
 
 
-def test_runs_on_different_bounds_do_not_share_a_panel() -> None:
+def test_runs_on_different_bounds_do_not_share_a_panel():
     pytest.importorskip("matplotlib")
     runs = [solve([[2]], [-5], lower=lower, trace=True) for lower in (0, 0, 1)]
     assert repr(plot(runs)) == "<Picture: 3 runs on 2 problems>"

@@ -8,7 +8,6 @@ import json
 import re
 from collections.abc import Callable
 from dataclasses import replace
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -29,9 +28,7 @@ ESCAPE = "\x1b["
 Lcp = Callable[..., Any]
 
 
-def test_long_z_fits_the_terminal_and_is_whole_in_files(
-    lcp: Lcp, terminal: Callable[[int, bool], None], tmp_path: Path
-) -> None:
+def test_long_z_fits_the_terminal_and_is_whole_in_files(lcp, terminal, tmp_path):
     terminal(60, False)
     head, _ = lcp(f"solve {TRIDIAGONAL}").out.split("\n\n")
     (line,) = (line for line in head.splitlines() if line.startswith("z = "))
@@ -60,13 +57,13 @@ def test_long_z_fits_the_terminal_and_is_whole_in_files(
         (1e-12, "0.3333333"),
     ],
 )
-def test_z_is_rounded_to_what_is_known(error: float | None, shown: str) -> None:
+def test_z_is_rounded_to_what_is_known(error, shown):
     solutions = () if error is None else ([1 / 3 + error],)
     result = run(Problem([[3.0]], [-1.0], solutions=solutions), "newton")
     assert outcome.facts(result, 80, False)[-1] == f"z = ({shown})"
 
 
-def test_the_shortest_time_to_each_level_has_a_star_if_there_are_several() -> None:
+def test_the_shortest_time_to_each_level_has_a_star_if_there_are_several():
     results = [
         run(read(EXAMPLE), method, curve=Trace(levels=wording.LEVELS))
         for method in ("newton", "shi")
@@ -78,9 +75,7 @@ def test_the_shortest_time_to_each_level_has_a_star_if_there_are_several() -> No
     assert "*" not in str(tables.summary_of_costs(results[:1], None))
 
 
-def test_no_colour_is_lost_on_a_light_or_a_dark_ground(
-    lcp: Lcp, terminal: Callable[[int, bool], None]
-) -> None:
+def test_no_colour_is_lost_on_a_light_or_a_dark_ground(lcp, terminal):
     """Only red, green and magenta, which stand out on both; yellow, white, black and
     the bright ones do not."""
     terminal(80, False)
@@ -101,7 +96,7 @@ def test_no_colour_is_lost_on_a_light_or_a_dark_ground(
     assert {"1", "31", "32", "35"} <= used
 
 
-def test_disturbed_times_are_said_to_be_over_the_least_of_their_ratios() -> None:
+def test_disturbed_times_are_said_to_be_over_the_least_of_their_ratios():
     result = run(Problem([[3.0]], [-1.0]), "newton")
     runs = [
         replace(result, spread=ratio, label=str(ratio)) for ratio in (1.5, 4.0, 2.5)
@@ -112,7 +107,7 @@ def test_disturbed_times_are_said_to_be_over_the_least_of_their_ratios() -> None
     )
 
 
-def test_a_printed_bound_is_rounded_upwards() -> None:
+def test_a_printed_bound_is_rounded_upwards():
     assert [wording.above(v) for v in (0.0, 9.91e-10, 1.25, 3.0)] == [
         "0",
         "1.0e-09",
@@ -121,7 +116,7 @@ def test_a_printed_bound_is_rounded_upwards() -> None:
     ]
 
 
-def test_a_bound_is_shown_where_it_is_asked_for(lcp: Lcp, tmp_path: Path) -> None:
+def test_a_bound_is_shown_where_it_is_asked_for(lcp, tmp_path):
     file = str(tmp_path / "problem.json")
     write(Problem([[2.0, 1.0], [1.0, 2.0]], [-5.0, -6.0]), file)
     plain, bounded = (
@@ -152,8 +147,8 @@ def test_a_bound_is_shown_where_it_is_asked_for(lcp: Lcp, tmp_path: Path) -> Non
 
 
 def test_default_beside_a_run_with_an_option_and_every_value_in_a_figure_are_told(
-    lcp: Lcp, tmp_path: Path
-) -> None:
+    lcp, tmp_path
+):
     pytest.importorskip("matplotlib")
     file = tmp_path / "figure.svg"
     methods = "--method shi --method shi:k-star=5 --method shi:k-star=17"
@@ -169,7 +164,7 @@ def iterates(out: str) -> list[str]:
     return out.split("\n\n", 1)[1].splitlines()
 
 
-def test_csv_of_a_sweep_has_a_row_a_run_with_options_and_costs(lcp: Lcp) -> None:
+def test_csv_of_a_sweep_has_a_row_a_run_with_options_and_costs(lcp):
     sweep = f"compare {EXAMPLE} --sweep p=1e3,1e4"
     lines = [
         line
@@ -193,7 +188,7 @@ def test_csv_of_a_sweep_has_a_row_a_run_with_options_and_costs(lcp: Lcp) -> None
         assert row["iterations_to_1e-6"] == str(reached.get(1e-6, ""))
 
 
-def test_long_runs_are_thinned_unless_every_is_given(lcp: Lcp) -> None:
+def test_long_runs_are_thinned_unless_every_is_given(lcp):
     long = "solve bimatrix --method shi --max-iterations 200 --k-star 10"
     assert 30 < len(lcp(long).out.splitlines()) < 75
     whole = lcp(f"{long} --every 1").out
@@ -210,9 +205,7 @@ def test_long_runs_are_thinned_unless_every_is_given(lcp: Lcp) -> None:
         ({"TERM": "dumb"}, False),
     ],
 )
-def test_no_color_is_obeyed(
-    environment: dict[str, str], colored: bool, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_no_color_is_obeyed(environment, colored, monkeypatch):
     monkeypatch.delenv("NO_COLOR", raising=False)
     monkeypatch.setenv("TERM", "xterm")
     for name, value in environment.items():
@@ -221,14 +214,14 @@ def test_no_color_is_obeyed(
     assert cli_terminal.terminal()[1] is colored
 
 
-def test_a_vector_is_told_to_be_a_proof_by_its_products_only_without_bounds() -> None:
+def test_a_vector_is_told_to_be_a_proof_by_its_products_only_without_bounds():
     products = ": M'y = (0) and q'y = -1, so y'(Mz + q) < 0 for every z >= 0"
     for bounds, y in (({}, f"(1){products}"), ({"lower": -np.inf}, "(-1)")):
         problem = Problem([[0]], [1 if bounds else -1], **bounds)
         assert outcome.proofs(run(problem, "auto")) == [f"Farkas certificate y = {y}"]
 
 
-def test_durations_have_a_unit_that_fits() -> None:
+def test_durations_have_a_unit_that_fits():
     shown = {
         0.0: "0 us",
         1.5e-6: "1.5 us",
@@ -241,11 +234,11 @@ def test_durations_have_a_unit_that_fits() -> None:
     assert wording.duration(1234.0) == "1234 s"
 
 
-def test_zero_has_no_sign() -> None:
+def test_zero_has_no_sign():
     assert wording.vector([-0.0, -1.0]) == "(0, -1)"
 
 
-def test_components_beyond_seven_decimals_are_shown_with_their_exponent() -> None:
+def test_components_beyond_seven_decimals_are_shown_with_their_exponent():
     assert wording.components([1.0, 2e6], largest=1.0) == ["1.0000000", "2.000000e+06"]
     assert wording.components([1e-9, 0.0], largest=1e-9) == [
         "1.000000e-09",
@@ -280,9 +273,7 @@ Terminal = Callable[[int, bool], None]
 
 
 @pytest.mark.parametrize("name", COMMANDS)
-def test_no_line_is_wider_than_the_screen(
-    name: str, lcp: Lcp, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_no_line_is_wider_than_the_screen(name, lcp, monkeypatch):
     monkeypatch.setenv("COLUMNS", "50")
     lines = lcp(COMMANDS[name]).out.splitlines()
     assert lines
@@ -292,9 +283,7 @@ def test_no_line_is_wider_than_the_screen(
 @pytest.mark.parametrize(
     "size", ["9" * 4400, "9" * 20, "-5", "\u00b2", "x", "0"], ids=lambda size: size[:3]
 )
-def test_sizes_of_the_environment_may_be_none(
-    size: str, lcp: Lcp, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_sizes_of_the_environment_may_be_none(size, lcp, monkeypatch):
     for variable in ("COLUMNS", "LINES"):
         monkeypatch.setenv(variable, size)
     ran = lcp(COMMANDS["solve, large"])
@@ -303,8 +292,8 @@ def test_sizes_of_the_environment_may_be_none(
 
 @pytest.mark.parametrize(("width", "numbers"), [(100, {3}), (66, {1, 2}), (50, {1})])
 def test_a_narrow_screen_drops_levels_but_the_finest_and_splits_no_row_of_the_summary(
-    width: int, numbers: set[int], lcp: Lcp, monkeypatch: pytest.MonkeyPatch
-) -> None:
+    width, numbers, lcp, monkeypatch
+):
     monkeypatch.setenv("COLUMNS", str(width))
     (header,) = (
         line.split()
@@ -335,8 +324,8 @@ def heading_and_first(lcp: Lcp, file: str) -> tuple[list[str], str]:
     ("width", "method"), [(120, "fixed-point "), (80, "fixed-point "), (40, "fixed- ")]
 )
 def test_the_name_of_a_method_is_folded_where_a_table_is_wide(
-    width: int, method: str, lcp: Lcp, terminal: Terminal
-) -> None:
+    width, method, lcp, terminal
+):
     terminal(width, False)
     heading, first = heading_and_first(lcp, EXAMPLE)
     assert first.startswith(method)
@@ -346,9 +335,7 @@ def test_the_name_of_a_method_is_folded_where_a_table_is_wide(
 @pytest.mark.parametrize(
     ("width", "shown"), [(50, 2), (60, 3), (80, 4), (200, 15), (None, 12)]
 )
-def test_large_n_shows_first_and_last_components(
-    width: int | None, shown: int, lcp: Lcp, terminal: Terminal
-) -> None:
+def test_large_n_shows_first_and_last_components(width, shown, lcp, terminal):
     if width is not None:
         terminal(width, False)
     heading, _ = heading_and_first(lcp, TRIDIAGONAL)
@@ -360,8 +347,8 @@ def test_large_n_shows_first_and_last_components(
 
 @pytest.mark.parametrize(("k", "m"), [(3, 1), (4, 1), (1, 4)])
 def test_a_table_that_is_cut_says_so_whether_rows_or_variables_are_many(
-    k: int, m: int, monkeypatch: pytest.MonkeyPatch
-) -> None:
+    k, m, monkeypatch
+):
     result = lcpcli.run(lcpcli.from_qp(None, np.ones(k), np.ones((m, k)), np.ones(m)))
     monkeypatch.setattr(answers, "MAX_ON_SCREEN", 3)
     (table,) = result.answer.tables(whole=False)
@@ -369,7 +356,7 @@ def test_a_table_that_is_cut_says_so_whether_rows_or_variables_are_many(
     assert bool(table.notes) is (max(k, m) > 3)
 
 
-def test_no_number_in_the_row_of_one_of_many_is_cut_off() -> None:
+def test_no_number_in_the_row_of_one_of_many_is_cut_off():
     cells, ways = (
         ["1000", "iteration limit", "1.2e-10", "538 us", "12345"],
         ["lemke", "newton", "objective 123.4567"],

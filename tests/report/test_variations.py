@@ -8,7 +8,6 @@ import json
 import math
 import re
 from dataclasses import replace
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -24,7 +23,7 @@ from lcpcli.report import plotting
 from lcpcli.report.document import typeset
 from lcpcli.report.variations import document, variations
 
-from ..cli.conftest import Lcp, assert_refused, records
+from ..cli.conftest import assert_refused, records
 
 EXAMPLE = "paper-example-1"
 
@@ -33,7 +32,7 @@ def rows(out: str) -> list[list[str]]:
     return [line.split() for line in out.splitlines()]
 
 
-def test_options_vary_one_at_a_time_in_methods_that_have_them() -> None:
+def test_options_vary_one_at_a_time_in_methods_that_have_them():
     methods = [Variant("fixed-point"), Variant("shi"), Variant("shi", (("p", "9"),))]
     found = vary(methods[:2], ["p=1,10", "sigma=0.5"])
     assert list(map(str, found)) == ["shi:p=1", "shi:p=10", "shi:sigma=0.5"]
@@ -42,14 +41,12 @@ def test_options_vary_one_at_a_time_in_methods_that_have_them() -> None:
 
 
 @pytest.fixture
-def degenerate(in_folder: Path) -> str:
+def degenerate(in_folder):
     write(families.make("degenerate", 10), str(in_folder / "degenerate.json"))
     return "degenerate.json"
 
 
-def test_error_at_the_end_follows_the_theory_on_a_degenerate_problem(
-    degenerate: str, lcp: Lcp
-) -> None:
+def test_error_at_the_end_follows_the_theory_on_a_degenerate_problem(degenerate, lcp):
     """Where z_i = w_i = 0 it is of the order of ln 3 / p, and elsewhere exponentially
     small."""
     values = "1e2,1e4,1e6,1e8"
@@ -72,7 +69,7 @@ def test_error_at_the_end_follows_the_theory_on_a_degenerate_problem(
     assert "shi: k-star=100, rho=0.0001, sigma=0.9" in " ".join(outcome.out.split())
 
 
-def test_runs_are_those_of_a_sweep_in_json_and_csv(lcp: Lcp) -> None:
+def test_runs_are_those_of_a_sweep_in_json_and_csv(lcp):
     asked = f"compare {EXAMPLE} --method shi"
     swept = records(lcp(f"{asked} --sweep k-star=1,20 -f json"))
     varied = records(lcp(f"{asked} --vary k-star=1,20 --vary sigma=0.5 -f json"))
@@ -89,14 +86,14 @@ def test_runs_are_those_of_a_sweep_in_json_and_csv(lcp: Lcp) -> None:
 
 
 def test_figure_has_a_row_for_each_option_and_a_line_for_each_problem(
-    degenerate: str, lcp: Lcp, in_folder: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+    degenerate, lcp, in_folder, monkeypatch
+):
     drawn: list[plotting.Variation] = []
     usual = plotting.variations
 
-    def record(data: list[plotting.Variation], runs: object) -> plotting.Picture:
+    def record(data, runs):
         drawn.extend(data)
-        return usual(data, runs)  # type: ignore[arg-type]
+        return usual(data, runs)
 
     monkeypatch.setattr(plotting, "variations", record)
     asked = f"compare {degenerate} {EXAMPLE} --method shi"
@@ -114,7 +111,7 @@ def test_figure_has_a_row_for_each_option_and_a_line_for_each_problem(
     assert "| p | ln 3 / p | degenerate-10 | paper-example-1 |" in table
 
 
-def test_words_are_shown_and_not_drawn(lcp: Lcp, in_folder: Path) -> None:
+def test_words_are_shown_and_not_drawn(lcp, in_folder):
     asked = f"compare {EXAMPLE} --vary omega=1,2,auto"
     assert [row[0] for row in rows(lcp(asked).out)[3:6]] == ["1", "2", "auto"]
     told = "--plot: draws numbers, and omega=auto is none; leave one out"
@@ -134,14 +131,12 @@ BESIDE = {
 
 
 @pytest.mark.parametrize(("option", "told"), BESIDE.items())
-def test_what_has_no_effect_beside_it_is_refused(
-    option: str, told: str, lcp: Lcp
-) -> None:
+def test_what_has_no_effect_beside_it_is_refused(option, told, lcp):
     assert_refused(lcp(f"compare {EXAMPLE} --vary p=1,2 {option}"), told)
     assert_refused(lcp("compare --vary q=1"), "'q' is not an option of any")
 
 
-def test_runs_that_ctrl_c_has_prevented_stay_empty() -> None:
+def test_runs_that_ctrl_c_has_prevented_stay_empty():
     problem, runs = read(contents.shipped_path(f"{EXAMPLE}.json")), []
     for values in ((1, 5), (1,)):
         made = [run(problem, "shi", k_star=k, max_iterations=5) for k in values]
@@ -177,8 +172,8 @@ REASONS = {
 
 @pytest.mark.parametrize("name", REASONS)
 def test_a_comparison_in_which_neither_solves_says_why_and_what_does(
-    name: str, lcp: Lcp, in_folder: Path
-) -> None:
+    name, lcp, in_folder
+):
     problem, cause, remedy = REASONS[name]
     if isinstance(problem, Problem):
         write(problem, str(in_folder / "hard.json"))
@@ -192,14 +187,14 @@ def test_a_comparison_in_which_neither_solves_says_why_and_what_does(
     assert name == "no solution" or f"shi does not solve the problem: {cause}" in alone
 
 
-def test_a_comparison_says_nothing_where_it_knows_nothing(lcp: Lcp) -> None:
+def test_a_comparison_says_nothing_where_it_knows_nothing(lcp):
     for limit in ("3", "1000"):
         out = lcp(f"compare {EXAMPLE} --max-iterations {limit}").out
         assert "the problem" not in out
     assert "solve the problem" not in lcp("solve bimatrix --method shi").out
 
 
-def test_kinks_count_where_z_and_w_are_both_0() -> None:
+def test_kinks_count_where_z_and_w_are_both_0():
     problem = families.make("degenerate", 20)
     found = explanation(problem, ["shi"])
     assert found.causes == ["z_i = w_i = 0 for 10 of 20 i, close to which F has a kink"]
@@ -208,9 +203,7 @@ def test_kinks_count_where_z_and_w_are_both_0() -> None:
 
 
 @pytest.mark.parametrize("seed", range(40))
-def test_a_method_named_as_guaranteed_solves_the_problem_or_proves_it_has_none(
-    seed: int,
-) -> None:
+def test_a_method_named_as_guaranteed_solves_the_problem_or_proves_it_has_none(seed):
     rng = np.random.default_rng(seed)
     n = int(rng.integers(1, 5))
     problem = Problem(
@@ -231,7 +224,7 @@ NO_SMOOTHING = "(no smoothing in double precision)"
 
 
 @pytest.mark.parametrize("family", ["degenerate", "harker-pang", "growth", "obstacle"])
-def test_the_default_p_smooths_nothing(family: str) -> None:
+def test_the_default_p_smooths_nothing(family):
     """phi differs from |x| by less than the rounding of the largest of z and w."""
     problem = families.make(family, 10)
     result = run(problem)
@@ -239,7 +232,7 @@ def test_the_default_p_smooths_nothing(family: str) -> None:
     assert math.log(3) / default_p(problem) <= 2.0**-52 * largest
 
 
-def test_p_is_printed_with_what_it_smooths(lcp: Lcp) -> None:
+def test_p_is_printed_with_what_it_smooths(lcp):
     shown = " ".join(lcp(f"solve {EXAMPLE} --method shi").out.split())
     assert f"shi: p=8.66e+15 {NO_SMOOTHING}, k-star=100" in shown
     assert NO_SMOOTHING in lcp(f"solve {EXAMPLE} -m shi -f csv").out

@@ -30,9 +30,7 @@ def script(name: str, *arguments: str) -> subprocess.CompletedProcess[str]:
 
 @pytest.mark.slow
 @pytest.mark.parametrize("population", SAMPLES)
-def test_a_sample_run_twice_differs_in_nothing_and_is_never_false(
-    population: str, tmp_path: Path
-) -> None:
+def test_a_sample_run_twice_differs_in_nothing_and_is_never_false(population, tmp_path):
     number = str(SAMPLES[population])
     records = [str(tmp_path / name) for name in ("before", "after")]
     for record in records:
@@ -44,7 +42,7 @@ def test_a_sample_run_twice_differs_in_nothing_and_is_never_false(
 
 
 @pytest.mark.slow
-def test_a_false_claim_is_shown_as_what_differs_with_its_worth(tmp_path: Path) -> None:
+def test_a_false_claim_is_shown_as_what_differs_with_its_worth(tmp_path):
     before, after = tmp_path / "before", tmp_path / "after"
     script("verdicts", "--only", "gallery tridiagonal 3", "-o", str(before))
     header, line = before.read_text().splitlines()

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-
 import numpy as np
 import pytest
 
@@ -15,14 +13,12 @@ from .liars import Liar
 
 
 @pytest.fixture
-def liar(monkeypatch: pytest.MonkeyPatch) -> Liar:
+def liar(monkeypatch):
     return Liar(monkeypatch)
 
 
 @pytest.fixture(params=["compiled", "numpy"])
-def way(
-    request: pytest.FixtureRequest, monkeypatch: pytest.MonkeyPatch
-) -> Iterator[str]:
+def way(request, monkeypatch):
     """Whether there are kernels, which are then used from the first problem on."""
     monkeypatch.setattr(direct_run, "MANY", 0)
     if request.param == "numpy":

@@ -4,10 +4,7 @@ proof that there is none."""
 from __future__ import annotations
 
 import re
-from collections.abc import Callable
 from dataclasses import replace
-from pathlib import Path
-from typing import Any
 
 import numpy as np
 import pytest
@@ -54,8 +51,6 @@ FAILING = {
     "auto, short of time": ("harker-pang", 30, "--time-limit 1e-6"),
 }
 
-Lcp = Callable[..., Any]
-
 
 def followed(arguments: list[str], way: str) -> list[str]:
     """The arguments with what the way adds, or puts in place of what they have."""
@@ -81,9 +76,7 @@ def ways_in(out: str) -> list[str]:
 
 
 @pytest.mark.parametrize("name", FAILING)
-def test_following_the_advice_decides_the_problem(
-    name: str, lcp: Lcp, tmp_path: Path
-) -> None:
+def test_following_the_advice_decides_the_problem(name, lcp, tmp_path):
     family, n, words = FAILING[name]
     arguments = words.split()
     file = tmp_path / "problem.json"
@@ -94,7 +87,7 @@ def test_following_the_advice_decides_the_problem(
         assert lcp("solve", str(file), *followed(arguments, way)).code in DECIDED, way
 
 
-def test_advice_is_in_the_words_of_its_reader_and_can_be_followed(lcp: Lcp) -> None:
+def test_advice_is_in_the_words_of_its_reader_and_can_be_followed(lcp):
     file = contents.shipped_path("bimatrix.json")
     failed = run(read(file), "lemke")
     assert failed.advice == 'try method="auto"'
@@ -107,13 +100,13 @@ def test_advice_is_in_the_words_of_its_reader_and_can_be_followed(lcp: Lcp) -> N
     assert '"advice": null' in lcp(f"solve {file} --format json").out
 
 
-def test_another_method_is_advised_after_few_iterations_not_an_interrupt() -> None:
+def test_another_method_is_advised_after_few_iterations_not_an_interrupt():
     failed = run(gallery.make("harker-pang", 10), "shi", tol=1e-16, max_iterations=3)
     assert failed.advice == 'try method="auto", with max_iterations=10000'
     assert not suggestions(replace(failed, status=Status.INTERRUPTED)).ways
 
 
-def test_at_the_time_limit_of_auto_the_method_that_came_near_is_named() -> None:
+def test_at_the_time_limit_of_auto_the_method_that_came_near_is_named():
     near = run(gallery.make("qp", 60), "interior", max_iterations=6)
     assert 1e-10 < near.relative_residual < 1e-2
     late = replace(near, method="auto", status=Status.TIME_LIMIT, nearest="interior")
@@ -128,7 +121,7 @@ def test_at_the_time_limit_of_auto_the_method_that_came_near_is_named() -> None:
     )
 
 
-def test_more_iterations_are_advised_than_were_not_enough() -> None:
+def test_more_iterations_are_advised_than_were_not_enough():
     stopped = replace(
         run(gallery.make("qp", 20), max_iterations=1), status=Status.ITERATION_LIMIT
     )
@@ -137,7 +130,7 @@ def test_more_iterations_are_advised_than_were_not_enough() -> None:
         assert way["max_iterations"] > k
 
 
-def test_other_starts_are_advised_where_stuck_and_what_may_be_wrong_with_f() -> None:
+def test_other_starts_are_advised_where_stuck_and_what_may_be_wrong_with_f():
     stuck = solve_mcp(lambda z: 1 + z**2, lower=None, x0=[0.5])
     assert stuck.status is Status.STALLED
     assert re.fullmatch(r"try restarts=\d+, or another start", stuck.advice)

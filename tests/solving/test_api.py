@@ -7,10 +7,8 @@ solution, the empty vector.
 from __future__ import annotations
 
 import re
-from collections.abc import Callable
 from fractions import Fraction
 from functools import partial
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -30,8 +28,6 @@ from lcpcli.solving.call import (
     SolverOptions,
 )
 
-from ..conftest import Outcome
-
 M = [[2.0, 1.0, 0.0], [1.0, 3.0, 1.0], [0.0, 1.0, 2.0]]
 Q = [-5.0, -6.0, 1.0]
 Z = [1.8, 1.4, 0.0]
@@ -46,7 +42,7 @@ def arrays_of(value: Any) -> list[Any]:
 
 
 @pytest.mark.parametrize("method", ["shi", "fixed-point"])
-def test_what_is_given_is_never_changed(method: str) -> None:
+def test_what_is_given_is_never_changed(method):
     csr = sparse.csr_array(np.array(M))
     unsorted = sparse.csr_array(
         (
@@ -84,7 +80,7 @@ def test_what_is_given_is_never_changed(method: str) -> None:
     assert result.z is not z
 
 
-def test_solve_and_run_take_the_same_options() -> None:
+def test_solve_and_run_take_the_same_options():
     for call in (
         partial(lcpcli.solve, M, Q),
         partial(lcpcli.run, lcpcli.Problem(M, Q)),
@@ -106,7 +102,7 @@ def test_solve_and_run_take_the_same_options() -> None:
         }
 
 
-def test_options_for_type_checkers_are_those_of_the_calls_and_of_the_registry() -> None:
+def test_options_for_type_checkers_are_those_of_the_calls_and_of_the_registry():
     declared = {*RunOptions.__annotations__}
     assert declared == {
         *COMMON_OPTIONS,
@@ -125,7 +121,7 @@ def test_options_for_type_checkers_are_those_of_the_calls_and_of_the_registry() 
     )
 
 
-def test_methods_may_share_an_option_and_no_name_belongs_to_two() -> None:
+def test_methods_may_share_an_option_and_no_name_belongs_to_two():
     one, same = (
         Option("tol", float, 1e-10, "0 < tol", lambda tol: tol > 0, "It ends.")
         for _ in range(2)
@@ -137,13 +133,12 @@ def test_methods_may_share_an_option_and_no_name_belongs_to_two() -> None:
         options_of({"one": Method("", (one,)), "other": Method("", (same,))})
 
 
-Lcp = Callable[..., Outcome]
 NONE, SPARSE = np.zeros((0, 0)), csr_array((0, 0))
 BOTH = pytest.mark.parametrize("M", [NONE, SPARSE], ids=["dense", "sparse"])
 
 
 @pytest.fixture
-def file(tmp_path: Path) -> str:
+def file(tmp_path):
     (tmp_path / "none.json").write_text('{"M": [], "q": []}')
     return str(tmp_path / "none.json")
 
@@ -163,7 +158,7 @@ def is_solved(result: Result) -> bool:
 @pytest.mark.parametrize(
     "bounds", [{}, {"lower": [], "upper": []}, {"lower": None, "upper": 1.0}]
 )
-def test_all_ways_to_solve_end_at_the_empty_vector(bounds: dict[str, Any]) -> None:
+def test_all_ways_to_solve_end_at_the_empty_vector(bounds):
     for M in (NONE, SPARSE, [], np.zeros(0), coo_matrix((0, 0))):
         for start in (
             {},
@@ -188,7 +183,7 @@ def test_all_ways_to_solve_end_at_the_empty_vector(bounds: dict[str, Any]) -> No
 
 
 @pytest.mark.parametrize("method", METHODS)
-def test_every_method_solves_it_before_its_first_iteration(method: str) -> None:
+def test_every_method_solves_it_before_its_first_iteration(method):
     for M in (NONE, SPARSE):
         result = lcpcli.solve(M, [], method, trace=True)
         assert is_solved(result)
@@ -198,9 +193,7 @@ def test_every_method_solves_it_before_its_first_iteration(method: str) -> None:
 
 
 @BOTH
-def test_the_empty_vector_is_the_only_solution_and_the_matrix_is_described(
-    M: Any,
-) -> None:
+def test_the_empty_vector_is_the_only_solution_and_the_matrix_is_described(M):
     problem = Problem(M, [], names=[], solutions=[[]])
     result, found, path = (
         lcpcli.run(problem),
@@ -246,7 +239,7 @@ def test_the_empty_vector_is_the_only_solution_and_the_matrix_is_described(
 
 
 @BOTH
-def test_files_hold_it_but_for_csv(tmp_path: Path, M: Any) -> None:
+def test_files_hold_it_but_for_csv(tmp_path, M):
     for files in (
         ["p.json"],
         ["p.npz"],
@@ -264,7 +257,7 @@ def test_files_hold_it_but_for_csv(tmp_path: Path, M: Any) -> None:
     assert not (tmp_path / "p.csv").exists()
 
 
-def test_integers_of_numpy_are_checked_without_overflow() -> None:
+def test_integers_of_numpy_are_checked_without_overflow():
     """4 times 2^62 is 0 in arithmetic modulo 2^64."""
     problem = Problem([[1, 0], [0, 4]], [-0.5, 0])
     z = [Fraction(1, 2), np.int64(2**62)]

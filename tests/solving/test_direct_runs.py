@@ -31,7 +31,6 @@ from lcpcli.methods.direct import (
 from lcpcli.model import problem as problems
 from lcpcli.solving import direct_run
 from lcpcli.solving.direct_run import exhausted
-from lcpcli.typing import Vector
 from lcpcli.verify import enclosure
 from lcpcli.verify.measure import Measure
 
@@ -46,7 +45,6 @@ from ..wordings import NO_EFFECT
 from .conftest import assert_same
 
 TOL = 1e-10
-Way = Callable[[Problem, float], DirectAnswer | None]
 compiled = pytest.importorskip("lcpcli.kernels.compiled")
 loading = pytest.importorskip("lcpcli.kernels.loading")
 kernels = pytest.importorskip("lcpcli.kernels.kernels")
@@ -68,7 +66,7 @@ of_each_way = pytest.mark.parametrize("way", WAYS.values(), ids=WAYS)
 
 
 @pytest.fixture(autouse=True)
-def compiled_from_the_first_problem(monkeypatch: pytest.MonkeyPatch) -> None:
+def compiled_from_the_first_problem(monkeypatch):
     monkeypatch.setattr(direct_run, "uses_kernels", lambda *_: True)
     monkeypatch.setattr(direct_run, "MANY", 0)
 
@@ -91,9 +89,7 @@ def definite(n: int, seed: int) -> Problem:
     ),
     data=st.data(),
 )
-def test_what_is_certain_holds_in_exact_arithmetic(
-    way: Way, matrix: Vector, data: st.DataObject
-) -> None:
+def test_what_is_certain_holds_in_exact_arithmetic(way, matrix, data):
     q = data.draw(arrays(float, len(matrix), elements=st.integers(-4, 4)))
     problem = Problem(matrix, q)
     answer = way(problem, TOL)
@@ -111,8 +107,8 @@ def test_what_is_certain_holds_in_exact_arithmetic(
 @pytest.mark.parametrize("way", ["numpy", "compiled"])
 @pytest.mark.parametrize("value", [0.0, 1e-12])
 def test_zeros_and_tiny_entries_of_q_ask_for_no_units_of_M_and_no_exact_sums(
-    value: float, way: str, monkeypatch: pytest.MonkeyPatch
-) -> None:
+    value, way, monkeypatch
+):
     rng = np.random.default_rng(0)
     A = rng.standard_normal((20, 20))
     M = A @ A.T / 20 + np.eye(20)
@@ -133,9 +129,7 @@ def test_zeros_and_tiny_entries_of_q_ask_for_no_units_of_M_and_no_exact_sums(
 
 
 @of_each_way
-def test_its_answer_is_that_of_newton_and_a_nonnegative_q_needs_no_system(
-    way: Way,
-) -> None:
+def test_its_answer_is_that_of_newton_and_a_nonnegative_q_needs_no_system(way):
     for n in (1, 2, 5, 20, 21, module.MAX_UNKNOWNS):
         problem = definite(n, n)
         answer, result = (
@@ -154,8 +148,8 @@ def test_its_answer_is_that_of_newton_and_a_nonnegative_q_needs_no_system(
 
 @pytest.mark.parametrize("seed", range(20))
 def test_a_problem_with_bounds_of_all_kinds_is_exchanged_as_by_newton(
-    seed: int, monkeypatch: pytest.MonkeyPatch
-) -> None:
+    seed, monkeypatch
+):
     generator = np.random.default_rng(seed)
     n = 5 + 3 * seed
     M, q = mixed_problems.monotone(n, generator)
@@ -169,7 +163,7 @@ def test_a_problem_with_bounds_of_all_kinds_is_exchanged_as_by_newton(
     assert np.allclose(found.z, plain.z, rtol=1e-10, atol=1e-12)
 
 
-def test_zeros_of_M_and_q_are_decided_by_units_that_are_known() -> None:
+def test_zeros_of_M_and_q_are_decided_by_units_that_are_known():
     M = 2.5 * np.eye(20) - np.eye(20, k=1) - np.eye(20, k=-1)
     q = np.random.default_rng(0).standard_normal(20)
     problem = Problem(M, np.where(np.abs(q) > 0.5, q, 0.0))
@@ -184,7 +178,7 @@ def within_bounds(problem: Problem) -> DirectAnswer | None:
 
 
 @pytest.mark.parametrize("seed", range(40))
-def test_what_is_certain_within_bounds_solves_by_the_exact_measure(seed: int) -> None:
+def test_what_is_certain_within_bounds_solves_by_the_exact_measure(seed):
     generator = np.random.default_rng(seed)
     n = 2 + seed % 9
     M, q = mixed_problems.monotone(n, generator)
@@ -198,9 +192,7 @@ def test_what_is_certain_within_bounds_solves_by_the_exact_measure(seed: int) ->
         assert exact_measure.relative_residual(problem, answer.z) <= TOL
 
 
-def test_a_call_with_a_bound_is_judged_without_a_look_at_units_or_rows(
-    monkeypatch: pytest.MonkeyPatch,
-) -> None:
+def test_a_call_with_a_bound_is_judged_without_a_look_at_units_or_rows(monkeypatch):
     rng = np.random.default_rng(0)
     A = rng.standard_normal((20, 20))
     M = A @ A.T / 20 + np.eye(20)
@@ -226,17 +218,13 @@ def test_a_call_with_a_bound_is_judged_without_a_look_at_units_or_rows(
         ([[1, -1], [1, 1]], [-3, -(2.0**53)]),  # integers that doubles round
     ],
 )
-def test_a_term_that_rounding_hides_is_solved_for_exactly_on_the_way(
-    M: list[list[float]], q: list[float]
-) -> None:
+def test_a_term_that_rounding_hides_is_solved_for_exactly_on_the_way(M, q):
     problem = Problem(M, q)
     answer, solution = direct(problem, TOL), exact.solution(problem)
     assert answer.z.tolist() == [float(value) for value in solution]
 
 
-def test_exchanges_end_early_where_most_signs_stay_wrong_but_not_on_a_p_matrix() -> (
-    None
-):
+def test_exchanges_end_early_where_most_signs_stay_wrong_but_not_on_a_p_matrix():
     """The example of Murty takes about n block exchanges, with new minima all along."""
     for seed in range(5):
         steps = [*exchanges(families.make("gaussian", 60, seed), TOL)]
@@ -247,9 +235,7 @@ def test_exchanges_end_early_where_most_signs_stay_wrong_but_not_on_a_p_matrix()
 
 
 @pytest.mark.parametrize("distance", [3e-10, 1e-11, 1e-12])
-def test_solved_means_a_small_residual_or_said_rounded_if_nearly_singular(
-    distance: float,
-) -> None:
+def test_solved_means_a_small_residual_or_said_rounded_if_nearly_singular(distance):
     """Rounding of z, whose entries reach 10^10 and more, leaves a w of up to 10^-3
     where z > 0 and |q_i| = 1."""
     # More unknowns than those for which exact arithmetic decides.
@@ -295,7 +281,7 @@ def test_both_ways_and_the_loop_agree(seed: int) -> None:
 
 
 @pytest.mark.usefixtures("way")
-def test_a_result_has_what_the_loop_reports(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_result_has_what_the_loop_reports(monkeypatch):
     problem = definite(8, 0)
     short, long = lcpcli.run(problem), through_the_loop(problem, monkeypatch)
     assert_same(short, long)
@@ -304,7 +290,7 @@ def test_a_result_has_what_the_loop_reports(monkeypatch: pytest.MonkeyPatch) -> 
 
 
 @pytest.mark.usefixtures("way")
-def test_limits_hold() -> None:
+def test_limits_hold():
     assert (
         lcpcli.run(definite(20, 3), max_iterations=1).status.word == "iteration_limit"
     )
@@ -331,16 +317,14 @@ print("numba" in sys.modules)
 """
 
 
-def test_kernels_are_loaded_when_asked_for_and_not_where_they_are_not_used() -> None:
+def test_kernels_are_loaded_when_asked_for_and_not_where_they_are_not_used():
     done = subprocess.run(
         [sys.executable, "-c", LOADED], capture_output=True, text=True, check=True
     )
     assert done.stdout.split() == ["False", "True"]
 
 
-def test_kernels_are_refused_where_they_have_no_effect_or_are_missing(
-    monkeypatch: pytest.MonkeyPatch,
-) -> None:
+def test_kernels_are_refused_where_they_have_no_effect_or_are_missing(monkeypatch):
     with pytest.raises(
         OptionError, match=f"compiled: {NO_EFFECT.format('the method newton')}"
     ):
@@ -360,7 +344,7 @@ def test_kernels_are_refused_where_they_have_no_effect_or_are_missing(
             )
 
 
-def test_kernels_are_compiled_when_they_are_loaded_and_not_during_a_run() -> None:
+def test_kernels_are_compiled_when_they_are_loaded_and_not_during_a_run():
     made = [
         compiled.path,
         compiled.follow,
@@ -381,9 +365,7 @@ def test_kernels_are_compiled_when_they_are_loaded_and_not_during_a_run() -> Non
     assert [len(kernel.signatures) for kernel in made] == before == len(made) * [1]
 
 
-def test_it_is_said_once_that_kernels_are_compiled(
-    caplog: pytest.LogCaptureFixture,
-) -> None:
+def test_it_is_said_once_that_kernels_are_compiled(caplog):
     listener = loading.Announcement()
     with caplog.at_level(logging.WARNING, "lcpcli"):
         listener.on_start(None)
@@ -408,7 +390,7 @@ def functions_of(call: Callable[[], object]) -> set[str]:
     return names
 
 
-def test_a_small_dense_call_passes_through_few_functions() -> None:
+def test_a_small_dense_call_passes_through_few_functions():
     M = np.eye(4) + 1.0
     q = np.array([-1.0, 2.0, -3.0, 4.0])
     upper = np.array([0.5, np.inf, np.inf, np.inf])

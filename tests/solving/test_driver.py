@@ -8,7 +8,6 @@ from __future__ import annotations
 
 import itertools
 import math
-from collections.abc import Iterator
 from typing import Any
 
 import numpy as np
@@ -24,15 +23,11 @@ from lcpcli.files import contents
 from lcpcli.gallery import families
 from lcpcli.interrupts import deadline_after, remaining
 from lcpcli.methods import registry as methods
-from lcpcli.methods.stages import Breakdown, Finished, Iterate, Stage, Stalled
+from lcpcli.methods.stages import Breakdown, Finished, Iterate, Stalled
 from lcpcli.options import Limits
 from lcpcli.solving import driver
 from lcpcli.solving.driver import run
-from lcpcli.solving.trace import Callback
 from lcpcli.typing import Vector
-from lcpcli.verify.point import Criterion
-
-from .liars import Liar
 
 EXAMPLE = read(contents.shipped_path("paper-example-1.json"))
 ANSWER = np.array([0.5, -0.5, 0.5, -0.5])
@@ -54,9 +49,7 @@ def iterate(x: Vector | float, F: float | None = None) -> Iterate:
     )
 
 
-def test_best_iterate_is_reported_and_a_solution_even_after_a_breakdown(
-    liar: Liar,
-) -> None:
+def test_best_iterate_is_reported_and_a_solution_even_after_a_breakdown(liar):
     steps = [iterate(1.0, F=10.0), iterate(2.0, F=1.0), iterate(3.0, F=5.0)]
     result = liar.run(EXAMPLE, steps, Stalled("for a test"), STEPPING)
     assert (
@@ -73,18 +66,16 @@ def test_best_iterate_is_reported_and_a_solution_even_after_a_breakdown(
     assert (result.status, result.residual) == (Status.SOLVED, 0.0)
 
 
-def test_seconds_are_the_methods_own_and_set_up_is_apart(
-    monkeypatch: pytest.MonkeyPatch,
-) -> None:
+def test_seconds_are_the_methods_own_and_set_up_is_apart(monkeypatch):
     clock = Clock()
 
-    def stage() -> Stage:
+    def stage():
         for seconds in (1.0, 2.0, 4.0):
             clock.now += seconds
             yield iterate(1.0, F=10.0)
         return Finished()
 
-    def method(problem: Problem, x0: Vector, **_: object) -> Stage:  # noqa: ARG001
+    def method(problem, x0, **_):  # noqa: ARG001
         clock.now += 100.0
         return stage()
 
@@ -99,16 +90,16 @@ def test_seconds_are_the_methods_own_and_set_up_is_apart(
     ("own", "measuring", "expected"), [(1.0, 0.0, (5, 5.0)), (0.0, 1.0, (4, 0.0))]
 )
 def test_time_limit_counts_iterations_and_what_it_takes_to_measure_them(
-    own: float, measuring: float, expected: tuple[int, float], liar: Liar
-) -> None:
+    own, measuring, expected, liar
+):
     clock = Clock()
 
     class Slow(Trace):
-        def add(self, row: TraceRow, criterion: Criterion) -> None:
+        def add(self, row, criterion):
             clock.now += measuring
             super().add(row, criterion)
 
-    def steps() -> Iterator[Iterate]:
+    def steps():
         while True:
             clock.now += own
             yield iterate(1.0, F=10.0)
@@ -121,10 +112,8 @@ def test_time_limit_counts_iterations_and_what_it_takes_to_measure_them(
     assert (result.iterations, result.solve_seconds) == expected
 
 
-def test_an_interrupt_leaves_the_best_iterate_and_overflow_is_a_breakdown(
-    liar: Liar,
-) -> None:
-    def steps() -> Iterator[Iterate]:
+def test_an_interrupt_leaves_the_best_iterate_and_overflow_is_a_breakdown(liar):
+    def steps():
         yield iterate(1.0, F=10.0)
         yield iterate(2.0, F=1.0)
         raise KeyboardInterrupt
@@ -140,9 +129,7 @@ def test_an_interrupt_leaves_the_best_iterate_and_overflow_is_a_breakdown(
     assert "overflow" in result.message
 
 
-def test_residual_that_has_grown_by_100_decades_is_divergence_and_no_smaller_one(
-    liar: Liar,
-) -> None:
+def test_residual_that_has_grown_by_100_decades_is_divergence_and_no_smaller_one(liar):
     """For M = I, q = -1 and x < 0 it is F = 2x - 1."""
     for growth, status in ((0.5e100, Status.STALLED), (2e100, Status.DIVERGED)):
         steps = [iterate(x, F=2 * x - 1) for x in (-1.0, -1.5 * growth, -1.0)]
@@ -153,8 +140,8 @@ def test_residual_that_has_grown_by_100_decades_is_divergence_and_no_smaller_one
 
 
 def test_method_that_wants_to_correct_signs_at_a_solution_has_three_iterations_for_it(
-    liar: Liar,
-) -> None:
+    liar,
+):
     for final, iterations in ((False, 2 + 3), (True, 2)):
         steps = [
             iterate(1.0),
@@ -164,7 +151,7 @@ def test_method_that_wants_to_correct_signs_at_a_solution_has_three_iterations_f
         assert (result.solved, result.iterations) == (True, iterations)
 
 
-def test_exact_points_are_recognised_although_F_is_large() -> None:
+def test_exact_points_are_recognised_although_F_is_large():
     """z = 0 solves any problem with q >= 0, for every negative x that represents it;
     and with M singular F stays large along the iteration although z has converged long
     before."""
@@ -174,10 +161,8 @@ def test_exact_points_are_recognised_although_F_is_large() -> None:
     assert (result.solved, result.iterations <= 256) == (True, True)
 
 
-def test_start_is_the_problems_own_unless_given_and_displaces_both_of_its_points() -> (
-    None
-):
-    def rows(problem: Problem, *start: Vector) -> list[list[float]]:
+def test_start_is_the_problems_own_unless_given_and_displaces_both_of_its_points():
+    def rows(problem, *start):
         trace = Trace()
         run(problem, "shi", *start, trace=trace)
         return [row.z.tolist() for row in trace.rows]
@@ -190,13 +175,13 @@ def test_start_is_the_problems_own_unless_given_and_displaces_both_of_its_points
 
 
 @pytest.mark.parametrize("name", list(methods.METHODS))
-def test_options_in_force_are_reported_defaults_too(name: str) -> None:
+def test_options_in_force_are_reported_defaults_too(name):
     options = run(EXAMPLE, name).options
     assert set(options) == set(methods.parameters_of(name))
     assert all(value is not None for key, value in options.items() if key != "x1")
 
 
-def test_relative_residual_comes_down_to_tol_and_numpy_numbers_are_numbers() -> None:
+def test_relative_residual_comes_down_to_tol_and_numpy_numbers_are_numbers():
     for tol in (1e-2, 1e-6, 1e-12):
         limits = Limits(tol=tol, max_iterations=np.int64(500))
         result = run(EXAMPLE, "fixed-point", omega=np.float32(2), limits=limits)
@@ -204,7 +189,7 @@ def test_relative_residual_comes_down_to_tol_and_numpy_numbers_are_numbers() -> 
         assert tol / 100 < result.relative_residual <= tol
 
 
-def test_trace_keeps_the_start_the_first_every_so_many_and_the_last_three() -> None:
+def test_trace_keeps_the_start_the_first_every_so_many_and_the_last_three():
     for every in (1, 2, 7, 1000):
         trace = Trace(every=every)
         last = run(EXAMPLE, "fixed-point", trace=trace).iterations
@@ -212,7 +197,7 @@ def test_trace_keeps_the_start_the_first_every_so_many_and_the_last_three() -> N
         assert [row.k for row in trace.rows] == sorted(expected)
 
 
-def test_trace_of_many_rows_is_thinned_by_doubling() -> None:
+def test_trace_of_many_rows_is_thinned_by_doubling():
     trace = Trace(every=5, most=20)
     last = run(
         EXAMPLE,
@@ -232,7 +217,7 @@ def test_trace_of_many_rows_is_thinned_by_doubling() -> None:
     )
 
 
-def test_trace_of_a_breakdown_or_a_divergence_shows_how_far_it_came() -> None:
+def test_trace_of_a_breakdown_or_a_divergence_shows_how_far_it_came():
     trace = Trace()
     assert (
         run(Problem([[-1.0]], [-1.0]), "fixed-point", trace=trace).status
@@ -245,9 +230,7 @@ def test_trace_of_a_breakdown_or_a_divergence_shows_how_far_it_came() -> None:
     assert trace.rows[-1].z.max() > 1e90
 
 
-def test_milestones_are_the_first_iterates_with_a_relative_error_of_each_level() -> (
-    None
-):
+def test_milestones_are_the_first_iterates_with_a_relative_error_of_each_level():
     problem = Problem(EXAMPLE.M, EXAMPLE.q, x0=EXAMPLE.x0, solutions=EXAMPLE.solutions)
     trace, curve = (
         Trace(),
@@ -265,7 +248,7 @@ def test_milestones_are_the_first_iterates_with_a_relative_error_of_each_level()
         )
 
 
-def test_trace_measures_what_results_do_and_keeps_the_components_asked_for() -> None:
+def test_trace_measures_what_results_do_and_keeps_the_components_asked_for():
     trace, few = Trace(), Trace(components=np.array([0, 3]))
     result = run(EXAMPLE, "fixed-point", trace=trace)
     assert (trace.rows[-1].residual, trace.rows[-1].error) == (
@@ -279,9 +262,7 @@ def test_trace_measures_what_results_do_and_keeps_the_components_asked_for() -> 
 
 
 @pytest.mark.parametrize("method", ["fixed-point", "shi", "newton", "lemke"])
-def test_seconds_of_the_iterates_and_the_parts_of_the_run_add_up_to_the_whole(
-    method: str,
-) -> None:
+def test_seconds_of_the_iterates_and_the_parts_of_the_run_add_up_to_the_whole(method):
     ticks = itertools.count()
     trace = Trace()
     result = run(EXAMPLE, method, trace=trace, clock=lambda: float(next(ticks)))
@@ -308,7 +289,7 @@ M, Q = [[2, 1], [1, 2]], [-5, -6]
 @pytest.mark.parametrize(
     "method", ["auto", "shi", "fixed-point", "newton", "interior", "lemke"]
 )
-def test_it_sees_the_rows_of_a_trace_but_the_start(method: str) -> None:
+def test_it_sees_the_rows_of_a_trace_but_the_start(method):
     rows: list[TraceRow] = []
     result = lcpcli.solve(M, Q, method, callback=rows.append, trace=True)
     assert result.solved
@@ -332,10 +313,10 @@ def _raise(row: TraceRow) -> None:
         raise StopIteration
 
 
-def test_the_time_of_a_callback_is_none_of_the_run() -> None:
+def test_the_time_of_a_callback_is_none_of_the_run():
     now = [0.0]
 
-    def slow(_: Any) -> None:
+    def slow(_):
         now[0] += 3600
 
     result = run(
@@ -348,9 +329,7 @@ def test_the_time_of_a_callback_is_none_of_the_run() -> None:
 @pytest.mark.parametrize(
     "callback", [lambda row: row.k == 3, _raise], ids=["true", "StopIteration"]
 )
-def test_it_ends_the_run_with_the_best_iterate_but_for_a_solution(
-    callback: Callback,
-) -> None:
+def test_it_ends_the_run_with_the_best_iterate_but_for_a_solution(callback):
     result = lcpcli.solve(M, Q, "fixed-point", callback=callback)
     assert (result.status.word, result.iterations, result.interrupted) == (
         "interrupted",
@@ -365,10 +344,8 @@ def test_it_ends_the_run_with_the_best_iterate_but_for_a_solution(
 
 
 @pytest.mark.parametrize("is_pressed", [False, True], ids=["true", "Ctrl-C"])
-def test_it_ends_auto_before_its_solution_and_the_trace_ends_there_too(
-    is_pressed: bool,
-) -> None:
-    def ends(row: TraceRow) -> bool:
+def test_it_ends_auto_before_its_solution_and_the_trace_ends_there_too(is_pressed):
+    def ends(row):
         if is_pressed and row.k == 1:
             raise KeyboardInterrupt
         return row.k == 1
@@ -384,14 +361,14 @@ def test_it_ends_auto_before_its_solution_and_the_trace_ends_there_too(
     assert [row.k for row in result.trace.rows] == [0, 1]
 
 
-def test_its_exceptions_leave_the_call_and_its_arithmetic_is_its_own() -> None:
-    def fails(row: TraceRow) -> None:
+def test_its_exceptions_leave_the_call_and_its_arithmetic_is_its_own():
+    def fails(row):
         raise KeyError(row.k)
 
     with pytest.raises(KeyError):
         lcpcli.solve(M, Q, callback=fails)
 
-    def spoils(row: TraceRow) -> None:
+    def spoils(row):
         row.z[:] = np.nan
 
     with pytest.warns(RuntimeWarning, match="divide by zero"):
@@ -404,10 +381,10 @@ def test_its_exceptions_leave_the_call_and_its_arithmetic_is_its_own() -> None:
     with pytest.raises(
         LCPError, match="callback: is a number; give a function of one argument"
     ):
-        lcpcli.solve(M, Q, callback=3)  # type: ignore[arg-type]
+        lcpcli.solve(M, Q, callback=3)
 
 
-def test_solve_many_calls_it_for_each_problem() -> None:
+def test_solve_many_calls_it_for_each_problem():
     rows: list[TraceRow] = []
     results = list(
         lcpcli.solve_many(
@@ -454,14 +431,12 @@ def check(problem: Problem, **given: Any) -> None:
 
 @settings(max_examples=50)
 @given(SMALL)
-def test_small_problems_have_one_run(data: tuple[np.ndarray, np.ndarray]) -> None:
+def test_small_problems_have_one_run(data):
     check(Problem(*data))
 
 
 @pytest.mark.parametrize(("family", "n"), FAMILIES)
-def test_problems_of_the_gallery_have_one_run_whatever_was_solved_before(
-    family: str, n: int
-) -> None:
+def test_problems_of_the_gallery_have_one_run_whatever_was_solved_before(family, n):
     problem = families.make(family, n, 0)
     first = lcpcli.run(problem)
     check(problem)
@@ -471,9 +446,9 @@ def test_problems_of_the_gallery_have_one_run_whatever_was_solved_before(
     assert is_same(first, lcpcli.run(problem))
 
 
-def test_ctrl_c_while_iterates_are_kept_leaves_the_result() -> None:
+def test_ctrl_c_while_iterates_are_kept_leaves_the_result():
     class Pressing(Trace):
-        def add(self, row: TraceRow, criterion: Criterion) -> None:
+        def add(self, row, criterion):
             if row.k == last:
                 raise KeyboardInterrupt
             super().add(row, criterion)
@@ -489,7 +464,7 @@ def test_ctrl_c_while_iterates_are_kept_leaves_the_result() -> None:
 SWAPS = Problem(np.kron(np.eye(3), [[0, 1], [1, 0]]), -np.ones(6))
 
 
-def test_a_run_that_is_part_of_another_one_ends_with_it() -> None:
+def test_a_run_that_is_part_of_another_one_ends_with_it():
     problem = Problem([[2.0, 1.0], [1.0, 2.0]], [-5.0, -6.0])
     for method in ("milp", "fixed-point", "newton"):
         assert run(problem, method).solved
@@ -497,7 +472,7 @@ def test_a_run_that_is_part_of_another_one_ends_with_it() -> None:
             assert run(problem, method).status is Status.TIME_LIMIT
 
 
-def test_pieces_leave_no_context_open_and_end_with_what_they_are_part_of() -> None:
+def test_pieces_leave_no_context_open_and_end_with_what_they_are_part_of():
     found = lcpcli.solutions(SWAPS, time_limit=60.0)
     for _ in found:
         assert remaining() == math.inf
@@ -508,7 +483,7 @@ def test_pieces_leave_no_context_open_and_end_with_what_they_are_part_of() -> No
     assert found.others is None
 
 
-def test_digits_have_half_of_the_time_limit(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_digits_have_half_of_the_time_limit(monkeypatch):
     seen: list[float] = []
     monkeypatch.setattr(
         "lcpcli.verify.digits.digits", lambda *_: seen.append(remaining())
@@ -523,15 +498,13 @@ def test_digits_have_half_of_the_time_limit(monkeypatch: pytest.MonkeyPatch) -> 
 
 
 @pytest.mark.parametrize("seed", range(5))
-def test_ctrl_c_in_the_callback_of_the_last_iterate_keeps_the_solution(
-    seed: int,
-) -> None:
+def test_ctrl_c_in_the_callback_of_the_last_iterate_keeps_the_solution(seed):
     rng = np.random.default_rng(seed)
     A, q = rng.normal(size=(9, 9)), rng.normal(size=9)
     M = A @ A.T + A - A.T
     usual = lcpcli.solve(M, q)
 
-    def late(row: TraceRow) -> None:
+    def late(row):
         if row.k == usual.iterations:
             raise KeyboardInterrupt
 

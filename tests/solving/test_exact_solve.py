@@ -6,11 +6,9 @@ from __future__ import annotations
 
 import json
 import sys
-from collections.abc import Callable
 from dataclasses import replace
 from fractions import Fraction
 from functools import partial
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -35,8 +33,6 @@ from lcpcli.solving.proof import prove, with_reference
 from .. import exact as oracle
 from ..conftest import FACE
 from ..enumeration.solution_sets import random_problem as random_mixed_problem
-
-Lcp = Callable[..., Any]
 
 EXAMPLE = contents.shipped_path("paper-example-2.json")
 
@@ -64,7 +60,7 @@ def assert_proved(result: Result, whole: Problem, units: Any = 1) -> None:
 
 @settings(max_examples=80)
 @given(st.integers(0, 10**6), st.booleans())
-def test_verdict_is_that_of_enumeration(seed: int, mixed: bool) -> None:
+def test_verdict_is_that_of_enumeration(seed, mixed):
     M, q, lower, upper = random_mixed_problem(np.random.default_rng(seed), 4)
     problem = (
         Problem(M, q, lower=lower, upper=upper)
@@ -76,7 +72,7 @@ def test_verdict_is_that_of_enumeration(seed: int, mixed: bool) -> None:
 
 @settings(max_examples=40)
 @given(st.integers(0, 10**6))
-def test_verdict_on_decimals_is_that_of_enumeration_on_integers(seed: int) -> None:
+def test_verdict_on_decimals_is_that_of_enumeration_on_integers(seed):
     """Rows are divided by powers of ten, which rounds them; many of these q are
     degenerate."""
     random = np.random.default_rng(seed)
@@ -93,7 +89,7 @@ def test_verdict_on_decimals_is_that_of_enumeration_on_integers(seed: int) -> No
     )
 
 
-def test_hilbert_matrix_of_twenty_in_fractions_and_in_doubles() -> None:
+def test_hilbert_matrix_of_twenty_in_fractions_and_in_doubles():
     n = 20
     H = [[Fraction(1, i + j + 1) for j in range(n)] for i in range(n)]
     q = [-sum(row) for row in H]
@@ -115,11 +111,11 @@ NARROW_ROWS = [[0.3, -0.1], [-0.3, 0.1], [1, 0], [-1, 0], [0, 1], [0, -1]]
 NARROW = [[*row, 0, 0, 0, 0] for row in NARROW_ROWS], [0, 0, -1, 1, -3, 3]
 
 
-def test_doubles_are_taken_as_they_are() -> None:
+def test_doubles_are_taken_as_they_are():
     assert lcpcli.exact(Problem(*NARROW)).exact.status is not Status.SOLVED
 
 
-def test_payoffs_of_a_game_are_taken_as_written() -> None:
+def test_payoffs_of_a_game_are_taken_as_written():
     A = [["1/3", 0], [0, "2/3"]]
     for payoffs, share in ((A, Fraction(2, 3)), ([[0.1, 0], [0, 0.3]], Fraction(3, 4))):
         game = lcpcli.from_game(payoffs, [[0, 1], [1, 0]])
@@ -129,8 +125,8 @@ def test_payoffs_of_a_game_are_taken_as_written() -> None:
 
 # Its z has states of its own.
 def test_a_solution_far_from_the_doubles_is_found_by_search_or_not_proved(
-    lcp: Lcp, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+    lcp, tmp_path, monkeypatch
+):
     file = tmp_path / "face.json"
     file.write_text(FACE)
     assert lcpcli.exact(Problem(**json.loads(FACE))).exact.status is Status.SOLVED
@@ -151,16 +147,14 @@ def test_a_solution_far_from_the_doubles_is_found_by_search_or_not_proved(
     )
 
 
-def test_missing_library_is_named_with_its_extra(
-    lcp: Lcp, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_missing_library_is_named_with_its_extra(lcp, monkeypatch):
     monkeypatch.setitem(sys.modules, "flint", None)
     outcome = lcp(f"solve {EXAMPLE} --exact")
     assert (outcome.code, outcome.out) == (2, "")
     assert outcome.err == "lcp: --exact: needs python-flint; pip install python-flint\n"
 
 
-def test_a_deadline_in_the_past_proves_nothing_but_says_so() -> None:
+def test_a_deadline_in_the_past_proves_nothing_but_says_so():
     late = replace(
         run(oracle.random_problem(1), "auto"), limits=Limits(time_limit=1e-9)
     )
@@ -169,9 +163,7 @@ def test_a_deadline_in_the_past_proves_nothing_but_says_so() -> None:
     )
 
 
-def test_integers_beyond_those_that_are_doubles_are_read_as_they_are(
-    lcp: Lcp, tmp_path: Path
-) -> None:
+def test_integers_beyond_those_that_are_doubles_are_read_as_they_are(lcp, tmp_path):
     largest = 2**64 - 1
     M, q = np.array([[largest]], dtype=np.uint64), np.array([-1], dtype=np.int64)
     np.savez(tmp_path / "p.npz", M=M, q=q)
@@ -184,7 +176,7 @@ def test_integers_beyond_those_that_are_doubles_are_read_as_they_are(
         assert (record["exact"]["z"], record["z"]) == ([f"1/{largest}"], [1 / largest])
 
 
-def test_results_are_printed_in_fractions() -> None:
+def test_results_are_printed_in_fractions():
     assert repr(lcpcli.exact(Problem([[3, 0], [0, 7]], [-1, -2]))).endswith(
         "exact z = (1/3, 2/7)>"
     )
@@ -192,7 +184,7 @@ def test_results_are_printed_in_fractions() -> None:
     assert "z = (0.3333333)" in repr(lcpcli.run(Problem([[3]], [-1])))
 
 
-def test_a_proved_solution_beyond_the_range_of_doubles_says_so() -> None:
+def test_a_proved_solution_beyond_the_range_of_doubles_says_so():
     result = lcpcli.exact(Problem([[1.5e-323, -3.0], [0.0, 3.0]], [-0.0124, 0.0]))
     assert result.solved
     assert float(result.exact.z[0] / 10**300) == pytest.approx(8.3e20, rel=0.01)
@@ -207,7 +199,7 @@ def test_a_proved_solution_beyond_the_range_of_doubles_says_so() -> None:
         elements=st.floats(-1e100, 1e100).map(lambda v: v if abs(v) > 1e-100 else 0.0),
     )
 )
-def test_residual_is_rounded_but_once(numbers: np.ndarray) -> None:
+def test_residual_is_rounded_but_once(numbers):
     A, x, b = numbers[:, :3], numbers[:, 3], numbers[:, 4]
     for matrix in (A, sparse.csr_array(A)):
         for computed, row, value in zip(
@@ -219,7 +211,7 @@ def test_residual_is_rounded_but_once(numbers: np.ndarray) -> None:
             assert computed == float(true)
 
 
-def test_residuals_of_many_rows_are_those_of_single_rows() -> None:
+def test_residuals_of_many_rows_are_those_of_single_rows():
     """Sums that cancel, to 0 or to a last digit; rows of equal lengths, and one that is
     much longer."""
     random = np.random.default_rng(0)
@@ -239,9 +231,7 @@ def test_residuals_of_many_rows_are_those_of_single_rows() -> None:
         assert np.array_equal(accurate_residual(A, x, b), single)
 
 
-def test_reference_is_exact_where_rational_arithmetic_can_be_had(
-    monkeypatch: pytest.MonkeyPatch,
-) -> None:
+def test_reference_is_exact_where_rational_arithmetic_can_be_had(monkeypatch):
     known = read(contents.shipped_path("paper-example-2.json"))
     assert (with_reference(known), known.reference) == (known, "known")
     problem = Problem([[3.0, 1.0], [1.0, 3.0]], [-1.0, 2.0])
@@ -254,7 +244,7 @@ def test_reference_is_exact_where_rational_arithmetic_can_be_had(
     assert with_reference(problem).solutions[0].tolist() == [1 / 3, 0.0]
 
 
-def test_reference_of_random_problems_solves_them() -> None:
+def test_reference_of_random_problems_solves_them():
     for seed in range(0, 60, 3):
         problem = oracle.random_problem(seed, 5)
         referred = with_reference(problem)
@@ -267,7 +257,7 @@ def test_reference_of_random_problems_solves_them() -> None:
             ).all()
 
 
-def test_no_solution_of_the_doubles_proves_nothing_of_the_decimals() -> None:
+def test_no_solution_of_the_doubles_proves_nothing_of_the_decimals():
     """w1 = 10 z3 - 1 with z3 = 0.1: only where it is 0, z1 may be 1, as w2 = z1 - 1
     asks for."""
     pytest.importorskip("flint")
@@ -313,9 +303,7 @@ def program_with_rows(seed: int, sense: str) -> Problem:
 
 @pytest.mark.parametrize("make", [ExactProblem.of_floats, ExactProblem.of_decimals])
 @pytest.mark.parametrize("sense", ["min", "max"])
-def test_measures_of_an_exact_minimum_are_rounded_once(
-    make: Callable[[Problem], ExactProblem], sense: str
-) -> None:
+def test_measures_of_an_exact_minimum_are_rounded_once(make, sense):
     n_solved = 0
     for seed in range(20):
         problem = program_with_rows(seed, sense)

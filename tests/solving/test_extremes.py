@@ -182,13 +182,7 @@ def without_sides_of_empty_rows(problem: Problem) -> Problem:
     p=st.none() | st.floats(-3, 308).map(lambda power: 10.0**power),
     traced=st.booleans(),
 )
-def test_every_method_ends_in_a_true_status(
-    seed: int,
-    as_sparse: bool,
-    variant: tuple[str, dict[str, Any]],
-    p: float | None,
-    traced: bool,
-) -> None:
+def test_every_method_ends_in_a_true_status(seed, as_sparse, variant, p, traced):
     method, options = variant
     M, q = data(seed)
     given_M, given_q = csr_array(M) if as_sparse else M.copy(), q.copy()
@@ -209,8 +203,8 @@ def test_every_method_ends_in_a_true_status(
 @settings(deadline=None, max_examples=150)
 @given(seed=seeds, as_sparse=st.booleans(), power=st.floats(-300, 300))
 def test_auto_finds_every_solution_in_doubles_and_says_nothing_false(
-    seed: int, as_sparse: bool, power: float
-) -> None:
+    seed, as_sparse, power
+):
     """z and w, that is; or a z whose residual is small, where the problem is so close
     to having a solution. Nearly always: 12 of 82,398 random ones end stalled, and say
     so."""
@@ -292,7 +286,7 @@ def check_proof(result: Result, problem: Problem) -> None:
         ["singular", "indefinite", "hollow", "z_matrix", "small_integers"]
     ),
 )
-def test_problem_without_solution_is_not_called_solved(seed: int, kind: str) -> None:
+def test_problem_without_solution_is_not_called_solved(seed, kind):
     """In units that exact arithmetic sees through, where z may run off to where its
     rounding hides the residual."""
     problem = exact.random_problem(seed, 4, kind)
@@ -304,7 +298,7 @@ def test_problem_without_solution_is_not_called_solved(seed: int, kind: str) -> 
             ).status.has_no_solution
 
 
-def test_answer_that_is_there_ends_the_search() -> None:
+def test_answer_that_is_there_ends_the_search():
     """Far eccentric bearings, and rows and columns in units up to 1e8 apart, leave a
     residual near the tolerance."""
     assert run(families.make("journal-bearing", 2500), "auto").route == ("elimination",)
@@ -321,7 +315,7 @@ def test_answer_that_is_there_ends_the_search() -> None:
         assert (result.solved, "milp" in result.route) == (True, False)
 
 
-def test_solutions_beyond_the_range_of_doubles_are_called_that() -> None:
+def test_solutions_beyond_the_range_of_doubles_are_called_that():
     for M, q in (
         ([[1e-200]], [-1e200]),
         ([[1e-300, 1], [-1, 1e-300]], [-1e200, -1e250]),
@@ -445,8 +439,8 @@ HOSTS: tuple[tuple[dict[str, Any], set[int]], ...] = (
     ],
 )
 def test_extreme_numbers_cause_no_warning_and_no_error_if_a_host_asks_for_them(
-    host: dict[str, Any], seed: int
-) -> None:
+    host, seed
+):
     random = np.random.default_rng(seed)
     with warnings.catch_warnings(), np.errstate(**host):
         warnings.simplefilter("error")
@@ -454,7 +448,7 @@ def test_extreme_numbers_cause_no_warning_and_no_error_if_a_host_asks_for_them(
 
 
 @pytest.mark.parametrize("n", [2, 30, 120])
-def test_host_that_raises_floating_point_errors_gets_the_same_result(n: int) -> None:
+def test_host_that_raises_floating_point_errors_gets_the_same_result(n):
     random = np.random.default_rng(n)
     A = random.standard_normal((n, n))
     M, q = A @ A.T / n + np.eye(n), random.standard_normal(n)

@@ -148,7 +148,6 @@ def gains(tree: GameTree, strategies: Sequence[Strategy]) -> list[Fraction]:
     return [one - now[0], two - now[1]]
 
 
-Lcp = Callable[..., Any]
 MAX_PURE = 200  # strategies of a player that are tried one after another
 
 ENTRY = """EFG 2 R "entry" { "entrant" "incumbent" }
@@ -187,7 +186,7 @@ def small_games() -> list[lcpcli.Problem]:
     return [problem for problem, pure in numbers if max(pure) <= MAX_PURE]
 
 
-def test_no_pure_strategy_gains_in_an_equilibrium_in_fractions() -> None:
+def test_no_pure_strategy_gains_in_an_equilibrium_in_fractions():
     problems = small_games()
     assert len(problems) > 30
     for problem in problems:
@@ -205,7 +204,7 @@ def test_no_pure_strategy_gains_in_an_equilibrium_in_fractions() -> None:
         assert lcpcli.run(problem, "lemke").solved, "as its theorem says"
 
 
-def test_best_responses_on_the_tree_are_the_best_of_all_pure_strategies() -> None:
+def test_best_responses_on_the_tree_are_the_best_of_all_pure_strategies():
     random, gainers = Random(0), 0
     for problem in small_games():
         tree = game_of(problem).tree
@@ -249,8 +248,8 @@ TREES = [
 
 @pytest.mark.parametrize(("family", "n", "seed"), TREES)
 def test_games_of_the_gallery_are_solved_in_fractions_and_kuhns_poker_has_its_value(
-    family: str, n: int, seed: int
-) -> None:
+    family, n, seed
+):
     """Without perturbations, two of them have degenerate equilibria."""
     problem = make(family, n, seed, **({"perturbation": 0} if n < 100 else {}))
     assert (problem.M + problem.M.T).min() >= 0  # so that M is copositive
@@ -262,7 +261,7 @@ def test_games_of_the_gallery_are_solved_in_fractions_and_kuhns_poker_has_its_va
     assert np.allclose(answer.payoffs, [float(one), float(two)])
 
 
-def test_an_unsolved_game_has_no_strategies() -> None:
+def test_an_unsolved_game_has_no_strategies():
     result = lcpcli.run(lcpcli.from_efg(ENTRY), "shi", max_iterations=1)
     assert (result.solved, result.answer.information_sets, result.answer.payoffs) == (
         False,
@@ -271,7 +270,7 @@ def test_an_unsolved_game_has_no_strategies() -> None:
     )
 
 
-def test_strategies_at_sets_that_their_player_excludes_are_probabilities() -> None:
+def test_strategies_at_sets_that_their_player_excludes_are_probabilities():
     """A player who stays out has a strategy for later, each action with the same
     probability."""
     game = """EFG 2 R "out" { "A" "B" }
@@ -316,7 +315,7 @@ def gains_little(gains: list[Fraction], reached: list[Fraction]) -> bool:
     )
 
 
-def test_solved_trees_are_equilibria_by_fractions_and_check_agrees() -> None:
+def test_solved_trees_are_equilibria_by_fractions_and_check_agrees():
     for seed in range(30):
         problem = tree_of(seed, 3, with_penalties)
         result = lcpcli.run(problem)
@@ -330,7 +329,7 @@ def test_solved_trees_are_equilibria_by_fractions_and_check_agrees() -> None:
             assert gains_little(gains(tree, own), list(map(abs, payoffs(tree, own))))
 
 
-def test_a_method_by_name_is_stalled_there_and_check_refuses_its_z() -> None:
+def test_a_method_by_name_is_stalled_there_and_check_refuses_its_z():
     result = lcpcli.run(lcpcli.from_efg(FORBIDDEN), "lemke")
     assert result.status.word == "stalled"
     assert result.message.endswith("by a best response Ann would gain 0, Bob 2")
@@ -340,9 +339,7 @@ def test_a_method_by_name_is_stalled_there_and_check_refuses_its_z() -> None:
 
 
 @pytest.mark.parametrize("constant", [0, 10**9])
-def test_what_a_gain_is_compared_with_is_the_same_if_all_payoffs_rise(
-    constant: int,
-) -> None:
+def test_what_a_gain_is_compared_with_is_the_same_if_all_payoffs_rise(constant):
     lines = [
         'EFG 2 R "choice" { "Ann" "Bob" }',
         'p "" 1 1 "" { "worse" "better" } 0',
@@ -355,7 +352,7 @@ def test_what_a_gain_is_compared_with_is_the_same_if_all_payoffs_rise(
 
 
 @pytest.mark.parametrize("payoffs", ["1, 2", "-3, 1/3"])
-def test_strategies_are_checked_in_a_game_without_moves(payoffs: str) -> None:
+def test_strategies_are_checked_in_a_game_without_moves(payoffs):
     game = [
         'EFG 2 R "chance" { "A" "B" }',
         'c "" 1 "" { "x" 1/3 "y" 2/3 } 0',
@@ -381,7 +378,7 @@ t "" 5 "" { 2, -2 }
 """
 
 
-def test_information_sets_are_reached_as_often_as_chance_leads_there() -> None:
+def test_information_sets_are_reached_as_often_as_chance_leads_there():
     answer = lcpcli.run(lcpcli.from_efg(DRAW)).answer
     assert [each.reached for each in answer.information_sets] == pytest.approx(
         [1 / 3, 2 / 3, 2 / 3]
@@ -389,14 +386,12 @@ def test_information_sets_are_reached_as_often_as_chance_leads_there() -> None:
     assert answer.payoffs == pytest.approx([2 / 3, -2 / 3])
 
 
-def test_words_of_a_game_tree_that_come_again_are_read_once(
-    monkeypatch: pytest.MonkeyPatch,
-) -> None:
+def test_words_of_a_game_tree_that_come_again_are_read_once(monkeypatch):
     read = list[str]()
     fraction = Fraction
 
     class Counted(fraction):
-        def __new__(cls, value: object = 0, *rest: int) -> fraction:
+        def __new__(cls, value=0, *rest):
             read.extend([value] if isinstance(value, str) else [])
             return fraction(value, *rest)
 

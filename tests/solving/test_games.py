@@ -35,14 +35,14 @@ Lcp, File = Callable[..., Any], Callable[..., str]
 
 
 @pytest.mark.parametrize("size", [1e28, 1e300, 1e-300])
-def test_costs_of_equal_payoffs_are_one(size: float) -> None:
+def test_costs_of_equal_payoffs_are_one(size):
     game = Game.of([[size, size]], [[size, -size]], (), ())
     M, _ = game.conditions()
     assert M[0, 1:].tolist() == [1, 1]
     assert game.cost_constants()[0] == Fraction(repr(size)) + 1
 
 
-def test_payoff_that_is_not_met_hides_no_gain() -> None:
+def test_payoff_that_is_not_met_hides_no_gain():
     """The costs of the column of 1 are rounded beside 1e16, so that the complementarity
     problem does not know of it."""
     A, B = (
@@ -95,8 +95,8 @@ def pure_equilibria(A: Vector, B: Vector) -> set[tuple[int, int]]:
     st.sampled_from([(1, 0), (1e6, 3e6), (1e-3, 0.1), (0.1, -7)]),
 )
 def test_a_pure_equilibrium_is_found_where_there_is_one_and_else_a_mixed_one(
-    seed: int, m: int, k: int, largest: int, units: tuple[float, float]
-) -> None:
+    seed, m, k, largest, units
+):
     A, B = (
         units[0]
         * np.random.default_rng(seed).integers(-largest, largest + 1, (2, m, k))
@@ -130,7 +130,7 @@ def test_a_pure_equilibrium_is_found_where_there_is_one_and_else_a_mixed_one(
         assert result.route == ("pure",)
 
 
-def test_the_same_pure_equilibrium_is_found_with_and_without_kernels() -> None:
+def test_the_same_pure_equilibrium_is_found_with_and_without_kernels():
     pytest.importorskip("numba")
     rng = np.random.default_rng(3)
     for n in (4, 40, 160):
@@ -146,9 +146,7 @@ def test_the_same_pure_equilibrium_is_found_with_and_without_kernels() -> None:
         assert found == {min(pure_equilibria(A, B))}
 
 
-def test_paths_of_degenerate_games_without_pure_equilibria_end_at_an_equilibrium() -> (
-    None
-):
+def test_paths_of_degenerate_games_without_pure_equilibria_end_at_an_equilibrium():
     """Payoffs of -1, 0 and 1 tie everywhere; a path that took ties by the first index
     would cycle."""
     rng, tried = np.random.default_rng(0), 0
@@ -165,7 +163,7 @@ def test_paths_of_degenerate_games_without_pure_equilibria_end_at_an_equilibrium
         )
 
 
-def test_each_pivot_counts_once() -> None:
+def test_each_pivot_counts_once():
     """Paths take turns, of PIVOTS at first, and then half of them of twice as many."""
     rng = np.random.default_rng(2)
     A, noise = rng.standard_normal((2, 100, 110))
@@ -176,7 +174,7 @@ def test_each_pivot_counts_once() -> None:
     assert (rises[LABELS : LABELS + LABELS // 2] == 2 * PIVOTS).all()
 
 
-def test_other_matrices_are_no_games() -> None:
+def test_other_matrices_are_no_games():
     others = (
         ([[0, 1], [1, 1]], -1),
         ([[0, 1], [1, 0]], 1),
@@ -186,7 +184,7 @@ def test_other_matrices_are_no_games() -> None:
     assert all(costs(lcpcli.Problem(M, [-1, q])) is None for M, q in others)
 
 
-def test_a_game_of_nearly_zero_sum_is_solved_although_its_paths_are_long() -> None:
+def test_a_game_of_nearly_zero_sum_is_solved_although_its_paths_are_long():
     rng = np.random.default_rng(2)
     A, noise = rng.standard_normal((2, 60, 66))
     B = 0.3 * noise - A
@@ -202,8 +200,8 @@ def test_a_game_of_nearly_zero_sum_is_solved_although_its_paths_are_long() -> No
 )
 @pytest.mark.parametrize("package", ["piqp", "none"])
 def test_a_game_of_constant_sum_is_solved_as_a_linear_program(
-    payoffs: str, package: str, monkeypatch: pytest.MonkeyPatch
-) -> None:
+    payoffs, package, monkeypatch
+):
     if package == "none":
         monkeypatch.setattr(programs, "has_piqp", lambda: False)
     rng = np.random.default_rng(5)
@@ -230,7 +228,7 @@ def test_a_game_of_constant_sum_is_solved_as_a_linear_program(
     assert_equilibrium(A, B, result)
 
 
-def test_a_game_that_is_not_quite_of_constant_sum_is_no_program() -> None:
+def test_a_game_that_is_not_quite_of_constant_sum_is_no_program():
     rng = np.random.default_rng(5)
     A = rng.standard_normal((30, 40))
     B = -A
@@ -246,9 +244,7 @@ def test_a_game_that_is_not_quite_of_constant_sum_is_no_program() -> None:
     st.integers(0, 15),
     st.lists(st.integers(-(10**15), 10**15), min_size=2, max_size=6),
 )
-def test_costs_of_short_decimals_are_those_of_exact_numbers(
-    digits: int, payoffs: list[int]
-) -> None:
+def test_costs_of_short_decimals_are_those_of_exact_numbers(digits, payoffs):
     rounded = np.array([[float(Fraction(each, 10**digits)) for each in payoffs]])
     M, _ = Game.of(rounded, rounded, (), ()).conditions()
     exact = [Fraction(repr(each)) for each in rounded[0].tolist()]
@@ -263,9 +259,7 @@ def test_costs_of_short_decimals_are_those_of_exact_numbers(
         max_size=6,
     )
 )
-def test_costs_of_doubles_are_those_of_their_shortest_decimals(
-    payoffs: list[float],
-) -> None:
+def test_costs_of_doubles_are_those_of_their_shortest_decimals(payoffs):
     given_payoffs = np.array([payoffs]) / 2**10  # whose costs do not overflow
     M, _ = Game.of(given_payoffs, given_payoffs, (), ()).conditions()
     exact = [Fraction(repr(each)) for each in given_payoffs[0].tolist()]
@@ -273,7 +267,7 @@ def test_costs_of_doubles_are_those_of_their_shortest_decimals(
     assert M[0, 1:].tolist() == [float(constant - each) for each in exact]
 
 
-def test_few_payoffs_are_written_as_decimals(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_few_payoffs_are_written_as_decimals(monkeypatch):
     written, decimal = [], of_game.Decimal
     monkeypatch.setattr(
         of_game, "Decimal", lambda value: written.append(value) or decimal(value)
@@ -289,7 +283,7 @@ def test_few_payoffs_are_written_as_decimals(monkeypatch: pytest.MonkeyPatch) ->
         assert len(written) <= most
 
 
-def test_a_pure_equilibrium_of_many_strategies_is_found_before_anything_else() -> None:
+def test_a_pure_equilibrium_of_many_strategies_is_found_before_anything_else():
     A = np.random.default_rng(0).random((200, 210))
     B = A.copy()  # its largest payoff is one
     result = lcpcli.run(lcpcli.from_game(A, B))

@@ -28,7 +28,7 @@ from lcpcli.verify import certificate
 from lcpcli.verify.certificate import RAY, UNVERIFIED, Proof
 
 from .. import exact, exact_measure, mixed_problems
-from .liars import LIE, Liar, assert_refused, at
+from .liars import LIE, assert_refused, at
 
 M, Q = mixed_problems.definite(5, np.random.default_rng(0))
 LOWER, UPPER = mixed_problems.with_all_bounds(5, np.random.default_rng(0))
@@ -71,9 +71,7 @@ def off_by(problem: Problem, z: Vector, size: float) -> Vector:
 
 
 @pytest.mark.parametrize("name", PROBLEMS)
-def test_point_that_solves_nothing_is_not_called_a_solution(
-    name: str, liar: Liar
-) -> None:
+def test_point_that_solves_nothing_is_not_called_a_solution(name, liar):
     problem = PROBLEMS[name]
     z = problem.box.project(2 * run(problem).z + 1)
     for F in (None, -0.0):
@@ -103,9 +101,7 @@ def assert_refused_or_corrected(result: Result) -> None:
 
 
 @pytest.mark.parametrize("name", PROBLEMS)
-def test_point_ten_times_as_far_off_as_the_tolerance_is_refused(
-    name: str, liar: Liar
-) -> None:
+def test_point_ten_times_as_far_off_as_the_tolerance_is_refused(name, liar):
     problem, tol = PROBLEMS[name], 1e-10
     z = run(problem).z
     far, near = (off_by(problem, z, size * tol) for size in (10, 0.1))
@@ -150,9 +146,7 @@ NEAR: dict[str, tuple[Problem, list[float]]] = {
 
 
 @pytest.mark.parametrize("name", NEAR)
-def test_point_that_nearly_looks_like_a_solution_is_refused(
-    name: str, liar: Liar
-) -> None:
+def test_point_that_nearly_looks_like_a_solution_is_refused(name, liar):
     problem, z = NEAR[name]
     for F in (None, 0.0):
         assert_refused_or_corrected(liar.run(problem, [at(z, F)]))
@@ -188,9 +182,7 @@ NOWHERE: dict[str, tuple[Problem, Any, Any]] = {
 
 @pytest.mark.parametrize(("F", "iterates"), [(None, False), (0.0, True)])
 @pytest.mark.parametrize("name", NOWHERE)
-def test_z_that_runs_off_to_infinity_solves_nothing(
-    name: str, F: float | None, iterates: bool, liar: Liar
-) -> None:
+def test_z_that_runs_off_to_infinity_solves_nothing(name, F, iterates, liar):
     problem, start, direction = NOWHERE[name]
     steps = [at(start + 10.0**k * np.array(direction), F) for k in range(0, 308, 7)]
     results = [liar.run(problem, [step]) for step in steps[::5]]
@@ -209,7 +201,7 @@ def test_z_that_runs_off_to_infinity_solves_nothing(
 
 
 @pytest.mark.parametrize("name", PROBLEMS)
-def test_point_that_is_not_finite_is_not_even_reported(name: str, liar: Liar) -> None:
+def test_point_that_is_not_finite_is_not_even_reported(name, liar):
     problem = PROBLEMS[name]
     solution = run(problem)
     x = problem.box.x_of(solution.z, solution.w)
@@ -233,7 +225,7 @@ def test_point_that_is_not_finite_is_not_even_reported(name: str, liar: Liar) ->
         )
 
 
-def test_claimed_residuals_decide_nothing(liar: Liar) -> None:
+def test_claimed_residuals_decide_nothing(liar):
     """Neither about the best iterate and its measures nor about divergence, and a
     solution is one whatever F is."""
     problem = PROBLEMS["lcp"]
@@ -251,7 +243,7 @@ def test_claimed_residuals_decide_nothing(liar: Liar) -> None:
         ).solved
 
 
-def test_time_that_there_is_no_limit_on_is_not_up(liar: Liar) -> None:
+def test_time_that_there_is_no_limit_on_is_not_up(liar):
     problem = PROBLEMS["lcp"]
     assert liar.run(problem, ending=OutOfTime()).status is Status.STALLED
     assert (
@@ -260,9 +252,7 @@ def test_time_that_there_is_no_limit_on_is_not_up(liar: Liar) -> None:
 
 
 @pytest.mark.parametrize("name", ["lcp", "mixed", "program"])
-def test_basis_is_that_of_z_and_w_and_not_what_a_method_had_in_mind(
-    name: str, liar: Liar
-) -> None:
+def test_basis_is_that_of_z_and_w_and_not_what_a_method_had_in_mind(name, liar):
     """An iterate x stands for states: here for those of another point, with every
     variable between its bounds."""
     problem = PROBLEMS[name]
@@ -379,9 +369,7 @@ WRONG: dict[str, tuple[Problem, Any]] = {
 
 
 @pytest.mark.parametrize("name", WRONG)
-def test_vector_that_proves_nothing_is_refused_in_rational_arithmetic_too(
-    name: str, liar: Liar
-) -> None:
+def test_vector_that_proves_nothing_is_refused_in_rational_arithmetic_too(name, liar):
     problem, y = WRONG[name]
     result = liar.run(problem, ending=farkas(y))
     assert_refused(result)
@@ -395,9 +383,7 @@ def test_vector_that_proves_nothing_is_refused_in_rational_arithmetic_too(
         assert exact.feasible(problem)
 
 
-def test_vector_that_is_wrong_in_other_variables_is_refused_in_all_of_them(
-    liar: Liar,
-) -> None:
+def test_vector_that_is_wrong_in_other_variables_is_refused_in_all_of_them(liar):
     """Those of the equilibrated problem, of one with its reference point at 0, and of
     the standard form."""
     M, q = np.diag([2.0**40, 1.0]), [-1, -1]
@@ -421,7 +407,7 @@ def test_vector_that_is_wrong_in_other_variables_is_refused_in_all_of_them(
                 assert result.message == f"stalled: {UNVERIFIED['farkas']}"
 
 
-def test_true_proof_of_the_same_method_is_believed(liar: Liar) -> None:
+def test_true_proof_of_the_same_method_is_believed(liar):
     result = liar.run(TEXTBOOK, ending=farkas([1, 0]))
     assert result.status is Status.INFEASIBLE
     assert Proof("farkas", result.certificate.vector).holds(TEXTBOOK)
@@ -445,9 +431,7 @@ SOLVABLE = {
 
 
 @pytest.mark.parametrize("name", SOLVABLE)
-def test_exhaustion_of_a_small_problem_with_a_solution_is_refused(
-    name: str, liar: Liar
-) -> None:
+def test_exhaustion_of_a_small_problem_with_a_solution_is_refused(name, liar):
     """Even if a method declares that its proofs are exact; through a standard form
     too."""
     for takes_bounds, excludes_exactly in itertools.product((True, False), repeat=2):
@@ -463,8 +447,8 @@ def test_exhaustion_of_a_small_problem_with_a_solution_is_refused(
 
 
 def test_exhaustion_that_is_not_verified_is_believed_only_of_methods_that_declare_it(
-    liar: Liar, monkeypatch: pytest.MonkeyPatch
-) -> None:
+    liar, monkeypatch
+):
     declaring = [name for name, method in METHODS.items() if method.excludes_exactly]
     assert declaring == ["auto", "milp"], "which search all sets"
     for problem in (MANY, families.make("unsolvable", 24)):
@@ -478,9 +462,7 @@ def test_exhaustion_that_is_not_verified_is_believed_only_of_methods_that_declar
     assert believed.certificate.vector is None, "as a proof by exhaustion has none"
 
 
-def test_no_proof_is_believed_against_a_point_that_solves_the_problem(
-    liar: Liar,
-) -> None:
+def test_no_proof_is_believed_against_a_point_that_solves_the_problem(liar):
     for problem in (SOLVABLE["lcp"], MANY):
         solution = at(lcpcli.run(problem).z)
         for ending in (
@@ -493,7 +475,7 @@ def test_no_proof_is_believed_against_a_point_that_solves_the_problem(
             assert result.certificate is None
 
 
-def test_a_solution_has_no_proof_up_to_rounding_beside_it(liar: Liar) -> None:
+def test_a_solution_has_no_proof_up_to_rounding_beside_it(liar):
     """z_1 = z_2 = 2^52 is exact, and y = (1, 1) a proof but for the last bit of M; the
     point is looked at only once the method has ended."""
     M, q = np.eye(24), np.ones(24)
@@ -526,7 +508,7 @@ RAYS: dict[str, tuple[Problem, list[float]]] = {
 
 
 @pytest.mark.parametrize("name", RAYS)
-def test_ray_that_is_none_is_refused(name: str, liar: Liar) -> None:
+def test_ray_that_is_none_is_refused(name, liar):
     problem, z = RAYS[name]
     result = liar.run(
         problem,
@@ -537,7 +519,7 @@ def test_ray_that_is_none_is_refused(name: str, liar: Liar) -> None:
     assert result.message == f"stalled: {UNVERIFIED['ray']}"
 
 
-def test_ray_proves_nothing_whatever_a_method_says(liar: Liar) -> None:
+def test_ray_proves_nothing_whatever_a_method_says(liar):
     """Along (1, 0) w = Mz does not change; the first problem has a solution, and its M
     is semidefinite. So are those of the last two, and in exact arithmetic a ray of
     Lemke's method would prove that there is none."""

@@ -6,7 +6,6 @@ from __future__ import annotations
 
 import pickle
 from itertools import count, islice
-from typing import Any
 
 import numpy as np
 import pytest
@@ -24,7 +23,6 @@ from .. import mixed_problems
 from .conftest import assert_same
 
 K = 40
-TOL = 1e-10
 
 
 def hidden_definite(n: int, generator: np.random.Generator) -> tuple[Vector, Vector]:
@@ -41,7 +39,7 @@ def hidden_definite(n: int, generator: np.random.Generator) -> tuple[Vector, Vec
     ("n", "k"),
     [(7, 8), pytest.param(30, K, marks=pytest.mark.slow("each is solved twice"))],
 )
-def test_results_are_those_of_run(n: int, k: int) -> None:
+def test_results_are_those_of_run(n, k):
     generator = np.random.default_rng(n)
     M, Q = hidden_definite(n, generator)
     Q = Q[:, :1] + 0.02 * np.cumsum(Q[:, :k], axis=1) if n == 7 else Q
@@ -70,9 +68,7 @@ def test_results_are_those_of_run(n: int, k: int) -> None:
 
 
 @pytest.mark.parametrize("n", [12, 250])
-def test_sparse_matrices_are_solved_and_stay_sparse_and_rounding_is_refined_away(
-    n: int,
-) -> None:
+def test_sparse_matrices_are_solved_and_stay_sparse_and_rounding_is_refined_away(n):
     M = csr_array(4 * np.eye(n) - np.eye(n, k=1) - np.eye(n, k=-1))
     Q = np.random.default_rng(0).standard_normal((n, 3))
     for result, q in zip(lcpcli.solve_many(M, Q), Q.T, strict=True):
@@ -89,24 +85,14 @@ def test_sparse_matrices_are_solved_and_stay_sparse_and_rounding_is_refined_away
     )
 
 
-SINGULAR = [[1.0, 0.0, 0.0], [0.0, 0.0, 0.0], [0.0, 0.0, -1.0]]
-COLUMNS = {  # of a matrix that is no P-matrix, with the status of each
-    (-1.0, 1.0, 1.0): "solved",
-    (-1.0, -1.0, 1.0): "infeasible",
-    (2.0, 0.0, 3.0): "solved",
-    (1.0, 2.0, -1.0): "infeasible",
-    (-3.0, 0.0, 0.0): "solved",
-}
-
-
-def test_columns_are_solved_as_they_are_asked_for() -> None:
+def test_columns_are_solved_as_they_are_asked_for():
     """All of them would take minutes."""
     results = lcpcli.solve_many(np.eye(2), np.broadcast_to([[-1.0], [2.0]], (2, 10**7)))
     assert next(results).z.tolist() == [1.0, 0.0]
     assert all(result.solved for result in islice(results, 1000))
 
 
-def test_columns_of_the_smallest_numbers_are_solved_up_to_the_grid_near_0() -> None:
+def test_columns_of_the_smallest_numbers_are_solved_up_to_the_grid_near_0():
     """No double z has 0.75 z = 5e-324; the nearest one solves it, and 0 does not."""
     Q = np.full((1, 5), -5e-324)
     for result in (lcpcli.solve([[0.75]], Q[:, 0]), *lcpcli.solve_many([[0.75]], Q)):
@@ -114,9 +100,7 @@ def test_columns_of_the_smallest_numbers_are_solved_up_to_the_grid_near_0() -> N
         assert result.solved is bool(result.z[0])
 
 
-def test_seconds_of_all_columns_together_are_those_of_their_blocks(
-    monkeypatch: pytest.MonkeyPatch,
-) -> None:
+def test_seconds_of_all_columns_together_are_those_of_their_blocks(monkeypatch):
     """The clock goes on by one second each time it is read."""
     readings = count(1.0)
     monkeypatch.setattr(many, "seconds", lambda: next(readings))
@@ -133,7 +117,7 @@ def test_seconds_of_all_columns_together_are_those_of_their_blocks(
     )
 
 
-def test_problems_are_read_and_solved_as_they_are_asked_for() -> None:
+def test_problems_are_read_and_solved_as_they_are_asked_for():
     read: list[float] = []
     stream = (read.append(q) or Problem([[2.0]], [q]) for q in (-2.0, 1.0, -6.0))
     results = lcpcli.solve_many(stream, "lemke", tol=1e-9)
@@ -148,7 +132,7 @@ def test_problems_are_read_and_solved_as_they_are_asked_for() -> None:
     assert [result.z.tolist() for result in results] == [[0.0], [3.0]]
 
 
-def test_options_mean_what_they_mean_to_solve_and_nothing_given_is_changed() -> None:
+def test_options_mean_what_they_mean_to_solve_and_nothing_given_is_changed():
     M, Q = np.array([[2.0, 1.0], [1.0, 2.0]]), np.array([[-5.0, 1.0], [-6.0, -1.0]])
     before = M.copy(), Q.copy()
     for options in (
@@ -192,7 +176,7 @@ def random_batch(n: int, generator: np.random.Generator) -> tuple[Vector, Vector
 
 @pytest.mark.usefixtures("way")
 @pytest.mark.parametrize("n", [1, 7, 30])
-def test_results_of_a_batch_are_those_of_run(n: int) -> None:
+def test_results_of_a_batch_are_those_of_run(n):
     generator = np.random.default_rng(n)
     M, q = random_batch(n, generator)
     each = np.array([mixed_problems.with_all_bounds(n, generator) for _ in range(B)])
@@ -215,9 +199,7 @@ def test_results_of_a_batch_are_those_of_run(n: int) -> None:
     arrays(float, (6, 3), elements=st.integers(-2, 2)),
     st.sampled_from([(0.0, np.inf), (-1.0, 1.0), (0.0, [1.0, np.inf, 2.0])]),
 )
-def test_small_integers_are_decided_as_by_solve(
-    M: Vector, q: Vector, bounds: tuple[Any, Any]
-) -> None:
+def test_small_integers_are_decided_as_by_solve(M, q, bounds):
     """Of a batch, and of columns. Among them degenerate problems, singular blocks,
     several solutions and none."""
     low, high = bounds
@@ -233,7 +215,7 @@ def test_small_integers_are_decided_as_by_solve(
 
 
 @pytest.mark.usefixtures("way")
-def test_a_problem_without_a_solution_has_rows_of_nan_and_keeps_its_proof() -> None:
+def test_a_problem_without_a_solution_has_rows_of_nan_and_keeps_its_proof():
     batch = lcpcli.solve_many([*M, NONE[0]], [*Q, NONE[1]])
     assert batch.solved.tolist() == [True, True, False]
     assert (
@@ -246,7 +228,7 @@ def test_a_problem_without_a_solution_has_rows_of_nan_and_keeps_its_proof() -> N
     assert repr(batch) == "<Batch: 2 of 3 problems solved, n = 2>"
 
 
-def test_a_batch_is_a_sequence_of_results() -> None:
+def test_a_batch_is_a_sequence_of_results():
     batch = lcpcli.solve_many(M, Q)
     assert len(batch) == 2
     assert [result.z.tolist() for result in batch] == batch.z.tolist()
@@ -262,7 +244,7 @@ def test_a_batch_is_a_sequence_of_results() -> None:
 
 
 @pytest.mark.usefixtures("way")
-def test_methods_options_and_limits_are_those_of_run() -> None:
+def test_methods_options_and_limits_are_those_of_run():
     for options in (
         {"method": "lemke"},
         {"trace": True},
@@ -284,7 +266,7 @@ def test_methods_options_and_limits_are_those_of_run() -> None:
         assert {result.status.word for result in batch} == {word}
 
 
-def test_no_problems_are_an_empty_batch_and_those_without_unknowns_are_solved() -> None:
+def test_no_problems_are_an_empty_batch_and_those_without_unknowns_are_solved():
     batch = lcpcli.solve_many(np.zeros((0, 3, 3)), np.zeros((0, 3)))
     assert (len(batch), list(batch), batch.z.shape, batch.w.shape) == (
         0,
@@ -309,7 +291,7 @@ def test_no_problems_are_an_empty_batch_and_those_without_unknowns_are_solved() 
         assert batch.derivative(dq=np.zeros((3, 0))).z.shape == (3, 0)
 
 
-def test_each_problem_of_a_batch_that_is_solved_in_parts_has_its_own_matrix() -> None:
+def test_each_problem_of_a_batch_that_is_solved_in_parts_has_its_own_matrix():
     compiled = pytest.importorskip("lcpcli.kernels.compiled")
     n = 100
     b = 2 * (compiled.NUMBERS_AT_ONCE // n**2) + 1  # three parts
@@ -321,9 +303,7 @@ def test_each_problem_of_a_batch_that_is_solved_in_parts_has_its_own_matrix() ->
     assert np.allclose(batch.z, 1 / factors[:, np.newaxis], rtol=1e-12)
 
 
-def test_pivoting_counts_in_the_time_of_a_problem_that_another_method_ends(
-    monkeypatch: pytest.MonkeyPatch,
-) -> None:
+def test_pivoting_counts_in_the_time_of_a_problem_that_another_method_ends(monkeypatch):
     # Of the pivoting alone.
     monkeypatch.setattr(many, "seconds", count(step=1e6).__next__)
     M, q = (
@@ -337,9 +317,7 @@ def test_pivoting_counts_in_the_time_of_a_problem_that_another_method_ends(
 
 @pytest.mark.usefixtures("way")
 @pytest.mark.parametrize("factor", [1e-61, 1.0, 2.0**300])
-def test_numbers_far_from_one_are_left_to_the_run_of_each_problem(
-    factor: float,
-) -> None:
+def test_numbers_far_from_one_are_left_to_the_run_of_each_problem(factor):
     M, q = (
         factor * np.array([[1.0, 3.0, 2.0], [2.0, 0.0, 3.0], [-2.0, 1.0, 2.0]]),
         np.array([2.0, -1.0, -2.0]),

@@ -66,7 +66,7 @@ def is_true(problem: Problem) -> bool:
     return solvable
 
 
-def test_what_is_said_of_small_problems_is_true() -> None:
+def test_what_is_said_of_small_problems_is_true():
     generator = np.random.default_rng(13)
     assert (
         0.2 * COUNT
@@ -124,7 +124,7 @@ def linear_program(seed: int) -> Problem:
 
 
 @pytest.mark.parametrize("largest", [0, 400])
-def test_linear_programs_with_numbers_far_apart(largest: int) -> None:
+def test_linear_programs_with_numbers_far_apart(largest):
     """And in units up to 2^400 apart."""
     for seed in range(COUNT // 8):
         given = linear_program(seed)
@@ -169,7 +169,7 @@ def mixed(seed: int) -> Problem:
     return Problem(M, q, lower=lower, upper=np.where(upper < lower, lower + 1, upper))
 
 
-def test_mixed_problems_with_far_bounds() -> None:
+def test_mixed_problems_with_far_bounds():
     for seed in range(COUNT // 2):
         is_true(mixed(seed))
 
@@ -182,7 +182,7 @@ def near(z: Vector, reference: Vector, size: float = 1.0) -> bool:
 
 
 @pytest.mark.parametrize("seed", range(10))
-def test_units_order_signs_and_shifts_do_not_matter(seed: int) -> None:
+def test_units_order_signs_and_shifts_do_not_matter(seed):
     generator = np.random.default_rng(seed)
     n = int(generator.integers(1, 30))
     (M, q), (lower, upper) = monotone(n, generator), with_all_bounds(n, generator)
@@ -266,9 +266,7 @@ def is_solvable(problem: Problem) -> bool:
 
 
 @pytest.mark.parametrize("n", SIZES)
-def test_crushed_boxes_are_ill_posed_or_infeasible_as_exact_arithmetic_says(
-    n: int,
-) -> None:
+def test_crushed_boxes_are_ill_posed_or_infeasible_as_exact_arithmetic_says(n):
     for decades in (0, 6):
         assert_ill_posed(lcpcli.run(ill_posed(n, decades)))
         problem = next(
@@ -306,7 +304,7 @@ def assert_ill_posed(result: Result) -> None:
 
 
 @pytest.mark.parametrize("n", SIZES)
-def test_boxes_that_are_not_crushed_are_solved(n: int) -> None:
+def test_boxes_that_are_not_crushed_are_solved(n):
     result = lcpcli.run(lifted(crushed(n, 0)))
     assert result.solved
     assert result.point.solves()
@@ -314,7 +312,7 @@ def test_boxes_that_are_not_crushed_are_solved(n: int) -> None:
 
 
 @pytest.mark.parametrize("n", NEAR)
-def test_mixed_forms_and_columns_have_the_same_verdict(n: int) -> None:
+def test_mixed_forms_and_columns_have_the_same_verdict(n):
     plain = ill_posed(n)
     M, q, free = plain.M, plain.q, np.full(n, -np.inf)
     beside = np.zeros((n + 1, n + 1))  # with a free variable, half of the first one
@@ -334,7 +332,7 @@ def test_mixed_forms_and_columns_have_the_same_verdict(n: int) -> None:
     assert (exact.solved, exact.certificate) == (True, None)
 
 
-def test_program_is_neither_solved_nor_infeasible() -> None:
+def test_program_is_neither_solved_nor_infeasible():
     problem = ill_posed(8)
     result = lcpcli.run(lcpcli.from_qp(problem.M, problem.q, lower=0))
     assert_ill_posed(result)
@@ -343,15 +341,15 @@ def test_program_is_neither_solved_nor_infeasible() -> None:
 
 
 def test_without_exact_arithmetic_a_run_off_takes_the_place_of_the_solution(
-    monkeypatch: pytest.MonkeyPatch,
-) -> None:
+    monkeypatch,
+):
     monkeypatch.setattr(elimination, "library", lambda: None)
     result = lcpcli.run(crushed(60, 0))
     assert_ill_posed(result)
     assert "violates no row by more than 1e-10 of its terms" in result.message
 
 
-def test_forces_that_nearly_balance_crush_no_boxes() -> None:
+def test_forces_that_nearly_balance_crush_no_boxes():
     """Their proof but for rounding leaves more than six digits of the sums of its
     terms."""
     problem = ill_posed(5)

@@ -32,7 +32,7 @@ def smoothed(n: int, kind: int) -> Problem:
     return from_qp(Q, -c, A.tocsr(), **bounds)
 
 
-def test_a_large_error_of_the_objective_is_told_and_may_be_refused() -> None:
+def test_a_large_error_of_the_objective_is_told_and_may_be_refused():
     problem = smoothed(1000, 0)
     result = lcpcli.run(problem, "interior")
     assert result.solved
@@ -47,7 +47,7 @@ def test_a_large_error_of_the_objective_is_told_and_may_be_refused() -> None:
     assert lcpcli.run(problem, "interior", gap=1e-2).solved
 
 
-def test_auto_goes_on_until_the_objective_is_known() -> None:
+def test_auto_goes_on_until_the_objective_is_known():
     trace = lcpcli.Trace()
     result = lcpcli.run(smoothed(1000, 0), gap=1e-6, trace=trace)
     assert result.solved
@@ -59,7 +59,7 @@ def test_auto_goes_on_until_the_objective_is_known() -> None:
     assert result.verified is not False
 
 
-def test_problems_without_an_objective_have_no_error_of_it() -> None:
+def test_problems_without_an_objective_have_no_error_of_it():
     result = lcpcli.solve([[2, 1], [1, 2]], [-5, -6])
     assert result.objective_error is None
     assert lcpcli.solve([[2, 1], [1, 2]], [-5, -6], gap=1e-15).solved
@@ -67,7 +67,7 @@ def test_problems_without_an_objective_have_no_error_of_it() -> None:
         lcpcli.solve([[1]], [-1], gap=0)
 
 
-def test_usual_programs_have_an_exact_objective() -> None:
+def test_usual_programs_have_an_exact_objective():
     generator = np.random.default_rng(0)
     for n, m in ((3, 2), (10, 5), (40, 30)):
         B = generator.standard_normal((n, n))
@@ -80,7 +80,7 @@ def test_usual_programs_have_an_exact_objective() -> None:
 
 
 @given(seed=st.integers(0, 2**32 - 1), size=st.integers(-9, -2))
-def test_the_error_bounds_that_of_a_feasible_point(seed: int, size: int) -> None:
+def test_the_error_bounds_that_of_a_feasible_point(seed, size):
     """min x'Qx / 2 + c'x, x >= 0, A x >= b, with x >= x* near the minimizer x*: both
     are feasible, as A >= 0, and y* is."""
     generator = np.random.default_rng(seed)
@@ -103,14 +103,14 @@ def test_the_error_bounds_that_of_a_feasible_point(seed: int, size: int) -> None
     assert excess <= error * whole * (1 + 1e-9) + curved + 1e-12 * (1 + whole)
 
 
-def test_digits_are_counted_down() -> None:
+def test_digits_are_counted_down():
     assert statement(0.0) == statement(NEGLIGIBLE) == ""
     assert statement(3e-9) == "objective known to 8 digits"
     assert statement(3.5e-3) == "objective known to 2 digits"
     assert statement(0.2) == statement(np.inf) == "objective known to no digit"
 
 
-def test_far_bounds_that_are_not_met_make_no_error() -> None:
+def test_far_bounds_that_are_not_met_make_no_error():
     """Rounding of w = 0 times 1e20 would be an error of 1e4."""
     sides = {"row_upper": [1.0, 1e19], "upper": [1e20, 1e20, 1e20]}
     A = [[0.1, 0.2, 0.3], [0.7, 0.1, 0.9]]

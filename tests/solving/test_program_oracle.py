@@ -234,7 +234,7 @@ def proved(p: Small) -> str:
     "count",
     [40, pytest.param(COUNT, marks=pytest.mark.slow("each against exact arithmetic"))],
 )
-def test_every_statement_about_a_program_is_proved_in_fractions(count: int) -> None:
+def test_every_statement_about_a_program_is_proved_in_fractions(count):
     found = Counter(proved(program(seed)) for seed in range(count))
     assert found["undecided"] == 0
     assert all(
@@ -284,6 +284,6 @@ LITERATURE = {
 
 
 @pytest.mark.parametrize("name", LITERATURE)
-def test_optimal_values_are_those_of_the_literature(name: str) -> None:
+def test_optimal_values_are_those_of_the_literature(name):
     problem, value = LITERATURE[name]
     assert run(problem).answer.objective == pytest.approx(value, rel=1e-9)

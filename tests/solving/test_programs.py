@@ -43,7 +43,7 @@ PORTFOLIO_ROWS = [[1, 1, 1], [-1, -1, -1], [0.12, 0.08, 0.04]], [1, -1, 0.07]
 BATTLE = [[3, 0], [0, 2]], [[2, 0], [0, 3]]
 
 
-def test_strategies_that_are_not_an_equilibrium_are_reported_as_such() -> None:
+def test_strategies_that_are_not_an_equilibrium_are_reported_as_such():
     result = run(from_game(*BATTLE), "auto")
     wrong = replace(
         result, point=Point(Criterion(result.problem), np.array([1.0, 0.0, 0.0, 1.0]))
@@ -58,9 +58,7 @@ def test_strategies_that_are_not_an_equilibrium_are_reported_as_such() -> None:
 
 @settings(max_examples=30)
 @given(st.floats(10, 40), st.integers(0, 2**20))
-def test_one_of_several_minimizers_is_said_whatever_the_last_digits_of_x(
-    moved: float, seed: int
-) -> None:
+def test_one_of_several_minimizers_is_said_whatever_the_last_digits_of_x(moved, seed):
     """Dantzig's transport program: New York may be served from either plant, at the
     same cost."""
     result = run(read("problems/programs/transport.json"), "auto")
@@ -77,9 +75,7 @@ def test_one_of_several_minimizers_is_said_whatever_the_last_digits_of_x(
     ("options", "sense"),
     [({"max_iterations": 3}, "min"), ({"time_limit": 1e-9}, "max")],
 )
-def test_at_a_limit_the_best_x_of_a_program_is_given_with_its_residual(
-    options: dict[str, Any], sense: str
-) -> None:
+def test_at_a_limit_the_best_x_of_a_program_is_given_with_its_residual(options, sense):
     sign = 1 if sense == "min" else -1
     Q, c = sign * np.array(PORTFOLIO_Q), np.array([1.0, 2.0, 3.0])
     result = run(
@@ -120,7 +116,7 @@ def test_at_a_limit_the_best_x_of_a_program_is_given_with_its_residual(
     )
 
 
-def test_costs_are_exact_decimals_within_a_factor_of_two() -> None:
+def test_costs_are_exact_decimals_within_a_factor_of_two():
     problem = from_game([[0.1, 0.3], [0.2, 0.7]], [[5, 5], [5, 5]])
     assert problem.M[:2, 2:].tolist() == [[1.2, 1.0], [1.1, 0.6]]
     assert problem.M[2:, :2].tolist() == [[1, 1], [1, 1]]
@@ -203,8 +199,8 @@ def forms(p: dict[str, Any], folder: Path) -> dict[str, Problem]:
 
 @pytest.mark.parametrize("seed", range(4))
 def test_each_form_has_the_same_answer_and_of_osqp_bounds_are_rows_and_1e20_is_none(
-    seed: int, tmp_path: Path
-) -> None:
+    seed, tmp_path
+):
     p, own = bounded_program(seed), {"rel": 1e-11, "abs": 1e-12}
     answers = {
         name: run(problem).answer for name, problem in forms(p, tmp_path).items()
@@ -232,7 +228,7 @@ def test_each_form_has_the_same_answer_and_of_osqp_bounds_are_rows_and_1e20_is_n
     assert z[:6] == pytest.approx(expected.x, **own)
 
 
-def test_osqp_itself_finds_the_same_x_and_minus_the_multipliers() -> None:
+def test_osqp_itself_finds_the_same_x_and_minus_the_multipliers():
     osqp = pytest.importorskip("osqp")
     given = osqp_names(bounded_program(1), 1e30)
     solver = osqp.OSQP()
@@ -245,9 +241,7 @@ def test_osqp_itself_finds_the_same_x_and_minus_the_multipliers() -> None:
     assert ours.y == pytest.approx(-theirs.y, abs=1e-6)
 
 
-def test_linear_programs_and_infinite_ends_are_taken_as_others_take_them(
-    tmp_path: Path,
-) -> None:
+def test_linear_programs_and_infinite_ends_are_taken_as_others_take_them(tmp_path):
     (tmp_path / "lp.json").write_text(
         '{"P": null, "q": [1, 2], "A": [[1, 1], [0, 1]], "l": [2, 0], "u": 3}'
     )
@@ -267,7 +261,7 @@ def test_linear_programs_and_infinite_ends_are_taken_as_others_take_them(
 
 
 @pytest.mark.parametrize("seed", range(4))
-def test_solve_qp_and_the_solver_of_qpsolvers_return_the_same_x(seed: int) -> None:
+def test_solve_qp_and_the_solver_of_qpsolvers_return_the_same_x(seed):
     qpsolvers = pytest.importorskip("qpsolvers")
     lcpcli.add_to_qpsolvers()
     assert "lcp" in qpsolvers.available_solvers
@@ -288,7 +282,7 @@ def test_solve_qp_and_the_solver_of_qpsolvers_return_the_same_x(seed: int) -> No
     assert solution.obj == pytest.approx(run(from_qp(**p)).answer.objective)
 
 
-def test_qpsolvers_learns_of_no_solution_and_gets_no_stationary_point() -> None:
+def test_qpsolvers_learns_of_no_solution_and_gets_no_stationary_point():
     """min -x^2 + x: 0.5 satisfies the conditions, and is the maximizer."""
     qpsolvers = pytest.importorskip("qpsolvers")
     lcpcli.add_to_qpsolvers()
@@ -329,9 +323,7 @@ INF = np.inf
         ({"ub": [-INF, 0.0]}, "ub[0] is minus infinity"),
     ],
 )
-def test_bounds_without_a_number_between_them_are_no_error_for_qpsolvers(
-    sides: dict[str, Any], reason: str
-) -> None:
+def test_bounds_without_a_number_between_them_are_no_error_for_qpsolvers(sides, reason):
     """As with its other solvers, which return no x, so that a loop goes on."""
     qpsolvers = pytest.importorskip("qpsolvers")
     lcpcli.add_to_qpsolvers()
@@ -345,7 +337,7 @@ def test_bounds_without_a_number_between_them_are_no_error_for_qpsolvers(
         from_qpsolvers(np.eye(2), np.ones(2), **arrays)
 
 
-def test_other_input_errors_are_errors_for_qpsolvers_too() -> None:
+def test_other_input_errors_are_errors_for_qpsolvers_too():
     qpsolvers = pytest.importorskip("qpsolvers")
     lcpcli.add_to_qpsolvers()
     with pytest.raises(ProblemError, match="q"):
@@ -353,7 +345,7 @@ def test_other_input_errors_are_errors_for_qpsolvers_too() -> None:
 
 
 @pytest.mark.parametrize("form", [np.array, csr_array, np.ndarray.tolist])
-def test_matrices_without_rows_are_no_constraints(form: Any) -> None:
+def test_matrices_without_rows_are_no_constraints(form):
     rows, sides = form(np.zeros((0, 2))), np.zeros(0)
     Q, c = np.array([[2.0, 1.0], [1.0, 2.0]]), [-3.0, -3.0]
     free = {"lower": -INF}
@@ -377,7 +369,7 @@ def test_matrices_without_rows_are_no_constraints(form: Any) -> None:
         from_qp(Q, c, rows, [1.0])
 
 
-def test_a_maximum_is_the_minimum_of_the_opposite_in_fractions_too() -> None:
+def test_a_maximum_is_the_minimum_of_the_opposite_in_fractions_too():
     p = bounded_program(3)
     least = run(from_qp(**p, constant=2.0)).answer
     most = run(
@@ -398,7 +390,7 @@ SEMIDEFINITE = [[1, 1], [1, 1]], [-1, -1], [[-1, -1]], [-4]
 SEVERAL = "x is one of several minimizers, as Q is positive semidefinite"
 
 
-def test_what_a_solution_is_is_worked_out_when_it_is_read() -> None:
+def test_what_a_solution_is_is_worked_out_when_it_is_read():
     result = run(from_qp(*SEMIDEFINITE), "auto")
     x, seconds = result.answer.x, result.seconds
     assert x is result.answer.x
@@ -409,7 +401,7 @@ def test_what_a_solution_is_is_worked_out_when_it_is_read() -> None:
 
 
 @pytest.mark.parametrize("read_before", [False, True])
-def test_answers_of_pickled_results_are_those_of_the_results(read_before: bool) -> None:
+def test_answers_of_pickled_results_are_those_of_the_results(read_before):
     unbounded = from_qp(None, [-1], [[1]], [0])
     for problem in (from_qp(*SEMIDEFINITE), unbounded, from_game(*BATTLE)):
         result = run(problem, "auto")
@@ -427,9 +419,7 @@ def test_answers_of_pickled_results_are_those_of_the_results(read_before: bool) 
 M, q = [[2, 1], [1, 2]], [-5, -6]
 
 
-def test_component_is_found_by_the_name_that_the_problem_or_the_program_gives_it() -> (
-    None
-):
+def test_component_is_found_by_the_name_that_the_problem_or_the_program_gives_it():
     result = run(Problem(M, q, names=["price", "flow"]))
     assert list(result.names) == ["price", "flow"]
     assert (result["price"], result["flow"]) == tuple(result.z.tolist())
@@ -444,7 +434,7 @@ def test_component_is_found_by_the_name_that_the_problem_or_the_program_gives_it
 @pytest.mark.parametrize(
     ("e", "words"), [(0.0, "one of several minimizers"), (1e-11, "a minimizer")]
 )
-def test_minimizers_up_to_rounding_are_not_several(e: float, words: str) -> None:
+def test_minimizers_up_to_rounding_are_not_several(e, words):
     """min -x - (1 + e) y over x + y <= 1 is attained at (0, 1) alone, unless e = 0."""
     statement = run(
         from_qp(None, [-1.0, -1.0 - e], [[-1.0, -1.0]], [-1.0])
@@ -452,7 +442,7 @@ def test_minimizers_up_to_rounding_are_not_several(e: float, words: str) -> None
     assert statement == f"x is {words} of the linear program"
 
 
-def test_a_program_that_hardly_contradicts_itself_is_not_called_unbounded() -> None:
+def test_a_program_that_hardly_contradicts_itself_is_not_called_unbounded():
     result = run(
         from_qp(
             None,
@@ -464,9 +454,7 @@ def test_a_program_that_hardly_contradicts_itself_is_not_called_unbounded() -> N
     assert result.word == "infeasible"
 
 
-def test_every_proof_for_the_constraints_is_one_for_the_program(
-    monkeypatch: pytest.MonkeyPatch,
-) -> None:
+def test_every_proof_for_the_constraints_is_one_for_the_program(monkeypatch):
     """Also one with multipliers of columns without entries, which have costs in the
     program alone."""
     y = np.array([0.0, 0.0, 0.0, 1.0, 1.0, 1.0])
@@ -478,7 +466,7 @@ def test_every_proof_for_the_constraints_is_one_for_the_program(
     assert result.answer.certificate.tolist() == [1.0, 1.0]
 
 
-def test_a_solver_tells_of_a_program_only_where_q_and_bounds_are_those_of_one() -> None:
+def test_a_solver_tells_of_a_program_only_where_q_and_bounds_are_those_of_one():
     """A row whose multiplier has other bounds is none of a program."""
     program = from_qp([[2, 0], [0, 2]], [-4, -4], [[1, 1]], row_upper=2)
     solver = lcpcli.Solver(program)
@@ -489,9 +477,7 @@ def test_a_solver_tells_of_a_program_only_where_q_and_bounds_are_those_of_one() 
 
 
 @pytest.mark.parametrize(("sense", "sign"), [("max", 1), ("min", -1)])
-def test_derivatives_with_respect_to_bounds_have_the_sense_of_the_program(
-    sense: str, sign: int
-) -> None:
+def test_derivatives_with_respect_to_bounds_have_the_sense_of_the_program(sense, sign):
     """The best is 3 x + y = 6 at (1, 3), and rises by 2 for each unit that x may."""
     sides = {"row_upper": [4], "lower": 0, "upper": [1, 5], "sense": sense}
     answer = run(from_qp(None, [3 * sign, sign], [[1, 1]], **sides)).answer
@@ -502,7 +488,7 @@ def test_derivatives_with_respect_to_bounds_have_the_sense_of_the_program(
 
 
 @pytest.mark.parametrize("power", [-40, 0, 30, 50])
-def test_a_variable_inside_its_bounds_has_no_multiplier_in_any_unit(power: int) -> None:
+def test_a_variable_inside_its_bounds_has_no_multiplier_in_any_unit(power):
     """Its w is rounding of terms that are as large as the objective."""
     random = np.random.default_rng(0)
     for _ in range(20):
@@ -516,7 +502,7 @@ def test_a_variable_inside_its_bounds_has_no_multiplier_in_any_unit(power: int) 
 
 @pytest.mark.parametrize("scaled", ["objective", "rows", "x"])
 @pytest.mark.parametrize("scale", [1e-12, 1e-8, 1e8])
-def test_several_minimizers_are_seen_in_any_unit(scaled: str, scale: float) -> None:
+def test_several_minimizers_are_seen_in_any_unit(scaled, scale):
     """min x_1 + x_2 with x_1 + x_2 >= 3, 0 <= x <= 5, in other units."""
     c, A = np.ones(2), np.ones((1, 2))
     row_lower, upper = np.array([3.0]), np.full(2, 5.0)
@@ -531,9 +517,7 @@ def test_several_minimizers_are_seen_in_any_unit(scaled: str, scale: float) -> N
 
 
 @pytest.mark.parametrize("row_upper", [np.inf, 6.7, 1.7])
-def test_several_minimizers_are_seen_where_a_row_has_two_sides(
-    row_upper: float,
-) -> None:
+def test_several_minimizers_are_seen_where_a_row_has_two_sides(row_upper):
     """A'x of another minimizer is at its side up to rounding."""
     a = [0.4, 0.2, 0.1, 0.2]
     problem = from_qp(None, a, [a], row_lower=1.7, row_upper=row_upper, upper=100)
@@ -541,7 +525,7 @@ def test_several_minimizers_are_seen_where_a_row_has_two_sides(
 
 
 @pytest.mark.parametrize("large", [1.0, 1e3, 1e4])
-def test_several_minimizers_are_seen_beside_a_far_larger_variable(large: float) -> None:
+def test_several_minimizers_are_seen_beside_a_far_larger_variable(large):
     """x_2 is any number between 0 and 1."""
     problem = from_qp(
         np.diag([1.0, 0.0]),

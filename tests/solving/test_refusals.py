@@ -346,10 +346,10 @@ REFUSALS: list[Refusal] = [*OPTIONS, *STARTS, *PROBLEMS, *MANY, *FUNCTIONS]
 
 
 @pytest.mark.parametrize("refusal", REFUSALS, ids=str)
-def test_a_call_that_cannot_be_run_is_refused(refusal: Refusal) -> None:
+def test_a_call_that_cannot_be_run_is_refused(refusal):
     assert raised(refusal.command, NAMES) == refusal.line
 
 
-def test_a_start_by_states_is_taken() -> None:
+def test_a_start_by_states_is_taken():
     states = ["basic", "upper", "lower", "lower"]
     assert lcpcli.run(NAMES["mixed"], basis=states).solved

@@ -57,15 +57,13 @@ def solved(problem: NonlinearProblem, **options: Any) -> lcpcli.Result:
 @pytest.mark.parametrize(
     "problem", SOLVED_FROM_THEIR_STARTS, ids=lambda problem: problem.name
 )
-def test_problems_of_the_literature_are_solved_from_their_starts(
-    problem: NonlinearProblem,
-) -> None:
+def test_problems_of_the_literature_are_solved_from_their_starts(problem):
     result = solved(problem)
     assert result.error is None or result.error <= 1e-8
     assert np.array_equal(result.w, problem.values(result.z))
 
 
-def test_a_stationary_point_of_the_merit_function_proves_nothing() -> None:
+def test_a_stationary_point_of_the_merit_function_proves_nothing():
     result = run_nonlinear(literature.billups(), restarts=0)
     assert result.status is lcpcli.Status.STALLED
     assert (
@@ -78,7 +76,7 @@ def test_a_stationary_point_of_the_merit_function_proves_nothing() -> None:
 
 
 @pytest.mark.parametrize("kind", KINDS)
-def test_random_problems_are_solved_or_said_not_to_be(kind: str) -> None:
+def test_random_problems_are_solved_or_said_not_to_be(kind):
     solved = 0
     for seed in range(12 if kind in MONOTONE else 6):
         problem = planted(kind, seed)
@@ -93,7 +91,7 @@ def test_random_problems_are_solved_or_said_not_to_be(kind: str) -> None:
     assert solved >= (12 if kind in MONOTONE else 4)
 
 
-def test_jumps_and_what_only_tends_to_zero_or_runs_off_are_not_solved() -> None:
+def test_jumps_and_what_only_tends_to_zero_or_runs_off_are_not_solved():
     assert not lcpcli.solve_mcp(
         lambda z: np.where(z < 0.3, -1e-7, 1e-7), lower=None, x0=[0.0]
     ).solved
@@ -104,7 +102,7 @@ def test_jumps_and_what_only_tends_to_zero_or_runs_off_are_not_solved() -> None:
     ).solved
 
 
-def test_rows_that_cancel_are_solved_up_to_the_noise_of_F() -> None:
+def test_rows_that_cancel_are_solved_up_to_the_noise_of_F():
     result = lcpcli.solve_mcp(
         lambda z: np.exp(z) - 1.0000000001, lower=None, x0=[1e-10]
     )
@@ -116,8 +114,8 @@ def test_rows_that_cancel_are_solved_up_to_the_noise_of_F() -> None:
     assert rounded.solved
 
 
-def test_steps_are_cut_back_to_the_domain_and_the_message_names_the_row() -> None:
-    def F(z: Vector) -> list[float]:
+def test_steps_are_cut_back_to_the_domain_and_the_message_names_the_row():
+    def F(z):
         return [math.log(z[0]) + 2 - z[1], z[1] - 1 + math.sqrt(z[0])]
 
     result = lcpcli.solve_mcp(F, lower=None, x0=[20.0, 5.0], trace=True)
@@ -130,7 +128,7 @@ def test_steps_are_cut_back_to_the_domain_and_the_message_names_the_row() -> Non
     assert "undefined, in row p" in undefined.message
 
 
-def test_roots_of_negative_numbers_in_python_count_as_undefined() -> None:
+def test_roots_of_negative_numbers_in_python_count_as_undefined():
     problem = NonlinearProblem(
         lambda z: [float(z[0]) ** 0.5, 1 / float(z[1])], lower=None, x0=[1.0, 1.0]
     )
@@ -139,7 +137,7 @@ def test_roots_of_negative_numbers_in_python_count_as_undefined() -> None:
     assert np.isnan(problem.values(np.array([1.0, 0.0]))).all()
 
 
-def test_jacobians_by_differences_dense_and_sparse_are_those_given() -> None:
+def test_jacobians_by_differences_dense_and_sparse_are_those_given():
     given = literature.bratu(11)
     J = given.jacobian(given.x0).toarray()
     pattern = csr_array(J != 0)
@@ -160,8 +158,8 @@ def test_jacobians_by_differences_dense_and_sparse_are_those_given() -> None:
     )
 
 
-def test_jax_computes_in_doubles_or_it_is_said_how_to_install_it() -> None:
-    def F(z: Any) -> Any:
+def test_jax_computes_in_doubles_or_it_is_said_how_to_install_it():
+    def F(z):
         import jax.numpy as jnp
 
         return jnp.exp(z) - jnp.array([2.0, 0.5, 3.0]) * (1 + z[::-1])
@@ -174,8 +172,8 @@ def test_jax_computes_in_doubles_or_it_is_said_how_to_install_it() -> None:
         assert (result.solved, result.residual <= 1e-12) == (True, True)
 
 
-def test_derivatives_are_those_of_the_nonlinear_problem() -> None:
-    def prices(income: float) -> lcpcli.Result:
+def test_derivatives_are_those_of_the_nonlinear_problem():
+    def prices(income):
         return lcpcli.solve_mcp(
             lambda p: [
                 p[0] + p[0] ** 2 - income / (1 + p[0] + p[1]),
@@ -195,7 +193,7 @@ def test_derivatives_are_those_of_the_nonlinear_problem() -> None:
     )
 
 
-def test_traces_name_the_steps_and_callbacks_end_the_run() -> None:
+def test_traces_name_the_steps_and_callbacks_end_the_run():
     problem = literature.kojima_shindo()
     result = run_nonlinear(problem, trace=True)
     steps = [row.step for row in result.trace.rows]
@@ -219,7 +217,7 @@ def test_traces_name_the_steps_and_callbacks_end_the_run() -> None:
     assert limited.status is lcpcli.Status.ITERATION_LIMIT
 
 
-def test_results_can_be_pickled_although_F_cannot() -> None:
+def test_results_can_be_pickled_although_F_cannot():
     result = run_nonlinear(literature.josephy(), trace=True)
     copy = pickle.loads(pickle.dumps(result))
     assert np.array_equal(copy.z, result.z)
@@ -231,7 +229,7 @@ def test_results_can_be_pickled_although_F_cannot() -> None:
     )
 
 
-def test_results_are_those_of_linear_problems_where_F_is_linear() -> None:
+def test_results_are_those_of_linear_problems_where_F_is_linear():
     M, q = np.array([[2.0, 1.0], [1.0, 2.0]]), np.array([-5.0, -6.0])
     result = lcpcli.solve_mcp(
         lambda z: M @ z + q, lambda _: M, x0=[0.0, 0.0], names=["a", "b"]
@@ -243,8 +241,8 @@ def test_results_are_those_of_linear_problems_where_F_is_linear() -> None:
     assert result.basis == ["basic", "basic"]
 
 
-def test_errors_of_F_itself_are_not_hidden() -> None:
-    def F(z: Vector) -> Vector:
+def test_errors_of_F_itself_are_not_hidden():
+    def F(z):
         # Shapes that do not fit: a ValueError, but no domain.
         return z @ np.ones((3, 3))
 
@@ -253,27 +251,25 @@ def test_errors_of_F_itself_are_not_hidden() -> None:
 
 
 @pytest.mark.parametrize("seed", [2, 3])
-def test_linearizations_without_a_solution_are_perturbed(seed: int) -> None:
+def test_linearizations_without_a_solution_are_perturbed(seed):
     result = solved(planted("nonmonotone", seed), restarts=0, trace=True)
     assert "proximal" in {row.step for row in result.trace.rows}
 
 
 @pytest.mark.parametrize("share", [1.0, 1e-3])
-def test_the_active_step_solves_equations_with_a_singular_jacobian(
-    share: float,
-) -> None:
-    def F(z: Vector) -> Vector:
+def test_the_active_step_solves_equations_with_a_singular_jacobian(share):
+    def F(z):
         return np.array([np.exp(z[0] + z[1]) - 1, share * (z[0] + z[1]), z[2] - 1])
 
     problem = NonlinearProblem(F, lower=[FREE, FREE, 0.0], x0=[1e-3, 1e-3, 1.0])
     assert natural_residual(problem, solved(problem).z) <= 1e-10
 
 
-def test_functions_are_never_called_outside_of_the_bounds() -> None:
+def test_functions_are_never_called_outside_of_the_bounds():
     """Where steps of differences are longer than the distances of both bounds."""
     seen: list[Vector] = []
 
-    def F(z: Vector) -> Vector:
+    def F(z):
         seen.append(z.copy())
         return np.sqrt(z) - 1e-6 * np.array([1.0, 2.0])
 
@@ -283,18 +279,18 @@ def test_functions_are_never_called_outside_of_the_bounds() -> None:
     assert (np.min(seen), np.max(seen) <= 1e-11) == (0.0, True)
 
 
-def test_differences_of_a_sparse_jacobian_are_by_the_step_of_each_component() -> None:
+def test_differences_of_a_sparse_jacobian_are_by_the_step_of_each_component():
     """Components of very different sizes are moved at a time."""
     sizes = np.where(np.arange(120) % 4 < 2, 1e6, 1e-1)
 
-    def F(z: Vector) -> Vector:
+    def F(z):
         return z**2 / sizes - sizes + 0.1 * np.roll(z, 1) / np.roll(sizes, 1)
 
     J = Evaluations(NonlinearProblem(F, x0=3 * sizes)).jacobian(3 * sizes)
     np.testing.assert_allclose(J.diagonal(), 6.0, rtol=1e-5)
 
 
-def test_a_pattern_may_repeat_an_entry() -> None:
+def test_a_pattern_may_repeat_an_entry():
     repeated = csr_array(
         (np.ones(4), np.array([0, 0, 1, 2]), np.array([0, 2, 3, 4])), shape=(3, 3)
     )
@@ -304,14 +300,14 @@ def test_a_pattern_may_repeat_an_entry() -> None:
     ).toarray() == pytest.approx(3 * np.eye(3))
 
 
-def test_a_run_that_gets_stuck_is_given_up_unless_restarts_are_asked_for() -> None:
+def test_a_run_that_gets_stuck_is_given_up_unless_restarts_are_asked_for():
     n, random = 60, np.random.default_rng(0)
     M, q = random.standard_normal((n, n)) / n**0.5, random.standard_normal(n)
 
-    def F(z: Vector) -> Vector:
+    def F(z):
         return np.append(-1 - z @ z / n, (M @ z + q + np.sin(z))[1:])
 
-    def J(z: Vector) -> Vector:
+    def J(z):
         return np.vstack([-2 * z / n, (M + np.diag(np.cos(z)))[1:]])
 
     x0 = random.random(n)
@@ -323,9 +319,7 @@ def test_a_run_that_gets_stuck_is_given_up_unless_restarts_are_asked_for() -> No
     assert stopped == [True, False]
 
 
-def test_an_equation_that_follows_from_others_takes_one_step_of_a_linear_model() -> (
-    None
-):
+def test_an_equation_that_follows_from_others_takes_one_step_of_a_linear_model():
     n, random = 60, np.random.default_rng(0)
     A = random.standard_normal((n - 1, n))
     A = np.vstack([A, A.sum(axis=0)])
@@ -337,7 +331,7 @@ def test_an_equation_that_follows_from_others_takes_one_step_of_a_linear_model()
     assert result.iterations == 1
 
 
-def test_another_attempt_is_made_where_the_first_one_is_stuck_and_shown() -> None:
+def test_another_attempt_is_made_where_the_first_one_is_stuck_and_shown():
     result = lcpcli.solve_mcp(
         lambda z: z**2 + 1, lower=None, x0=[3.0], restarts=2, trace=True
     )
@@ -348,7 +342,7 @@ def test_another_attempt_is_made_where_the_first_one_is_stuck_and_shown() -> Non
     assert result.residual == min(row.residual for row in result.trace.rows)
 
 
-def test_double_zeros_are_reached_faster_than_by_halving_the_error() -> None:
+def test_double_zeros_are_reached_faster_than_by_halving_the_error():
     result = lcpcli.solve_mcp(
         lambda z: (z - 1) ** 2 * (z + 5),
         lambda z: np.diag((z - 1) * (3 * z + 9)),
@@ -372,13 +366,13 @@ def jump(z: Vector) -> Vector:
     return np.where(z < 5, 1e-3 * (z - 6), z - 4)
 
 
-def test_differences_over_a_jump_or_over_far_more_than_z_make_no_solution() -> None:
+def test_differences_over_a_jump_or_over_far_more_than_z_make_no_solution():
     assert not lcpcli.solve_mcp(jump, x0=[4], restarts=0).solved
     tiny = lcpcli.solve_mcp(lambda z: (z / 1e-20) ** 2 - 3, x0=[1e-20], restarts=0)
     assert not tiny.solved or abs(tiny.z[0] / 1e-20 - 3**0.5) < 1e-8
 
 
-def test_stalls_name_an_entry_that_is_wrong() -> None:
+def test_stalls_name_an_entry_that_is_wrong():
     for wrong, words in (
         (
             lambda z: -J(z),
@@ -402,7 +396,7 @@ def test_stalls_name_an_entry_that_is_wrong() -> None:
         ) == (False, True, True)
 
 
-def test_stalls_do_not_blame_a_right_jacobian() -> None:
+def test_stalls_do_not_blame_a_right_jacobian():
     result = lcpcli.solve_mcp(
         lambda z: 1 + z**2,
         lambda z: np.diag(2 * z),
@@ -433,9 +427,7 @@ MULTIPLE = np.array([[2.0, 1.0], [-1.0, 3.0]])
         ),
     ],
 )
-def test_multiple_zeros_are_solved_without_another_start(
-    F: Any, J: Any, z0: list[float]
-) -> None:
+def test_multiple_zeros_are_solved_without_another_start(F, J, z0):
     """The residual is far below 1e-12 before z has ten digits."""
     result = lcpcli.solve_mcp(F, J, z0=z0, restarts=0)
     assert result.solved
@@ -443,9 +435,7 @@ def test_multiple_zeros_are_solved_without_another_start(
 
 
 @pytest.mark.parametrize("value", [np.nan, np.inf])
-def test_derivatives_that_are_not_finite_are_the_reason_of_a_stall(
-    value: float,
-) -> None:
+def test_derivatives_that_are_not_finite_are_the_reason_of_a_stall(value):
     result = lcpcli.solve_mcp(
         lambda z: z**2 - 2, lambda _: np.full((2, 2), value), lower=0, z0=[1.0, 1.0]
     )
@@ -454,7 +444,7 @@ def test_derivatives_that_are_not_finite_are_the_reason_of_a_stall(
     assert "stationary" not in result.message
 
 
-def test_differences_where_F_is_infinite_are_undefined_and_no_breakdown() -> None:
+def test_differences_where_F_is_infinite_are_undefined_and_no_breakdown():
     unit = 1e-10  # far less than the steps of differences
     result = lcpcli.solve_mcp(
         lambda z: np.log(z / unit) + np.array([0.0, 1.0]), x0=[unit, unit]
@@ -489,9 +479,7 @@ WRONG: dict[
 
 
 @pytest.mark.parametrize("name", WRONG)
-def test_a_wrong_jacobian_makes_no_solution_in_any_units_and_is_named(
-    name: str,
-) -> None:
+def test_a_wrong_jacobian_makes_no_solution_in_any_units_and_is_named(name):
     F, J, others = WRONG[name]
     result = lcpcli.solve_mcp(F, J, **others, restarts=0)
     assert result.status is Status.STALLED
@@ -499,7 +487,7 @@ def test_a_wrong_jacobian_makes_no_solution_in_any_units_and_is_named(
     assert result.relative_residual > result.tol
 
 
-def test_check_says_which_entry_is_wrong() -> None:
+def test_check_says_which_entry_is_wrong():
     problem = NonlinearProblem(
         lambda z: 1e-10 * (z**2 - 9), lambda z: [[2 * z[0]]], x0=[1.0]
     )
@@ -513,15 +501,13 @@ def test_check_says_which_entry_is_wrong() -> None:
 @given(
     st.integers(-12, 12), st.integers(-12, 12), st.sampled_from([1e-8, 1e-3, 1e3, 1e8])
 )
-def test_no_claim_hangs_on_a_factor_of_the_jacobian(
-    unit: int, scale: int, factor: float
-) -> None:
+def test_no_claim_hangs_on_a_factor_of_the_jacobian(unit, scale, factor):
     u, s = 10.0**unit, 10.0**scale
 
-    def F(z: Vector) -> Vector:
+    def F(z):
         return np.asarray(u * ((z / s) ** 3 + z / s - 10))
 
-    def J(z: Vector) -> Vector:
+    def J(z):
         return np.asarray([[factor * u * (3 * (z[0] / s) ** 2 + 1) / s]])
 
     result = lcpcli.solve_mcp(F, J, x0=[s], restarts=0, max_iterations=50)
@@ -532,17 +518,17 @@ def test_no_claim_hangs_on_a_factor_of_the_jacobian(
     (lambda z: np.exp(z / 1e-10) - 5, 2e-10, 1e-10 * np.log(5)),
     (lambda z: (z / 1e-12) ** 4 - 16, 3e-12, 2e-12),
 ])  # fmt: skip
-def test_differences_take_steps_to_match_a_tiny_z(F: Any, x0: float, z: float) -> None:
+def test_differences_take_steps_to_match_a_tiny_z(F, x0, z):
     result = lcpcli.solve_mcp(F, x0=[x0])
     assert result.solved
     assert result.z[0] == pytest.approx(z, rel=1e-9)
 
 
 @pytest.mark.parametrize("level", [1e-9, 1e-7, 1e-5])
-def test_noise_is_told_and_solved_up_to_it_with_few_evaluations(level: float) -> None:
+def test_noise_is_told_and_solved_up_to_it_with_few_evaluations(level):
     calls, random = [0], np.random.default_rng(1)
 
-    def F(z: Vector) -> Vector:
+    def F(z):
         calls[0] += 1
         return np.asarray(z**3 + z - [2, 10] + level * random.uniform(-1, 1, 2))
 
@@ -556,11 +542,11 @@ def test_noise_is_told_and_solved_up_to_it_with_few_evaluations(level: float) ->
     assert calls[0] <= 600
 
 
-def test_noise_that_no_difference_shows_is_told_where_the_tolerance_is_loose() -> None:
+def test_noise_that_no_difference_shows_is_told_where_the_tolerance_is_loose():
     """By bisection of [-1, 2 + z] to 1e-6, F has slopes that are not those of its
     limit, and jumps."""
 
-    def F(z: Vector) -> Vector:
+    def F(z):
         low, high = -np.ones(2), 2 + z
         while (high - low).max() > 2e-6:
             y = (low + high) / 2
@@ -573,9 +559,7 @@ def test_noise_that_no_difference_shows_is_told_where_the_tolerance_is_loose() -
 
 
 @pytest.mark.parametrize(("lower", "is_told"), [(2.0, False), (0.0, True)])
-def test_a_kink_is_told_between_bounds_but_not_at_a_bound(
-    lower: float, is_told: bool
-) -> None:
+def test_a_kink_is_told_between_bounds_but_not_at_a_bound(lower, is_told):
     slope = lambda z: np.diag(np.where(z > 2, 1.0, 0.0))  # noqa: E731
     problem = NonlinearProblem(
         lambda z: np.maximum(z - 2, 0) - 1e-9, slope, x0=[2.0], lower=lower
@@ -588,12 +572,10 @@ def test_a_kink_is_told_between_bounds_but_not_at_a_bound(
 @pytest.mark.parametrize(
     ("shift", "scale"), [(1e7, 1.0), (3e6, 1.0), (1e7, 100.0), (2e7, 0.01)]
 )
-def test_oscillation_that_finer_differences_resolve_is_no_noise(
-    shift: float, scale: float
-) -> None:
+def test_oscillation_that_finer_differences_resolve_is_no_noise(shift, scale):
     A = np.array([[0.8, 0.6], [-0.5, 0.4]])
 
-    def F(z: Vector) -> Vector:
+    def F(z):
         return scale * (A @ (z - shift) + 2 * np.sin(z - shift) - 1)
 
     result = lcpcli.solve_mcp(F, x0=shift + np.array([1.4, 2.6]))
@@ -602,10 +584,10 @@ def test_oscillation_that_finer_differences_resolve_is_no_noise(
     assert np.abs(F(result.z)).max() <= 1e-6 * scale
 
 
-def test_a_given_step_is_taken() -> None:
+def test_a_given_step_is_taken():
     seen = list[float]()
 
-    def F(z: Vector) -> Vector:
+    def F(z):
         seen.append(float(z[0]))
         return z**2 - 4
 
@@ -613,7 +595,7 @@ def test_a_given_step_is_taken() -> None:
     assert min(abs(each - 3.003) for each in seen) < 1e-12
 
 
-def test_z0_is_the_start_also_of_a_problem() -> None:
+def test_z0_is_the_start_also_of_a_problem():
     problem = NonlinearProblem(lambda z: z**2 - 4, lower=None, x0=[1.0])
     assert lcpcli.solve_mcp(problem, z0=[-1.0]).z[0] == pytest.approx(-2)
     assert lcpcli.solve_mcp(problem.F, lower=None, z0=[-1.0]).z[0] == pytest.approx(-2)
@@ -622,7 +604,7 @@ def test_z0_is_the_start_also_of_a_problem() -> None:
 @pytest.mark.parametrize(
     "names", [["a", "b"], {"a": 1, "b": 2}.keys()], ids=["list", "keys"]
 )
-def test_names_say_how_many_unknowns_there_are(names: Any) -> None:
+def test_names_say_how_many_unknowns_there_are(names):
     result = lcpcli.solve_mcp(lambda z: z - [1.0, 2.0], names=names)
     assert (result.z.tolist(), tuple(result.problem.names)) == ([1.0, 2.0], ("a", "b"))
 
@@ -634,9 +616,7 @@ def linearization(seed: int, n: int) -> tuple[Vector, Vector]:
 
 @pytest.mark.parametrize("is_compiled", [False, True])
 @pytest.mark.parametrize(("n", "upper"), [(40, 1e15), (400, 1.0)])
-def test_a_linearization_has_its_step_with_kernels_and_without(
-    n: int, upper: float, is_compiled: bool
-) -> None:
+def test_a_linearization_has_its_step_with_kernels_and_without(n, upper, is_compiled):
     """Also one beyond what the kernels take."""
     if is_compiled:
         pytest.importorskip("numba")
@@ -650,7 +630,7 @@ def test_a_linearization_has_its_step_with_kernels_and_without(
     assert run(Problem(M, np.full(n, -1.0), upper=upper)).z == pytest.approx(found[0])
 
 
-def test_pivots_of_a_linearization_without_a_step_are_counted() -> None:
+def test_pivots_of_a_linearization_without_a_step_are_counted():
     """They are the work after which a run without restarts stops."""
     evaluations = Evaluations(NonlinearProblem(lambda z: z, x0=np.zeros(60)))
     missing = 0
@@ -666,9 +646,7 @@ def test_pivots_of_a_linearization_without_a_step_are_counted() -> None:
 
 
 @pytest.mark.parametrize("lower", [0.0, FREE])
-def test_potentials_of_traffic_are_the_times_of_the_shortest_paths(
-    lower: float,
-) -> None:
+def test_potentials_of_traffic_are_the_times_of_the_shortest_paths(lower):
     """Flows x of each arc to each destination, and potentials p of the nodes: no flow
     where time is lost, and the flows meet the demands. Travel times grow with the whole
     flow of an arc, so that each arc has a block of rank one in the Jacobian."""
@@ -690,13 +668,13 @@ def test_potentials_of_traffic_are_the_times_of_the_shortest_paths(
     sums = csr_array(np.tile(np.eye(arcs), nodes))
     linear = block_array([[None, -balance.T], [balance, None]], format="csr")
 
-    def times(z: Vector) -> Vector:
+    def times(z):
         return free_times * (1 + 0.15 * (sums @ z[:flows] / capacity) ** 4)
 
-    def F(z: Vector) -> Vector:
+    def F(z):
         return linear @ z + np.concatenate((np.tile(times(z), nodes), -demand))
 
-    def J(z: Vector) -> Any:
+    def J(z):
         slopes = 0.6 * free_times * (sums @ z[:flows]) ** 3 / capacity**4
         H = sums.T @ diags_array(slopes) @ sums
         zeros = csr_array((demand.size, demand.size))
@@ -714,7 +692,7 @@ def test_potentials_of_traffic_are_the_times_of_the_shortest_paths(
 
 
 @pytest.mark.parametrize("exponent", [-6, -10, -20, -50])
-def test_unknowns_may_be_far_larger_than_values(exponent: int) -> None:
+def test_unknowns_may_be_far_larger_than_values(exponent):
     """The merit of a negative F_i does not vanish beside a large z_i."""
     scale = 10.0**exponent
     result = lcpcli.solve_mcp(lambda z: [scale * (z[0] - 1)], x0=[1.5])
@@ -722,16 +700,14 @@ def test_unknowns_may_be_far_larger_than_values(exponent: int) -> None:
     assert result.z[0] == pytest.approx(1, rel=1e-12)
 
 
-def test_an_unknown_of_size_1e8_solves_an_equation_of_its_logarithm() -> None:
+def test_an_unknown_of_size_1e8_solves_an_equation_of_its_logarithm():
     result = lcpcli.solve_mcp(lambda z: [np.log(z[0] / 1e8) - 2.5], x0=[1e8])
     assert result.solved
     assert result.z[0] == pytest.approx(1e8 * np.exp(2.5), rel=1e-9)
 
 
 @pytest.mark.parametrize("scale", [1e-6, 1.0, 1e6])
-def test_a_run_ends_where_the_residual_is_rounding_whatever_the_unit_of_F_is(
-    scale: float,
-) -> None:
+def test_a_run_ends_where_the_residual_is_rounding_whatever_the_unit_of_F_is(scale):
     random = np.random.default_rng(0)
     A = scale * (random.random((6, 6)) + 6 * np.eye(6))
     b = scale * random.random(6)
@@ -744,11 +720,11 @@ def test_a_run_ends_where_the_residual_is_rounding_whatever_the_unit_of_F_is(
 @pytest.mark.parametrize("is_sparse", [False, True])
 @pytest.mark.parametrize("power", [1, 2])
 def test_linearizations_of_an_affine_F_share_what_is_known_of_their_matrix(
-    power: int, is_sparse: bool
-) -> None:
+    power, is_sparse
+):
     M, q = np.array([[2.0, 1], [0, 3]]), np.array([-3.0, -6])
 
-    def J(z: Vector) -> Any:
+    def J(z):
         J = M + np.diag(power * z ** (power - 1))
         return csr_array(J) if is_sparse else J
 

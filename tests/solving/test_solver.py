@@ -49,7 +49,7 @@ def steps(family: str, changing: bool, number: int) -> Iterator[Problem]:
 
 
 @pytest.mark.parametrize("family", FAMILIES)
-def test_a_sequence_has_the_results_of_separate_runs(family: str) -> None:
+def test_a_sequence_has_the_results_of_separate_runs(family):
     same, changing = list(steps(family, False, 4)), list(steps(family, True, 3))
     solver = Solver(same[0].M, lower=same[0].lower, upper=same[0].upper)
     for problems, results in (
@@ -71,7 +71,7 @@ def test_a_sequence_has_the_results_of_separate_runs(family: str) -> None:
                 assert np.abs(result.z - alone.z).max() <= 1e-9 * np.abs(alone.z).max()
 
 
-def test_one_system_suffices_where_redundant_contacts_change_no_state() -> None:
+def test_one_system_suffices_where_redundant_contacts_change_no_state():
     problem = families.make("contact", 60, 1)
     solver = Solver(problem.M)
     first, second = solver.solve(problem.q), solver.solve(1.01 * np.array(problem.q))
@@ -84,7 +84,7 @@ def test_one_system_suffices_where_redundant_contacts_change_no_state() -> None:
 
 
 @pytest.mark.usefixtures("way")
-def test_a_step_after_z_0_has_its_own_solution_if_its_q_has_a_negative_entry() -> None:
+def test_a_step_after_z_0_has_its_own_solution_if_its_q_has_a_negative_entry():
     solver = Solver([[2, 1], [1, 2]])
     assert solver.solve([10, 1]).z.tolist() == [0, 0]
     assert solver.solve([10, -1]).z.tolist() == [0, 0.5]
@@ -93,7 +93,7 @@ def test_a_step_after_z_0_has_its_own_solution_if_its_q_has_a_negative_entry() -
     ).z.tolist() == [0, 0.5]
 
 
-def test_bounds_and_m_may_change_from_step_to_step() -> None:
+def test_bounds_and_m_may_change_from_step_to_step():
     solver = Solver([[2, 1], [1, 2]])
     assert solver.solve([-5, -6]).z == pytest.approx([4 / 3, 7 / 3])
     assert solver.solve([-5, -6], upper=2).z == pytest.approx([1.5, 2.0])
@@ -109,7 +109,7 @@ def test_bounds_and_m_may_change_from_step_to_step() -> None:
     )
 
 
-def test_bounds_of_one_number_each_stay_for_a_matrix_of_another_shape() -> None:
+def test_bounds_of_one_number_each_stay_for_a_matrix_of_another_shape():
     solver = Solver([[2, 1], [1, 2]], lower=-1, upper=1e20, infinity=1e20)
     assert solver.solve([-5, 6]).z.tolist() == [3, -1]
     solver.update(np.eye(3))
@@ -119,7 +119,7 @@ def test_bounds_of_one_number_each_stay_for_a_matrix_of_another_shape() -> None:
         solver.update(np.eye(3))
 
 
-def test_a_solver_uses_the_kernels_unless_that_is_declined(way: str) -> None:
+def test_a_solver_uses_the_kernels_unless_that_is_declined(way):
     if way == "compiled":
         pytest.importorskip("numba")
     M, q = [[2, 1], [1, 2]], [-5, -6]
@@ -137,7 +137,7 @@ def test_a_solver_uses_the_kernels_unless_that_is_declined(way: str) -> None:
 GOOD = Problem([[2, 1], [1, 2]], [-5, -6])
 
 
-def test_limits_hold_for_every_step() -> None:
+def test_limits_hold_for_every_step():
     problem = families.make("murty", 12)
     alone, (result,) = (
         run(problem, max_iterations=3),
@@ -150,7 +150,7 @@ def test_limits_hold_for_every_step() -> None:
     )
 
 
-def test_solve_many_takes_q_from_a_generator_that_needs_the_last_z() -> None:
+def test_solve_many_takes_q_from_a_generator_that_needs_the_last_z():
     M, last = np.array([[3.0, -1.0], [-1.0, 3.0]]), [np.zeros(2)]
     for result in solve_many(M, (np.array([-1.0, -2.0]) - last[-1] for _ in range(5))):
         assert result.solved
@@ -167,9 +167,7 @@ def tridiagonal(below: float, diagonal: float, above: float, n: int) -> Any:
 @pytest.mark.parametrize(
     "turn", [1, -1], ids=["basic variables last", "basic variables first"]
 )
-def test_tridiagonal_m_matrices_are_eliminated_from_the_end_that_is_basic(
-    turn: int,
-) -> None:
+def test_tridiagonal_m_matrices_are_eliminated_from_the_end_that_is_basic(turn):
     n = 400
     M, q = tridiagonal(-1.2, 2.5, -1, n), np.linspace(1, -2, n)[::turn]
     if turn < 0:
@@ -188,14 +186,14 @@ def test_tridiagonal_m_matrices_are_eliminated_from_the_end_that_is_basic(
         )
 
 
-def test_steps_begin_with_the_states_of_the_last_one() -> None:
+def test_steps_begin_with_the_states_of_the_last_one():
     routes = [
         result.route for result in solve_many(steps("obstacle", True, 6), sequence=True)
     ]
     assert routes == [("gradient", "newton"), *[("newton",)] * 5]
 
 
-def test_matrices_may_change_form_and_size_from_step_to_step() -> None:
+def test_matrices_may_change_form_and_size_from_step_to_step():
     M = np.array([[2.0, 1.0], [1.0, 2.0]])
     problems = [
         Problem(A, -np.ones(A.shape[0]))
@@ -207,7 +205,7 @@ def test_matrices_may_change_form_and_size_from_step_to_step() -> None:
         assert result.z == pytest.approx(run(problem).z, rel=1e-14)
 
 
-def test_steps_without_solution_or_unknowns_leave_the_others_as_they_are() -> None:
+def test_steps_without_solution_or_unknowns_leave_the_others_as_they_are():
     good, none, empty = GOOD, Problem([[0, -1], [1, 0]], [-1, -1]), Problem([], [])
     program = families.make("portfolio", 30)
     first, second = solve_many([program, program], sequence=True)
@@ -219,9 +217,7 @@ def test_steps_without_solution_or_unknowns_leave_the_others_as_they_are() -> No
     assert words == ["solved", "infeasible", "solved", "solved", "infeasible", "solved"]
 
 
-def test_factors_are_shared_by_columns_with_the_same_active_set(
-    monkeypatch: pytest.MonkeyPatch,
-) -> None:
+def test_factors_are_shared_by_columns_with_the_same_active_set(monkeypatch):
     problem, made, usual = (
         families.make("obstacle", 2500, 0),
         [],
@@ -241,7 +237,7 @@ def test_factors_are_shared_by_columns_with_the_same_active_set(
     assert len(made) == 1
 
 
-def test_a_column_without_a_solution_between_others_is_proved_to_have_none() -> None:
+def test_a_column_without_a_solution_between_others_is_proved_to_have_none():
     M = csr_array(np.kron(np.eye(150), np.array([[0.0, -1.0], [1.0, 1.0]])))
     solvable = np.tile([1.0, 1.0], 150)
     hopeless = solvable.copy()
@@ -260,7 +256,7 @@ def test_a_column_without_a_solution_between_others_is_proved_to_have_none() -> 
     ]
 
 
-def test_columns_with_a_singular_set_a_limit_or_large_numbers_end_as_alone() -> None:
+def test_columns_with_a_singular_set_a_limit_or_large_numbers_end_as_alone():
     n = 300
     M = csr_array(diags_array([np.ones(n - 1)], offsets=[1], shape=(n, n)) * 1.0)
     q = np.ones(n)
@@ -283,7 +279,7 @@ def test_columns_with_a_singular_set_a_limit_or_large_numbers_end_as_alone() -> 
     ), "without a warning"
 
 
-def test_bounds_of_other_kinds_start_from_no_states_of_the_last_problem() -> None:
+def test_bounds_of_other_kinds_start_from_no_states_of_the_last_problem():
     for seed in range(6):
         random = np.random.default_rng(seed)
         A, B = random.normal(size=(2, 8, 8))
@@ -308,9 +304,7 @@ def test_bounds_of_other_kinds_start_from_no_states_of_the_last_problem() -> Non
         )
 
 
-def test_after_an_update_the_path_is_that_of_the_new_matrix(
-    monkeypatch: pytest.MonkeyPatch,
-) -> None:
+def test_after_an_update_the_path_is_that_of_the_new_matrix(monkeypatch):
     """Otherwise its end is no solution, and a whole run begins from nothing."""
     monkeypatch.setattr("lcpcli.solving.solver.run", None)
     lower = [0.0] * 7 + [-np.inf] * 3
@@ -346,9 +340,7 @@ FORMULATIONS: dict[str, Callable[[Callable[[Any], Any]], Problem]] = {
 
 @pytest.mark.parametrize("form", [np.asarray, csr_array], ids=["dense", "sparse"])
 @pytest.mark.parametrize("name", FORMULATIONS)
-def test_a_solver_answers_for_the_formulation_of_its_problem(
-    name: str, form: Callable[[Any], Any]
-) -> None:
+def test_a_solver_answers_for_the_formulation_of_its_problem(name, form):
     problem = FORMULATIONS[name](form)
     solver = Solver(problem, compiled=False)
     alone = run(problem).answer
@@ -360,9 +352,7 @@ def test_a_solver_answers_for_the_formulation_of_its_problem(
 
 
 @pytest.mark.parametrize("form", [np.asarray, csr_array], ids=["dense", "sparse"])
-def test_a_solver_takes_other_friction_for_dense_and_sparse_matrices(
-    form: Callable[[Any], Any],
-) -> None:
+def test_a_solver_takes_other_friction_for_dense_and_sparse_matrices(form):
     W, q = form(np.eye(6) + 0.1), [-1, 0.1, -1, -5.0, 3.0, 0]
     solver = Solver(lcpcli.from_contact(W, q, 0.5), compiled=False)
     solver.update(mu=0.05)
@@ -370,13 +360,13 @@ def test_a_solver_takes_other_friction_for_dense_and_sparse_matrices(
     assert np.allclose(solver.solve().answer.x, alone.answer.x)
 
 
-def test_names_stay_with_another_matrix() -> None:
+def test_names_stay_with_another_matrix():
     solver = Solver(Problem([[2, 1], [1, 2]], [-5, -6], names=["left", "right"]))
     solver.update([[3, 1], [1, 3]])
     assert list(solver.solve([-5, -6]).names) == ["left", "right"]
 
 
-def test_copies_of_a_problem_in_a_sequence_are_without_the_matrix_before() -> None:
+def test_copies_of_a_problem_in_a_sequence_are_without_the_matrix_before():
     """Whose scaling bounds that of the next one."""
     random = np.random.default_rng(0)
     M, q = np.diag(random.uniform(1, 2, 30)) + np.eye(30, k=1), random.normal(size=30)

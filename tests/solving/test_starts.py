@@ -33,9 +33,7 @@ def record(lcp: Lcp, method: str, *options: str) -> dict[str, Any]:
 
 
 @pytest.mark.parametrize("method", ["shi", "fixed-point"])
-def test_from_a_result_or_the_solution_as_z_a_run_ends_at_once(
-    method: str, lcp: Lcp, tmp_path: Path
-) -> None:
+def test_from_a_result_or_the_solution_as_z_a_run_ends_at_once(method, lcp, tmp_path):
     """Of several results the first counts, and a result may be spread over lines."""
     file = tmp_path / "start"
     for tol in ("1e-4", "1e-13"):
@@ -54,7 +52,7 @@ def test_from_a_result_or_the_solution_as_z_a_run_ends_at_once(
             assert (again["iterations"], again["z"]) == (0, [1, 0, 1, 0])
 
 
-def test_z0_takes_the_place_of_both_points_of_a_problem(paper_example: Problem) -> None:
+def test_z0_takes_the_place_of_both_points_of_a_problem(paper_example):
     own = Problem(paper_example.M, paper_example.q, x0=np.zeros(4), x1=np.ones(4))
     assert run(own, "shi").options["x1"] is not None
     assert run(own, "shi", z0=np.ones(4)).options["x1"] is None, (
@@ -62,7 +60,7 @@ def test_z0_takes_the_place_of_both_points_of_a_problem(paper_example: Problem) 
     )
 
 
-def test_a_start_that_violates_a_row_in_small_units_is_not_called_a_solution() -> None:
+def test_a_start_that_violates_a_row_in_small_units_is_not_called_a_solution():
     """The row is 2^-12 (1, -1), where w is 2^-20 of q, but 2^-41 of the terms, which
     cancel."""
     pytest.importorskip("numba")
@@ -77,7 +75,7 @@ def test_a_start_that_violates_a_row_in_small_units_is_not_called_a_solution() -
 
 
 @pytest.mark.parametrize("n", [60, 400])
-def test_a_rounded_solution_of_a_program_is_repaired_by_a_few_systems(n: int) -> None:
+def test_a_rounded_solution_of_a_program_is_repaired_by_a_few_systems(n):
     """z is right to seven digits, and M has zeros on its diagonal: without it,
     `interior` takes many steps."""
     rng = np.random.default_rng(n)
@@ -99,13 +97,13 @@ def test_a_rounded_solution_of_a_program_is_repaired_by_a_few_systems(n: int) ->
     assert warm.evaluations <= 4 < cold.evaluations
 
 
-def test_a_start_at_the_border_of_the_domain_of_F_is_moved_into_it() -> None:
+def test_a_start_at_the_border_of_the_domain_of_F_is_moved_into_it():
     result = solve_mcp(lambda z: np.log(z) - [1.0, -1.0], x0=[0.0, 0.0])
     assert result.solved
     np.testing.assert_allclose(result.z, np.exp([1.0, -1.0]), rtol=1e-8)
 
 
-def test_a_start_beyond_the_bounds_is_brought_within_them() -> None:
+def test_a_start_beyond_the_bounds_is_brought_within_them():
     problem = NonlinearProblem(lambda z: z**2 - 4.0, lower=0.0, x0=[1.0]).starting_at(
         [-2.0]
     )
@@ -128,7 +126,7 @@ def boxed(n: int) -> Problem:
 PROBLEMS = {"boxed": boxed(30), "LCP": Problem(boxed(30).M, boxed(30).q)}
 
 
-def test_start_stands_for_the_states_given_however_large_the_bounds() -> None:
+def test_start_stands_for_the_states_given_however_large_the_bounds():
     states = ["basic", "lower", "upper", "basic", "basic", "upper", "lower"]
     for size in (0.0, 1.0, 1e12, 1e300):
         low = np.array([-size, -size, -size, -np.inf, -np.inf, -np.inf, size])
@@ -144,8 +142,8 @@ def test_start_stands_for_the_states_given_however_large_the_bounds() -> None:
 
 @pytest.mark.parametrize("kind", PROBLEMS)
 def test_newton_needs_one_step_from_states_or_from_an_earlier_result(
-    lcp: Lcp, tmp_path: Path, kind: str
-) -> None:
+    lcp, tmp_path, kind
+):
     names = ("problem.json", "result.json", "result.csv", "states.json")
     file, result, table, states = (str(tmp_path / name) for name in names)
     writing.write(PROBLEMS[kind], file)
@@ -168,7 +166,7 @@ def test_newton_needs_one_step_from_states_or_from_an_earlier_result(
 @pytest.mark.parametrize(
     "family", ["obstacle", "harker-pang", "boxes", "control", "contact"]
 )
-def test_auto_factorizes_the_basis_of_a_solution_once_and_is_done(family: str) -> None:
+def test_auto_factorizes_the_basis_of_a_solution_once_and_is_done(family):
     """Also the basis at which a path ends where contacts are redundant."""
     problem = families.make(family, 240, 1)
     first = run(problem)
@@ -184,7 +182,7 @@ def test_auto_factorizes_the_basis_of_a_solution_once_and_is_done(family: str) -
 
 
 @pytest.mark.parametrize("dense", [False, True])
-def test_auto_exchanges_the_few_wrong_states_of_the_step_before(dense: bool) -> None:
+def test_auto_exchanges_the_few_wrong_states_of_the_step_before(dense):
     before, problem = (american_put(1000, 0, years=years) for years in (0.45, 0.5))
     if dense:
         problem = Problem(problem.M.toarray(), problem.q)
@@ -196,7 +194,7 @@ def test_auto_exchanges_the_few_wrong_states_of_the_step_before(dense: bool) -> 
     assert result.iterations <= changes + 1
 
 
-def test_auto_solves_what_has_a_singular_basis() -> None:
+def test_auto_solves_what_has_a_singular_basis():
     assert run(Problem([[0, 0], [0, 0]], [0, 1]), basis=["basic", "basic"]).solved
     contact = families.make("contact", 100, 1)
     result = run(contact, basis=["basic" if z > 0 else "lower" for z in run(contact).z])
@@ -208,8 +206,8 @@ def test_auto_solves_what_has_a_singular_basis() -> None:
     [("obstacle", 2500, ["lower"]), ("harker-pang", 200, ["lower", "basic"])],
 )
 def test_auto_goes_on_from_its_own_start_where_a_basis_is_far_from_right(
-    family: str, n: int, words: list[str]
-) -> None:
+    family, n, words
+):
     problem, cold, warm = families.make(family, n, 0), Trace(), Trace()
     assert run(problem, trace=cold).solved
     assert run(

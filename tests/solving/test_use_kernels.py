@@ -58,9 +58,7 @@ WAYS: dict[str, Calls] = {
 
 @pytest.mark.parametrize("way", WAYS.values(), ids=WAYS)
 @pytest.mark.parametrize("name", NAMES)
-def test_answers_are_those_of_calls_that_ask_for_the_kernels(
-    name: str, way: Calls
-) -> None:
+def test_answers_are_those_of_calls_that_ask_for_the_kernels(name, way):
     problem = families.make(name, 12, 3)
     asked, plain = way(problem, compiled=True), way(problem)
     lcpcli.use_kernels()
@@ -78,7 +76,7 @@ def test_answers_are_those_of_calls_that_ask_for_the_kernels(
         assert off.options == usual.options
 
 
-def test_results_of_single_problems_say_whether_kernels_made_them() -> None:
+def test_results_of_single_problems_say_whether_kernels_made_them():
     before = lcpcli.solve([[2, 1], [1, 2]], [-5, -6])
     lcpcli.use_kernels()
     during = [
@@ -96,7 +94,7 @@ def test_results_of_single_problems_say_whether_kernels_made_them() -> None:
     assert lcpcli.solve([[2, 1], [1, 2]], [-5, -6]).options == before.options
 
 
-def test_other_methods_are_as_before_and_not_refused() -> None:
+def test_other_methods_are_as_before_and_not_refused():
     before = lcpcli.solve([[2, 1], [1, 2]], [-5, -6], "shi")
     lcpcli.use_kernels()
     result = lcpcli.solve([[2, 1], [1, 2]], [-5, -6], "shi")
@@ -110,8 +108,8 @@ def test_other_methods_are_as_before_and_not_refused() -> None:
 
 
 def test_without_numba_it_is_refused_and_nothing_changes(
-    monkeypatch: pytest.MonkeyPatch, kernels_by_default: Callable[[str], None]
-) -> None:
+    monkeypatch, kernels_by_default
+):
     monkeypatch.setattr(direct_run, "has_numba", lambda: False)
     with pytest.raises(
         ParameterError, match=r"^use_kernels: needs numba; pip install numba$"
@@ -137,7 +135,7 @@ CALL = (
 @pytest.mark.parametrize(
     ("value", "says"), [("1", "True True"), ("0", "None False"), ("", "None False")]
 )
-def test_a_process_starts_with_them_by_its_environment(value: str, says: str) -> None:
+def test_a_process_starts_with_them_by_its_environment(value, says):
     own = os.environ | {KERNELS: value}
     done = subprocess.run(
         [sys.executable, "-c", CALL],

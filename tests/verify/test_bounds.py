@@ -108,9 +108,7 @@ def others(true: list[Fraction], random: Generator) -> list[np.ndarray]:
     margin=st.sampled_from([1.0, 0.1, 1e-3, 1e-6, 1e-10, 1e-14]),
     form=st.sampled_from(FORMS),
 )
-def test_every_bound_holds_exactly(
-    seed: int, kind: str, margin: float, form: str
-) -> None:
+def test_every_bound_holds_exactly(seed, kind, margin, form):
     random = np.random.default_rng(seed)
     problem = problem_of(kind, random, margin, form)
     true = exact.solution(problem)
@@ -131,7 +129,7 @@ def test_every_bound_holds_exactly(
 
 @settings(deadline=None, max_examples=100)
 @given(seed=st.integers(0, 2**32 - 1))
-def test_no_bound_of_any_class_of_matrix_is_wrong(seed: int) -> None:
+def test_no_bound_of_any_class_of_matrix_is_wrong(seed):
     """Any class at all: where a bound is claimed there is one solution, and z is that
     close to it."""
     random = np.random.default_rng(seed)
@@ -148,9 +146,7 @@ def test_no_bound_of_any_class_of_matrix_is_wrong(seed: int) -> None:
     kind=st.sampled_from(sorted(FAMILIES)),
     form=st.sampled_from(FORMS),
 )
-def test_well_conditioned_matrices_always_have_a_close_bound(
-    seed: int, kind: str, form: str
-) -> None:
+def test_well_conditioned_matrices_always_have_a_close_bound(seed, kind, form):
     """Whatever the units; but a nonsymmetric M scaled by rows and columns alike need
     not be positive definite."""
     problem = problem_of(
@@ -165,7 +161,7 @@ def test_well_conditioned_matrices_always_have_a_close_bound(
         assert form == "scaled" or bound.value <= 1e-11 * max(1, np.abs(z).max())
 
 
-def test_neither_class_has_a_bound() -> None:
+def test_neither_class_has_a_bound():
     for M in (
         [[0, 1], [-1, 0]],
         [[1, 3], [3, 1]],
@@ -177,7 +173,7 @@ def test_neither_class_has_a_bound() -> None:
             assert error_bound(Problem(same, -np.ones(len(M))), np.ones(len(M))) is None
 
 
-def test_bound_is_what_the_theorem_says_on_an_example() -> None:
+def test_bound_is_what_the_theorem_says_on_an_example():
     """M = [[2, 1], [1, 2]], q = -(3, 3), z* = (1, 1): at z = (1.1, 1), w = (0.2, 0.1)
     and |z - z*| <= <M>^-1 w."""
     problem, z = Problem([[2.0, 1.0], [1.0, 2.0]], [-3.0, -3.0]), np.array([1.1, 1.0])
@@ -192,9 +188,7 @@ def test_bound_is_what_the_theorem_says_on_an_example() -> None:
 
 
 @pytest.mark.parametrize(("n", "sparse"), [(3, False), (100, False), (100, True)])
-def test_bound_that_is_attained_is_not_undercut_by_rounding(
-    n: int, sparse: bool
-) -> None:
+def test_bound_that_is_attained_is_not_undercut_by_rounding(n, sparse):
     """M = tridiag(-1, 2, -1), z* = 1, z = 1 + i (n + 1 - i) / 2^20: w = M (z - z*) > 0,
     so that <M>^-1 w = z - z*."""
     i = np.arange(1, n + 1)
@@ -206,7 +200,7 @@ def test_bound_that_is_attained_is_not_undercut_by_rounding(
     assert np.abs(z - true).max() <= value <= (1 + 1e-5) * np.abs(z - true).max()
 
 
-def test_sources_name_the_theorem_and_the_class() -> None:
+def test_sources_name_the_theorem_and_the_class():
     for M, z, source in (
         ([[1, -4], [0, 1]], [1, 3], "Chen and Xiang 2006, M is H+"),
         ([[1, -5], [5, 1]], [-1, 0], "Mathias and Pang 1990, M is positive definite"),
@@ -214,7 +208,7 @@ def test_sources_name_the_theorem_and_the_class() -> None:
         assert source in error_bound(Problem(M, [-1, -2]), z).source
 
 
-def test_definite_matrix_has_a_bound_after_rows_were_multiplied_by_numbers() -> None:
+def test_definite_matrix_has_a_bound_after_rows_were_multiplied_by_numbers():
     """M = D (A A' + S) with S skew-symmetric: no T makes T M symmetric, and T = D^-1
     makes it positive definite."""
     n, random = 40, np.random.default_rng(40)
@@ -232,7 +226,7 @@ def test_definite_matrix_has_a_bound_after_rows_were_multiplied_by_numbers() -> 
 
 
 @pytest.mark.parametrize("margin", [1e-2, 1e-10])
-def test_large_sparse_h_plus_matrix_has_a_bound(margin: float) -> None:
+def test_large_sparse_h_plus_matrix_has_a_bound(margin):
     n = 5000
     band = np.full(n - 1, -1.0)
     M = diags_array(
@@ -246,9 +240,7 @@ def test_large_sparse_h_plus_matrix_has_a_bound(margin: float) -> None:
     assert np.abs(z - true).max() <= bound.value <= 1.1 * np.abs(z - true).max()
 
 
-def test_a_bound_takes_no_factors_of_a_matrix_with_much_fill(
-    monkeypatch: pytest.MonkeyPatch,
-) -> None:
+def test_a_bound_takes_no_factors_of_a_matrix_with_much_fill(monkeypatch):
     monkeypatch.setattr("scipy.sparse.linalg.splu", None)
     k = 20
     second = diags_array(
@@ -264,9 +256,7 @@ def test_a_bound_takes_no_factors_of_a_matrix_with_much_fill(
     assert bound.value <= 1e-10
 
 
-def test_no_factors_with_much_fill_are_taken_where_there_is_no_bound(
-    monkeypatch: pytest.MonkeyPatch,
-) -> None:
+def test_no_factors_with_much_fill_are_taken_where_there_is_no_bound(monkeypatch):
     monkeypatch.setattr("scipy.sparse.linalg.splu", None)
     k = 64
     line, one = diags_array([np.full(k - 1, -1.0)] * 2, offsets=[-1, 1]), eye_array(k)
@@ -284,7 +274,7 @@ def test_no_factors_with_much_fill_are_taken_where_there_is_no_bound(
     )
 
 
-def test_numbers_beyond_range_have_no_bound_and_no_traceback() -> None:
+def test_numbers_beyond_range_have_no_bound_and_no_traceback():
     problem = Problem([[2.0, 1.0], [1.0, 2.0]], [-5.0, -6.0])
     for z in ([math.nan, 1.0], [math.inf, 1.0], [1e300, 1.0]):
         assert error_bound(problem, np.array(z)) is None
@@ -300,7 +290,7 @@ def test_numbers_beyond_range_have_no_bound_and_no_traceback() -> None:
         error_bound(problem, np.ones(3))
 
 
-def test_no_bound_is_claimed_where_no_theorem_holds() -> None:
+def test_no_bound_is_claimed_where_no_theorem_holds():
     # Semidefinite, with an equation.
     multipliers = Problem([[2, -1], [1, 0]], [0, -1], lower=[0, -np.inf])
     assert error_bound(multipliers, [1, 2]) is None
@@ -322,9 +312,7 @@ def image(M: np.ndarray, d: np.ndarray) -> list[Fraction]:
 
 
 @pytest.mark.parametrize("power", [0, -161, -480, -530])
-def test_an_image_is_bounded_from_below_with_its_rounding_and_underflow(
-    power: int,
-) -> None:
+def test_an_image_is_bounded_from_below_with_its_rounding_and_underflow(power):
     unit, random = 2.0**power, np.random.default_rng(0)
     for n in (2, 5, 9):
         M = unit * random.standard_normal((n, n))
@@ -336,7 +324,7 @@ def test_an_image_is_bounded_from_below_with_its_rounding_and_underflow(
         assert (np.array(list(map(Fraction, bounds))) <= image(M, d)).all()
 
 
-def test_scaling_is_found_where_it_varies_by_more_than_the_digits_of_a_double() -> None:
+def test_scaling_is_found_where_it_varies_by_more_than_the_digits_of_a_double():
     """For the M with ones on the diagonal and 2 above it, C^-1 e = (3^(n-1), ..., 3,
     1), and C d is all rounding."""
     M = np.eye(40) + 2 * np.triu(np.ones((40, 40)), 1)

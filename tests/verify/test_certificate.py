@@ -63,7 +63,7 @@ def nearly_infeasible(seed: int) -> tuple[Problem, np.ndarray]:
     return Problem(M * (1 + ULP * random.integers(-2, 3, size=(n, n))), q), y
 
 
-def test_a_proof_may_have_any_length_and_little_room_left_by_rounding() -> None:
+def test_a_proof_may_have_any_length_and_little_room_left_by_rounding():
     assert all(
         Proof("farkas", np.array([size, 0.0])).holds(INFEASIBLE)
         for size in (1.0, 1e-300, 1e300, 5e-324)
@@ -107,14 +107,14 @@ FEASIBLE = {
 
 
 @pytest.mark.parametrize("name", FEASIBLE)
-def test_what_rounding_hides_of_a_feasible_problem_makes_no_proof(name: str) -> None:
+def test_what_rounding_hides_of_a_feasible_problem_makes_no_proof(name):
     problem, y = FEASIBLE[name]
     assert not exact.refutes(problem, list(map(Fraction, y)))
     assert not Proof("farkas", np.array(y, dtype=float)).holds(problem)
     assert not refutes(problem.M, problem.q, np.array(y, dtype=float), problem.box)
 
 
-def test_proof_whose_products_underflow_or_overflow_is_checked_all_the_same() -> None:
+def test_proof_whose_products_underflow_or_overflow_is_checked_all_the_same():
     tiny = Problem([[1e-200, 0], [0, 1]], [-1e-200, 0])
     assert not Proof("farkas", np.array([1e-200, 0.0])).holds(tiny)
     assert Proof("farkas", np.array([1e-200, 0.0])).holds(
@@ -126,9 +126,7 @@ def test_proof_whose_products_underflow_or_overflow_is_checked_all_the_same() ->
 
 
 @pytest.mark.parametrize("seeds", parts(30, 120))
-def test_nearly_infeasible_problems_are_distinguished_from_infeasible_ones(
-    seeds: range,
-) -> None:
+def test_nearly_infeasible_problems_are_distinguished_from_infeasible_ones(seeds):
     for seed in seeds:
         problem, y = nearly_infeasible(seed)
         if exact.feasible(problem):
@@ -157,7 +155,7 @@ def chain(excess: float, largest: float) -> Problem:
 
 
 @pytest.mark.parametrize("largest", [np.inf, 100.0])
-def test_program_infeasible_by_a_millionth_is_proved_so(largest: float) -> None:
+def test_program_infeasible_by_a_millionth_is_proved_so(largest):
     """Without bounds, y has to vanish exactly in 60 columns, where it is corrected by
     FLINT."""
     if largest == np.inf:
@@ -166,9 +164,7 @@ def test_program_infeasible_by_a_millionth_is_proved_so(largest: float) -> None:
     assert farkas(chain(-1e-6, largest)) is None
 
 
-def test_proofs_are_found_where_the_first_linear_program_fails(
-    monkeypatch: pytest.MonkeyPatch,
-) -> None:
+def test_proofs_are_found_where_the_first_linear_program_fails(monkeypatch):
     monkeypatch.setattr(FarkasSystem, "least_total", lambda _: None)
     found = (
         farkas(problem) is not None
@@ -178,9 +174,7 @@ def test_proofs_are_found_where_the_first_linear_program_fails(
 
 
 @pytest.mark.parametrize("seeds", parts(40, 160))
-def test_every_infeasible_random_problem_is_proved_so_and_no_feasible_one(
-    seeds: range,
-) -> None:
+def test_every_infeasible_random_problem_is_proved_so_and_no_feasible_one(seeds):
     """In any units, dense and sparse."""
     for seed in seeds:
         problem = exact.random_problem(seed)
@@ -188,7 +182,7 @@ def test_every_infeasible_random_problem_is_proved_so_and_no_feasible_one(
         assert (farkas(given) is None) == exact.feasible(problem), problem.name
 
 
-def test_contradictions_among_many_rows_are_found() -> None:
+def test_contradictions_among_many_rows_are_found():
     """Row 0 is minus a positive combination of the others with a margin; and sparse
     rows without positive entries."""
     random, n = np.random.default_rng(2), 100
@@ -203,18 +197,18 @@ def test_contradictions_among_many_rows_are_found() -> None:
     assert farkas(Problem(csr_array(negative), -np.ones(300))) is not None
 
 
-def test_problem_beyond_the_range_of_floats_when_equilibrated_has_no_proof() -> None:
+def test_problem_beyond_the_range_of_floats_when_equilibrated_has_no_proof():
     assert farkas(Problem([[0, 1e-308], [1e308, 0]], [-1e308, 1e-308])) is None
 
 
-def test_a_contradiction_by_less_than_rounding_is_not_clear() -> None:
+def test_a_contradiction_by_less_than_rounding_is_not_clear():
     # z1 >= 2 + 1e-12.
     problem = Problem([[0, 0], [1, 0]], [0, -2 - 1e-12], lower=[0, 0], upper=[2, INF])
     assert not Proof("farkas", np.array([0.0, 1.0])).is_clear(problem)
 
 
 @pytest.mark.parametrize("seed", range(8))
-def test_enclosure_holds_an_exact_solution(seed: int) -> None:
+def test_enclosure_holds_an_exact_solution(seed):
     random = np.random.default_rng(seed)
     k, n = int(random.integers(1, 6)), int(random.integers(6, 12))
     G = random.integers(-9, 10, (k, n)) * np.exp2(random.integers(-30, 30, n))
@@ -243,7 +237,7 @@ def test_enclosure_holds_an_exact_solution(seed: int) -> None:
     )
 
 
-def test_a_proof_nearby_has_the_signs_of_multipliers_too() -> None:
+def test_a_proof_nearby_has_the_signs_of_multipliers_too():
     """A'y = 0 asks for y_3 = -1e-9, so that y_3 = 5e-9 is near no proof: z = (-2e9,
     2e9 + 1.5) is feasible."""
     A = np.array([[1.0, 1.0], [-(1 + 1e-9), -1.0], [0.0, 1.0]])
@@ -253,7 +247,7 @@ def test_a_proof_nearby_has_the_signs_of_multipliers_too() -> None:
     assert not refutes(A, b, np.array([1.0, 1.0, 5e-9]), box, ORTHANT)
 
 
-def test_products_that_underflow_hide_the_sign_of_their_sum() -> None:
+def test_products_that_underflow_hide_the_sign_of_their_sum():
     """(A'y)_1 = 2e-324 is positive, and -5e-324 in doubles; z = 5e123 is feasible."""
     A = np.array([[2e-124], [2e-124], [2e-124], [-4e-124]])
     b, z = np.array([-1.0, -1.0, -1.0, 2.2]), np.array([5.2e123])
@@ -272,8 +266,8 @@ def test_products_that_underflow_hide_the_sign_of_their_sum() -> None:
     ],
 )
 def test_no_solution_is_shown_where_the_distance_to_it_may_change_a_sign(
-    q: list[float], upper: float, reason: str
-) -> None:
+    q, upper, reason
+):
     """z_1 is 1 - 1e-6, and 1 where w_1 = 0: that changes w_2, or is beyond a bound."""
     problem = Problem([[1, 0], [1, 1]], q, upper=[upper, INF])
     for z in (np.array([1 - 1e-6, 0.0]), np.array([1 + 1e-6, 0.0])):
@@ -282,21 +276,19 @@ def test_no_solution_is_shown_where_the_distance_to_it_may_change_a_sign(
 
 
 @pytest.mark.parametrize(("upper", "is_ray"), [(INF, True), (5, False)])
-def test_a_ray_does_not_lead_beyond_a_bound(upper: float, is_ray: bool) -> None:
+def test_a_ray_does_not_lead_beyond_a_bound(upper, is_ray):
     problem = Problem([[0]], [0], upper=[upper])
     assert Proof("ray", np.ones(1)).holds(problem) == is_ray
 
 
 @pytest.mark.parametrize(("high", "holds"), [(1 + 5e-6, True), (1 - 5e-7, False)])
-def test_sides_hold_near_a_point_wherever_the_enclosure_moves_it(
-    high: float, holds: bool
-) -> None:
+def test_sides_hold_near_a_point_wherever_the_enclosure_moves_it(high, holds):
     """x = 1 follows from the equation, and is 1 - 1e-6 here."""
     sides = Constraints(np.ones((2, 1)), np.array([1, -INF]), np.array([1, high]))
     assert sides.hold_near(np.array([1 - 1e-6])) == holds
 
 
-def test_dependent_equations_and_too_many_have_no_enclosure() -> None:
+def test_dependent_equations_and_too_many_have_no_enclosure():
     assert (
         enclosure(
             np.array([[1.0, -1.0, 0.0], [2.0, -2.0, 0.0]]), np.array([1.0, 1.0, 1.0])
@@ -307,7 +299,7 @@ def test_dependent_equations_and_too_many_have_no_enclosure() -> None:
 
 
 @pytest.mark.parametrize("seed", range(6))
-def test_no_infeasible_program_is_said_to_have_a_point(seed: int) -> None:
+def test_no_infeasible_program_is_said_to_have_a_point(seed):
     """Not even near points that violate one constraint by little."""
     problem = random_program(2 * seed, 30, "infeasible").problem()
     sides = Constraints.of(problem.origin.blocks(conditions_of(problem)))
@@ -319,7 +311,7 @@ def test_no_infeasible_program_is_said_to_have_a_point(seed: int) -> None:
     assert not sides.hold_near(x)
 
 
-def test_farkas_vector_is_corrected_where_no_double_fits() -> None:
+def test_farkas_vector_is_corrected_where_no_double_fits():
     """3 y1 = y2 is asked for with a y1 that is no multiple: only the corrected vector
     has M'y = 0."""
     y = np.array([np.pi, 3 * np.pi * (1 + 1e-12)])
@@ -333,7 +325,7 @@ def test_farkas_vector_is_corrected_where_no_double_fits() -> None:
     assert found[1] == 3 * found[0]
 
 
-def test_farkas_vector_is_found_where_rounding_has_made_columns_independent() -> None:
+def test_farkas_vector_is_found_where_rounding_has_made_columns_independent():
     """10 y1 = y2 in decimals, but as doubles 0.1 and 0.3 make M nonsingular: M'y = 0
     has no solution, M'y < 0 has."""
     problem, y = Problem([[1, 3], [-0.1, -0.3]], [-1, 0]), np.array([0.1, 1.0])
@@ -344,9 +336,7 @@ def test_farkas_vector_is_found_where_rounding_has_made_columns_independent() ->
 
 
 @pytest.mark.parametrize("size", [1e-9, 1.0, 1e9])
-def test_an_enclosure_is_as_wide_as_the_solution_is_far_in_the_units_of_y(
-    size: float,
-) -> None:
+def test_an_enclosure_is_as_wide_as_the_solution_is_far_in_the_units_of_y(size):
     """y1 = y2 takes a change of at least |y1 - y2|."""
     y = size * np.array([1.0, 1.25, 3.0])
     change = enclosure(np.array([[1.0, -1.0, 0.0]]), y)
@@ -354,7 +344,7 @@ def test_an_enclosure_is_as_wide_as_the_solution_is_far_in_the_units_of_y(
     assert change[2] == 0
 
 
-def test_each_violation_is_named() -> None:
+def test_each_violation_is_named():
     problem = Problem(
         np.eye(4), [-1, -1, 1, 0], lower=[0, None, -2, 1], upper=[2, 0.5, 2, 1]
     )
@@ -396,7 +386,7 @@ def whole(values: Sequence[float]) -> list[Fraction]:
 
 
 @pytest.mark.parametrize("with_bounds", [False, True])
-def test_farkas_vectors_in_json_hold_exactly(with_bounds: bool) -> None:
+def test_farkas_vectors_in_json_hold_exactly(with_bounds):
     proofs = 0
     for seed in range(12):
         random = np.random.default_rng(seed)
@@ -411,7 +401,7 @@ def test_farkas_vectors_in_json_hold_exactly(with_bounds: bool) -> None:
     assert proofs > 2
 
 
-def test_whole_numbers_are_shown_with_all_digits_and_others_as_rounded() -> None:
+def test_whole_numbers_are_shown_with_all_digits_and_others_as_rounded():
     shown = {2.0**53: "9007199254740992", 0.5: "0.5", 1 / 3: "~0.3333333", -3.0: "-3"}
     assert {value: wording.multiplier(value) for value in shown} == shown
     huge, tiny = Fraction(10) ** 400 / 3, Fraction(1, 3 * 10**400)
@@ -423,9 +413,7 @@ def test_whole_numbers_are_shown_with_all_digits_and_others_as_rounded() -> None
     assert (approximate(Fraction(0)), approximate(Fraction(1, 3))) == ("0", "0.3333333")
 
 
-def test_proof_in_integers_leaves_columns_of_bounded_variables_that_nearly_vanish() -> (
-    None
-):
+def test_proof_in_integers_leaves_columns_of_bounded_variables_that_nearly_vanish():
     """y = (b, a, 0) is 0 in the first column exactly, and in the third one 1e-9 of its
     terms, which cannot both be 0; but the third variable is between 0 and 1."""
     a, b = 1234567891.0, 987654323.0
@@ -435,13 +423,11 @@ def test_proof_in_integers_leaves_columns_of_bounded_variables_that_nearly_vanis
     assert exact.refutes(problem, whole(found.vector.tolist()))
 
 
-def test_proof_for_integers_is_one_for_the_decimals_that_they_are_made_of(
-    monkeypatch: pytest.MonkeyPatch,
-) -> None:
+def test_proof_for_integers_is_one_for_the_decimals_that_they_are_made_of(monkeypatch):
     """Rows with different denominators, and a run that has found nothing; without the
     search at the end."""
 
-    def late(_: float) -> None:
+    def late(_):
         raise TimeIsUp
 
     monkeypatch.setattr(solving, "Effort", late)
@@ -486,7 +472,7 @@ def infeasible(seed: int) -> Problem:
     "seed",
     few_of((seed for seed in range(0, 60, 2) if seed not in ROUNDED_TO_FEASIBLE), 9),
 )
-def test_what_is_written_proves_exactly_what_it_claims(seed: int) -> None:
+def test_what_is_written_proves_exactly_what_it_claims(seed):
     pytest.importorskip("flint")
     problem = infeasible(seed)
     for result in (run(problem, time_limit=120), lcpcli.exact(problem, time_limit=120)):
@@ -500,7 +486,7 @@ def test_what_is_written_proves_exactly_what_it_claims(seed: int) -> None:
     assert held["status"] == "infeasible"
 
 
-def test_long_proof_says_that_it_is_rounded_unless_doubles_show_it() -> None:
+def test_long_proof_says_that_it_is_rounded_unless_doubles_show_it():
     """y = (1, ..., 1) proves the first; the y of the second makes M'y vanish, but for
     rounding."""
     rng = np.random.default_rng(0)
@@ -542,9 +528,7 @@ def without_solution(kind: str) -> Problem:
 
 
 @pytest.mark.parametrize("n", [50, 100])
-def test_a_solution_with_w_0_is_found_by_one_look_however_many_z_are_rounding_of_0(
-    n: int,
-) -> None:
+def test_a_solution_with_w_0_is_found_by_one_look_however_many_z_are_rounding_of_0(n):
     random = np.random.default_rng(n)
     A = random.standard_normal((n, n))
     for M in (A, A + A.T):
@@ -587,16 +571,14 @@ WAYS: dict[str, Callable[..., Result]] = {
     ("way", "kind"),
     [*((way, "all") for way in WAYS), ("milp", "lower"), ("auto", "free and boxes")],
 )
-def test_no_way_in_loses_the_proof(way: str, kind: str) -> None:
+def test_no_way_in_loses_the_proof(way, kind):
     problem = without_solution("lower" if way == "pyomo" else kind)
     result = WAYS[way](problem.M, problem.q, lower=problem.lower, upper=problem.upper)
     assert result.status.name in (NONE if way == "pyomo" else {"UNSOLVABLE"})
     assert way not in ("auto", "milp") or result.certificate.kind == "exhaustion"
 
 
-def test_the_tree_of_milp_agrees_with_that_in_rational_arithmetic_for_any_bounds() -> (
-    None
-):
+def test_the_tree_of_milp_agrees_with_that_in_rational_arithmetic_for_any_bounds():
     random = np.random.default_rng(11)
     for _ in range(40):
         n = int(random.integers(2, 8))
@@ -620,7 +602,7 @@ def test_the_tree_of_milp_agrees_with_that_in_rational_arithmetic_for_any_bounds
 
 
 @pytest.mark.parametrize("decimals", [0, 1, 16])
-def test_proofs_are_small_integers_where_there_is_room_to_round(decimals: int) -> None:
+def test_proofs_are_small_integers_where_there_is_room_to_round(decimals):
     random = np.random.default_rng(decimals)
     for n in (5, 15, 30):
         M, q = (
@@ -634,7 +616,7 @@ def test_proofs_are_small_integers_where_there_is_room_to_round(decimals: int) -
         assert y.max() <= 64
 
 
-def test_a_simple_proof_replaces_a_long_one_but_not_what_proves_nothing() -> None:
+def test_a_simple_proof_replaces_a_long_one_but_not_what_proves_nothing():
     problem = Problem([[1, -2], [-2, 1]], [1, -1])
     found = first_proof(problem, [np.array([51.0, 58.0])], whole=True)
     assert found.vector.max() < 10

@@ -32,12 +32,12 @@ def linear_program(m: int, n: int) -> Problem:
 
 
 @pytest.fixture
-def sizes(monkeypatch: pytest.MonkeyPatch) -> list[int]:
+def sizes(monkeypatch):
     """The sizes of the systems that are solved exactly."""
     found: list[int] = []
     real: Callable[..., Any] = elimination.solve
 
-    def solve(A: list[Any], right: list[Any]) -> Any:
+    def solve(A, right):
         found.append(len(A))
         return real(A, right)
 
@@ -45,7 +45,7 @@ def sizes(monkeypatch: pytest.MonkeyPatch) -> list[int]:
     return found
 
 
-def test_no_system_is_solved_exactly_for_a_wrong_point(sizes: list[int]) -> None:
+def test_no_system_is_solved_exactly_for_a_wrong_point(sizes):
     """Hundreds of unknowns took up to minutes: 12 s for a program of 300 rows."""
     problem = linear_program(100, 150)
     z = lcpcli.run(problem).z
@@ -54,7 +54,7 @@ def test_no_system_is_solved_exactly_for_a_wrong_point(sizes: list[int]) -> None
     assert sizes == []
 
 
-def test_what_would_take_long_is_undecided_and_not_refused() -> None:
+def test_what_would_take_long_is_undecided_and_not_refused():
     M = np.array([[3.0, 1.0], [1.0, 7.0]])
     problem = Problem(M, [-1.0, -1.0])
     z = lcpcli.solve(problem.M, problem.q).z
@@ -64,7 +64,7 @@ def test_what_would_take_long_is_undecided_and_not_refused() -> None:
 
 
 @given(seed=st.integers(0, 2**32 - 1), n=st.integers(1, 12), ulps=st.integers(0, 2))
-def test_rounded_solutions_are_recognized(seed: int, n: int, ulps: int) -> None:
+def test_rounded_solutions_are_recognized(seed, n, ulps):
     """M = L L' with small integers, and an integer solution moved by units in the last
     place: the test by a product rules none out."""
     generator = np.random.default_rng(seed)
@@ -101,7 +101,7 @@ def blocks_of(number: int, seed: int) -> Problem:
     return Problem(sp.block_diag(parts).tocsr(), generator.integers(-9, 10, 4 * number))
 
 
-def test_connected_parts_are_decided_apart() -> None:
+def test_connected_parts_are_decided_apart():
     """800 unknowns are basic, twice as many as are solved at once, in parts of 4."""
     problem = blocks_of(300, 0)
     z = lcpcli.run(problem).z
@@ -115,7 +115,7 @@ def test_connected_parts_are_decided_apart() -> None:
     assert not is_rounded_solution(problem, wrong)
 
 
-def test_a_part_without_a_solution_decides_the_whole() -> None:
+def test_a_part_without_a_solution_decides_the_whole():
     """One of 11 unknowns that is feasible and has none, after 30 that have two
     solutions each."""
     hard = random_without_solution()

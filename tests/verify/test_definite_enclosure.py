@@ -37,7 +37,7 @@ def stiff(kind: str) -> Problem:
 
 
 @pytest.mark.parametrize("kind", STIFF)
-def test_enclosures_hold_the_exact_basic_solution(kind: str) -> None:
+def test_enclosures_hold_the_exact_basic_solution(kind):
     problem = stiff(kind)
     z = run(problem, "interior").z
     basis = problem.box.basis_at(z)
@@ -64,9 +64,7 @@ def test_enclosures_hold_the_exact_basic_solution(kind: str) -> None:
     ("spring", "whether", "whatever_rounding"),
     [(1.0, True, True), (1e-15, True, False), (0.0, False, False)],
 )
-def test_a_beam_is_definite_by_its_springs(
-    spring: float, whether: bool, whatever_rounding: bool
-) -> None:
+def test_a_beam_is_definite_by_its_springs(spring, whether, whatever_rounding):
     """Without them it moves freely; soft ones may be a matter of rounding."""
     n = 40
     problem = on_springs(n, spring)
@@ -75,7 +73,7 @@ def test_a_beam_is_definite_by_its_springs(
     assert not is_definite(on_springs(n, -1e-15))
 
 
-def test_a_bound_on_the_least_eigenvalue_is_one() -> None:
+def test_a_bound_on_the_least_eigenvalue_is_one():
     """Fibonacci numbers with the determinant 1 are definite, but by less than what is
     looked for."""
     first, second, third = (np.ldexp(f, -52) for f in FIBONACCI)

@@ -6,11 +6,9 @@ one that is only rounded is.
 from __future__ import annotations
 
 import json
-from collections.abc import Callable
 from dataclasses import replace
 from fractions import Fraction
 from functools import cache
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -25,12 +23,9 @@ from lcpcli.gallery import families
 from lcpcli.verify.digits import DOUBLE_DIGITS, fewest_digits
 from lcpcli.verify.point import without_wrong_solutions
 
-from ..conftest import Outcome
 from ..dependent_rows import dependent_program, of_states, strict_states
 from ..exact import solution
 from ..seeds import parts
-
-Lcp = Callable[..., Outcome]
 
 
 def rational_problem(seed: int, condition: float) -> tuple[Problem, list[Fraction]]:
@@ -72,7 +67,7 @@ def counted(result: Result) -> np.ndarray:
     )
 
 
-def test_digits_of_a_hundred_problems_with_conditions_up_to_1e16() -> None:
+def test_digits_of_a_hundred_problems_with_conditions_up_to_1e16():
     """Within one for nearly all, and never more than two too many."""
     excess = []
     for seed in range(100):
@@ -90,7 +85,7 @@ def test_digits_of_a_hundred_problems_with_conditions_up_to_1e16() -> None:
     assert min(excess) >= -3
 
 
-def test_digits_do_not_depend_on_the_units_nor_on_how_M_is_stored() -> None:
+def test_digits_do_not_depend_on_the_units_nor_on_how_M_is_stored():
     problem, _ = rational_problem(5, 1e6)
     R, C = np.exp2(
         np.random.default_rng(0).integers(-300, 301, (2, problem.n)).astype(float)
@@ -105,7 +100,7 @@ def test_digits_do_not_depend_on_the_units_nor_on_how_M_is_stored() -> None:
 
 
 @pytest.mark.parametrize(("n", "said"), [(6, False), (14, True)])
-def test_few_digits_are_said(n: int, said: bool, lcp: Lcp, tmp_path: Any) -> None:
+def test_few_digits_are_said(n, said, lcp, tmp_path):
     problem = families.make("hilbert", n)
     file = tmp_path / "hilbert.json"
     file.write_text(json.dumps({"M": problem.M.tolist(), "q": problem.q.tolist()}))
@@ -165,7 +160,7 @@ def least_digits(z: np.ndarray, solutions: list[list[Fraction]]) -> list[float]:
     return found
 
 
-def test_no_digits_are_told_at_kinks_that_rounding_the_data_changes() -> None:
+def test_no_digits_are_told_at_kinks_that_rounding_the_data_changes():
     """Neither of a z_i at a bound that it may leave, nor of those that move with it."""
     changed = told = 0
     for seed in range(40):
@@ -183,7 +178,7 @@ def test_no_digits_are_told_at_kinks_that_rounding_the_data_changes() -> None:
     assert told >= 40
 
 
-def test_digits_of_each_component_are_those_that_its_states_determine() -> None:
+def test_digits_of_each_component_are_those_that_its_states_determine():
     """Beside equations that follow from others, free rows, and rows strictly inside
     their ranges, whose multipliers are 0: with each number moved in its last place."""
     told = undetermined = 0
@@ -216,7 +211,7 @@ def test_digits_of_each_component_are_those_that_its_states_determine() -> None:
     assert undetermined > 50
 
 
-def test_multipliers_0_and_rows_that_repeat_leave_x_its_digits() -> None:
+def test_multipliers_0_and_rows_that_repeat_leave_x_its_digits():
     """A portfolio with a row strictly inside its range, and an equation stated twice
     with sides that differ by rounding."""
     Q = [[0.1, 0.02, 0.01], [0.02, 0.06, 0], [0.01, 0, 0.03]]
@@ -231,9 +226,7 @@ def test_multipliers_0_and_rows_that_repeat_leave_x_its_digits() -> None:
     assert result.not_unique == [2, 3]
 
 
-def test_what_is_not_unique_is_named_in_text_and_in_json(
-    lcp: Lcp, tmp_path: Path
-) -> None:
+def test_what_is_not_unique_is_named_in_text_and_in_json(lcp, tmp_path):
     """From 1 in text, from 0 in JSON; at a degenerate vertex x keeps its digits."""
     file = tmp_path / "corner.json"
     corner = {"c": [1, 1], "A": [[1, 0], [0, 1], [1, 1]], "row_upper": [1, 1, 2]}
@@ -295,12 +288,12 @@ EXAMPLES: dict[str, tuple[Problem, dict[str, Any], list[int | None] | None]] = {
 
 
 @pytest.mark.parametrize("name", EXAMPLES)
-def test_digits_are_told_where_the_data_determine_them(name: str) -> None:
+def test_digits_are_told_where_the_data_determine_them(name):
     problem, options, digits = EXAMPLES[name]
     assert run(problem, **options).digits == digits
 
 
-def test_of_many_kinks_there_are_no_digits_either() -> None:
+def test_of_many_kinks_there_are_no_digits_either():
     # Of too many kinks not all exchanges can be tried.
     for n, alternate in ((100, DOUBLE_DIGITS), (400, None)):
         M = 4 * np.eye(n) - np.eye(n, k=1) - np.eye(n, k=-1)
@@ -311,7 +304,7 @@ def test_of_many_kinks_there_are_no_digits_either() -> None:
 
 
 @pytest.mark.parametrize("q", [[-10, -3], [-10, -1], [-1, -3], [0, -1]])
-def test_digits_are_those_of_the_mirror_image(q: list[float]) -> None:
+def test_digits_are_those_of_the_mirror_image(q):
     """In which -z and -w take the place of z and w."""
     M = [[2, 0.5], [0.5, 2]]
     own, image = (
@@ -361,7 +354,7 @@ def problems() -> list[Problem]:
 
 
 @pytest.mark.parametrize("digits", ["17g", "4g", "4f"])
-def test_solutions_as_computed_and_as_printed_are_accepted(digits: str) -> None:
+def test_solutions_as_computed_and_as_printed_are_accepted(digits):
     for problem in problems():
         printed = tuple(
             np.array([float(f"{v:.{digits}}") for v in z]) for z in problem.solutions
@@ -371,7 +364,7 @@ def test_solutions_as_computed_and_as_printed_are_accepted(digits: str) -> None:
         )
 
 
-def test_solutions_with_an_error_in_the_first_digit_are_wrong() -> None:
+def test_solutions_with_an_error_in_the_first_digit_are_wrong():
     for problem in problems():
         z = problem.solutions[0]
         # Its largest component hides the others.
@@ -389,16 +382,12 @@ def test_solutions_with_an_error_in_the_first_digit_are_wrong() -> None:
         ([-1.5e16, -3.4], [1.5e16, 3], True),  # the last digit of 3 is worth 1
     ],
 )
-def test_last_digit_of_a_solution_is_where_the_exponent_puts_it(
-    q: list[float], z: list[float], is_right: bool
-) -> None:
+def test_last_digit_of_a_solution_is_where_the_exponent_puts_it(q, z, is_right):
     problem = Problem(np.eye(2), q, solutions=[np.array(z, dtype=float)])
     assert (without_wrong_solutions(problem)[1] == []) == is_right
 
 
-def test_a_verdict_is_not_believed_by_a_bench_if_there_is_a_solution(
-    tmp_path: Path, lcp: Lcp
-) -> None:
+def test_a_verdict_is_not_believed_by_a_bench_if_there_is_a_solution(tmp_path, lcp):
     file = tmp_path / "p.json"
     file.write_text(ALL_WRONG)
     outcome = lcp(f"bench {file} --method newton --budget 0 --format json")
@@ -431,7 +420,7 @@ def differs(problem: Problem, i: int) -> bool:
     return len(values) > 1 or any(move[i] for each in moves for move in each)
 
 
-def test_x_of_a_program_whose_multiplier_alone_has_other_values_is_unique() -> None:
+def test_x_of_a_program_whose_multiplier_alone_has_other_values_is_unique():
     problem = from_qp(None, [2, 3], [[1, 1]], row_lower=[9], lower=[0, 0], upper=[4, 5])
     result = run(problem)
     assert result.z[:2].tolist() == [4, 5]
@@ -439,9 +428,7 @@ def test_x_of_a_program_whose_multiplier_alone_has_other_values_is_unique() -> N
 
 
 @pytest.mark.parametrize("seeds", parts(250, 2000))
-def test_a_component_that_is_said_not_to_be_unique_has_several_values(
-    seeds: range,
-) -> None:
+def test_a_component_that_is_said_not_to_be_unique_has_several_values(seeds):
     claims = 0
     for seed in seeds:
         problem = degenerate(np.random.default_rng(seed))
@@ -453,7 +440,7 @@ def test_a_component_that_is_said_not_to_be_unique_has_several_values(
     assert claims > 20
 
 
-def test_several_kinks_in_turn_leave_the_components_that_are_not_unique() -> None:
+def test_several_kinks_in_turn_leave_the_components_that_are_not_unique():
     """z1, z2 and z3 move along the solutions, two of them against each other; z6 is a
     kink only once z5, at its bound, is exchanged."""
     M = np.zeros((6, 6))

@@ -89,14 +89,14 @@ def called(function: Callable[[Any], Any] | None, z: list[Interval]) -> Any:
     return function(z)
 
 
-def test_a_solution_is_proved_where_it_is() -> None:
+def test_a_solution_is_proved_where_it_is():
     result = run_nonlinear(enclosed(literature.kojima_shindo()), proof=True)
     assert result.bound.proved
     assert result.z.round(6).tolist() == [1, 0, 3, 0]
     assert float(np.abs(result.z - [1, 0, 3, 0]).max()) <= result.bound.value <= 1e-12
 
 
-def test_the_bound_covers_the_distance_of_a_rough_point() -> None:
+def test_the_bound_covers_the_distance_of_a_rough_point():
     problem = enclosed(literature.josephy())
     rough = np.array([1.5**0.5 + 1e-7, 0.0, 0.0, 0.5 - 1e-7])
     bound = proved_bound(problem, rough)
@@ -105,7 +105,7 @@ def test_the_bound_covers_the_distance_of_a_rough_point() -> None:
 
 
 @pytest.mark.parametrize("power", range(3, 60, 7))
-def test_roots_are_bounded_as_fractions_say(power: int) -> None:
+def test_roots_are_bounded_as_fractions_say(power):
     number = 1 + Fraction(1, 2**power)
     problem = enclosed(
         NonlinearProblem(
@@ -119,7 +119,7 @@ def test_roots_are_bounded_as_fractions_say(power: int) -> None:
     assert bound.value <= 8 * EPS
 
 
-def test_degenerate_solutions_and_points_that_are_none_are_not_proved() -> None:
+def test_degenerate_solutions_and_points_that_are_none_are_not_proved():
     degenerate = proved_bound(
         enclosed(literature.kojima_shindo()), np.array([1.5**0.5, 0.0, 0.0, 0.5])
     )
@@ -139,7 +139,7 @@ def test_degenerate_solutions_and_points_that_are_none_are_not_proved() -> None:
     assert not proved_bound(enclosed(outside), np.array([2 - 1e-17])).proved
 
 
-def test_a_solution_that_has_another_one_beside_it_is_not_called_the_only_one() -> None:
+def test_a_solution_that_has_another_one_beside_it_is_not_called_the_only_one():
     """w = 1e-20 - z_2 at z_2 = 0, which is at its bound, and 0 at z_2 = 1e-20."""
     beside = NonlinearProblem(
         lambda z: [z[0] ** 2 - 2, 1e-20 - z[1]],
@@ -151,7 +151,7 @@ def test_a_solution_that_has_another_one_beside_it_is_not_called_the_only_one() 
     assert not bound.proved or bound.value < 1e-20
 
 
-def test_without_intervals_nothing_is_proved() -> None:
+def test_without_intervals_nothing_is_proved():
     bound = run_nonlinear(literature.josephy(), proof=True).bound
     assert (bound.source, bound.proved) == (
         "F has no evaluation in interval arithmetic",
@@ -166,9 +166,7 @@ def polynomial(coefficients: list[str], z: Fraction) -> Fraction:
     )
 
 
-def test_zeros_of_polynomials_are_where_they_are_proved_for_decimals_as_written() -> (
-    None
-):
+def test_zeros_of_polynomials_are_where_they_are_proved_for_decimals_as_written():
     rng, proved = random.Random(1), 0
     for _ in range(40):
         texts = [f"{rng.uniform(-2, 2):.3f}" for _ in range(3)] + [

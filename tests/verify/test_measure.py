@@ -56,9 +56,7 @@ def small_problem(random: np.random.Generator) -> Problem:
 
 
 @pytest.mark.parametrize("seed", range(80))
-def test_relative_residual_is_what_its_definition_says_in_rational_arithmetic(
-    seed: int,
-) -> None:
+def test_relative_residual_is_what_its_definition_says_in_rational_arithmetic(seed):
     random = np.random.default_rng(seed)
     problem = small_problem(random)
     solution = run(problem, time_limit=120.0).z
@@ -82,7 +80,7 @@ def in_other_units(
     ]
 
 
-def test_other_units_change_nothing_but_the_rounding_of_exponents() -> None:
+def test_other_units_change_nothing_but_the_rounding_of_exponents():
     for seed in range(30):
         random = np.random.default_rng(seed)
         n = int(random.integers(1, 5))
@@ -144,7 +142,7 @@ WRONG: dict[str, tuple[Problem, list[float]]] = {
 
 
 @pytest.mark.parametrize("name", WRONG)
-def test_large_number_does_not_hide_an_error_elsewhere(name: str) -> None:
+def test_large_number_does_not_hide_an_error_elsewhere(name):
     problem, z = WRONG[name]
     assert (relative_residual(problem, z) > 1e-8, check(problem, z).accepted) == (
         True,
@@ -164,7 +162,7 @@ RIGHT: dict[str, tuple[Problem, list[float]]] = {
 
 
 @pytest.mark.parametrize("name", RIGHT)
-def test_right_answers_are_right_at_every_scale(name: str) -> None:
+def test_right_answers_are_right_at_every_scale(name):
     problem, z = RIGHT[name]
     assert (relative_residual(problem, z) <= ROUNDING, check(problem, z).accepted) == (
         True,
@@ -172,9 +170,7 @@ def test_right_answers_are_right_at_every_scale(name: str) -> None:
     )
 
 
-def test_relative_residual_of_a_homogeneous_problem_is_zero_only_at_a_solution() -> (
-    None
-):
+def test_relative_residual_of_a_homogeneous_problem_is_zero_only_at_a_solution():
     problem = Problem(np.eye(2), np.zeros(2))
     assert relative_residual(problem, np.zeros(2)) == 0
     for size in (1e-300, 1e-17, 1.0):
@@ -182,7 +178,7 @@ def test_relative_residual_of_a_homogeneous_problem_is_zero_only_at_a_solution()
         assert not check(problem, [size, size]).accepted
 
 
-def test_nan_infinity_and_bounds_that_are_violated_are_infinitely_wrong() -> None:
+def test_nan_infinity_and_bounds_that_are_violated_are_infinitely_wrong():
     problem = Problem(np.eye(2), -np.ones(2), solutions=[np.ones(2)])
     for z in (np.array([np.nan, 1.0]), np.array([np.inf, 1.0])):
         point = Point(Criterion(problem), z, is_admissible=False)
@@ -193,7 +189,7 @@ def test_nan_infinity_and_bounds_that_are_violated_are_infinitely_wrong() -> Non
     assert relative_residual(problem, [-1e-3, 1.0]) == math.inf
 
 
-def test_point_within_the_tolerance_of_its_bounds_is_accepted_as_such() -> None:
+def test_point_within_the_tolerance_of_its_bounds_is_accepted_as_such():
     problem = Problem([[1.0, 0.0], [0.0, 1.0]], [-1.0, 1.0])
     for noise in (1e-17, -1e-17, 1e-11, -1e-11):
         verification = check(problem, [1.0, noise])
@@ -202,7 +198,7 @@ def test_point_within_the_tolerance_of_its_bounds_is_accepted_as_such() -> None:
     assert not check(problem, [1.0, 0.3]).accepted, "which is far from its bound"
 
 
-def test_rounding_of_zero_is_accepted_far_away_and_beside_redundant_rows() -> None:
+def test_rounding_of_zero_is_accepted_far_away_and_beside_redundant_rows():
     M = [
         [0, 0, 0, 1, 1],
         [0, 0, 0, -1, -1],
@@ -228,7 +224,7 @@ def test_rounding_of_zero_is_accepted_far_away_and_beside_redundant_rows() -> No
 
 
 @pytest.mark.parametrize("n", [1, 30])
-def test_a_w_at_the_bounds_that_is_only_rounding_gives_no_size(n: int) -> None:
+def test_a_w_at_the_bounds_that_is_only_rounding_gives_no_size(n):
     """z = 0.1 is at its bound, with w = 3 z + q = -8e-17 for this q near -0.3."""
     q = -np.nextafter(np.nextafter(0.3, 1), 1)
     problem = Problem(3 * np.eye(n), np.full(n, q), lower=0.1)
@@ -236,7 +232,7 @@ def test_a_w_at_the_bounds_that_is_only_rounding_gives_no_size(n: int) -> None:
     assert Point(Criterion(problem), np.full(n, 0.1)).solves()
 
 
-def test_scaled_residual_counts_how_far_z_is_beyond_a_bound() -> None:
+def test_scaled_residual_counts_how_far_z_is_beyond_a_bound():
     criterion = Criterion(Problem([[2, 1], [1, 2]], [-2, 3]))
     for beyond in (1e-9, 0.5):
         residual = Point(
@@ -255,9 +251,7 @@ def test_scaled_residual_counts_how_far_z_is_beyond_a_bound() -> None:
     size=st.integers(-17, -2),
     sparse=st.booleans(),
 )
-def test_bounds_never_call_a_solution_what_is_none(
-    seed: int, n: int, spread: int, size: int, sparse: bool
-) -> None:
+def test_bounds_never_call_a_solution_what_is_none(seed, n, spread, size, sparse):
     """Perturbed solutions, with a tolerance just below and well above the relative
     residual; nor do other judges."""
     generator = np.random.default_rng(seed)
@@ -281,8 +275,8 @@ def test_bounds_never_call_a_solution_what_is_none(
 
 @pytest.mark.parametrize("largest_error", [1e-3, 1e-5])
 def test_a_part_without_data_of_a_size_is_violated_whatever_the_others_are(
-    largest_error: float,
-) -> None:
+    largest_error,
+):
     m, generator = 40, np.random.default_rng(0)
     M, z = np.zeros((2 * m, 2 * m)), np.zeros(2 * m)
     M[:m, :m], M[m:, m:] = (
@@ -309,9 +303,7 @@ def around(z: Vector, generator: np.random.Generator) -> Vector:
     ("bounds", "condition"),
     [("orthant", 1e8), ("box", 1e1), ("far", 1e1), ("far", 1e14)],
 )
-def test_many_points_together_pass_where_each_does(
-    bounds: str, condition: float
-) -> None:
+def test_many_points_together_pass_where_each_does(bounds, condition):
     """What surely solves among many points solves alone, and nearly all of what solves
     alone surely does."""
     generator = np.random.default_rng(3)
@@ -348,9 +340,7 @@ def test_many_points_together_pass_where_each_does(
 
 @pytest.mark.parametrize("size", [1.0, 1e15])
 @pytest.mark.parametrize("method", ["auto", "interior", "newton", "lemke"])
-def test_a_bound_that_solves_a_problem_is_found_whatever_the_size_of_q(
-    size: float, method: Any
-) -> None:
+def test_a_bound_that_solves_a_problem_is_found_whatever_the_size_of_q(size, method):
     """At the bound w = size, so that relative to size every z is a solution."""
     result = run(Problem([[1.0]], [size + 1], lower=-1.0), method)
     assert (result.z.tolist(), result.residual) == ([-1.0], 0.0)
@@ -359,7 +349,7 @@ def test_a_bound_that_solves_a_problem_is_found_whatever_the_size_of_q(
     ).z.tolist() == [1.0]
 
 
-def test_z_may_be_rounded_to_the_grid_near_zero_but_products_may_not() -> None:
+def test_z_may_be_rounded_to_the_grid_near_zero_but_products_may_not():
     n = 120
     problem = Problem(np.eye(n) - 1e-3 * np.eye(n, k=-1), -np.eye(n)[0])
     z = 1e-3 ** np.arange(float(n))
@@ -375,7 +365,7 @@ def test_z_may_be_rounded_to_the_grid_near_zero_but_products_may_not() -> None:
 
 
 @pytest.mark.parametrize("tol", [1e-10, 1e-3])
-def test_fixed_variable_may_be_off_by_the_tolerance_and_no_more(tol: float) -> None:
+def test_fixed_variable_may_be_off_by_the_tolerance_and_no_more(tol):
     fixed = 0.3333333333333333
     problem = Problem(
         [[1.0, 0.0], [0.0, 2.0]],
@@ -398,9 +388,7 @@ def test_fixed_variable_may_be_off_by_the_tolerance_and_no_more(tol: float) -> N
 
 
 @pytest.mark.parametrize("move", [1e-13, -1e-13])
-def test_variable_fixed_at_0_is_measured_in_the_units_of_its_column(
-    move: float,
-) -> None:
+def test_variable_fixed_at_0_is_measured_in_the_units_of_its_column(move):
     for factor in (2.0**-60, 1.0, 2.0**60):
         problem = Problem(
             [[1.0, factor], [factor, 2 * factor**2]],
@@ -420,9 +408,7 @@ def ring(n: int, excess: float, sparse: bool = False) -> Problem:
 
 
 @pytest.mark.parametrize("sparse", [False, True])
-def test_a_large_solution_is_solved_if_enclosed_but_not_against_a_proof(
-    sparse: bool,
-) -> None:
+def test_a_large_solution_is_solved_if_enclosed_but_not_against_a_proof(sparse):
     problem = ring(60, 1e-10, sparse)
     z = np.linalg.solve(ring(60, 1e-10).M, -problem.q)
     assert relative_residual(problem, z) > 1e-8, "by the cap"
@@ -432,9 +418,7 @@ def test_a_large_solution_is_solved_if_enclosed_but_not_against_a_proof(
 
 
 @pytest.mark.parametrize("n", [60, 1100])
-def test_doubt_about_a_large_solution_is_settled_before_other_methods_are_tried(
-    n: int,
-) -> None:
+def test_doubt_about_a_large_solution_is_settled_before_other_methods_are_tried(n):
     result = run(ring(n, 1e-10, sparse=True))
     assert result.solved
     assert result.relative_residual > result.tol
@@ -442,7 +426,7 @@ def test_doubt_about_a_large_solution_is_settled_before_other_methods_are_tried(
     assert len(result.route) <= 2
 
 
-def test_large_solutions_have_the_digits_of_the_tolerance_or_of_rounding() -> None:
+def test_large_solutions_have_the_digits_of_the_tolerance_or_of_rounding():
     problem = ring(60, 1e-8)
     z = np.linalg.solve(problem.M, -problem.q)
     found = check(problem, z)
@@ -454,7 +438,7 @@ def test_large_solutions_have_the_digits_of_the_tolerance_or_of_rounding() -> No
         assert f"it differs by {abs(error):.1e}" in moved.message
 
 
-def test_numbers_near_zero_are_allowed_no_more_than_their_own_distance() -> None:
+def test_numbers_near_zero_are_allowed_no_more_than_their_own_distance():
     infeasible = Problem([[-2.0]], [-1.5e-323], lower=[4.4437906e-316])
     assert Point(
         Criterion(infeasible), np.array([4.44379065e-316])
@@ -464,9 +448,7 @@ def test_numbers_near_zero_are_allowed_no_more_than_their_own_distance() -> None
     assert not Point(Criterion(rounded), np.array([2 * 1.3e-14 / 1.11e304])).solves()
 
 
-def test_a_fixed_variable_is_measured_by_its_bound_where_its_unit_is_far_smaller() -> (
-    None
-):
+def test_a_fixed_variable_is_measured_by_its_bound_where_its_unit_is_far_smaller():
     problem = Problem(
         [[2.0, 0.0], [1.0, 2.0]], [-1.0, 0.0], lower=[0.0, 1e8], upper=[math.inf, 1e8]
     )
@@ -474,7 +456,7 @@ def test_a_fixed_variable_is_measured_by_its_bound_where_its_unit_is_far_smaller
     assert not check(problem, [0.5, 1e8 * (1 + 5e-10)]).accepted
 
 
-def test_an_enclosed_solution_is_doubtful_if_entries_nearby_have_none() -> None:
+def test_an_enclosed_solution_is_doubtful_if_entries_nearby_have_none():
     # Its rows are so short that its system has bounds on rounding.
     problem = ring(60, 60 * 2.0**-52, sparse=True)
     result = run(problem)
@@ -483,7 +465,7 @@ def test_an_enclosed_solution_is_doubtful_if_entries_nearby_have_none() -> None:
     assert not check(problem, result.z).accepted
 
 
-def test_a_positive_z_beside_a_positive_w_has_to_be_within_the_tolerance() -> None:
+def test_a_positive_z_beside_a_positive_w_has_to_be_within_the_tolerance():
     problem = Problem([[1.0]], [1.0])
     assert [check(problem, [z]).accepted for z in (1e-6, 1e-9, 1e-11)] == [
         False,

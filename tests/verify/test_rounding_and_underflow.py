@@ -6,7 +6,6 @@ solutions in which rounding hides terms of a row, and at what expense.
 from __future__ import annotations
 
 import json
-from collections.abc import Iterator
 from fractions import Fraction
 
 import numpy as np
@@ -16,7 +15,6 @@ from scipy.sparse import csr_array
 import lcpcli
 from lcpcli import Problem, check, from_qp, run, solve_many
 from lcpcli.linalg.matrices import may_underflow, row_errors
-from lcpcli.rational.exact_problem import ExactProblem
 from lcpcli.solving import direct_run
 from lcpcli.typing import Vector
 from lcpcli.verify import exact_solution
@@ -47,7 +45,7 @@ def solution(n: int) -> list[float]:
 
 @pytest.mark.parametrize("n", [3, 30, 120])
 @pytest.mark.parametrize("as_matrix", [np.asarray, csr_array])
-def test_point_with_hidden_violations_does_not_solve(n: int, as_matrix: type) -> None:
+def test_point_with_hidden_violations_does_not_solve(n, as_matrix):
     M, q = as_matrix(chain(n).M), chain(n).q
     z = np.append(1e-30, np.zeros(n - 1))
     for problem in (Problem(M, q), Problem(M, q, upper=np.full(n, 1e-3))):
@@ -56,15 +54,13 @@ def test_point_with_hidden_violations_does_not_solve(n: int, as_matrix: type) ->
 
 
 @pytest.mark.parametrize("module", ["tests.direct_answers", "lcpcli.kernels.compiled"])
-def test_small_problems_are_not_solved_at_once_where_a_product_underflows(
-    module: str,
-) -> None:
+def test_small_problems_are_not_solved_at_once_where_a_product_underflows(module):
     found = pytest.importorskip(module).direct(chain(30), 1e-10)
     assert found is None or not found.is_certain or found.z.tolist() == solution(30)
 
 
 @pytest.mark.parametrize(("columns", "compiled"), [(3, False), (12, False), (12, True)])
-def test_many_right_hand_sides_are_judged_alike(columns: int, compiled: bool) -> None:
+def test_many_right_hand_sides_are_judged_alike(columns, compiled):
     if compiled:
         pytest.importorskip("numba")
     problem = chain(3)
@@ -93,7 +89,7 @@ def triangular(random: np.random.Generator) -> tuple[Problem, list[Fraction]]:
 
 
 @pytest.mark.parametrize("seed", few_of(range(30), 9))
-def test_what_is_solved_is_the_only_solution(seed: int) -> None:
+def test_what_is_solved_is_the_only_solution(seed):
     problem, solution = triangular(np.random.default_rng(seed))
     M = csr_array(problem.M) if seed % 3 == 0 else problem.M
     result = run(Problem(M, problem.q), time_limit=120.0)
@@ -110,7 +106,7 @@ def test_what_is_solved_is_the_only_solution(seed: int) -> None:
         )
 
 
-def test_bounds_on_rounding_errors_count_products_that_underflow() -> None:
+def test_bounds_on_rounding_errors_count_products_that_underflow():
     M, z = np.array([[1e-300, 0.0], [1.0, 1.0]]), np.array([1e-30, 0.0])
     terms = np.abs(M) @ z
     assert terms[0] == 0
@@ -124,7 +120,7 @@ def test_bounds_on_rounding_errors_count_products_that_underflow() -> None:
     ]
 
 
-def test_bound_that_underflows_in_other_units_is_a_bound_still() -> None:
+def test_bound_that_underflows_in_other_units_is_a_bound_still():
     """z_0 has to rise to u_0 = 1e-100; in units in which the other numbers are
     moderate, u_0 would be 0."""
     M = [
@@ -167,9 +163,7 @@ def with_noise_in_q(
 
 
 @pytest.mark.parametrize("as_matrix", [np.asarray, csr_array])
-def test_rounding_of_zero_in_q_is_named_where_it_alone_stands_in_the_way(
-    as_matrix: type,
-) -> None:
+def test_rounding_of_zero_in_q_is_named_where_it_alone_stands_in_the_way(as_matrix):
     given = with_noise_in_q()
     problem = Problem(as_matrix(given.M), given.q, lower=given.lower)
     result = run(problem, time_limit=120.0)
@@ -190,9 +184,7 @@ def test_rounding_of_zero_in_q_is_named_where_it_alone_stands_in_the_way(
 
 
 @pytest.mark.parametrize("other", [np.inf, 5.0, 1e19])
-def test_rounding_of_zero_in_a_side_is_named_where_rows_have_another_side(
-    other: float,
-) -> None:
+def test_rounding_of_zero_in_a_side_is_named_where_rows_have_another_side(other):
     """x1 = 0, and -x1 >= 2.2e-16 does not hold as the numbers stand; 1e-6 is more than
     rounding."""
     n = 30
@@ -208,7 +200,7 @@ def test_rounding_of_zero_in_a_side_is_named_where_rows_have_another_side(
         assert (f"counting {named} as 0" in found.message) == found.accepted
 
 
-def test_message_names_three_entries_and_counts_the_others_if_there_are_any() -> None:
+def test_message_names_three_entries_and_counts_the_others_if_there_are_any():
     result = run(with_noise_in_q(noisy=6), time_limit=120.0)
     assert len(result.negligible_q) == 6
     assert result.message.endswith("and 3 more of q as 0")
@@ -234,7 +226,7 @@ def solution_by_criterion(point: Point) -> Point | None:
     return None if found is None else found.point
 
 
-def test_entries_of_q_that_may_matter_count() -> None:
+def test_entries_of_q_that_may_matter_count():
     few = with_noise_in_q(n=FEW_UNKNOWNS)  # which exact arithmetic decides
     # Which is not as small as rounding.
     for problem in (few, with_noise_in_q(size=1e-11)):
@@ -243,7 +235,7 @@ def test_entries_of_q_that_may_matter_count() -> None:
         assert solution_by_criterion(point) is None
 
 
-def test_entry_of_q_counts_beside_other_terms_of_its_row() -> None:
+def test_entry_of_q_counts_beside_other_terms_of_its_row():
     problem = with_noise_in_q()
     M = problem.M.copy()
     M[UNKNOWNS - 1, 5] = 1e-14
@@ -253,7 +245,7 @@ def test_entry_of_q_counts_beside_other_terms_of_its_row() -> None:
     assert solution_by_criterion(Point(Criterion(other), z)) is None
 
 
-def test_a_few_large_numbers_do_not_make_rounding_of_the_others() -> None:
+def test_a_few_large_numbers_do_not_make_rounding_of_the_others():
     """z = max(-q, 0) solves M = I; one component is wrong altogether."""
     for size, many in ((1e8, 1), (1e12, 5), (1e20, 1)):
         q = np.append(np.full(many, -size), np.full(UNKNOWNS - many, -5.0))
@@ -263,7 +255,7 @@ def test_a_few_large_numbers_do_not_make_rounding_of_the_others() -> None:
 
 
 @pytest.mark.parametrize(("method", "n"), [("auto", 12), ("auto", 21), ("newton", 40)])
-def test_no_row_is_solved_by_the_size_of_another(method: str, n: int) -> None:
+def test_no_row_is_solved_by_the_size_of_another(method, n):
     """M_00 asks for a large z_0; two rows, w_1 = z_2 - 1 and w_2 = z_1 + 1, exclude
     each other."""
     M, q = np.eye(n), np.full(n, -5.0)
@@ -276,7 +268,7 @@ def test_no_row_is_solved_by_the_size_of_another(method: str, n: int) -> None:
     assert not check(Problem(M, q), z).accepted
 
 
-def test_rows_of_noise_are_cleaned_one_by_one() -> None:
+def test_rows_of_noise_are_cleaned_one_by_one():
     """w_2 = -z_1 is violated by a z_1 that is rounding of 0; z_5 is as small, and
     matters."""
     n = 24
@@ -293,9 +285,7 @@ def test_rows_of_noise_are_cleaned_one_by_one() -> None:
     assert (solution.z[1], solution.z[5], list(solution.negligible)) == (0.0, 1e-10, [])
 
 
-def test_points_beyond_a_bound_do_not_solve_however_far_the_numbers_are_from_1() -> (
-    None
-):
+def test_points_beyond_a_bound_do_not_solve_however_far_the_numbers_are_from_1():
     M = [
         [3.0, 7.57303354e4, 5e-324],
         [0.0, 2.0, 6.69337276e307],
@@ -313,7 +303,7 @@ def test_points_beyond_a_bound_do_not_solve_however_far_the_numbers_are_from_1()
     assert (result.z <= problem.upper).all()
 
 
-def test_a_whole_number_in_q_is_no_rounding_however_large_the_others_are() -> None:
+def test_a_whole_number_in_q_is_no_rounding_however_large_the_others_are():
     """The last rows, equations of variables that are 0 where the other rows hold,
     contradict them."""
     given = with_noise_in_q(size=1.0)
@@ -334,11 +324,11 @@ def on_the_floor(slip: float) -> Problem:
 
 
 @pytest.fixture
-def looks(monkeypatch: pytest.MonkeyPatch) -> Iterator[list[int]]:
+def looks(monkeypatch):
     """The exact basic solutions that were computed."""
     made, at = list[int](), exact_solution.exact_basis
 
-    def counted(data: ExactProblem, basis: np.ndarray) -> object:
+    def counted(data, basis):
         made.append(basis.size)
         return at(data, basis)
 
@@ -348,9 +338,7 @@ def looks(monkeypatch: pytest.MonkeyPatch) -> Iterator[list[int]]:
 
 @pytest.mark.parametrize("compiled", [False, True])
 @pytest.mark.parametrize("slip", [1e-6, 1e-10, 1e-15, 1e-17, 1e-30])
-def test_a_disc_at_rest_needs_no_exact_arithmetic(
-    slip: float, compiled: bool, looks: list[int]
-) -> None:
+def test_a_disc_at_rest_needs_no_exact_arithmetic(slip, compiled, looks):
     if compiled and direct_run.compiled() is None:
         pytest.skip("numba is not installed")
     problem = on_the_floor(slip)
@@ -359,7 +347,7 @@ def test_a_disc_at_rest_needs_no_exact_arithmetic(
     assert result.z == pytest.approx([0.00981, 0, slip / 3.5, 0], rel=1e-14)
 
 
-def test_what_rounding_hides_is_decided_exactly() -> None:
+def test_what_rounding_hides_is_decided_exactly():
     """w_2 is 1/3 less the double next to it and 1e-17 more, and decides whether z_2 is
     0; with the double above, it is not."""
     M = np.array([[3.0, 0, 0], [1, 1, 1], [0, 0, 1]])
@@ -371,7 +359,7 @@ def test_what_rounding_hides_is_decided_exactly() -> None:
         assert (found.z[1] > 0) == (own < -1 / 3)
 
 
-def test_contradictions_by_less_than_rounding_are_not_confirmed() -> None:
+def test_contradictions_by_less_than_rounding_are_not_confirmed():
     """z_3 - z_4 is at least 1e-17 and at most -1e-17."""
     M = np.array([[0, 0, 1, -1], [0, 0, -1, 1], [0, 0, 1, 0], [0, 0, 0, 1]])
     problem, z = Problem(M, [-1e-17, -1e-17, -1, -1]), np.array([0.0, 0, 1, 1])
@@ -382,7 +370,7 @@ def test_contradictions_by_less_than_rounding_are_not_confirmed() -> None:
 
 
 @pytest.mark.parametrize("seed", range(40))
-def test_a_confirmed_solution_of_few_unknowns_is_near_an_exact_one(seed: int) -> None:
+def test_a_confirmed_solution_of_few_unknowns_is_near_an_exact_one(seed):
     random = np.random.default_rng(seed)
     n = int(random.integers(2, 5))
     F = random.integers(-2, 3, (n, n)).astype(float)

@@ -28,7 +28,7 @@ def without_tail(z: Vector) -> Vector:
 
 @settings(max_examples=20)
 @given(seed=SEEDS)
-def test_a_point_without_its_tail_counts_and_a_wrong_one_does_not(seed: int) -> None:
+def test_a_point_without_its_tail_counts_and_a_wrong_one_does_not(seed):
     generator = np.random.default_rng(seed)
     problem = diffusion(generator)
     z = lcpcli.run(problem).z
@@ -45,7 +45,7 @@ def test_a_point_without_its_tail_counts_and_a_wrong_one_does_not(seed: int) -> 
         assert not lcpcli.check(problem, refused).accepted
 
 
-def test_the_distance_and_the_digits_of_small_entries_are_told() -> None:
+def test_the_distance_and_the_digits_of_small_entries_are_told():
     problem = diffusion(np.random.default_rng(0))
     found = lcpcli.check(problem, without_tail(lcpcli.run(problem).z))
     said = "z differs from an exact solution by no more than"
@@ -53,7 +53,7 @@ def test_the_distance_and_the_digits_of_small_entries_are_told() -> None:
     assert "with fewer than three correct digits" in found.message
 
 
-def test_auto_answers_the_solution_and_a_named_method_keeps_its_iterate() -> None:
+def test_auto_answers_the_solution_and_a_named_method_keeps_its_iterate():
     """Those of interior have no correct digit in the tail."""
     n = 200
     spread = sp.diags_array([-1.0, 2, -1], offsets=[-1, 0, 1], shape=(n, n))
@@ -71,7 +71,7 @@ def test_auto_answers_the_solution_and_a_named_method_keeps_its_iterate() -> Non
     assert not lcpcli.solve(M, q, "shi", max_iterations=3).solved
 
 
-def test_no_point_counts_where_there_is_no_solution_beside_it() -> None:
+def test_no_point_counts_where_there_is_no_solution_beside_it():
     """z = t (1, 1) violates w1 >= 0 by 1, which is little beside t: there is none."""
     M, q = [[1.0, -1.0], [-1.0, 1.0]], [-1.0, -1.0]
     for t in (1e6, 1e12, 1e15):
@@ -80,9 +80,7 @@ def test_no_point_counts_where_there_is_no_solution_beside_it() -> None:
 
 @settings(max_examples=30)
 @given(seed=SEEDS, rounding=st.sampled_from([1e-17, 5e-17, 2e-16]))
-def test_multipliers_of_rows_that_are_not_active_may_be_rounding(
-    seed: int, rounding: float
-) -> None:
+def test_multipliers_of_rows_that_are_not_active_may_be_rounding(seed, rounding):
     generator = np.random.default_rng(seed)
     n, m = int(generator.integers(3, 12)), int(generator.integers(2, 8))
     A, B = generator.standard_normal((m, n)), generator.standard_normal((n, n))
