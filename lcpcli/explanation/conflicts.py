@@ -46,15 +46,12 @@ class Conflict:
         together with the linear conditions.
     multipliers : of linear conditions, integers with which they add up to a
         contradiction.
-    points : for members that are not linear, or if conditions are never blamed, a point
-        for each at which all others hold.
     """
 
     members: Sequence[Condition]
     irreducible: bool = False
     fewest: bool = False
     multipliers: dict[Condition, int] = field(default_factory=dict)
-    points: dict[Condition, Values] = field(default_factory=dict)
 
 
 class Finder:
@@ -230,6 +227,4 @@ class Finder:
             self._violated([*self.never_blamed, *members], points[each]) == {each}
             for each in members
         )
-        self.conflict = replace(
-            self.conflict, irreducible=True, fewest=is_fewest, points=points
-        )
+        self.conflict = replace(self.conflict, irreducible=True, fewest=is_fewest)

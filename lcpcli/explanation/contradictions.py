@@ -23,12 +23,11 @@ from fractions import Fraction
 
 import numpy as np
 
-from lcpcli.explanation.conditions import Condition, System, Values
+from lcpcli.explanation.conditions import Condition, System
 from lcpcli.explanation.programs import matrix_of
 from lcpcli.linalg.matrices import stack
 from lcpcli.linalg.programs import minimized
 from lcpcli.rational import elimination
-from lcpcli.rational.numbers import zeros
 from lcpcli.typing import Matrix, Vector
 
 ROUNDS = 5  # the number of linear programs with changing weights
@@ -157,24 +156,3 @@ def contradiction(system: System, of: Sequence[Condition]) -> Multipliers | None
 def _total(y: Sequence[Fraction], of: Sequence[Fraction]) -> Fraction:
     """Return the inner product of two vectors."""
     return sum((a * b for a, b in zip(y, of, strict=True)), Fraction(0))
-
-
-def point_without(
-    system: System, members: Sequence[Condition], one: Condition
-) -> Values:
-    """Return a point at which all members of an irreducible contradiction but one hold:
-    it satisfies the others with equality.
-    """
-    rows = [system.entries(system.forms(each)[0]) for each in members if each != one]
-    columns = sorted({j for row, *_ in rows for j in row})
-    A, right_side = list[list[int]](), list[int]()
-    for row, scale, constant in rows:
-        d = constant.denominator
-        A.append([d * row.get(j, 0) for j in columns])
-        right_side.append(int(-scale * constant * d))
-    solution = elimination.solve(A, right_side)[0] if A else []
-    assert solution is not None
-    z = zeros(system.n)
-    for j, value in zip(columns, solution, strict=True):
-        z[j] = value
-    return system.filled(z)

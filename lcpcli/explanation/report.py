@@ -26,7 +26,6 @@ from lcpcli.explanation.conditions import (
     Values,
 )
 from lcpcli.explanation.conflicts import Conflict
-from lcpcli.explanation.contradictions import point_without
 from lcpcli.explanation.ranges import End, Range
 from lcpcli.explanation.repair import Repair
 from lcpcli.files.contents import NO_SOURCE, Source
@@ -104,14 +103,6 @@ class Explanation:
         contradiction; empty for another conflict.
         """
         return self.reason.multipliers
-
-    def point_without(self, condition: Condition) -> Values:
-        """Return a point at which all conditions of an irreducible conflict but this
-        one hold.
-        """
-        if condition in self.reason.points:
-            return self.reason.points[condition]
-        return point_without(System(self.data), self.conflict, condition)
 
     @property
     def message(self) -> str:

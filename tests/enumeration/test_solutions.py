@@ -508,7 +508,7 @@ def test_coordination_games_have_one_equilibrium_for_each_set_of_strategies(
 ) -> None:
     found = all_of(np.eye(n), np.eye(n))
     assert len({each.row for each in found.extreme}) == len(found.extreme) == 2**n - 1
-    assert sum(each.is_pure for each in found.extreme) == n
+    assert sum(each.pure for each in found.extreme) == n
     assert all(
         each.index == (1 if np.count_nonzero(each.row) % 2 else -1)
         for each in found.extreme

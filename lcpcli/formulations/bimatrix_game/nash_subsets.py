@@ -68,10 +68,6 @@ class ExactEquilibrium:
     pure: bool
     index: int | None = None
 
-    @property
-    def is_pure(self) -> bool:
-        return self.pure
-
 
 @dataclass(frozen=True)
 class NashSubset:
