@@ -9,14 +9,19 @@ before it is imported.
 
 from __future__ import annotations
 
+import math
 from collections import Counter
 from collections.abc import Mapping, Sequence
 from functools import cache
 from importlib import import_module
 from typing import TYPE_CHECKING, Any, ClassVar, NamedTuple
 
+import numpy as np
+
 from lcpcli.clock import imports
 from lcpcli.errors import MAKE_AGREE, ProblemError, kind, numbers_for, quoted
+from lcpcli.linalg.doubles import EPS
+from lcpcli.linalg.matrices import compressed
 from lcpcli.model.arrays import FROM_0
 from lcpcli.typing import BasisStatus, Matrix, Vector
 
@@ -353,6 +358,64 @@ class Named(Formulation):
 
     def names(self, n: int, purpose: str = FULL) -> Sequence[str]:  # noqa: ARG002
         return self.texts
+
+
+class InFractions(Formulation):
+    """A game whose mixed problem is computed in fractions: `exact_conditions` has rows,
+    q and the lower bounds, 0 or none.
+
+    sizes : the numbers of components of z, for each player or part.
+    max_dense : the number of unknowns up to which M is dense.
+    """
+
+    max_dense: ClassVar[float] = math.inf
+    if TYPE_CHECKING:
+
+        @property
+        def sizes(self) -> tuple[int, ...]: ...
+
+    def parts(self, z: Any) -> list[Any]:
+        """Return the parts of z, or those of its first components."""
+        stops = np.cumsum(self.sizes).tolist()
+        pairs = zip(stops, self.sizes, strict=True)
+        return [z[stop - size : stop] for stop, size in pairs]
+
+    def conditions(self) -> Conditions:
+        rows, q, lower = self.exact_conditions() or ()
+        # This is what `float` computes, in half the time.
+        values = np.array(
+            [a.numerator / a.denominator for row in rows for a in row.values()]
+        )
+        positions = (
+            [i for i, row in enumerate(rows) for _ in row],
+            [j for row in rows for j in row],
+        )
+        if len(q) > self.max_dense:
+            with imports:
+                from scipy.sparse import csr_array
+            M: Any = csr_array((values, positions), shape=(len(q), len(q)))
+        else:
+            M = np.zeros((len(q), len(q)))
+            M[positions] = values
+        low = np.array([-np.inf if bound is None else 0.0 for bound in lower])
+        return Conditions(M, np.array(q, dtype=float), low, np.full(len(q), np.inf))
+
+    def fits(self, conditions: Conditions) -> bool:
+        """Return whether these are the conditions: M up to rounding, and q and the
+        bounds exactly, as their entries are only 0, -1 and infinite.
+        """
+        expected = self.conditions()
+        if conditions.M.shape != expected.M.shape or not all(
+            map(np.array_equal, conditions[1:], expected[1:])
+        ):
+            return False
+        return bool(
+            abs(compressed(conditions.M) - compressed(expected.M)).max()
+            <= 8 * EPS * abs(expected.M).max()
+        )
+
+    def accepted(self, result: Any) -> Any:
+        return self.sibling(self.inverse).accepted(self, result)
 
 
 PLAIN = Formulation()  # of a problem that consists of M and q

@@ -167,7 +167,7 @@ def in_decimals(value: Fraction) -> str:
     return decimal(value) if places(value) is not None else repr(_rounded(value))
 
 
-def brief(value: Fraction) -> str:
+def brief(value: Fraction, toward: int = 0) -> str:
     """Return a rational number for a line of text; one with more than MAX_SHOWN_DIGITS
     is shortened by `approximate` and marked by ~.
     """
@@ -175,7 +175,7 @@ def brief(value: Fraction) -> str:
     return (
         text(value)
         if length * math.log10(2) <= MAX_SHOWN_DIGITS
-        else f"~{approximate(value)}"
+        else f"~{approximate(value, toward)}"
     )
 
 

@@ -17,9 +17,6 @@ from fractions import Fraction
 from functools import cached_property
 from typing import Any, NamedTuple
 
-import numpy as np
-
-from lcpcli.clock import imports
 from lcpcli.errors import refuse_unknown
 from lcpcli.files import fields as files
 from lcpcli.formulations.game_tree.tree import (
@@ -28,13 +25,10 @@ from lcpcli.formulations.game_tree.tree import (
     distinct_labels,
     tree_in,
 )
-from lcpcli.linalg.doubles import EPS
-from lcpcli.linalg.matrices import compressed
 from lcpcli.model.formulation import (
     FULL,
     HEADINGS,
-    Conditions,
-    Formulation,
+    InFractions,
 )
 from lcpcli.model.formulations import TEXTS
 from lcpcli.model.problem import Problem
@@ -96,7 +90,7 @@ class Costs(NamedTuple):
 
 
 @dataclass(frozen=True, eq=False)
-class ExtensiveGame(Formulation):
+class ExtensiveGame(InFractions):
     """The game tree whose equilibria are represented by z = (x, y, u, v), with costs C
     and D of both players:
 
@@ -121,6 +115,7 @@ class ExtensiveGame(Formulation):
     form = "written as the game's mixed problem,"
     inverse = "answers"
     left_out = ("game tree",)
+    max_dense = MAX_DENSE
 
     @classmethod
     def of_fields(cls, fields: Mapping[str, Any]) -> Problem:
@@ -145,20 +140,6 @@ class ExtensiveGame(Formulation):
     def data(self) -> dict[str, Any]:
         return {"kind": "efg", "efg": self.tree.text}
 
-    def fits(self, conditions: Conditions) -> bool:
-        """Return whether these are the conditions of the tree: M up to rounding, and q
-        and the bounds exactly, as their entries are only 0, -1 and infinite.
-        """
-        expected = self.conditions()
-        if conditions.M.shape != expected.M.shape or not all(
-            map(np.array_equal, conditions[1:], expected[1:])
-        ):
-            return False
-        return bool(
-            abs(compressed(conditions.M) - compressed(expected.M)).max()
-            <= 8 * EPS * abs(expected.M).max()
-        )
-
     @cached_property
     def costs(self) -> tuple[Costs, Costs]:
         """Return the costs of both players, as coefficients of pairs of their
@@ -174,12 +155,6 @@ class ExtensiveGame(Formulation):
     @property
     def actions(self) -> int:
         return sum(player.sequences - 1 for player in self.tree.players)
-
-    def parts(self, z: Any) -> list[Any]:
-        stops = np.cumsum(self.sizes)
-        return [
-            z[stop - size : stop] for stop, size in zip(stops, self.sizes, strict=True)
-        ]
 
     def exact_conditions(self) -> tuple[Rows, list[Fraction], list[Fraction | None]]:
         """Return the rows of M, q and the lower bounds, as fractions."""
@@ -210,26 +185,6 @@ class ExtensiveGame(Formulation):
                         rows[plan + sequence][value + k] = other
         q = [-one if i in (u, v) else zero for i in range(len(rows))]
         return rows, q, [zero if i < u else None for i in range(len(rows))]
-
-    def conditions(self) -> Conditions:
-        rows, q, lower = self.exact_conditions()
-        # This is what `float` computes, in half the time.
-        values = np.array(
-            [a.numerator / a.denominator for row in rows for a in row.values()]
-        )
-        positions = (
-            [i for i, row in enumerate(rows) for _ in row],
-            [j for row in rows for j in row],
-        )
-        if len(q) > MAX_DENSE:
-            with imports:
-                from scipy.sparse import csr_array
-            M: Any = csr_array((values, positions), shape=(len(q), len(q)))
-        else:
-            M = np.zeros((len(q), len(q)))
-            M[positions] = values
-        low = np.array([-np.inf if bound is None else 0.0 for bound in lower])
-        return Conditions(M, np.array(q, dtype=float), low, np.full(len(q), np.inf))
 
     def _names(self) -> list[tuple[str, str, str]]:
         """Return three names of increasing length of each component: of a sequence by
@@ -270,9 +225,6 @@ class ExtensiveGame(Formulation):
             else:
                 names.append(name)
         return names
-
-    def accepted(self, result: Any) -> Any:
-        return self.sibling("answers").accepted(self, result)
 
     def lengths(self, problem: Problem) -> dict[int, str]:
         return {problem.n: "z", self.actions: "the probabilities of all actions"}

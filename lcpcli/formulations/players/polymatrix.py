@@ -28,10 +28,8 @@ from lcpcli.errors import (
 )
 from lcpcli.files import fields as files
 from lcpcli.files.formats import refuse
-from lcpcli.linalg.doubles import EPS
-from lcpcli.linalg.matrices import dense
 from lcpcli.model.arrays import FROM_0
-from lcpcli.model.formulation import FULL, Conditions, Formulation, names_of
+from lcpcli.model.formulation import FULL, InFractions, names_of
 from lcpcli.model.formulations import TEXTS
 from lcpcli.model.problem import Problem
 from lcpcli.rational.numbers import NUMBER, ratio, shortest_decimal, text, zeros
@@ -194,7 +192,7 @@ def _sizes(
 
 
 @dataclass(frozen=True, eq=False)
-class Polymatrix(Formulation):
+class Polymatrix(InFractions):
     """The game whose equilibria are described by z = (x, v), with costs C_ij = k_ij -
     payoffs: for each player i
 
@@ -258,12 +256,6 @@ class Polymatrix(Formulation):
         numbers = range(1, len(self.sizes) + 1)
         return list(self.players) or [f"player {number}" for number in numbers]
 
-    def parts(self, x: Any) -> list[Any]:
-        """Return the probabilities of each player in z, or in its part x."""
-        stops = np.cumsum(self.sizes).tolist()
-        pairs = zip(stops, self.sizes, strict=True)
-        return [x[stop - size : stop] for stop, size in pairs]
-
     @cached_property
     def constants(self) -> dict[Pair, Fraction]:
         constants = {}
@@ -316,25 +308,6 @@ class Polymatrix(Formulation):
         q = [*zeros(k), *repeat(-one, n)]
         return rows, q, [*zeros(k), *repeat(None, n)]
 
-    def conditions(self) -> Conditions:
-        rows, q, lower = self.exact_conditions()
-        M = np.zeros((len(q), len(q)))
-        for i, row in enumerate(rows):
-            M[i, list(row)] = list(map(float, row.values()))
-        low = np.array([-np.inf if bound is None else 0.0 for bound in lower])
-        return Conditions(M, np.array(q, dtype=float), low, np.full(len(q), np.inf))
-
-    def fits(self, conditions: Conditions) -> bool:
-        expected = self.conditions()
-        if conditions.M.shape != expected.M.shape or not all(
-            map(np.array_equal, conditions[1:], expected[1:])
-        ):
-            return False
-        return bool(
-            abs(dense(conditions.M) - expected.M).max()
-            <= 8 * EPS * abs(expected.M).max()
-        )
-
     def names(self, n: int, purpose: str = FULL) -> Sequence[str]:  # noqa: ARG002
         names = self.names_of_players()
         strategies = [
@@ -348,9 +321,6 @@ class Polymatrix(Formulation):
         if self.actions:
             return self.actions
         return [[str(a + 1) for a in range(size)] for size in self.sizes]
-
-    def accepted(self, result: Any) -> Any:
-        return self.sibling("strategies").accepted(self, result)
 
     def lengths(self, problem: Any) -> dict[int, str]:
         return {problem.n: "z", sum(self.sizes): "the probabilities of all actions"}
