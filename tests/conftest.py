@@ -14,12 +14,11 @@ import sys
 from dataclasses import dataclass
 from itertools import count
 from pathlib import Path
-from typing import Any
 
 import pytest
 from hypothesis import settings
 
-from lcpcli import Problem, read
+from lcpcli import read
 from lcpcli.cli import main as cli
 from lcpcli.cli import output
 from lcpcli.files import contents
@@ -27,11 +26,8 @@ from lcpcli.files.input_file import InputFile
 from lcpcli.files.inputs import Input
 from lcpcli.files.reading import files_of
 from lcpcli.linalg.matrices import is_sparse
-from lcpcli.model.nonlinear import NonlinearProblem
 from lcpcli.options import KERNELS, wants_kernels
-from lcpcli.rational.exact_problem import ExactProblem
 from lcpcli.solving import driver
-from lcpcli.solving.result import Result
 
 from .documents import assert_as_before, printf, shown, typed_in
 
@@ -51,7 +47,7 @@ os.unsetenv("COLUMNS")
 signal.signal(signal.SIGINT, signal.default_int_handler)
 
 
-def pytest_xdist_setupnodes() -> None:
+def pytest_xdist_setupnodes():
     """One thread of the BLAS in each process of the tests, unless the environment says
     otherwise: they share the processors, and threads that wait for each other take two
     thirds as much time again."""
@@ -70,10 +66,10 @@ A_TEST = re.compile(r"^def test_", re.MULTILINE)
 
 
 @pytest.hookimpl(trylast=True)
-def pytest_terminal_summary(terminalreporter: Any) -> None:
+def pytest_terminal_summary(terminalreporter):
     """Count what is skipped for want of a package under its name in the last line; all
     tests of a file that is skipped as a whole, parametrized ones once."""
-    counted: dict[str, list[Any]] = {}
+    counted = {}
     for report in terminalreporter.stats.pop("skipped", []):
         path, _, reason = report.longrepr
         found = MISSING_PACKAGE.search(reason)
@@ -92,14 +88,14 @@ class Outcome:
     err: str
 
 
-def read_exact(*paths: str) -> ExactProblem:
+def read_exact(*paths):
     """The problem in one file or two with its numbers as they are written, as the
     commands take it."""
     work = Input(tuple(files_of(paths)))
     return work.exactly(work.read(as_written=True))
 
 
-def problem_of(content: bytes, path: str) -> Problem | NonlinearProblem:
+def problem_of(content, path):
     """The problem in the content of a file, which may be a model."""
     file = InputFile(path, content)
     return file.nonlinear or file.problem()
@@ -203,7 +199,7 @@ FOREIGN_WORDS = [
 OURS = re.compile(r"numpy\.savez|numpy\.save|scipy\.sparse\.save_npz")
 
 
-def entries_of(folder: Path) -> dict[Path, bytes | None]:
+def entries_of(folder):
     return {
         path: path.read_bytes() if path.is_file() else None
         for path in folder.rglob("*")
@@ -220,11 +216,7 @@ def refused(lcp, tmp_path_factory, monkeypatch):
     record if the command line asks for JSON. Nothing is written, and nothing solved in
     vain."""
 
-    def run(
-        command,
-        files,
-        records=lambda _: None,
-    ):
+    def run(command, files, records=lambda _: None):
         # Without what tmp_path does for each of a thousand tests.
         (folder := tmp_path_factory.getbasetemp() / f"refused-{next(FOLDERS)}").mkdir()
         for name, content in files.items():
@@ -238,7 +230,7 @@ def refused(lcp, tmp_path_factory, monkeypatch):
         monkeypatch.chdir(folder)
         stdin = io.BytesIO(as_bytes(files.get("-", "")))
         monkeypatch.setattr(sys, "stdin", io.TextIOWrapper(stdin))
-        solved: list[Result] = []
+        solved = []
         run = driver.run
         monkeypatch.setattr(
             driver,
@@ -263,7 +255,7 @@ def refused(lcp, tmp_path_factory, monkeypatch):
     return run
 
 
-def as_bytes(content: Any) -> bytes:
+def as_bytes(content):
     return content if isinstance(content, bytes) else str(content).encode()
 
 
@@ -304,7 +296,7 @@ Q = [-1.0, 0.25]
 JSON = '{"M": [[2, -1], [-0.5, 2]], "q": [-1, 0.25]}'
 
 
-def numbers(problem: Problem) -> tuple[list[list[float]], list[float]]:
+def numbers(problem):
     return (
         problem.M.toarray() if is_sparse(problem.M) else problem.M
     ).tolist(), problem.q.tolist()

@@ -8,8 +8,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from lcpcli import Problem, Result, from_qp
-from lcpcli.typing import Vector
+from lcpcli import from_qp
 
 from .exact import Row
 
@@ -31,7 +30,7 @@ class Dependent(NamedTuple):
     upper: list[Fraction | None]
     combined: list[dict[int, Fraction]]
 
-    def problem(self) -> Problem:
+    def problem(self):
         """The problem in doubles."""
         return from_qp(
             floats(self.Q) if any(map(any, self.Q)) else None,
@@ -43,22 +42,22 @@ class Dependent(NamedTuple):
             upper=ends(self.upper, np.inf),
         )
 
-    def moved(self, random: np.random.Generator) -> Dependent:
+    def moved(self, random):
         """The program with each number but 0 moved to a neighbour, or left as it is;
         rows that follow from others still do."""
 
-        def near(value: Fraction) -> Fraction:
+        def near(value):
             own = float(value)
             step = int(random.integers(-1, 2)) if own else 0
             return Fraction(float(np.nextafter(own, own + step)))
 
-        def near_end(value: Fraction | None) -> Fraction | None:
+        def near_end(value):
             return value if value is None else near(value)
 
         n = len(self.c)
         Q = [[near(value) for value in row] for row in self.Q]
         Q = [[Q[min(i, j)][max(i, j)] for j in range(n)] for i in range(n)]
-        A: Rows = []
+        A = []
         low, high = list[Fraction | None](), list[Fraction | None]()
         for i, combined in enumerate(self.combined):
             if not combined:
@@ -74,7 +73,7 @@ class Dependent(NamedTuple):
         c, lower, upper = list(map(near, self.c)), self.lower, self.upper
         return Dependent(Q, c, A, low, high, lower, upper, self.combined)
 
-    def conditions(self) -> tuple[Rows, Row]:
+    def conditions(self):
         """M and q of the conditions, as the problem has them."""
         k, zero = len(self.c), Fraction(0)
         ranges = [
@@ -97,28 +96,24 @@ class Dependent(NamedTuple):
         return M, q
 
 
-def floats(values: list) -> Vector:
+def floats(values):
     return np.array(values, dtype=float)
 
 
-def ends(values: list[Fraction | None], none: float) -> Vector:
+def ends(values, none):
     return np.array([none if value is None else float(value) for value in values])
 
 
-def combination(rows: Rows, factors: dict[int, Fraction]) -> Row:
+def combination(rows, factors):
     return [
         sum((factor * rows[i][j] for i, factor in factors.items()), Fraction(0))
         for j in range(len(rows[0]))
     ]
 
 
-def sides_of(
-    low: list[Fraction | None],
-    high: list[Fraction | None],
-    factors: dict[int, Fraction],
-) -> tuple[Fraction | None, Fraction | None]:
+def sides_of(low, high, factors):
     """The sides of a combination that follow from those of its rows."""
-    total: list[Fraction | None] = [Fraction(0), Fraction(0)]
+    total = [Fraction(0), Fraction(0)]
     for i, factor in factors.items():
         own = (low[i], high[i]) if factor > 0 else (high[i], low[i])
         for k in (0, 1):
@@ -127,19 +122,17 @@ def sides_of(
     return total[0], total[1]
 
 
-def dependent_program(
-    seed: int, most: int = 7, linear: bool | None = None
-) -> Dependent:
+def dependent_program(seed, most=7, linear=None):
     """A program with a feasible point and a minimum: x is unique if it is quadratic.
     The numbers are whole or decimals."""
     random = np.random.default_rng(seed)
     n = int(random.integers(2, most + 1))
     unit = 10 ** int(random.integers(0, 3))
 
-    def numbers(*shape: int) -> np.ndarray:
+    def numbers(*shape):
         return random.integers(-5 * unit, 5 * unit + 1, shape)
 
-    def exact(values: np.ndarray) -> list:
+    def exact(values):
         if values.ndim > 1:
             return [exact(row) for row in values]
         return [Fraction(int(value), unit) for value in values]
@@ -159,7 +152,7 @@ def dependent_program(
             low[-1], high[-1] = value - 2, value + 3
         if kind == "free":
             low[-1] = high[-1] = None
-    combined: list[dict[int, Fraction]] = [{} for _ in A]
+    combined = [{} for _ in A]
     for _ in range(int(random.integers(1, 4))):
         chosen = random.choice(len(A), min(len(A), int(random.integers(0, 3))), False)
         factors = {
@@ -179,13 +172,11 @@ def dependent_program(
     return Dependent(Q, exact(numbers(n)), A, low, high, lower, upper, combined)
 
 
-def dot(a: Row, b: Row) -> Fraction:
+def dot(a, b):
     return sum((u * v for u, v in zip(a, b, strict=True)), Fraction(0))
 
 
-def of_equations(
-    M: Rows, q: Row, basic: list[int], others: dict[int, Fraction]
-) -> dict[int, Fraction | None] | None:
+def of_equations(M, q, basic, others):
     """The z_i in B that the equations w_B = 0 determine, given all others; None for
     those that they do not, and in all if the equations contradict each other."""
     rows = [
@@ -195,7 +186,7 @@ def of_equations(
         ]
         for i in basic
     ]
-    pivots: list[int] = []
+    pivots = []
     for j in range(len(basic)):
         k = len(pivots)
         found = next((i for i in range(k, len(rows)) if rows[i][j]), None)
@@ -211,13 +202,13 @@ def of_equations(
     if any(row[-1] for row in rows[len(pivots) :]):
         return None
     free = [j for j in range(len(basic)) if j not in pivots]
-    solution: dict[int, Fraction | None] = {basic[j]: None for j in free}
+    solution = {basic[j]: None for j in free}
     for row, j in zip(rows, pivots, strict=False):
         solution[basic[j]] = None if any(row[f] for f in free) else row[-1]
     return solution
 
 
-def strict_states(result: Result) -> tuple[list[int], dict[int, str]] | None:
+def strict_states(result):
     """The basic variables and the states of the others, if none is near to another."""
     box, z, w = result.problem.box, result.z, result.w
     basic = (z > box.lower) & (z < box.upper)
@@ -232,9 +223,7 @@ def strict_states(result: Result) -> tuple[list[int], dict[int, str]] | None:
     return np.flatnonzero(basic).tolist(), others
 
 
-def of_states(
-    program: Dependent, basic: list[int], others: dict[int, str]
-) -> dict[int, Fraction | None] | None:
+def of_states(program, basic, others):
     """What the equations of these states determine, in fractions."""
     m = len(program.A)
     both = zip(program.low, program.high, strict=True)

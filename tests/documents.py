@@ -11,7 +11,6 @@ from __future__ import annotations
 import os
 import re
 import shlex
-from collections.abc import Iterator
 from pathlib import Path
 from typing import NamedTuple
 
@@ -29,7 +28,7 @@ class Typed(NamedTuple):
     joined: bool
 
 
-def typed_in(name: str) -> Iterator[Typed]:
+def typed_in(name):
     for line in (FOLDER / f"{name}.txt").read_text(encoding="utf-8").split("\n"):
         if line.startswith("$ "):
             typed = Typed(line, [[]], [], " 2>&1" in line)
@@ -42,7 +41,7 @@ def typed_in(name: str) -> Iterator[Typed]:
             yield typed
 
 
-def printf(text: str) -> bytes:
+def printf(text):
     """What printf %b prints."""
     return re.sub(
         r"(?:\\[nrt\\]|\\x[0-9a-f]{2})+",
@@ -51,7 +50,7 @@ def printf(text: str) -> bytes:
     ).encode()
 
 
-def shown(text: str, command: str, *arguments: str) -> str:
+def shown(text, command, *arguments):
     """The part of a text that head, tail or grep shows."""
     lines = text.splitlines(keepends=True)
     if command == "head":
@@ -72,7 +71,7 @@ def shown(text: str, command: str, *arguments: str) -> str:
     return "".join(line for line in lines if bool(re.search(pattern, line)) != without)
 
 
-def assert_as_before(name: str, text: str) -> None:
+def assert_as_before(name, text):
     """Compare a text with the document of this name, but for the version and the last
     digits of numbers."""
     lines = (
@@ -84,12 +83,12 @@ def assert_as_before(name: str, text: str) -> None:
     assert text == document.read_text(encoding="utf-8")
 
 
-def _rounded(number: re.Match[str]) -> str:
+def _rounded(number):
     value = round(float(number[0]), 9)
     return f"{value:g}" if value else "0.0"
 
 
-def _kept(line: str) -> str:
+def _kept(line):
     line = re.sub(r"-?\d+\.\d{10,}(e-\d+)?", _rounded, line)
     # Condition numbers of matrices that are singular up to rounding.
     line = re.sub(r"\d\.\de\+1[6-9]", "HUGE", line)

@@ -5,14 +5,10 @@ Nothing here is shared with the package: it decides by enumeration of the comple
 sets and a tableau simplex.
 """
 
-from __future__ import annotations
-
-from collections.abc import Callable, Sequence
 from fractions import Fraction
 from itertools import chain, product
 
 import numpy as np
-from numpy.random import Generator
 
 from lcpcli import Problem
 
@@ -20,7 +16,7 @@ Row = list[Fraction]
 SLACKS = {"lower": -1, "basic": 0, "upper": 1}  # signs in the rows
 
 
-def solution(problem: Problem, first: Sequence[str] = ()) -> Row | None:
+def solution(problem, first=()):
     """A solution z of the problem whose data are the floats of the problem taken as
     rationals, or None if it has none.
 
@@ -37,7 +33,7 @@ def solution(problem: Problem, first: Sequence[str] = ()) -> Row | None:
     return None
 
 
-def states_of(problem: Problem, z: Sequence[float]) -> list[str]:
+def states_of(problem, z):
     """The state of each unknown at z, in the words of `solution`."""
     bounds = (bound.tolist() for bound in _bounds(problem))
     return [
@@ -52,7 +48,7 @@ def states_of(problem: Problem, z: Sequence[float]) -> list[str]:
     ]
 
 
-def solves(problem: Problem, z: Row) -> bool:
+def solves(problem, z):
     M, q = rational(problem)
     w = [_dot(row, z) + value for row, value in zip(M, q, strict=True)]
     if problem.is_mixed:
@@ -64,7 +60,7 @@ def solves(problem: Problem, z: Row) -> bool:
     return min(z) >= 0 and min(w) >= 0 and _dot(z, w) == 0
 
 
-def feasible(problem: Problem) -> bool:
+def feasible(problem):
     """Whether some z >= 0 has M z + q >= 0."""
     M, q = rational(problem)
     return (
@@ -76,7 +72,7 @@ def feasible(problem: Problem) -> bool:
     )
 
 
-def refutes(problem: Problem, y: Row, as_written: bool = False) -> bool:
+def refutes(problem, y, as_written=False):
     """Whether Farkas' y proves that no z within the bounds has w with the signs that
     they ask for: 0 <= y'w for all such z, while the largest y'(M z + q) of all z within
     the bounds is negative.
@@ -99,7 +95,7 @@ def refutes(problem: Problem, y: Row, as_written: bool = False) -> bool:
     return largest is not None and _dot(q, y) + largest < 0
 
 
-def supremum(a: Row, lower: list[float], upper: list[float]) -> Fraction | None:
+def supremum(a, lower, upper):
     """The supremum of a'z for z within bounds; None if it is infinite."""
     ends = [
         high if value > 0 else low
@@ -111,7 +107,7 @@ def supremum(a: Row, lower: list[float], upper: list[float]) -> Fraction | None:
     return sum((value * Fraction(end) for value, end in used), Fraction(0))
 
 
-def nonnegative(A: list[Row], b: Row) -> Row | None:
+def nonnegative(A, b):
     """x >= 0 with A x = b, or None: the first phase of the simplex method with Bland's
     rule."""
     m, n = len(A), len(A[0])
@@ -149,9 +145,7 @@ def nonnegative(A: list[Row], b: Row) -> Row | None:
     return x
 
 
-def of_states(
-    M: list[Row], q: Row, lower: Row, upper: Row, states: Sequence[str]
-) -> Row | None:
+def of_states(M, q, lower, upper, states):
     """A solution with these states, or None: z_N at bounds, z_B between them with w_B =
     0, and signs of w_N."""
     n = len(q)
@@ -178,9 +172,7 @@ def of_states(
     return z
 
 
-def _of_singular_states(
-    M: list[Row], w: Row, lower: Row, upper: Row, states: Sequence[str]
-) -> Row | None:
+def _of_singular_states(M, w, lower, upper, states):
     """z_B for a singular M_BB, as the difference of two nonnegative vectors, by a
     linear program with slacks."""
     basic = [j for j in range(len(w)) if states[j] == "basic"]
@@ -203,14 +195,14 @@ def _of_singular_states(
     return None if x is None else [x[k] - x[len(basic) + k] for k in range(len(basic))]
 
 
-def _possible_states(lower: float, upper: float) -> list[str]:
+def _possible_states(lower, upper):
     """The states of an unknown with these bounds."""
     if lower == upper:
         return ["fixed"]
     return [*["lower"] * (lower > -np.inf), "basic", *["upper"] * (upper < np.inf)]
 
 
-def regular(A: list[Row], b: Row) -> Row | None:
+def regular(A, b):
     """The solution of A x = b for a regular A, None for a singular one."""
     n = len(b)
     rows = [[*row, value] for row, value in zip(A, b, strict=True)]
@@ -231,7 +223,7 @@ def regular(A: list[Row], b: Row) -> Row | None:
     return x
 
 
-def determinant(rows: list[Row]) -> Fraction:
+def determinant(rows):
     """By expansion along the first row."""
     if not rows:
         return Fraction(1)
@@ -244,40 +236,38 @@ def determinant(rows: list[Row]) -> Fraction:
     return sum(minors, Fraction(0))
 
 
-def rational(
-    problem: Problem, number: Callable[[float], Fraction] = Fraction
-) -> tuple[list[Row], Row]:
+def rational(problem, number=Fraction):
     M = problem.M if isinstance(problem.M, np.ndarray) else problem.M.toarray()
     return [list(map(number, row)) for row in M.tolist()], list(
         map(number, problem.q.tolist())
     )
 
 
-def _bounds(problem: Problem) -> list[np.ndarray]:
+def _bounds(problem):
     return [
         np.broadcast_to(bound, problem.n) for bound in (problem.lower, problem.upper)
     ]
 
 
-def written(value: float) -> Fraction:
+def written(value):
     """The shortest decimal of a float, as a fraction."""
     return Fraction(repr(value))
 
 
-def _unit(i: int, n: int, value: int = 1) -> Row:
+def _unit(i, n, value=1):
     return [Fraction(value if j == i else 0) for j in range(n)]
 
 
-def _dot(a: Row, b: Row) -> Fraction:
+def _dot(a, b):
     return sum((x * y for x, y in zip(a, b, strict=True)), Fraction(0))
 
 
-def positive_definite(random: Generator, n: int) -> np.ndarray:
+def positive_definite(random, n):
     A = random.normal(size=(n, n))
     return A @ A.T + 0.1 * np.eye(n)
 
 
-def p_matrix(random: Generator, n: int) -> np.ndarray:
+def p_matrix(random, n):
     """Positive definite, not symmetric, with rows and columns scaled, which leaves
     principal minors positive."""
     A, S = random.normal(size=(n, n)), random.normal(size=(n, n))
@@ -288,42 +278,42 @@ def p_matrix(random: Generator, n: int) -> np.ndarray:
     )
 
 
-def semidefinite(random: Generator, n: int) -> np.ndarray:
+def semidefinite(random, n):
     A = random.integers(-2, 3, size=(n, max(1, n // 2))).astype(float)
     return A @ A.T
 
 
-def skew_plus_semidefinite(random: Generator, n: int) -> np.ndarray:
+def skew_plus_semidefinite(random, n):
     S = random.integers(-3, 4, size=(n, n)).astype(float)
     return semidefinite(random, n) * random.integers(0, 2) + S - S.T
 
 
-def z_matrix(random: Generator, n: int) -> np.ndarray:
+def z_matrix(random, n):
     A = -random.integers(0, 4, size=(n, n)).astype(float)
     np.fill_diagonal(A, random.integers(-1, 3 * n, size=n))
     return A
 
 
-def copositive(random: Generator, n: int) -> np.ndarray:
+def copositive(random, n):
     return semidefinite(random, n) + random.integers(0, 3, size=(n, n))
 
 
-def indefinite(random: Generator, n: int) -> np.ndarray:
+def indefinite(random, n):
     return random.normal(size=(n, n))
 
 
-def singular(random: Generator, n: int) -> np.ndarray:
+def singular(random, n):
     A = random.normal(size=(n, n))
     A[:, random.integers(n)] = 0
     A[random.integers(n)] *= random.integers(0, 2)
     return A
 
 
-def small_integers(random: Generator, n: int) -> np.ndarray:
+def small_integers(random, n):
     return random.integers(-2, 3, size=(n, n)).astype(float)
 
 
-def hollow(random: Generator, n: int) -> np.ndarray:
+def hollow(random, n):
     """Off-diagonal blocks alone, as of a bimatrix game."""
     k, A = n // 2, np.zeros((n, n))
     A[:k, k:], A[k:, :k] = (
@@ -333,7 +323,7 @@ def hollow(random: Generator, n: int) -> np.ndarray:
     return A
 
 
-CLASSES: dict[str, Callable[[Generator, int], np.ndarray]] = {
+CLASSES = {
     function.__name__: function
     for function in (
         positive_definite,
@@ -350,7 +340,7 @@ CLASSES: dict[str, Callable[[Generator, int], np.ndarray]] = {
 }
 
 
-def random_problem(seed: int, largest: int = 6, kind: str | None = None) -> Problem:
+def random_problem(seed, largest=6, kind=None):
     """An LCP of at most `largest` unknowns, of one of the CLASSES; q of small integers,
     floats, or degenerate.
 
@@ -375,7 +365,7 @@ def random_problem(seed: int, largest: int = 6, kind: str | None = None) -> Prob
     return Problem(M, q, name=f"{name}, seed {seed}")
 
 
-def rescaled(problem: Problem, random: Generator, powers: int = 26) -> Problem:
+def rescaled(problem, random, powers=26):
     """The problem with rows and columns scaled by powers of two from 2^-powers to
     2^powers: exactly as solvable."""
     R, C = (

@@ -2,24 +2,16 @@
 with constants of its own; only the units and the reference point are the package's,
 unless others are given."""
 
-from __future__ import annotations
-
 import math
-from collections.abc import Callable
 from fractions import Fraction
-from typing import Any
 
 import numpy as np
 from scipy.sparse import coo_array
 
 FINEST, ROUNDING, DROWNED = 0.01, 2.0**-50, 1e8  # as documented
-Numbers = list[Fraction]
-Entries = list[tuple[int, int, Fraction]]
 
 
-def relative_residual(
-    problem: Any, z: Any, units: Any = None, reference: Any = None
-) -> float:
+def relative_residual(problem, z, units=None, reference=None):
     """The largest v_i / min(t_i, c_i) of z, rounded in the end; at most ROUNDING for
     what counts as rounding.
 
@@ -80,9 +72,7 @@ def relative_residual(
     return worst
 
 
-def _ratio(
-    violation: Fraction, terms: Fraction, cap: Fraction, given: Fraction
-) -> float:
+def _ratio(violation, terms, cap, given):
     if not violation:
         return 0.0
     if violation == math.inf:
@@ -93,9 +83,7 @@ def _ratio(
     return min(ratio, ROUNDING) if violation <= Fraction(ROUNDING) * rounding else ratio
 
 
-def _component_sizes(
-    units: Any, violations: Numbers, real: Numbers, moved: Numbers
-) -> list[float]:
+def _component_sizes(units, violations, real, moved):
     """log2 of k for each component."""
     found, fallback = (
         [-math.inf] * (int(max(*units.row_part, *units.column_part)) + 1)
@@ -114,7 +102,7 @@ def _component_sizes(
     return [math.inf if size == -math.inf else size for size in sizes]
 
 
-def _violations(z: Numbers, w: Numbers, low: list[float], high: list[float]) -> Numbers:
+def _violations(z, w, low, high):
     found = []
     for a, b, lower, upper in zip(z, w, low, high, strict=True):
         if a < lower or a > upper:
@@ -128,23 +116,18 @@ def _violations(z: Numbers, w: Numbers, low: list[float], high: list[float]) -> 
     return found
 
 
-def _w(
-    M: Entries,
-    q: Numbers,
-    z: Numbers,
-    of: Callable[[Fraction], Fraction] = lambda value: value,
-) -> Numbers:
+def _w(M, q, z, of=lambda value: value):
     w = list(map(of, q))
     for i, j, value in M:
         w[i] += of(value * z[j])
     return w
 
 
-def _terms(M: Entries, q: Numbers, z: Numbers) -> Numbers:
+def _terms(M, q, z):
     return _w(M, q, z, abs)
 
 
-def _log2(value: Fraction) -> float:
+def _log2(value):
     if value == math.inf:
         return math.inf
     return (
@@ -154,7 +137,7 @@ def _log2(value: Fraction) -> float:
     )
 
 
-def _power(exponent: float) -> Fraction:
+def _power(exponent):
     if exponent == math.inf:
         return math.inf
     whole = math.floor(exponent)

@@ -1,13 +1,8 @@
 """Random programs with minima, and the same with far bounds in place of infinite
 ones."""
 
-from __future__ import annotations
-
-from typing import Any
-
 import numpy as np
 
-Parts = dict[str, Any]
 # A program with bounds of 1e20 and more, six of them none by the convention of MPS
 # files.
 FAR = {
@@ -21,7 +16,7 @@ FAR = {
 ENDS = ("row_lower", "row_upper", "lower", "upper")
 
 
-def random_program(seed: int, variables: int) -> Parts:
+def random_program(seed, variables):
     """A program with rows and bounds of all kinds and a minimum: linear for even seeds,
     else quadratic and convex."""
     random = np.random.default_rng(seed)
@@ -58,13 +53,13 @@ def random_program(seed: int, variables: int) -> Parts:
     }
 
 
-def with_far_bounds(program: Parts, size: float) -> Parts:
+def with_far_bounds(program, size):
     """The program with bounds of that size in place of infinite ones."""
     ends = {name: np.clip(program[name], -size, size) for name in ENDS}
     return program | ends
 
 
-def lists(program: Parts) -> Parts:
+def lists(program):
     """For JSON: null in place of infinite numbers, and nothing in place of None."""
     plain = {
         name: np.asarray(part).tolist()

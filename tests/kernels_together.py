@@ -1,8 +1,6 @@
 """The kernels of the extra `fast`, which are loaded with this module, if there is
 numba: the processes of a run of tests compile them between them."""
 
-from __future__ import annotations
-
 from importlib.util import find_spec
 
 if find_spec("numba") is not None:

@@ -5,18 +5,13 @@ Most are in S. P. Dirkse and M. C. Ferris, MCPLIB, Optimization Methods and Soft
 (1995) 319-345.
 """
 
-from __future__ import annotations
-
-from collections.abc import Callable
-
 import numpy as np
 
 from lcpcli.gallery.systems import grid, laplacian_of
 from lcpcli.model.nonlinear import NonlinearProblem
-from lcpcli.typing import Vector
 
 
-def kojima_shindo() -> NonlinearProblem:
+def kojima_shindo():
     """Four polynomials, with a degenerate and a nondegenerate solution.
 
     M. Kojima, S. Shindo, Journal of the Operations Research Society of Japan 29 (1986)
@@ -29,7 +24,7 @@ def kojima_shindo() -> NonlinearProblem:
     )
 
 
-def josephy() -> NonlinearProblem:
+def josephy():
     """Four polynomials that differ from those of `kojima_shindo` in three numbers, with
     one solution.
 
@@ -39,20 +34,18 @@ def josephy() -> NonlinearProblem:
     return _polynomials("josephy", (3.0, 3.0, 1.0), [[1.5**0.5, 0.0, 0.0, 0.5]])
 
 
-def _polynomials(
-    name: str, numbers: tuple[float, float, float], solutions: list[list[float]]
-) -> NonlinearProblem:
+def _polynomials(name, numbers, solutions):
     a, b, c = numbers
     # The coefficients of z_1^2, z_1 z_2 and z_2^2.
     squares = _rows("3 2 2; 2 0 1; 3 1 2; 1 0 3")
     linear = _rows(f"0 0 1 3; 1 0 {a} 2; 0 0 2 {b}; 0 0 2 3")
 
-    def F(z: Vector) -> Vector:
+    def F(z):
         return np.asarray(
             squares @ [z[0] ** 2, z[0] * z[1], z[1] ** 2] + linear @ z - [6, 2, c, 3]
         )
 
-    def J(z: Vector) -> Vector:
+    def J(z):
         return np.asarray(
             squares @ [[2 * z[0], 0, 0, 0], [z[1], z[0], 0, 0], [0, 2 * z[1], 0, 0]]
             + linear
@@ -61,7 +54,7 @@ def _polynomials(
     return NonlinearProblem(F, J, x0=np.zeros(4), name=name, solutions=solutions)
 
 
-def billups() -> NonlinearProblem:
+def billups():
     """(z - 1)^2 - 1.01 from 0, where merit functions have a local minimum; the solution
     is 1 + 1.01^(1/2).
 
@@ -74,14 +67,14 @@ def billups() -> NonlinearProblem:
     )
 
 
-def mathiesen() -> NonlinearProblem:
+def mathiesen():
     """A Walrasian equilibrium; the solutions are (t, 0, 0, 0) for t from 0 to 3.
 
     L. Mathiesen, Mathematical Programming 37 (1987) 1-18; in the form of J.-S. Pang, S.
     A. Gabriel, ibid. 60 (1993) 295-337.
     """
 
-    def F(z: Vector) -> list[float]:
+    def F(z):
         return [
             -z[1] + z[2] + z[3],
             z[0] - (4.5 * z[2] + 2.7 * z[3]) / (z[1] + 1),
@@ -92,7 +85,7 @@ def mathiesen() -> NonlinearProblem:
     return NonlinearProblem(F, x0=np.ones(4), name="mathiesen")
 
 
-def nash_cournot(firms: int = 10) -> NonlinearProblem:
+def nash_cournot(firms=10):
     """The outputs of 5 or 10 firms in a Nash-Cournot equilibrium: no firm gains by
     changing its output alone.
 
@@ -110,7 +103,7 @@ def nash_cournot(firms: int = 10) -> NonlinearProblem:
         elasticity = 1.2
         powers = 1 / np.array([1.2, 1.0, 0.9, 0.6, 1.5, 1.0, 0.7, 1.1, 0.95, 0.75])
 
-    def F(z: Vector) -> Vector:
+    def F(z):
         price = (5000 / z.sum()) ** (1 / elasticity)
         return np.asarray(
             costs
@@ -123,7 +116,7 @@ def nash_cournot(firms: int = 10) -> NonlinearProblem:
     )
 
 
-def scarf() -> NonlinearProblem:
+def scarf():
     """Prices of six goods, activities of eight sectors and incomes of five agents; the
     income of the first agent is the numeraire.
 
@@ -143,7 +136,7 @@ def scarf() -> NonlinearProblem:
     )
     shares = demands / demands.sum(axis=0)
 
-    def F(z: Vector) -> Vector:
+    def F(z):
         p = z[:6]
         y = z[6:14]
         income = z[14:]
@@ -162,11 +155,11 @@ def scarf() -> NonlinearProblem:
     return NonlinearProblem(F, lower=lower, upper=upper, x0=start, name="scarf")
 
 
-def _rows(text: str) -> Vector:
+def _rows(text):
     return np.array([row.split() for row in text.split(";")], dtype=float)
 
 
-def bratu(m: int = 75, load: float = 6.0) -> NonlinearProblem:
+def bratu(m=75, load=6.0):
     """-u_xx - u_yy = load e^u on (0, 1)^2 with an obstacle below and above, with sparse
     J on an m x m grid.
 
@@ -187,7 +180,7 @@ def bratu(m: int = 75, load: float = 6.0) -> NonlinearProblem:
     )
 
 
-def elastohydrodynamic(n: int = 100) -> NonlinearProblem:
+def elastohydrodynamic(n=100):
     """The pressure in an oil film between two elastic cylinders, on n grid points, and
     the constant of the gap.
 
@@ -204,7 +197,7 @@ def elastohydrodynamic(n: int = 100) -> NonlinearProblem:
     kernel = weights * apart * dx * np.log(np.abs(apart) * dx) / np.pi
     parabola = (begin + (grid + 0.5) * dx) ** 2 + 1
 
-    def F(z: Vector) -> Vector:
+    def F(z):
         k, p = z[0], np.concatenate([[0.0], z[1:], [0.0]])
         gap = parabola + k + kernel @ (p[1:] - np.concatenate([[0.0], p[:-2]]))
         means, slopes = (p[1:] + p[:-1]) / 2, np.diff(p)
@@ -224,7 +217,7 @@ def elastohydrodynamic(n: int = 100) -> NonlinearProblem:
     )
 
 
-FAMILIES: dict[str, Callable[..., NonlinearProblem]] = {
+FAMILIES = {
     family.__name__.replace("_", "-"): family
     for family in (
         kojima_shindo,

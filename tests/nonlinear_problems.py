@@ -1,8 +1,6 @@
 """Random nonlinear problems with a known solution, monotone and not, with bounds of all
 kinds and with domains."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 
 import numpy as np
@@ -15,7 +13,7 @@ MONOTONE = KINDS[:3]
 Terms = tuple[Callable[[Vector], Vector], Callable[[Vector], Vector]]
 
 
-def planted(kind: str, seed: int) -> NonlinearProblem:
+def planted(kind, seed):
     """F(z) = M z + N(z) + c, with c for a solution with components at and between
     bounds."""
     random = np.random.default_rng(seed)
@@ -53,9 +51,7 @@ def planted(kind: str, seed: int) -> NonlinearProblem:
     )
 
 
-def solution(
-    lower: Vector, upper: Vector, random: np.random.Generator
-) -> tuple[Vector, Vector]:
+def solution(lower, upper, random):
     z, w = np.zeros((2, lower.size))
     for i, (low, high) in enumerate(zip(lower, upper, strict=True)):
         where = random.random()
@@ -69,8 +65,8 @@ def solution(
     return z, w
 
 
-def terms(kind: str, B: Vector) -> Terms:
-    found: dict[str, Terms] = {
+def terms(kind, B):
+    found = {
         "monotone": (
             lambda z: z**3 + np.exp(z / 2),
             lambda z: np.diag(3 * z**2 + np.exp(z / 2) / 2),
@@ -92,7 +88,7 @@ def terms(kind: str, B: Vector) -> Terms:
     return found[kind]
 
 
-def natural_residual(problem: NonlinearProblem, z: Vector) -> float:
+def natural_residual(problem, z):
     with np.errstate(all="ignore"):
         F = np.asarray(problem.F(z), dtype=float)
         return float(

@@ -13,9 +13,9 @@ is its standard input.
 from __future__ import annotations
 
 import re
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Mapping
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 import pytest
@@ -38,12 +38,12 @@ class Refusal(NamedTuple):
     files: Files
     line: str
 
-    def __str__(self) -> str:
+    def __str__(self):
         content = [held for held in self.files.values() if isinstance(held, str)][-1:]
         return " < ".join([self.command, *content])[:60]
 
 
-def commands(table: str, files: Files | None = None) -> list[Refusal]:
+def commands(table, files=None):
     """The refusals of command lines. files : that all of them meet."""
     made = []
     for given, line in rows(table):
@@ -56,13 +56,7 @@ def commands(table: str, files: Files | None = None) -> list[Refusal]:
     return made
 
 
-def contents(
-    name: str,
-    table: str,
-    made: Callable[[Any], str | bytes] = lambda content: content,
-    command: str = "solve {}",
-    files: Files | None = None,
-) -> list[Refusal]:
+def contents(name, table, made=lambda content: content, command="solve {}", files=None):
     """The refusals of a command for contents of the file of that name, in which the
     places are. made : makes a content of the input of a row. files : that are there
     too."""
@@ -76,7 +70,7 @@ def contents(
     ]
 
 
-def calls(error: str, table: str, *forms: str) -> list[Refusal]:
+def calls(error, table, *forms):
     """The refusals of calls, which raise this error. forms : with a brace in the place
     of what a row has, each of which is a call; the row itself without them."""
     return [
@@ -86,7 +80,7 @@ def calls(error: str, table: str, *forms: str) -> list[Refusal]:
     ]
 
 
-def raised(call: str, names: Mapping[str, Any]) -> str:
+def raised(call, names):
     """The error that a call raises, in which these names may stand, those of the
     package, and a few more."""
     known = {name: getattr(lcpcli, name) for name in lcpcli.__all__}
@@ -97,9 +91,9 @@ def raised(call: str, names: Mapping[str, Any]) -> str:
     return f"{'ProblemError' if is_empty else error.type.__name__}: {error.value}"
 
 
-def rows(table: str) -> Iterator[tuple[list[str], str]]:
+def rows(table):
     """Yield the lines of the input of each row, and what is said of it."""
-    given: list[str] = []
+    given = []
     whole = re.sub(r"\n {4}", " ", table.strip("\n").replace("\\\n", ""))
     for row in whole.split("\n"):
         own, sign, said = row.partition("=> ")
@@ -113,12 +107,12 @@ def rows(table: str) -> Iterator[tuple[list[str], str]]:
 NAMED = re.compile(r"\{([A-Z]\w*)(?::((?:\{\w+(?::[^{}]*)?\}|'[^'|]*'|[^{}])*))?\}")
 
 
-def whole_wordings(text: str) -> str:
+def whole_wordings(text):
     """A text with its wordings written out."""
 
-    def whole(named: re.Match[str]) -> str:
+    def whole(named):
         name, values = named.groups()
-        wording: str = getattr(wordings, name)
+        wording = getattr(wordings, name)
         if values is None:
             return wording
         return wording.format(*whole_wordings(values).split("|"))
@@ -126,7 +120,7 @@ def whole_wordings(text: str) -> str:
     return NAMED.sub(whole, text)
 
 
-def decoded(text: str) -> Any:
+def decoded(text):
     """What printf %b makes of a text: a text, or bytes where it is none."""
     content = text.encode().decode("unicode_escape").encode("latin-1")
     try:
@@ -135,7 +129,7 @@ def decoded(text: str) -> Any:
         return content
 
 
-def changed(text: str, changes: str) -> str:
+def changed(text, changes):
     """A text with changes, each OLD -> NEW, one after the other."""
     for change in changes.split(" and "):
         old, new = change.split(" -> ")

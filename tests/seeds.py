@@ -1,15 +1,10 @@
 """The seeds of random problems: a few in every run of the tests, the others in slow
 ones."""
 
-from __future__ import annotations
-
-from collections.abc import Iterable
-from typing import Any
-
 import pytest
 
 
-def few_of(seeds: Iterable[Any], number: int) -> list[Any]:
+def few_of(seeds, number):
     """Return the parameters of a test, of which all but a number are marked slow; a
     tuple is the values of several."""
     every = [seed if isinstance(seed, tuple) else (seed,) for seed in seeds]
@@ -20,6 +15,6 @@ def few_of(seeds: Iterable[Any], number: int) -> list[Any]:
     ]
 
 
-def parts(number: int, end: int) -> list[Any]:
+def parts(number, end):
     """Return ranges of seeds as parameters: the first ones, and the slow others."""
     return few_of((range(number), range(number, end)), 1)

@@ -1,8 +1,6 @@
 """What is typed in a document prints what the document shows: a document a command and
 format, and one for each way in which files are read."""
 
-from __future__ import annotations
-
 import pytest
 
 from .documents import FOLDER

@@ -1,7 +1,5 @@
 """The package without the folder of a formulation."""
 
-from __future__ import annotations
-
 import json
 import os
 import shutil
@@ -53,7 +51,7 @@ def alone(tmp_path_factory):
     return folder
 
 
-def run(folder: Path, line: str) -> subprocess.CompletedProcess[str]:
+def run(folder, line):
     return subprocess.run(
         [sys.executable, "-m", "lcpcli", *line.split()],
         cwd=folder,

@@ -1,7 +1,5 @@
 """Hints at packages that are missing name distributions that an index has."""
 
-from __future__ import annotations
-
 import ast
 import re
 from importlib.metadata import packages_distributions
@@ -19,7 +17,7 @@ SOURCES = {
 OF_USERS = {"pandas", "qpsolvers"}
 
 
-def modules_in_hints() -> set[str]:
+def modules_in_hints():
     found = {load(peer).module.partition(".")[0] for peer in PEERS}
     for text in SOURCES.values():
         for node in ast.walk(ast.parse(text)) if "missing(" in text else ():
@@ -32,7 +30,7 @@ def modules_in_hints() -> set[str]:
     return found | {"numba"}  # by its name in `options`
 
 
-def requirements() -> set[str]:
+def requirements():
     """The distributions in the table of extras."""
     text = (ROOT / "pyproject.toml").read_text(encoding="utf-8")
     table = text.partition("[project.optional-dependencies]")[2].partition("\n[")[0]

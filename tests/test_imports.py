@@ -1,7 +1,5 @@
 """Imports follow the work: nothing heavy is loaded before somebody needs it."""
 
-from __future__ import annotations
-
 import subprocess
 import sys
 from functools import cache
@@ -18,7 +16,7 @@ from .conftest import BATCH
 EXAMPLE = contents.shipped_path("paper-example-1.json")
 
 
-def loaded_by(code: str, given: str = "") -> set[str]:
+def loaded_by(code, given=""):
     """The names in the last line that a process prints."""
     done = subprocess.run(
         [sys.executable, "-c", code],
@@ -32,14 +30,14 @@ def loaded_by(code: str, given: str = "") -> set[str]:
     return found
 
 
-def modules_after(*commands: str) -> set[str]:
+def modules_after(*commands):
     """The modules that are loaded when these commands of lcp are done, one after the
     other."""
     return loaded_by(f"{BATCH}print('', *sys.modules)", "\n".join(commands))
 
 
 @cache
-def modules_of_the_base() -> set[str]:
+def modules_of_the_base():
     """The modules that numpy and click load by themselves, which depends on their
     versions."""
     return loaded_by("import numpy, click, json, sys; print(*sys.modules)")

@@ -2,8 +2,6 @@
 and to other programs; the examples in the docstrings run, and what has been pickled has
 all its methods in a process that has imported nothing but pickle."""
 
-from __future__ import annotations
-
 import base64
 import copy
 import doctest
@@ -16,8 +14,6 @@ import re
 import subprocess
 import sys
 from importlib import import_module
-from pathlib import Path
-from typing import Any
 
 import numpy as np
 import pytest
@@ -67,7 +63,6 @@ def test_check_reports_what_the_command_does_and_verifies_proofs(lcp):
     assert lcpcli.check(problem, lcpcli.run(problem).z)
     assert not lcpcli.check(INFEASIBLE, [1.0], tol=1e-3)
     certificate = lcpcli.run(INFEASIBLE).certificate
-    assert certificate is not None
     assert lcpcli.check(INFEASIBLE, y=certificate.vector).accepted
     assert not lcpcli.check(lcpcli.Problem(M, Q), y=[1.0, 1.0]).accepted
     # Without a name.
@@ -120,7 +115,6 @@ def test_notebooks_show_the_answer_and_the_iterates_that_were_asked_for(monkeypa
     picture = re.search(
         r'src="data:image/svg\+xml;base64,([^"]+)"', traced._repr_html_()
     )
-    assert picture is not None
     assert b"<svg" in base64.b64decode(picture[1])
     monkeypatch.setattr(html_page, "find_spec", lambda package: None)  # noqa: ARG005
     assert "<img" not in traced._repr_html_()
@@ -199,7 +193,7 @@ USES = {
 }
 
 
-def told(it: object, folder: Path, code: str) -> str:
+def told(it, folder, code):
     """What a fresh process says of an object that is pickled."""
     (folder / "it").write_bytes(pickle.dumps(it))
     command = [
@@ -214,7 +208,7 @@ def told(it: object, folder: Path, code: str) -> str:
     return done.stdout
 
 
-def objects() -> dict[str, Any]:
+def objects():
     problem = lcpcli.Problem(M, Q, name="small")
     result = lcpcli.run(problem, "newton", trace=True)
     found = [

@@ -1,8 +1,6 @@
 """README and the pages of `lcp help` hold: commands print what is shown, snippets work,
 figures are measured again."""
 
-from __future__ import annotations
-
 import json
 import os
 import re
@@ -46,9 +44,7 @@ PAGES = {page: file.read_text(encoding="utf-8") for page, file in FILES.items()}
 PAGES |= pages.PAGES  # with the keys of records
 README = PAGES["README"]
 BLOCK = re.compile(r"^```(\w+)\n(.*?)^```$", flags=re.MULTILINE | re.DOTALL)
-BLOCKS: dict[str, list[tuple[str, str]]] = {
-    page: BLOCK.findall(text) for page, text in PAGES.items()
-}
+BLOCKS = {page: BLOCK.findall(text) for page, text in PAGES.items()}
 SCRIPT = "esac\n"  # a block that has it is one command
 DISTURBED = "x between repeats"
 WRITING = re.compile("-o|--(plot|paths|trace)")  # options that name a file to write
@@ -68,7 +64,7 @@ def folders(tmp_path_factory):
     return cache(tmp_path_factory.mktemp)
 
 
-def shell(command: str, folder: Path, code: int | None = None) -> str:
+def shell(command, folder, code=None):
     """What a command prints in a shell that finds this program as lcp; `code` is how it
     must end, if that matters."""
     programs = folder.with_name(f"{folder.name}-bin")
@@ -94,10 +90,10 @@ def shell(command: str, folder: Path, code: int | None = None) -> str:
     return done.stdout
 
 
-def sessions(block: str) -> list[tuple[str, str]]:
+def sessions(block):
     """The commands of a block, each with what it prints; a line that begins with >
     continues a command."""
-    found: list[tuple[str, str]] = []
+    found = []
     for line in block.splitlines():
         if line.startswith("$ "):
             found.append((line[2:], ""))
@@ -108,7 +104,7 @@ def sessions(block: str) -> list[tuple[str, str]]:
     return found
 
 
-def comparable(text: str) -> list[list[str]]:
+def comparable(text):
     """Lines as cells, without times and without what `shi` computes, whose last digits
     depend on the machine."""
     lines, timed, method, times = [], False, "", list[int]()
@@ -177,12 +173,12 @@ def test_snippets_pass_mypy_in_its_strict_mode(tmp_path):
     assert (done.returncode, done.stderr) == (0, ""), done.stdout
 
 
-def joined(text: str) -> str:
+def joined(text):
     """A text in which lines that end in a backslash are one with the next."""
     return text.replace("\\\n", " ")
 
 
-def lines_of_shell(benches: bool) -> list[tuple[str, str]]:
+def lines_of_shell(benches):
     """The commands in blocks that show no output, each with its page; of a bench, or
     others, without comments. Those that install the program are run by CI."""
     blocks = [
@@ -360,7 +356,6 @@ def test_rates_of_fixed_point_are_what_the_bench_measures(row):
     answer = run_method("fixed-point", problem, 1e-10, 60.0, with_curve=True)
     assert answer.iterations == pytest.approx(int(iterations), abs=2)
     found = rate_of_fixed_point(problem, answer.curve or [])
-    assert found is not None
     shown = [found["measured"], found["local"], found["bound"]]
     assert shown == pytest.approx([float(factor) for factor in factors], abs=2e-4)
 

@@ -1,8 +1,6 @@
 """An addition is one new file and one line of a table, and it passes the tests of all
 of its kind."""
 
-from __future__ import annotations
-
 import json
 import os
 import shutil
@@ -216,7 +214,7 @@ def copy(tmp_path_factory):
     return root
 
 
-def register(registry: Path, table: str, line: str) -> None:
+def register(registry, table, line):
     """Add one line to the dictionary, or the table, of that name in a file, or to the
     end of a page."""
     text = registry.read_text()
@@ -230,7 +228,7 @@ def register(registry: Path, table: str, line: str) -> None:
     registry.write_text(f"{text[:place]}{line}\n{text[place:]}")
 
 
-def run(path: Path, folder: Path, *command: str, given: str = "") -> str:
+def run(path, folder, *command, given=""):
     """The output of Python with that path in a folder, which is to succeed."""
     # No kernels are compiled for a copy.
     own = os.environ | {"PYTHONPATH": str(path), "NUMBA_DISABLE_JIT": "1"}

@@ -1,13 +1,10 @@
 """The shape of the code: functions are short, subpackages use only those below them,
 nothing runs in circles."""
 
-from __future__ import annotations
-
 import ast
 import gc
 import re
 import sys
-from collections.abc import Iterator
 from functools import cache
 from graphlib import CycleError, TopologicalSorter
 from importlib import import_module
@@ -30,7 +27,7 @@ LONG = {
 LOOSE = 10  # modules at the root of the package, which every subpackage may use
 
 # Each subpackage with the subpackages that it uses, all of them above it in this table.
-SUBPACKAGES: dict[str, set[str]] = {
+SUBPACKAGES = {
     "linalg": set(),
     "model": {"linalg"},
     "basis": {"linalg", "model"},
@@ -143,13 +140,13 @@ LIBRARIES = {
 }
 
 
-def name_of(file: Path) -> str:
+def name_of(file):
     parts = file.relative_to(ROOT).with_suffix("").parts
     return ".".join(parts[:-1] if parts[-1] == "__init__" else parts)
 
 
 @cache
-def modules() -> dict[str, list[ast.AST]]:
+def modules():
     """Every node of each module, of which the first is its tree."""
     gc.disable()  # it would search among all nodes again and again, and later on
     try:
@@ -163,7 +160,7 @@ def modules() -> dict[str, list[ast.AST]]:
         gc.enable()
 
 
-def of_modules(*, of_the_command: bool = True) -> list[ast.AST]:
+def of_modules(*, of_the_command=True):
     return [
         node
         for name, own in modules().items()
@@ -172,23 +169,23 @@ def of_modules(*, of_the_command: bool = True) -> list[ast.AST]:
     ]
 
 
-def body_of(name: str) -> list[ast.stmt]:
+def body_of(name):
     tree = modules()[name][0]
     assert isinstance(tree, ast.Module)
     return tree.body
 
 
-def subpackage_of(name: str) -> str:
+def subpackage_of(name):
     """The subpackage of a module; "" at the root of the package."""
     parts = name.split(".")
     return parts[1] if len(parts) > 1 and parts[1] in SUBPACKAGES else ""
 
 
 @cache
-def imports() -> dict[str, set[str]]:
+def imports():
     """What each module imports, anywhere in it, in functions and for annotations too;
     of a package, the modules that are taken from it."""
-    found: dict[str, set[str]] = {name: set() for name in modules()}
+    found = {name: set() for name in modules()}
     for name, own in modules().items():
         for node in own:
             if isinstance(node, ast.Import):
@@ -203,7 +200,7 @@ def imports() -> dict[str, set[str]]:
     return found
 
 
-def length_of(function: ast.FunctionDef) -> int:
+def length_of(function):
     """The lines of a function without its docstring."""
     first = function.body[0]
     docstring = (
@@ -212,7 +209,7 @@ def length_of(function: ast.FunctionDef) -> int:
     return (function.end_lineno or 0) - function.lineno + 1 - docstring
 
 
-def may_be_long(text: str) -> bool:
+def may_be_long(text):
     """Whether so many lines follow each other of which none begins a function, as only
     then there is one to measure."""
     begin = [
@@ -229,7 +226,7 @@ def may_be_long(text: str) -> bool:
 ENTRY = re.compile(r"(?:^|\. |; )\s*((?:[a-z]\w*, )*[a-z]\w*)(?:, [\w ]+)? : ", re.M)
 
 
-def names_in(node: ast.AST) -> set[str]:
+def names_in(node):
     """The names, parameters, attributes and members in a function or a class."""
     return {
         str(getattr(each, field))
@@ -239,7 +236,7 @@ def names_in(node: ast.AST) -> set[str]:
     }
 
 
-def takes_any_options(node: ast.FunctionDef | ast.ClassDef) -> bool:
+def takes_any_options(node):
     return isinstance(node, ast.FunctionDef) and node.args.kwarg is not None
 
 
@@ -440,7 +437,7 @@ def test_what_is_frozen_is_filled_by_its_own_class_alone():
         assert not {
             node.attr for node in outside if isinstance(node, ast.Attribute)
         } & {"__dict__", "__new__"}, name
-        changes: list[ast.AST] = [
+        changes = [
             node
             for node in outside
             if isinstance(getattr(node, "ctx", None), ast.Store)
@@ -533,7 +530,7 @@ LOADING = {"import_module", "find_spec"}
 LATE_IN_NUMPY = {"np.random", "np.union1d", "np.setdiff1d", "np.setxor1d"}
 
 
-def timed_loading(node: ast.AST, in_function: bool = False) -> Iterator[str]:
+def timed_loading(node, in_function=False):
     """What below a node may load modules while a run is timed: in functions, outside of
     `with imports`."""
     for child in ast.iter_child_nodes(node):

@@ -2,8 +2,6 @@
 whoever words one of them in another way changes the module of the program that says it,
 and this one. Braces stand in the place of values."""
 
-from __future__ import annotations
-
 FROM_0 = " (indices count from 0)"
 FROM_1 = " (indices count from 1)"
 

@@ -1,24 +1,17 @@
 """Tiny problems in files, other solvers and measurements made up, for the tests of lcp
 bench."""
 
-from __future__ import annotations
-
 import json
-from collections.abc import Callable
-from pathlib import Path
 from types import SimpleNamespace
-from typing import Any
 
 import numpy as np
-import pytest
 
 from lcpcli.bench.record import Machine, Measurement, Settings
-from lcpcli.model.problem import Problem
 from lcpcli.peers import packages
 from lcpcli.peers import registry as peers
 from lcpcli.peers.registry import Claim
 
-PROBLEMS: dict[str, dict[str, Any]] = {
+PROBLEMS = {
     "one": {"M": [[2, 1], [1, 2]], "q": [-5, -6], "solution": [4 / 3, 7 / 3]},
     "two": {"M": [[2, -1], [-1, 2]], "q": [-1, 3], "solution": [0.5, 0]},
     "three": {"M": [[3, 0], [0, 4]], "q": [-3, -4]},
@@ -31,7 +24,7 @@ SETTINGS, MACHINE = (
 )
 
 
-def write(folder: Path, *names: str) -> list[str]:
+def write(folder, *names):
     paths = []
     for name in names:
         path = folder / f"{name}.json"
@@ -40,13 +33,7 @@ def write(folder: Path, *names: str) -> list[str]:
     return paths
 
 
-def install(
-    monkeypatch: pytest.MonkeyPatch,
-    name: str,
-    solve: Callable[[Problem], Claim],
-    excludes: Callable[[Problem], str] = lambda _: "",
-    version: str | None = "1.0",
-) -> None:
+def install(monkeypatch, name, solve, excludes=lambda _: "", version="1.0"):
     """Make a peer of that name, for one test."""
     peer = SimpleNamespace(
         module=name,
@@ -58,25 +45,23 @@ def install(
     monkeypatch.setattr(packages, name, peer, raising=False)
 
 
-def liar(problem: Problem) -> Claim:
+def liar(problem):
     """Says that -1 solves everything."""
     return Claim(-np.ones(problem.n), True, 0.001, "fine")
 
 
-def silent(problem: Problem) -> Claim:  # noqa: ARG001
+def silent(problem):  # noqa: ARG001
     return Claim(None, False, 0.001, "gave up")
 
 
-def measurement(
-    problem: str, solver: str, n: int = 2, success: bool = True, **changes: Any
-) -> Measurement:
+def measurement(problem, solver, n=2, success=True, **changes):
     """A success or a failure that claims nothing, but for the changes."""
     ended = {
         "status": "solved" if success else "iteration_limit",
         "statement": "solved",
         "claimed": success,
     }
-    plain: dict[str, Any] = {
+    plain = {
         "family": None,
         "seed": None,
         "parameters": {},

@@ -1,8 +1,6 @@
 """lcp bench: what it keeps and counts, how it ends, goes on after it was cut off, and
 what it refuses before that."""
 
-from __future__ import annotations
-
 import json
 import os
 import sys
@@ -13,7 +11,6 @@ import numpy as np
 import pytest
 
 from lcpcli.bench import record as records
-from lcpcli.bench.record import BenchRecord
 from lcpcli.bench.report import render
 from lcpcli.files.atomic_write import reserve
 from lcpcli.peers.registry import Claim
@@ -44,7 +41,7 @@ def bench(lcp, tmp_path, output):
     return run
 
 
-def keys(record: BenchRecord) -> list[tuple[str, str]]:
+def keys(record):
     return [row.key for row in record.measurements]
 
 
@@ -138,7 +135,7 @@ def test_acceptance_level_decides(bench, monkeypatch):
 
 
 def test_interrupted_bench_keeps_its_rows(bench, output, lcp, monkeypatch):
-    kept: list[int] = []  # in the file, while the bench goes on
+    kept = []  # in the file, while the bench goes on
 
     def impatient(problem):
         kept.append(len(records.read(str(output)).measurements))
@@ -169,7 +166,7 @@ def test_bench_that_was_killed_goes_on_behind_the_last_whole_line(
 ):
     """Each measurement is added to the end of the file; nothing that is there is
     written again before all are known."""
-    texts: list[bytes] = []
+    texts = []
 
     def watching(problem):
         texts.append(output.read_bytes())

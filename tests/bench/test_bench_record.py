@@ -1,12 +1,9 @@
 """The record of a bench: what it holds, refuses and checks, of nonlinear problems too,
 and that JSON gives it back."""
 
-from __future__ import annotations
-
 import json
 from dataclasses import asdict
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 import pytest
@@ -39,7 +36,7 @@ from ..cli.models import MARKET
 from ..wordings import NO_SUCH_FILE, NOT_UTF_8
 from .bench_problems import MACHINE, SETTINGS, install, liar, measurement, write
 
-EMPTY: dict[str, Any] = {
+EMPTY = {
     "suite": ["quick"],
     "cases": [
         case("harker-pang", 10, seed=2, symmetric=True),
@@ -60,12 +57,12 @@ def test_infinities_become_null():
     ] == [None] * 4 + [1.5]
 
 
-def changed(**changes: Any) -> str:
+def changed(**changes):
     content = json.loads(render(BenchRecord(**EMPTY), "json", None, False))
     return json.dumps({**content, **changes})
 
 
-def measured(**changes: Any) -> str:
+def measured(**changes):
     """A record of one measurement, which is in order but for the changes."""
     return changed(measurements=[{**asdict(measurement("a.json", "auto")), **changes}])
 
@@ -114,13 +111,13 @@ def test_file_that_is_missing_or_not_text_is_reported(tmp_path):
         records.read(str(path))
 
 
-def answer(z: Any, solved: bool = True, status: str = "") -> Claim:
+def answer(z, solved=True, status=""):
     return Claim(
         None if z is None else np.array(z, dtype=float), solved, 1.0, "", status
     )
 
 
-NONE: dict[str, Any] = {"solved": False, "status": "unsolvable"}
+NONE = {"solved": False, "status": "unsolvable"}
 SOLVABLE = Problem([[2, 1], [1, 2]], [-5, -6], solutions=[[4 / 3, 7 / 3]])
 UNKNOWN = Problem([[2, 1], [1, 2]], [-5, -6])
 INFEASIBLE = Problem([[0, -1], [1, 0]], [-1, -1], verdict="infeasible")

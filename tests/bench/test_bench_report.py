@@ -1,15 +1,11 @@
 """How long a bench repeats a measurement, the statistics of the times, and what it
 looks like in each format."""
 
-from __future__ import annotations
-
 import math
 import re
-from collections.abc import Callable, Iterator
 from dataclasses import replace
 from itertools import chain, cycle, repeat
 from types import SimpleNamespace
-from typing import Any
 
 import pytest
 
@@ -18,7 +14,6 @@ from lcpcli.bench import report as figure
 from lcpcli.bench.record import (
     EXCLUDED,
     BenchRecord,
-    Measurement,
     median_interval,
     performance_ratios,
     shifted_geometric_mean,
@@ -51,8 +46,8 @@ SECONDS = {
 }
 
 
-def row(solver: str, n: int, **changes: Any) -> Measurement:
-    plain: dict[str, Any] = {
+def row(solver, n, **changes):
+    plain = {
         "family": "harker-pang",
         "seed": 0,
         "parameters": {"symmetric": False},
@@ -106,7 +101,7 @@ def record():
     )
 
 
-def larger(record: BenchRecord) -> BenchRecord:
+def larger(record):
     """With a fourth size, at which one peer is the fastest and the other one takes its
     only problem."""
     rows = [row("auto", 800, seconds=[0.08, 0.081, 0.082]), row("lemke", 800)]
@@ -121,7 +116,7 @@ def larger(record: BenchRecord) -> BenchRecord:
     )
 
 
-RECORDS: dict[str, tuple[Callable[[BenchRecord], BenchRecord], str]] = {
+RECORDS = {
     "whole": (lambda record: record, "table csv"),
     "larger": (larger, "table"),
     "hard": (lambda record: replace(record, suite=["hard", "dense"]), "table"),
@@ -216,7 +211,7 @@ def test_picture_is_drawn(record, form, begins):
 def test_peer_is_a_point_in_the_picture_and_nothing_is_drawn_of_what_is_excluded(
     record, monkeypatch
 ):
-    pictures: list[plotting.Picture] = []
+    pictures = []
 
     def noted(*given):
         pictures.append(plotting.Picture(*given))
@@ -241,33 +236,31 @@ class Machine:
     """A solver, a clock and a sleep on one time line; each run takes the next of the
     given seconds."""
 
-    def __init__(
-        self, seconds: Iterator[float], claim: bool = True, curve: bool = True
-    ) -> None:
+    def __init__(self, seconds, claim=True, curve=True):
         self.now, self.rested, self.curves = 0.0, 0.0, []
         self._seconds, self._claim, self._curve = seconds, claim, curve
 
-    def solve(self, with_curve: bool) -> Claim:
+    def solve(self, with_curve):
         taken = next(self._seconds)
         self.now += taken
         self.curves.append(with_curve)
         curve = [(0, taken, 1.0)] if with_curve and self._curve else None
         return Claim(None, self._claim, taken, "", None, taken / 2, curve=curve)
 
-    def sleep(self, seconds: float) -> None:
+    def sleep(self, seconds):
         self.now += seconds
         self.rested += seconds
 
-    def measure(self, budget: float, rest: float = 0.0) -> tuple[Claim, list[float]]:
+    def measure(self, budget, rest=0.0):
         return measure(self.solve, budget, rest, lambda: self.now, self.sleep)
 
 
-def wild() -> Iterator[float]:
+def wild():
     return cycle((0.001, 0.003))
 
 
 WARMED = [True, *[False] * MIN_REPEATS]
-RUNS: dict[str, tuple[Machine, float, list[float], list[bool]]] = {
+RUNS = {
     # by what is measured: the budget, the times, and whether each run recorded a curve
     "steady times": (
         Machine(chain([0.9], repeat(0.01))),

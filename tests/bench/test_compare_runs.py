@@ -1,13 +1,9 @@
 """Variants and sweeps are compared under names that tell them apart; a
 comparison of runs says what is worse or gone."""
 
-from __future__ import annotations
-
 import csv
 import json
-from collections.abc import Mapping
 from pathlib import Path
-from typing import Any
 
 import pytest
 
@@ -17,12 +13,12 @@ from lcpcli.files import contents
 from lcpcli.methods.registry import Variant, labels, parse, sweep
 
 from ..benchmarks.compare_runs import changes_between, main
-from ..cli.conftest import Lcp, assert_refused
+from ..cli.conftest import assert_refused
 from ..documents import assert_as_before
 from ..wordings import NO_RUNS
 
 FIRST, SECOND = map(contents.shipped_path, contents.PAPER_EXAMPLES)
-RESULT: dict[str, Any] = {
+RESULT = {
     "problem": "p",
     "file": "a/p.json",
     "item": None,
@@ -45,13 +41,13 @@ STALLED, INFEASIBLE, BROKEN, CUT = (
 pytestmark = pytest.mark.usefixtures("in_folder")
 
 
-def results(file: str, *changes: Mapping[str, Any]) -> None:
+def results(file, *changes):
     Path(file).write_text(
         "".join(json.dumps(RESULT | dict(change)) + "\n" for change in changes)
     )
 
 
-def verdicts(*files: str) -> list[str]:
+def verdicts(*files):
     return [
         change.verdict for change in changes_between(files or ["old.json", "new.json"])
     ]
@@ -191,7 +187,7 @@ def test_a_last_line_that_was_cut_off_counts_as_not_written():
 EXAMPLE = contents.shipped_path("paper-example-1.json")
 
 
-def compared(lcp: Lcp, *arguments: str) -> list[dict[str, Any]]:
+def compared(lcp, *arguments):
     outcome = lcp("compare", EXAMPLE, *arguments, "--format", "json")
     assert outcome.err == ""
     return [json.loads(line) for line in outcome.out.splitlines()]

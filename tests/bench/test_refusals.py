@@ -1,18 +1,16 @@
 """What cannot be measured and runs that cannot be compared are refused in one line."""
 
-from __future__ import annotations
-
 import pytest
 
-from ..refusals import Files, Refusal, commands
+from ..refusals import commands
 
 RUN = (
     '{"problem": "p", "file": "a/p.json", "item": null, "label": "shi", '
     '"method": "shi", "status": "solved", "solved": true, "iterations": 12, '
     '"seconds": 1.0, "spread": 1.05}\n'
 )
-OLD: Files = {"old.json": RUN}
-REFUSALS: list[Refusal] = [
+OLD = {"old.json": RUN}
+REFUSALS = [
     *commands(
         r"""
 bench quik => quik: is neither a suite nor a file; {DID_YOU_MEAN:quick}

@@ -1,21 +1,14 @@
 """Shared by the tests of the commands: a folder that is entered, problems in it, and
 what an outcome tells."""
 
-from __future__ import annotations
-
 import json
 import subprocess
 import sys
-from collections.abc import Callable
-from typing import Any
 
 import pytest
 
 from lcpcli.files import contents
 
-from ..conftest import Outcome
-
-Lcp = Callable[..., Outcome]
 EXAMPLE = contents.shipped_path("paper-example-1.json")
 MAIN = "from lcpcli.cli.main import main; main()"
 GOOD = '{"M": [[2, 1], [1, 2]], "q": [-5, -6]}'
@@ -43,18 +36,17 @@ def folder(in_folder):
     return in_folder
 
 
-def records(outcome: Outcome) -> list[dict[str, Any]]:
+def records(outcome):
     """The objects in the lines of JSON that were printed."""
     return [json.loads(line) for line in outcome.out.splitlines()]
 
 
-def record(outcome: Outcome) -> dict[str, Any]:
+def record(outcome):
     """The only object that was printed."""
-    found: dict[str, Any] = json.loads(outcome.out)
-    return found
+    return json.loads(outcome.out)
 
 
-def assert_refused(outcome: Outcome, *words: str) -> None:
+def assert_refused(outcome, *words):
     """One line on standard error says so, with these words, and that is all, but for a
     record of the same where JSON is asked for."""
     assert (outcome.code, outcome.err.count("\n")) == (2, 1), outcome.err
@@ -63,11 +55,11 @@ def assert_refused(outcome: Outcome, *words: str) -> None:
     assert [word for word in words if word not in outcome.err] == [], outcome.err
 
 
-def python(code: str, *arguments: str, **how: Any) -> subprocess.CompletedProcess[str]:
+def python(code, *arguments, **how):
     """Run a program in a process of its own."""
     command = [sys.executable, "-c", code, *arguments]
     return subprocess.run(command, capture_output=True, text=True, check=False, **how)
 
 
-def interrupt(*_: Any, **__: Any) -> Any:
+def interrupt(*_, **__):
     raise KeyboardInterrupt

@@ -1,7 +1,5 @@
 """Models in AMPL's format, with the names of their variables and rows."""
 
-from __future__ import annotations
-
 from ..files.nl_writing import model
 
 # Supply p + p^2 / 4 = s exceeds the demand 9 / (1 + p) except at the equilibrium price
@@ -45,7 +43,7 @@ SINGULAR = model(
 CURVED = model(1, [((5, 1, 1), {0: 0}, ("-", ("exp", "v0"), 40))], [(0, 0, 3)])
 TWICE = model(1, 2 * [((5, 1, 1), {0: 1}, 0)], [(2, 0)])
 
-FILES: dict[str, bytes] = {
+FILES = {
     "market.nl": MARKET,
     "market.col": b"price\nsupply\nincome\n",
     "linear.nl": LINEAR,

@@ -1,7 +1,5 @@
 """A terminal for tests of progress, and what it has shown."""
 
-from __future__ import annotations
-
 import re
 from io import StringIO
 
@@ -9,11 +7,11 @@ from io import StringIO
 class Terminal(StringIO):
     """A standard error that is a terminal."""
 
-    def isatty(self) -> bool:
+    def isatty(self):
         return True
 
 
-def lines_in(stream: Terminal) -> list[str]:
+def lines_in(stream):
     """The texts that a line of progress has shown one after the other, without the time
     and the character that turns; "" at the end if it has been erased."""
     text = re.sub(r"\x1b\[(?:\?25[lh]|[\d;]*m)", "", stream.getvalue())

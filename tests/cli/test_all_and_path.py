@@ -1,8 +1,6 @@
 """lcp solve --all and lcp path: a list that is stopped or cut, and the path that
 Python finds."""
 
-from __future__ import annotations
-
 import re
 
 import pytest

@@ -1,8 +1,6 @@
 """Bounds typed or in files, far ones as none, and programs and games in files, in every
 command that reads problems."""
 
-from __future__ import annotations
-
 import json
 from dataclasses import replace
 from fractions import Fraction

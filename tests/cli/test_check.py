@@ -1,8 +1,6 @@
 """`lcp check` verifies an answer, of a program x alone too, and says which conditions
 it violates."""
 
-from __future__ import annotations
-
 import json
 import re
 from pathlib import Path
@@ -89,7 +87,7 @@ UNIQUE = "x is the unique minimizer, as Q is positive definite"
 SHIPPED = sorted(Path(contents.shipped_path("programs")).glob("*.json"))
 
 
-def minimum(problem: lcpcli.Problem) -> Minimum:
+def minimum(problem):
     answer = lcpcli.run(problem).answer
     assert isinstance(answer, Minimum)
     return answer

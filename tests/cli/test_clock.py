@@ -1,8 +1,6 @@
 """One clock: what the user waits for, in parts that add up, without imports, the same
 in every command; comparisons."""
 
-from __future__ import annotations
-
 import os
 import sys
 import threading
@@ -34,10 +32,10 @@ class Time:
     """A clock that goes on by one second each time it is read, and by `pause` more each
     tenth time."""
 
-    def __init__(self, pause: float = 0.0) -> None:
+    def __init__(self, pause=0.0):
         self.now, self.readings, self.pause = 0.0, 0, pause
 
-    def __call__(self) -> float:
+    def __call__(self):
         self.readings += 1
         self.now += 1.0 + self.pause * (self.readings % 10 == 0)
         return self.now
@@ -209,7 +207,7 @@ def test_parts_add_up_in_every_command(command, method, lcp):
 
 def test_bench_times_from_the_arrays(monkeypatch):
     """A problem that was checked before is made anew within the time."""
-    made: list[Problem] = []
+    made = []
     real = Problem.anew
 
     def counted(problem):
@@ -225,7 +223,7 @@ def test_bench_times_from_the_arrays(monkeypatch):
 @pytest.fixture
 def runs(monkeypatch):
     """The results of runs that a command makes, in a process that has made none."""
-    results: list[lcpcli.Result] = []
+    results = []
     real = driver.run
 
     def noted(*given, **named):
@@ -262,7 +260,7 @@ def test_a_run_whose_times_nobody_sees_is_made_once(lcp, runs, tmp_path):
         timing.methods_run.clear()
 
 
-def least_of(runs: list[lcpcli.Result]) -> float:
+def least_of(runs):
     return min(run.seconds for run in runs)
 
 

@@ -1,18 +1,15 @@
 """Words are completed by the shells without numpy, and an unknown one is answered with
 the likely one."""
 
-from __future__ import annotations
-
 import os
 import re
 import shutil
 import subprocess
 import sys
-from collections.abc import Iterable
 
 import click
 import pytest
-from click.shell_completion import CompletionItem, get_completion_class
+from click.shell_completion import get_completion_class
 
 import lcpcli
 from lcpcli.bench.suites import SUITES
@@ -36,7 +33,7 @@ def run(lcp):
     return lcp
 
 
-def items(*words: str) -> list[CompletionItem]:
+def items(*words):
     """What is offered for the last of the words after lcp."""
     *args, incomplete = words
     complete = get_completion_class("bash")
@@ -44,7 +41,7 @@ def items(*words: str) -> list[CompletionItem]:
     return complete(lcp, {}, "lcp", VARIABLE).get_completions(args, incomplete)
 
 
-def offered(*words: str) -> list[str]:
+def offered(*words):
     return [item.value for item in items(*words) if item.type == "plain"]
 
 
@@ -217,7 +214,7 @@ KINDS = {
 }
 
 
-def misspelt(word: str) -> Iterable[str]:
+def misspelt(word):
     """The word with two neighbours exchanged, or with a letter too many."""
     for k in range(1, len(word)):
         yield word[: k - 1] + word[k] + word[k - 1] + word[k + 1 :]

@@ -1,15 +1,12 @@
 """Full disks, closed pipes, refused memory, unusual numbers: one line, nothing
 half-written, nothing lost."""
 
-from __future__ import annotations
-
 import contextlib
 import json
 import os
 import re
 import subprocess
 import sys
-from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
@@ -37,7 +34,7 @@ WRITING = [
 
 
 @contextlib.contextmanager
-def no_file_larger_than(size: int) -> Iterator[None]:
+def no_file_larger_than(size):
     usual = resource.getrlimit(resource.RLIMIT_FSIZE)
     resource.setrlimit(resource.RLIMIT_FSIZE, (size, usual[1]))
     try:
@@ -314,7 +311,7 @@ def test_removed_working_folder_is_named_where_it_is_needed(tmp_path):
 
 
 def test_stray_refusal_of_the_system_is_not_blamed_on_standard_output(lcp, monkeypatch):
-    causes: dict[BaseException, str] = {
+    causes = {
         OSError(24, os.strerror(24)): "lcp: the system refused: Too many open files\n",
         RuntimeError("can't start new thread"): (
             "lcp: the system refused a further thread\n"

@@ -1,8 +1,6 @@
 """A folder stands for its problems, in order, also as steps of a sequence; no output
 replaces a file that is read."""
 
-from __future__ import annotations
-
 import json
 import os
 from pathlib import Path
@@ -127,7 +125,7 @@ def test_a_picture_that_is_read_is_refused(command, lcp, inputs):
 CONTACT = [[2, 2, -1], [2, 2, -1], [1, 1, 0]]
 
 
-def step(load: float, size: float = 1.0) -> str:
+def step(load, size=1.0):
     return json.dumps(
         {"M": [[size * a for a in row] for row in CONTACT], "q": [-load, -load, 0.5]}
     )

@@ -1,8 +1,6 @@
 """Help of commands and pages on topics: a sentence, examples that run, every option
 once, in 80 columns."""
 
-from __future__ import annotations
-
 import inspect
 import io
 import itertools
@@ -11,7 +9,6 @@ import shlex
 import sys
 from dataclasses import replace
 from pathlib import Path
-from typing import Any
 
 import click
 import pytest
@@ -38,10 +35,10 @@ from lcpcli.solving.result import Status
 from lcpcli.version import VERSION
 
 from ..conftest import Outcome
-from .conftest import Lcp, assert_refused
+from .conftest import assert_refused
 
 SHARED = {option.name: option for option in (*LIMITS, ACCEPT, BUDGET, EVERY)}
-COMMANDS: dict[str, Any] = {"": group.lcp, **group.lcp.commands}
+COMMANDS = {"": group.lcp, **group.lcp.commands}
 HEADINGS = {
     "": ["Commands", "Help", "Exit codes"],
     "why": ["Problem", "Explanation", "Stopping", "Output", "Help", "Exit codes"],
@@ -89,20 +86,20 @@ def name(request):
     return str(request.param)
 
 
-def help_of(lcp: Lcp, name: str) -> str:
+def help_of(lcp, name):
     """The whole help, with all options."""
     outcome = lcp(f"help {name} --all") if name else lcp("--help")
     assert (outcome.code, outcome.err) == (0, "")
     return outcome.out
 
 
-def sections_of(text: str) -> dict[str, str]:
+def sections_of(text):
     parts = re.split(r"^(\S.*):\n", text, flags=re.MULTILINE)
     assert len(set(parts[1::2])) == len(parts[1::2])
     return dict(zip(parts[1::2], parts[2::2], strict=True))
 
 
-def terms_of(section: str) -> list[str]:
+def terms_of(section):
     return re.findall(r"^  (\S.*?)(?:  +.*)?$", section, flags=re.MULTILINE)
 
 
@@ -179,7 +176,7 @@ def test_lines_fit(name, lcp, monkeypatch):
         )
 
 
-def run(line: str, lcp: Lcp, monkeypatch: pytest.MonkeyPatch) -> Outcome:
+def run(line, lcp, monkeypatch):
     """Run a command line, a pipe too; every command of it must end with 0."""
     outcome = Outcome(0, "", "")
     for part in line.split(" | "):
@@ -238,11 +235,11 @@ def test_a_method_declares_the_options_that_it_takes():
         assert taken == {*(option.name for option in method.options), *method.switches}
 
 
-def source(topic: str) -> str:
+def source(topic):
     return PAGES[topic]
 
 
-def words(text: str) -> list[str]:
+def words(text):
     return re.findall(r"\w+", text)
 
 

@@ -1,15 +1,11 @@
 """With --format json every input has exactly one record, which its schema allows: a
 solved one, one that cannot be read, and a command line that is refused."""
 
-from __future__ import annotations
-
 import io
 import json
 import shlex
 import sys
-from collections.abc import Mapping
 from pathlib import Path
-from typing import Any
 
 import pytest
 
@@ -17,7 +13,6 @@ import lcpcli
 from lcpcli.files import json_format
 
 from ..conftest import as_bytes
-from ..refusals import Refusal
 from . import models
 from .test_refusals import REFUSALS
 
@@ -48,7 +43,7 @@ FILES = {
     **models.FILES,
 }
 # Command lines, each with the schemas of its records.
-COMMANDS: Mapping[str, list[str]] = {
+COMMANDS = {
     "solve good.json": ["result"],
     "solve good.json --bound": ["result"],
     "solve mixed.json --exact": ["result"],
@@ -98,15 +93,15 @@ COMMANDS: Mapping[str, list[str]] = {
 TYPED_FORMATS = ("solve", "compare", "path", "check", "inspect", "why", "bench")
 
 
-def schema(name: str) -> Any:
+def schema(name):
     return json.loads((SCHEMAS / f"{name}.json").read_text(encoding="utf-8"))
 
 
-def assert_valid(record: Any, name: str) -> None:
+def assert_valid(record, name):
     jsonschema.Draft202012Validator(schema(name)).validate(record)
 
 
-def asks_for_json(refusal: Refusal) -> str | None:
+def asks_for_json(refusal):
     """The command line with --format json; None for a command without formats, or for
     a line that has one."""
     words = shlex.split(refusal.command)
@@ -150,7 +145,7 @@ def test_a_command_line_that_is_refused_has_one_line_and_one_record(command, ref
     refused(command, IN_JSON[command].files, records=assert_one_record)
 
 
-def assert_one_record(records: list[Any]) -> None:
+def assert_one_record(records):
     (record,) = records
     assert_valid(record, "refused")
     where = [each for each in (record["file"], record["field"]) if each is not None]

@@ -2,8 +2,6 @@
 can only be read, processes that compile at the same time or are killed: a run says one
 line, goes on, and leaves nothing that stays broken."""
 
-from __future__ import annotations
-
 import ast
 import json
 import os
@@ -11,8 +9,6 @@ import random
 import shutil
 import subprocess
 import sys
-from collections.abc import Iterator
-from pathlib import Path
 
 import pytest
 
@@ -31,11 +27,11 @@ OVERWRITTEN = 200  # bytes
 NAME = f"kernels.one-1{stored.TAG}"
 
 
-def cut(content: bytes, place: float) -> bytes:
+def cut(content, place):
     return content[: int(place * len(content))]
 
 
-def overwritten(content: bytes, place: float) -> bytes:
+def overwritten(content, place):
     begin = int(place * len(content))
     end = min(begin + OVERWRITTEN, len(content))
     other = random.Random(0).randbytes(end - begin)
@@ -116,7 +112,7 @@ def test_what_a_killed_process_has_compiled_is_kept(cache, files):
 
 
 def test_one_process_at_a_time_compiles_a_module(cache, monkeypatch):
-    waits: list[bool] = []
+    waits = []
     with cache.compiling("kernels", None) as first:
         with cache.compiling("kernels", None) as second:
             assert (first, second) == (True, False)
@@ -129,7 +125,7 @@ def test_one_process_at_a_time_compiles_a_module(cache, monkeypatch):
     assert waits
 
 
-def used_by(path: Path) -> Iterator[str]:
+def used_by(path):
     """The modules of the package that a file imports, as SOURCES names them."""
     for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
         if isinstance(node, ast.ImportFrom) and (node.module or "").startswith("lcp"):

@@ -9,7 +9,6 @@ import pty
 import re
 import subprocess
 import sys
-from collections.abc import Callable
 from pathlib import Path
 
 import pytest
@@ -21,7 +20,7 @@ from lcpcli.options import KERNELS
 from lcpcli.version import VERSION
 
 from .. import kernels_together  # noqa: F401
-from .conftest import MAIN, Lcp, assert_refused, record, records
+from .conftest import MAIN, assert_refused, record, records
 
 numba = pytest.importorskip("numba")
 ahead = pytest.importorskip("lcpcli.kernels.loading")
@@ -29,8 +28,8 @@ pytestmark = pytest.mark.usefixtures("kernels_by_default")
 
 
 def test_records_figures_and_the_version_say_that_a_process_uses_the_kernels(
-    folder: Path, lcp: Lcp
-) -> None:
+    folder, lcp
+):
     (folder / "two.jsonl").write_text(2 * '{"M": [[2, 1], [1, 2]], "q": [-5, -6]}\n')
     commands = (
         "good.json",
@@ -55,8 +54,8 @@ def test_records_figures_and_the_version_say_that_a_process_uses_the_kernels(
 
 
 def test_a_bench_records_the_version_of_numba_and_is_not_resumed_without_the_kernels(
-    folder: Path, lcp: Lcp
-) -> None:
+    folder, lcp
+):
     bench = "bench good.json --method auto --budget 0"
     lcpcli.use_kernels()
     assert lcp(f"{bench} -o bench.json").code == 0
@@ -74,9 +73,7 @@ def test_a_bench_records_the_version_of_numba_and_is_not_resumed_without_the_ker
     assert "numba" not in record(lcp(f"{bench} --format json"))["versions"]
 
 
-def test_another_value_of_the_variable_is_refused(
-    folder: Path, lcp: Lcp, kernels_by_default: Callable[[str], None]
-) -> None:
+def test_another_value_of_the_variable_is_refused(folder, lcp, kernels_by_default):
     (folder / "two.jsonl").write_text(2 * '{"M": [[2, 1], [1, 2]], "q": [-5, -6]}\n')
     kernels_by_default("yes")
     for command in (
@@ -91,8 +88,8 @@ def test_another_value_of_the_variable_is_refused(
 
 
 def test_without_numba_there_is_nothing_to_compile(
-    monkeypatch: pytest.MonkeyPatch, lcp: Lcp, kernels_by_default: Callable[[str], None]
-) -> None:
+    monkeypatch, lcp, kernels_by_default
+):
     for module in (help, options):
         monkeypatch.setattr(module, "has_numba", lambda: False)
     assert_refused(
@@ -103,9 +100,7 @@ def test_without_numba_there_is_nothing_to_compile(
     assert_refused(lcp("--version"), "lcp: LCPCLI_KERNELS: needs numba; pip install")
 
 
-def test_the_number_of_kernels_and_the_folder_of_the_cache_are_said_in_one_line(
-    lcp: Lcp,
-) -> None:
+def test_the_number_of_kernels_and_the_folder_of_the_cache_are_said_in_one_line(lcp):
     outcome = lcp("kernels")
     assert (outcome.code, outcome.err) == (0, "")
     found = re.fullmatch(
@@ -118,9 +113,7 @@ def test_the_number_of_kernels_and_the_folder_of_the_cache_are_said_in_one_line(
 
 
 @pytest.mark.slow("compiles all kernels")
-def test_all_kernels_are_compiled_ahead_of_time_with_a_bar_on_a_terminal(
-    tmp_path: Path,
-) -> None:
+def test_all_kernels_are_compiled_ahead_of_time_with_a_bar_on_a_terminal(tmp_path):
     own = os.environ | {"NUMBA_CACHE_DIR": str(tmp_path), "TERM": "xterm", KERNELS: ""}
     shown, lines = [], []
     for _ in range(2):

@@ -1,8 +1,6 @@
 """Processes that are killed while they write lose nothing and leave nothing broken: a
 few of the kills of benchmarks/kills.py."""
 
-from __future__ import annotations
-
 import sys
 from importlib.util import find_spec
 

@@ -1,8 +1,6 @@
 """Ctrl-C in the middle of long runs: what was found is printed, and the exit code is
 130. How long that takes is printed, as `pytest -s` shows, and never compared."""
 
-from __future__ import annotations
-
 import json
 import os
 import signal

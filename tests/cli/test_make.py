@@ -1,14 +1,11 @@
 """lcp make and lcp convert write problems, programs as programs, that are read again,
 and refuse the rest in a line."""
 
-from __future__ import annotations
-
 import json
 import subprocess
 import sys
 from itertools import pairwise
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 import pytest
@@ -21,7 +18,6 @@ from lcpcli.files.formats import COMPLETE, GENERAL_SUFFIXES
 from lcpcli.formulations.quadratic_program.program import Program
 from lcpcli.gallery import families as gallery
 from lcpcli.linalg.matrices import is_sparse
-from lcpcli.model.block_form import Blocks
 from lcpcli.model.problem import conditions_of
 
 from ..conftest import numbers
@@ -133,14 +129,14 @@ PORTFOLIO = contents.shipped_path("programs/portfolio.json")
 INF = np.inf
 
 
-def program(problem: Problem) -> tuple[Program, Blocks]:
+def program(problem):
     assert isinstance(problem.origin, Program)
     data = problem.origin.blocks(conditions_of(problem))
     assert data is not None
     return problem.origin, data
 
 
-def parts(problem: Problem, named: bool = True) -> list[Any]:
+def parts(problem, named=True):
     """All that a program consists of, in lists."""
     origin, data = program(problem)
     texts = [origin.rows, origin.columns, problem.name, problem.note] if named else []
@@ -162,7 +158,7 @@ def test_range_in_mps_starts_at_the_side_that_leads_to_the_other(low, high, tmp_
     assert ends == pytest.approx((low, high), rel=1e-15, abs=0)
 
 
-MIXED: dict[str, Any] = {
+MIXED = {
     "row_lower": [0.25, -INF, 3],
     "row_upper": [0.75, 9, 3],
     "lower": [-INF, 2],
@@ -251,7 +247,7 @@ RICH = Problem(
 )
 
 
-def files_of(path: Path) -> list[str]:
+def files_of(path):
     """The file of a problem, with that of q beside it."""
     q = path.with_suffix(f".q{path.suffix}")
     return [str(path), *([str(q)] if q.exists() else [])]

@@ -1,8 +1,6 @@
 """Many problems: a record each, in order, whatever is wrong with some; streams; logs
 that go on where they were cut."""
 
-from __future__ import annotations
-
 import json
 import os
 import re
@@ -10,7 +8,6 @@ import subprocess
 import sys
 import tempfile
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 import pytest
@@ -37,13 +34,13 @@ def files(folder):
     return folder
 
 
-def random_problem(seed: int, n: int = 5) -> lcpcli.Problem:
+def random_problem(seed, n=5):
     rng = np.random.default_rng(seed)
     M = rng.standard_normal((n, n))
     return lcpcli.Problem(M + np.diag(np.abs(M).sum(1)), rng.standard_normal(n))
 
 
-def line_of(problem: lcpcli.Problem) -> str:
+def line_of(problem):
     return json.dumps({"M": problem.M.tolist(), "q": problem.q.tolist()})
 
 
@@ -118,7 +115,7 @@ def test_files_of_M_and_q_and_whole_problems_come_in_any_order(lcp):
         assert_refused(lcp(f"solve {whole} q.csv"))
 
 
-def columns(k: int) -> tuple[lcpcli.Problem, Any]:
+def columns(k):
     """A problem in A.csv, and k other q for it in the columns of Q, in each format."""
     problem, Q = random_problem(1), np.random.default_rng(2).standard_normal((5, k))
     np.savetxt("A.csv", problem.M, delimiter=",")
@@ -237,7 +234,7 @@ def test_a_full_folder_of_temporary_files_is_named(lcp, in_folder, monkeypatch):
 BOTH = "solve good.json none.json"
 
 
-def records_of(text: str) -> list[dict[str, Any]]:
+def records_of(text):
     return [json.loads(line) for line in text.splitlines()]
 
 
@@ -414,7 +411,7 @@ def test_a_changed_q_of_two_files_is_not_taken_for_another_problem(lcp, folder):
     assert_refused(lcp(f"{line} --resume log.jsonl"), told)
 
 
-def place_of(record: dict[str, Any]) -> str:
+def place_of(record):
     item = record["item"]
     return record["file"] + ("" if item is None else f":{item}")
 
@@ -423,7 +420,7 @@ def place_of(record: dict[str, Any]) -> str:
 # what it names as gone or changed.
 OTHERS = [GOOD.replace("5", digit) for digit in "1234"]
 A, B, C, D = (f"{line}\n" for line in OTHERS)
-RESUMED: dict[str, tuple[dict[str, str], dict[str, str], list[str], list[str]]] = {
+RESUMED = {
     "added at the end": ({"b": A, "c": B}, {"b": A, "c": B, "d": C}, ["d"], []),
     "added in front": ({"b": A, "c": B}, {"a": C, "b": A, "c": B}, ["a"], []),
     "added twice": ({"b": A}, {"a": C, "b": A, "c": A}, ["a", "c"], []),

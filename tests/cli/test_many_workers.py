@@ -15,13 +15,12 @@ import sys
 import threading
 import time
 import warnings
-from collections.abc import Collection, Iterator
 from concurrent.futures import BrokenExecutor, Future
 from contextlib import contextmanager, suppress
 from itertools import product
 from pathlib import Path
 from types import SimpleNamespace
-from typing import IO, Any
+from typing import Any
 
 import numpy as np
 import pytest
@@ -45,7 +44,7 @@ MANY = 400
 PATIENCE = 60.0  # seconds until something that must happen has not
 
 
-def lines(k: int) -> list[str]:
+def lines(k):
     rng = np.random.default_rng(0)
     every = rng.standard_normal((k, 5, 5)) + 9 * np.eye(5)
     return [
@@ -54,14 +53,14 @@ def lines(k: int) -> list[str]:
     ]
 
 
-def until(holds: Any) -> None:
+def until(holds):
     end = time.monotonic() + PATIENCE
     while not holds():
         assert time.monotonic() < end
         time.sleep(0.01)
 
 
-def started_by(pid: int) -> list[int]:
+def started_by(pid):
     """The processes that solve problems for another."""
     children = Path(f"/proc/{pid}/task/{pid}/children").read_text().split()
     return [
@@ -71,14 +70,14 @@ def started_by(pid: int) -> list[int]:
     ]
 
 
-def seconds_of(pid: int) -> float:
+def seconds_of(pid):
     """How long a process has computed."""
     fields = Path(f"/proc/{pid}/stat").read_text().rpartition(")")[2].split()
     return int(fields[11]) / os.sysconf("SC_CLK_TCK")
 
 
 @contextmanager
-def solving(*options: str) -> Iterator[tuple[subprocess.Popen[bytes], IO[bytes]]]:
+def solving(*options):
     """A run of `lcp solve -` that gets its problems one by one."""
     process = subprocess.Popen(
         [*COMMAND, "solve", "-", *options],
@@ -93,18 +92,18 @@ def solving(*options: str) -> Iterator[tuple[subprocess.Popen[bytes], IO[bytes]]
         process.communicate()
 
 
-def give(stdin: IO[bytes], problems: list[str], log: Path | None = None) -> None:
+def give(stdin, problems, log=None):
     """Write problems to a run, and wait until some are in its log."""
     stdin.write("".join(f"{line}\n" for line in problems).encode())
     stdin.flush()
     until(lambda: log is None or (log.exists() and log.read_bytes().count(b"\n") >= 10))
 
 
-def items(log: Path) -> list[int]:
+def items(log):
     return [json.loads(line)["item"] for line in log.read_text().splitlines()]
 
 
-def assert_all_solved(process: subprocess.Popen[bytes], told: bytes, log: Path) -> None:
+def assert_all_solved(process, told, log):
     assert (process.returncode, told.decode()) == (
         0,
         f"lcp: {MANY} problems: {MANY} solved\n",
@@ -158,7 +157,7 @@ def test_ended_program_leaves_what_is_solved_and_no_process_and_goes_on_from_its
     assert_all_solved(process, told, log)
 
 
-def torn() -> None:
+def torn():
     """End the process that calls this in the middle of handing over a result."""
     frames = (each.frame.f_locals for each in inspect.stack())
     results = next(names["result_queue"] for names in frames if "result_queue" in names)
@@ -215,7 +214,6 @@ def test_processes_that_cannot_be_started_again_leave_what_is_solved(tmp_path):
             give(stdin, problems[200:])
         process.wait(PATIENCE)
         print(f"ended after {time.monotonic() - begun:.1f} s")
-        assert process.stderr is not None
         told = process.stderr.read().decode()
     assert (process.returncode, told.count("\n")) == (1, 1), told
     assert told.startswith("lcp: --jobs: a process cannot be started (Too many open")
@@ -259,7 +257,7 @@ def test_work_that_takes_long_comes_back_without_the_rest(monkeypatch):
         ] == expected
 
 
-def scheduler_and_workers(folder: Path) -> list[subprocess.Popen[bytes]]:
+def scheduler_and_workers(folder):
     """A Dask scheduler, whose address is in a file, and two workers."""
     python, file = sys.executable, str(folder / "scheduler.json")
     quiet = {"stdout": subprocess.DEVNULL, "stderr": subprocess.DEVNULL}
@@ -372,16 +370,16 @@ def test_cluster_that_cannot_be_there_is_told_in_a_line(address, fault):
     assert len(told.splitlines()) == 1
 
 
-def problems(n: int) -> Iterator[Input]:
+def problems(n):
     """Problems that are numbered from 1."""
     return (Input((InputFile(f"{k}.json", b"{}", k),)) for k in range(1, n + 1))
 
 
-def solved(*texts: Any, seconds: float = 1.0) -> tuple[list[list[TaskRecord]], float]:
+def solved(*texts, seconds=1.0):
     return [[TaskRecord(str(text), "solved", 0)] for text in texts], seconds
 
 
-def told(task: Any, n: int, pool: Any, in_order: bool) -> list[str]:
+def told(task, n, pool, in_order):
     """The records of n problems, as they come."""
     return [
         record.text for record in tasks.all_records(task, problems(n), pool, in_order)
@@ -395,13 +393,11 @@ class Deadly:
     kill_error, end_errors = BrokenExecutor, (OSError,)
     size, max_items = 1, 256
 
-    def __init__(
-        self, always: Collection[int] = (), once: Collection[int] = ()
-    ) -> None:
+    def __init__(self, always=(), once=()):
         self.always, self.once = set(always), set(once)
 
-    def submit(self, _: Any, works: list[Input]) -> Future[Any]:
-        future: Future[Any] = Future()
+    def submit(self, _, works):
+        future = Future()
         numbers = {work.line for work in works}
         if numbers & (self.always | self.once):
             self.once -= numbers
@@ -412,10 +408,10 @@ class Deadly:
 
     all_of = submit
 
-    def check_alive(self) -> None:
+    def check_alive(self):
         """There is one process."""
 
-    def records_of_loss(self, work: Input, message: str) -> list[TaskRecord]:
+    def records_of_loss(self, work, message):
         return [TaskRecord(f"{work.line}: {message}", "breakdown", 1)]
 
 
@@ -461,8 +457,8 @@ def test_second_attempt_is_alone_though_another_piece_has_a_rest_that_kills():
 
 
 def test_only_so_much_is_read_ahead_as_keeps_the_processes_busy():
-    pool: Any = Deadly()
-    read: list[Input] = []
+    pool = Deadly()
+    read = []
     works = (read.append(work) or work for work in problems(10_000))
     records = tasks.all_records(pool, works, pool, in_order=True)
     for _ in range(10):
@@ -471,8 +467,8 @@ def test_only_so_much_is_read_ahead_as_keeps_the_processes_busy():
 
 
 def test_behind_one_that_takes_long_more_and_more_are_handed_over_at_once():
-    slow: Future[Any] = Future()
-    sizes: list[int] = []
+    slow = Future()
+    sizes = []
 
     class Slow(Deadly):
         def submit(self, _, works):
@@ -503,18 +499,18 @@ class Stuck(Deadly):
 
     max_items = 1
 
-    def __init__(self, until: int, length: int) -> None:
+    def __init__(self, until, length):
         super().__init__()
         self.first: Future[Any] = Future()
         self.solved, self.until, self.length = 0, until, length
 
-    def submit(self, _: Any, works: list[Input]) -> Future[Any]:
+    def submit(self, _, works):
         if works[0].line == 1:
             return self.first
         self.solved += 1
         if self.solved == self.until:
             self.first.set_result(solved(1))
-        future: Future[Any] = Future()
+        future = Future()
         future.set_result(solved(f"{works[0].line}".rjust(self.length)))
         return future
 
@@ -530,7 +526,7 @@ def test_in_order_only_what_has_room_is_solved_behind_one_that_takes_long():
     length = tasks.MAX_BYTES // 100
     pool = Stuck(until=90, length=length)
     assert [int(text) for text in told(pool, 200, pool, True)] == [*range(1, 201)]
-    stuck: Any = Stuck(until=1000, length=length)
+    stuck = Stuck(until=1000, length=length)
     held = tasks.all_records(stuck, problems(200), stuck, in_order=True)
     thread = threading.Thread(target=lambda: next(held), daemon=True)
     thread.start()
@@ -549,7 +545,7 @@ def test_ctrl_c_while_a_record_is_written_costs_no_other_one(in_order):
         def stop(self):
             return True
 
-    pool: Any = Stopping()
+    pool = Stopping()
     records = tasks.all_records(pool, problems(100), pool, in_order)
     texts = [next(records).text for _ in range(10)]
     texts.append(records.throw(KeyboardInterrupt).text)
@@ -572,7 +568,7 @@ def test_columns_of_one_matrix_are_taken_in_parts_and_nothing_beside_them_is_los
 
     ahead = tasks.Ahead(works(), threading.Event())
     assert all_read.wait(60)
-    taken: list[Any] = []
+    taken = []
     while together := ahead.take(3):
         taken += together
     assert [work for work in taken if isinstance(work, Input)] == single

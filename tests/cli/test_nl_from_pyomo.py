@@ -5,7 +5,6 @@ from __future__ import annotations
 import os
 import re
 import sys
-from collections.abc import Callable
 from typing import Any
 
 import pytest
@@ -39,7 +38,7 @@ def on_the_path(tmp_path, monkeypatch):
     return executable
 
 
-def solved(model: Any, **options: Any) -> str:
+def solved(model, **options):
     return str(
         pyomo.SolverFactory("asl:lcp")
         .solve(model, options=options)
@@ -50,7 +49,7 @@ def solved(model: Any, **options: Any) -> str:
 @pytest.mark.usefixtures("in_folder")
 def test_examples_of_the_page_print_what_they_say(capfd):
     """One after the other, as a reader would type them."""
-    names: dict[str, Any] = {}
+    names = {}
     for example in EXAMPLES:
         exec(example, names)
         printed = capfd.readouterr().out.splitlines()
@@ -134,13 +133,13 @@ def test_lcp_stands_in_the_place_of_path(on_the_path):
     assert model.p.value == pytest.approx(2, rel=1e-8)
 
 
-def forms() -> dict[str, tuple[Any, list[float]]]:
+def forms():
     """The forms of complements, each as the conditions of x and y, and the solution of
     2 x + y = 5 and x + 2 y = 6, or of what bounds make of it."""
     inside, usual = pyomo.inequality, [4 / 3, 7 / 3]
     nonnegative = {"within": pyomo.NonNegativeReals}
 
-    def of(condition: Callable[[Any], Any], **bounds: Any) -> Any:
+    def of(condition, **bounds):
         model = pyomo.ConcreteModel()
         model.x = pyomo.Var(**bounds.get("x", {}))
         model.y = pyomo.Var(**bounds.get("y", {}))
@@ -149,7 +148,7 @@ def forms() -> dict[str, tuple[Any, list[float]]]:
         model.d = mpec.Complementarity(expr=other)
         return model
 
-    def f(m: Any) -> Any:
+    def f(m):
         return 2 * m.x + m.y - 5
 
     return {
@@ -188,7 +187,7 @@ def test_each_form_of_a_condition_is_solved_and_its_auxiliary_variable_comes_las
         assert {"x", "y"} <= set(first)
 
 
-def program(**options: Any) -> Any:
+def program(**options):
     model = pyomo.ConcreteModel()
     model.x = pyomo.Var(within=options.get("within", pyomo.NonNegativeReals))
     model.y = pyomo.Var(within=pyomo.NonNegativeReals)
@@ -230,7 +229,7 @@ def test_program_without_a_minimizer_is_reported_as_such(caplog):
     assert "stationary point and need not be a minimizer" in caplog.text
 
 
-def refusals() -> dict[str, tuple[Any, str]]:
+def refusals():
     leader = forms()["variable first"][0]
     leader.u = pyomo.Var(bounds=(0, 1))
     leader.o = pyomo.Objective(expr=leader.x + leader.u)

@@ -1,7 +1,5 @@
 """Models of AMPL in the commands, and lcp in the place of a solver that AMPL calls."""
 
-from __future__ import annotations
-
 import gzip
 import json
 from types import SimpleNamespace

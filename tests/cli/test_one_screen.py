@@ -1,8 +1,6 @@
 """What newcomers write, and what they see: M and q in two files, one line for a
 mistake, tables within the terminal."""
 
-from __future__ import annotations
-
 import json
 import re
 

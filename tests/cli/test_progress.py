@@ -1,15 +1,11 @@
 """The progress of long steps on a terminal: what is being done, and how much of a
 total."""
 
-from __future__ import annotations
-
 import re
 import sys
 import threading
 import time
-from collections.abc import Callable
 from pkgutil import resolve_name
-from typing import Any
 
 import pytest
 
@@ -20,7 +16,7 @@ from .terminals import Terminal, lines_in
 MAX_SECONDS = 60  # that a step waits for its name
 
 
-def watched(monkeypatch: pytest.MonkeyPatch) -> Terminal:
+def watched(monkeypatch):
     """Standard error, from now on a terminal on which progress is shown at once."""
     stream = Terminal()
     monkeypatch.setattr(sys, "stderr", stream)
@@ -65,8 +61,8 @@ def test_long_step_is_named_with_the_time_so_far(line, lcp, monkeypatch):
     name, text = LONG_STEPS[line]
     others = set(threading.enumerate())  # such as of calls that were abandoned
     stream = watched(monkeypatch)
-    step: Callable[..., Any] = resolve_name(name)
-    named_in_time: list[bool] = []
+    step = resolve_name(name)
+    named_in_time = []
 
     def long_step(*given, **named):
         end = time.monotonic() + MAX_SECONDS

@@ -1,17 +1,15 @@
 """Command lines that cannot be run are refused in one line with the option or the file,
 the fault and how to mend it, before anything is solved or written."""
 
-from __future__ import annotations
-
 import json
 from pathlib import Path
 
 import pytest
 
-from ..refusals import Files, Refusal, commands
+from ..refusals import commands
 from . import models
 
-GOOD: Files = {
+GOOD = {
     "good.json": '{"M": [[2, 0], [0, 2]], "q": [-1, -1]}',
     "none.json": '{"M": [[0, -1], [1, 0]], "q": [-1, -1]}',
     "M.csv": "2,0\n0,2\n",
@@ -314,7 +312,7 @@ convert bimatrix -o b.mps
 )
 
 PROBLEM = '{"M": [[2, 1], [1, 2]], "q": [-5, -6]}'
-INPUTS: Files = {
+INPUTS = {
     "p.json": PROBLEM,
     "soft.json": Path("p.json"),
     "to.json": PROBLEM.replace("-5", "5"),
@@ -617,7 +615,7 @@ check good.json trials.jsonl => trials.jsonl: {ENTRIES:3 results|good}; {AS_A_FI
     {**GOOD, "entry.efg": TREE},
 )
 
-REFUSALS: list[Refusal] = [
+REFUSALS = [
     *(*WORDS, *NUMBERS, *METHODS, *STARTS, *BOUNDS, *OF_Q, *OUTPUTS, *OVERWRITTEN),
     *(*MANY, *ALL, *PATHS, *MAKE, *MODELS, *ANSWERS),
 ]

@@ -1,12 +1,9 @@
 """Input that cannot be used costs one line on standard error, which names the file, the
 field and what to do, and the exit code 2."""
 
-from __future__ import annotations
-
 import io
 import json
 from fractions import Fraction
-from typing import Any
 
 import numpy as np
 import pytest
@@ -14,12 +11,12 @@ from scipy import sparse
 
 from .conftest import assert_refused, record
 
-LCP: dict[str, Any] = {"M": [[2, 1], [1, 2]], "q": [-5, -6]}
-QP: dict[str, Any] = {"Q": [[2, 0], [0, 2]], "c": [-2, -4]}
-QPSOLVERS: dict[str, Any] = {"P": [[2, 0], [0, 2]], "q": [-2, -4]}
-OSQP: dict[str, Any] = {"P": [[2, 0], [0, 2]], "q": [-2, -4], "A": [[1, 1]]}
-GAME: dict[str, Any] = {"A": [[3, 0], [0, 2]], "B": [[2, 0], [0, 3]]}
-COO: dict[str, Any] = {
+LCP = {"M": [[2, 1], [1, 2]], "q": [-5, -6]}
+QP = {"Q": [[2, 0], [0, 2]], "c": [-2, -4]}
+QPSOLVERS = {"P": [[2, 0], [0, 2]], "q": [-2, -4]}
+OSQP = {"P": [[2, 0], [0, 2]], "q": [-2, -4], "A": [[1, 1]]}
+GAME = {"A": [[3, 0], [0, 2]], "B": [[2, 0], [0, 3]]}
+COO = {
     "format": "coo",
     "shape": [2, 2],
     "rows": [0, 1],
@@ -28,7 +25,7 @@ COO: dict[str, Any] = {
 }
 
 # An object in JSON, and the field and the fault that the line names.
-JSON: list[tuple[dict[str, Any], str]] = [
+JSON = [
     # numbers as texts that are none
     (LCP | {"M": [[2, "x"], [1, 2]]}, "M[0][1]: is the text 'x'"),
     (LCP | {"M": [["1/0", 1], [1, 2]]}, "M[0][0]: is the text '1/0'"),
@@ -112,12 +109,12 @@ CSV = [
 ]
 
 
-def archive(**arrays: Any) -> bytes:
+def archive(**arrays):
     np.savez(file := io.BytesIO(), **arrays)
     return file.getvalue()
 
 
-def objects(value: Any) -> Any:
+def objects(value):
     found = np.empty((), dtype=object)
     found[()] = value
     return found
@@ -180,7 +177,7 @@ def test_a_number_that_is_0_only_in_double_precision_is_refused(
 
 
 # Of each the solutions would be those of 0 in the place of a number.
-LOST_IN_FORMULATIONS: list[dict[str, Any]] = [
+LOST_IN_FORMULATIONS = [
     {"Q": [["1e-400"]], "c": ["-1e-400"]},
     {"Q": [["-1e-400"]], "c": [1]},
     {"Q": [[1]], "c": [-1], "A": [["1e-400"]], "row_lower": ["2e-400"]},

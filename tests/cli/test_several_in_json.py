@@ -1,8 +1,6 @@
 """Several results in one file: a list in a .json file, lines in a .jsonl file, and both
 read again; and names of files that begin like numbers."""
 
-from __future__ import annotations
-
 import json
 
 import pytest

@@ -2,8 +2,6 @@
 raised, with the exit code of the signal, nothing half-written is left, and no traceback
 is seen."""
 
-from __future__ import annotations
-
 import io
 import itertools
 import json
@@ -14,12 +12,10 @@ import signal
 import subprocess
 import sys
 import time
-from collections.abc import Callable
 from contextlib import suppress
 from importlib.machinery import ExtensionFileLoader
 from pathlib import Path
 from types import ModuleType
-from typing import Any
 
 import numpy as np
 import pytest
@@ -90,12 +86,12 @@ def stopped(lcp, folder, monkeypatch):
     return run
 
 
-def _has_a_bound(search: Any, *_: Any) -> bool:
+def _has_a_bound(search, *_):
     return search.value is not None and search.bound("time_limit") is not None
 
 
 # The command, and the call at which it is stopped.
-STAGES: dict[str, tuple[str, str, Any, list[dict[str, Any]]]] = {
+STAGES = {
     "an iteration": (SHI, "solving.loop.in_range", 2, [CUT | {"iterations": 2}]),
     "a path": (
         "path from.npz to.npz",
@@ -403,7 +399,7 @@ def test_signal_waits_until_files_are_whole(number, tmp_path):
     def handler(*_):
         seen.append({path.name: path.read_text() for path in tmp_path.iterdir()})
 
-    seen: list[dict[str, str]] = []
+    seen = []
     usual = signal.signal(number, handler)
     try:
         atomic_write.write_together(
@@ -450,7 +446,7 @@ def test_ctrl_c_that_the_caller_ignores_stays_ignored(lcp):
 
 
 PROBLEM = lcpcli.Problem([[2, 1], [1, 2]], [-5, -6])
-CALLS: dict[str, Callable[..., Any]] = {
+CALLS = {
     "run": lcpcli.run,
     "solve": lambda problem, **options: lcpcli.solve(problem.M, problem.q, **options),
     "solve_many of problems": lambda problem, **options: next(

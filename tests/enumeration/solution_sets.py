@@ -8,11 +8,10 @@ directions that lie in all but one of these.
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Sequence
 from fractions import Fraction
 from itertools import combinations, product
 from math import gcd, lcm
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
@@ -42,7 +41,7 @@ class Polyhedron(NamedTuple):
     equations: list[Row]
     inequalities: list[Row]
 
-    def holds(self, hull: Hull) -> bool:
+    def holds(self, hull):
         points = [(*vertex, Fraction(1)) for vertex in hull.vertices]
         rays = [(*ray, Fraction(0)) for ray in hull.rays]
         lines = [(*line, Fraction(0)) for line in hull.lines]
@@ -54,7 +53,7 @@ class Polyhedron(NamedTuple):
             for x in points + rays + [*lines, *map(negative, lines)]
         )
 
-    def hull(self, n: int) -> Hull | None:
+    def hull(self, n):
         """Its vertices, rays and lines; None if it is empty."""
         lines = null_space([row[:-1] for row in self.equations + self.inequalities], n)
         across = [
@@ -82,7 +81,7 @@ class Polyhedron(NamedTuple):
         return Hull(frozenset(vertices), frozenset(rays), frozenset(lines))
 
 
-def maximal(data: Data) -> set[Hull]:
+def maximal(data):
     n = len(data.q)
     found = [
         (each, hull) for each in choices(data) if (hull := each.hull(n)) is not None
@@ -95,7 +94,7 @@ def maximal(data: Data) -> set[Hull]:
     }
 
 
-def choices(data: Data) -> Iterator[Polyhedron]:
+def choices(data):
     """The polyhedron of each choice of states."""
     n = len(data.q)
     options = []
@@ -119,9 +118,7 @@ def choices(data: Data) -> Iterator[Polyhedron]:
         )
 
 
-def canonical(
-    vertices: Iterable[Row], rays: Iterable[Row], lines: Sequence[Row]
-) -> Hull:
+def canonical(vertices, rays, lines):
     """A hull from any generators of it."""
     reduced_lines = [
         primitive(line)
@@ -139,7 +136,7 @@ def canonical(
     )
 
 
-def across(point: Row, lines: Sequence[Row]) -> Row:
+def across(point, lines):
     """The point moved along lines in reduced form to where their leading components are
     0."""
     for line in lines:
@@ -148,7 +145,7 @@ def across(point: Row, lines: Sequence[Row]) -> Row:
     return point
 
 
-def reduced(rows: Sequence[Row], n: int | None) -> list[Row]:
+def reduced(rows, n):
     """The rows other than 0 of the reduced row echelon form, by the first n columns or
     by all."""
     left, done = [list(row) for row in rows], []
@@ -169,7 +166,7 @@ def reduced(rows: Sequence[Row], n: int | None) -> list[Row]:
     return [tuple(row) for row in done + left if any(row)]
 
 
-def solved(rows: Sequence[Row], n: int) -> Row | None:
+def solved(rows, n):
     """The one z with a'z + b = 0 for all rows, if there is exactly one."""
     found = reduced(rows, n)
     if len(found) != n or not all(any(row[:-1]) for row in found):
@@ -177,7 +174,7 @@ def solved(rows: Sequence[Row], n: int) -> Row | None:
     return tuple(-row[-1] for row in sorted(found, key=leading))
 
 
-def null_space(rows: Sequence[Row], n: int) -> list[Row]:
+def null_space(rows, n):
     """The directions in which all a'z are 0, a basis of them in reduced row echelon
     form."""
     found = reduced(rows, n)
@@ -190,28 +187,26 @@ def null_space(rows: Sequence[Row], n: int) -> list[Row]:
     return reduced(basis, n)
 
 
-def primitive(v: Row) -> Row:
+def primitive(v):
     """The multiple in integers without a common divisor."""
     d = lcm(*(value.denominator for value in v))
     whole = [int(value * d) for value in v]
     return tuple(Fraction(value, gcd(*whole) or 1) for value in whole)
 
 
-def leading(row: Sequence[Fraction]) -> int:
+def leading(row):
     return next(j for j, value in enumerate(row) if value)
 
 
-def negative(row: Row) -> Row:
+def negative(row):
     return tuple(-value for value in row)
 
 
-def dot(a: Row, b: Row) -> Fraction:
+def dot(a, b):
     return sum((x * y for x, y in zip(a, b, strict=True)), Fraction(0))
 
 
-def random_problem(
-    generator: np.random.Generator, most: int, least: int = 1
-) -> tuple[Any, Any, Any, Any]:
+def random_problem(generator, most, least=1):
     """M, q, l and u of small integers, most of them degenerate or singular; half of
     them are LCPs."""
     n, size = int(generator.integers(least, most + 1)), int(generator.integers(1, 3))
@@ -243,7 +238,7 @@ def random_problem(
     return M.astype(float), q.astype(float), lower, upper
 
 
-def in_fractions(M: Any, q: Any, lower: Any, upper: Any) -> Data:
+def in_fractions(M, q, lower, upper):
     bounds = [
         [Fraction(v) if np.isfinite(v) else None for v in bound.tolist()]
         for bound in (lower, upper)

@@ -1,8 +1,6 @@
 """`lcp solve` says whether a solution is the only one, as far as it is proved for the
 numbers as written."""
 
-from __future__ import annotations
-
 import json
 import os
 
@@ -21,7 +19,7 @@ from lcpcli.solving.proof import with_reference
 COUNT = int(os.environ.get("LCP_ORACLE", "20"))
 
 
-def found(problem: Problem, z: np.ndarray) -> others.Findings:
+def found(problem, z):
     return others.search_others(problem, z, lambda: ExactProblem.of_decimals(problem))
 
 
@@ -125,7 +123,7 @@ def test_error_in_the_search_for_others_leaves_the_solution(lcp, monkeypatch, tm
     assert (outcome.code, held["solved"], held["others"]) == (0, True, None)
 
 
-def with_ones(generator: np.random.Generator, n: int, twins: bool) -> np.ndarray:
+def with_ones(generator, n, twins):
     """A sparse matrix with ones on the diagonal: the others 1 or -1, or with two equal
     rows."""
     values = (

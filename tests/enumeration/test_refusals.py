@@ -1,14 +1,12 @@
 """Searches for all solutions that cannot end are refused in one line."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 
-from ..refusals import Refusal, calls, raised
+from ..refusals import calls, raised
 
 NAMES = {"coupled": np.eye(700) + np.eye(700, k=1) * (np.arange(700) < 600)}
-REFUSALS: list[Refusal] = [
+REFUSALS = [
     *calls(
         "ParameterError",
         r"""

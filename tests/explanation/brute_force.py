@@ -1,57 +1,46 @@
 """What `why` is compared with: small problems, of which every combination of states is
 tried, with the simplex method in integers on each."""
 
-from __future__ import annotations
-
-from collections.abc import Collection, Iterable, Iterator, Sequence
 from fractions import Fraction
 from itertools import chain, product
 
 import numpy as np
 
 import lcpcli
-from lcpcli.explanation.conditions import COMPLEMENTARITY, LOWER, SIGN, UPPER, Condition
+from lcpcli.explanation.conditions import COMPLEMENTARITY, LOWER, SIGN, UPPER
 from lcpcli.rational.dictionary import Dictionary
 
-Affine = list[int]  # a constant, and then the coefficients of unknowns
-Part = tuple[Affine, bool]  # an affine form that is nonnegative, or if True, 0
 Key = tuple[str, int]  # the kind of a condition, and its component
 
 
 class Small:
     """A problem of integers. lower, upper : bounds, None for none."""
 
-    def __init__(
-        self,
-        M: Sequence[Sequence[int]],
-        q: Sequence[int],
-        lower: Sequence[int | None],
-        upper: Sequence[int | None],
-    ) -> None:
+    def __init__(self, M, q, lower, upper):
         self.M, self.q, self.lower, self.upper = M, q, lower, upper
         self.n = len(q)
 
     @classmethod
-    def random(cls, seed: int, most: int, is_mixed: bool) -> Small:
+    def random(cls, seed, most, is_mixed):
         """A problem of at most so many unknowns, with bounds of all kinds or as an
         LCP."""
         random = np.random.default_rng(seed)
         n = int(random.integers(1, most + 1))
         M = random.integers(-3, 4, (n, n)) * (random.random((n, n)) < 0.7)
-        lower: list[int | None] = [0] * n
-        upper: list[int | None] = [None] * n
+        lower = [0] * n
+        upper = [None] * n
         for i in range(n if is_mixed else 0):
             low, kind = int(random.integers(-2, 3)), int(random.integers(5))
             lower[i] = None if kind in (0, 1) else low
             upper[i] = {1: low, 2: low + int(random.integers(3))}.get(kind)
         return cls(M.tolist(), random.integers(-4, 4, n).tolist(), lower, upper)
 
-    def problem(self) -> lcpcli.Problem:
+    def problem(self):
         lower = [-np.inf if end is None else end for end in self.lower]
         upper = [np.inf if end is None else end for end in self.upper]
         return lcpcli.Problem(self.M, self.q, lower=lower, upper=upper)
 
-    def keys(self) -> list[Key]:
+    def keys(self):
         """All conditions, by the definition of a mixed problem."""
         found = list[Key]()
         for i, (low, high) in enumerate(zip(self.lower, self.upper, strict=True)):
@@ -63,7 +52,7 @@ class Small:
             found += [(COMPLEMENTARITY, i)] * (not is_fixed)
         return found
 
-    def polyhedra(self, key: Key, has_changes: bool = False) -> list[list[Part]]:
+    def polyhedra(self, key, has_changes=False):
         """The polyhedra whose union a condition is, in terms of z, or of z and the
         rises and falls of q."""
         kind, i = key
@@ -93,15 +82,15 @@ class Small:
             [([-a for a in below], False), (minus, False)],
         ]
 
-    def is_possible(self, keys: Iterable[Key]) -> bool:
+    def is_possible(self, keys):
         """Whether some conditions hold together at some point."""
         choices = product(*map(self.polyhedra, keys))
         return any(_has_point([*chain(*each)], self.n) for each in choices)
 
-    def is_solvable(self) -> bool:
+    def is_solvable(self):
         return self.is_possible(self.keys())
 
-    def least_change(self) -> Fraction | None:
+    def least_change(self):
         """The least sum of the sizes of changes of q that make it solvable; None if
         none does."""
         choices = product(*(self.polyhedra(key, True) for key in self.keys()))
@@ -109,7 +98,7 @@ class Small:
         return min((value for value in values if value is not None), default=None)
 
 
-def unsolvable(count: int, most: int, is_mixed: bool) -> Iterator[tuple[int, Small]]:
+def unsolvable(count, most, is_mixed):
     """So many problems without a solution, with their seeds."""
     seed = 0
     while count:
@@ -120,21 +109,21 @@ def unsolvable(count: int, most: int, is_mixed: bool) -> Iterator[tuple[int, Sma
         seed += 1
 
 
-def keys_of(conditions: Collection[Condition]) -> list[Key]:
+def keys_of(conditions):
     return [(each.kind, each.at) for each in conditions]
 
 
 FIRST_UNKNOWN, SUM = 1000, 2000  # beyond the numbers of the parts
 
 
-def _dictionary(parts: Sequence[Part], columns: int) -> Dictionary:
+def _dictionary(parts, columns):
     """The parts, from 0 on, in terms of the unknowns."""
     rows = {k: list(form) for k, (form, _) in enumerate(parts)}
     unknowns = [FIRST_UNKNOWN + j for j in range(columns)]
     return Dictionary(rows, unknowns, (), lambda: None)
 
 
-def _holds(here: Dictionary, parts: Sequence[Part]) -> bool:
+def _holds(here, parts):
     """Whether all parts hold somewhere; moves to such a point."""
     return all(
         here.vanish(k) if is_zero else here.require(k)
@@ -142,11 +131,11 @@ def _holds(here: Dictionary, parts: Sequence[Part]) -> bool:
     )
 
 
-def _has_point(parts: Sequence[Part], n: int) -> bool:
+def _has_point(parts, n):
     return _holds(_dictionary(parts, n), parts)
 
 
-def _least(parts: Sequence[Part], n: int) -> Fraction | None:
+def _least(parts, n):
     """The least sum of rises and falls with which all parts hold."""
     here = _dictionary(parts, 3 * n)
     here.signed |= {FIRST_UNKNOWN + j for j in range(n, 3 * n)}

@@ -5,14 +5,13 @@ of HiGHS where no basis is degenerate."""
 from __future__ import annotations
 
 from fractions import Fraction
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 import pytest
 
 import lcpcli
 from lcpcli.errors import ProblemError
-from lcpcli.explanation.ranges import Range
 from lcpcli.rational.exact_problem import ExactProblem
 
 FIELDS = ("q", "lower", "upper")
@@ -28,11 +27,11 @@ class Partition(NamedTuple):
     positive: frozenset[int]
     negative: frozenset[int]
 
-    def inside(self) -> set[int]:
+    def inside(self):
         return {*(self.above & self.below)}
 
 
-def partition_of(data: ExactProblem | None) -> Partition | None:
+def partition_of(data):
     """The optimal partition, by all solutions of a problem, which form a polyhedron;
     None if there is none."""
     if data is None:
@@ -66,9 +65,7 @@ def partition_of(data: ExactProblem | None) -> Partition | None:
     return Partition(*map(frozenset, own))
 
 
-def moved(
-    data: ExactProblem, field: str, i: int, value: Fraction
-) -> ExactProblem | None:
+def moved(data, field, i, value):
     """The problem with another number; None if its bounds cross then."""
     q = [Fraction(*each) for each in zip(data.constants, data.scales, strict=True)]
     numbers = {"q": q, "lower": list(data.lower), "upper": list(data.upper)}
@@ -85,7 +82,7 @@ def moved(
     return ExactProblem(problem, data.M, q, numbers["lower"], numbers["upper"])
 
 
-def convex_problem(seed: int) -> lcpcli.Problem:
+def convex_problem(seed):
     """A problem with a positive semidefinite M, often singular and degenerate, every
     other one with bounds of all kinds."""
     random = np.random.default_rng(seed)
@@ -120,9 +117,7 @@ def test_the_partition_is_the_same_inside_and_another_one_outside(seed):
                 _check_ends(data, base, field, i, own)
 
 
-def _check_inside(
-    data: ExactProblem, base: Partition, field: str, i: int, own: Range
-) -> None:
+def _check_inside(data, base, field, i, own):
     low = own.value - 7 if own.below is None else own.below.value
     high = own.value + 7 if own.above is None else own.above.value
     assert low <= own.value <= high
@@ -131,14 +126,11 @@ def _check_inside(
         assert partition_of(moved(data, field, i, value)) == base
 
 
-def _check_ends(
-    data: ExactProblem, base: Partition, field: str, i: int, own: Range
-) -> None:
+def _check_ends(data, base, field, i, own):
     for end, side in ((own.below, -1), (own.above, 1)):
         if end is None:
             continue
         there = moved(data, field, i, end.value)
-        assert there is not None
         assert there.is_solution(end.z)
         beyond = partition_of(moved(data, field, i, end.value + side * NEAR))
         assert beyond != base
@@ -160,7 +152,6 @@ def test_ranges_hold_where_equations_depend_on_others_and_solutions_on_a_line():
     assert base is not None
     assert found.complete
     (own, *_) = found.ranges["lower"]
-    assert own is not None
     assert (own.below and own.below.value, own.above and own.above.value) == (0, 0)
     for field in FIELDS:
         for i, each in enumerate(found.ranges[field]):
@@ -179,7 +170,6 @@ def test_a_range_belongs_to_the_solution_of_a_problem_that_has_several():
         for end in (own.below, own.above):
             if end is not None:
                 there = moved(found.data, "q", i, end.value)
-                assert there is not None
                 assert there.is_solution(end.z)
 
 
@@ -192,7 +182,7 @@ def test_what_is_said_of_ranges_names_the_solution_unless_m_is_monotone():
     assert monotone.message.endswith("each range is known")
 
 
-def random_program(seed: int) -> dict[str, Any]:
+def random_program(seed):
     random = np.random.default_rng(seed)
     m, k = random.integers(1, 7), random.integers(2, 8)
     A = np.round(random.normal(size=(m, k)) * (random.random((m, k)) < 0.6), 2)
@@ -205,7 +195,7 @@ def random_program(seed: int) -> dict[str, Any]:
     return {"c": c, "A": A, **bounds, "lower": np.zeros(k)}
 
 
-def _is_degenerate(highs: Any, basic: Any, program: dict[str, Any]) -> bool:
+def _is_degenerate(highs, basic, program):
     """Whether a basic variable is at a bound, or the reduced cost of another one is
     0."""
     solution, basis = highs.getSolution(), highs.getBasis()
@@ -268,7 +258,7 @@ def test_ranges_of_programs_are_those_of_highs_where_no_basis_is_degenerate():
     assert compared > 150
 
 
-def _assert_near(own: Range, low: float, high: float) -> None:
+def _assert_near(own, low, high):
     for end, other in ((own.below, low), (own.above, high)):
         assert (end is None) == (abs(other) > 1e29)
         if end is not None:
@@ -281,13 +271,7 @@ def test_ends_of_ranges_have_the_objective_and_the_basis_a_smaller_range():
     problem = lcpcli.from_qp(None, [1, 1, 3], [[1, 1, 1]], row_lower=[4])
     found = lcpcli.why(problem)
     first, _, third, side = found.ranges["q"]
-    assert first is not None
-    assert third is not None
-    assert side is not None
-    assert first.below is not None
-    assert first.above is not None
     assert first.below.value == first.above.value == first.value == 1
-    assert third.below is not None
     assert (third.below.value, third.below.objective) == (1, 4)
     assert (side.below and side.below.value, side.above) == (0, None)
     assert first.basis in {(None, 1), (0, 1), (1, None)}
@@ -298,8 +282,6 @@ def test_moving_a_number_beyond_a_crossing_of_bounds_is_refused_by_problems():
     problem = lcpcli.Problem([[1]], [-9], lower=[0], upper=[2])
     found = lcpcli.why(problem)
     (lower,) = found.ranges["lower"]
-    assert lower is not None
-    assert lower.above is not None
     assert lower.above.value == 2
     with pytest.raises(ProblemError):
         lcpcli.Problem([[1]], [-9], lower=[3], upper=[2])

@@ -1,12 +1,8 @@
 """lcp why: what it says, in the names of the input and as JSON, its exit codes, and
 what is known at a limit and after Ctrl-C."""
 
-from __future__ import annotations
-
 import json
 import signal
-from collections.abc import Callable
-from typing import Any
 
 import numpy as np
 import pytest
@@ -142,10 +138,10 @@ def test_a_kept_condition_is_not_blamed_but_its_numbers_may_change(lcp):
     assert not {"protein", "weight"} & {*said.replace(";", "").split()}
 
 
-def _raising(number: int) -> Callable[..., Any]:
+def _raising(number):
     """A function that gets a signal."""
 
-    def run(*_: Any) -> Any:
+    def run(*_):
         signal.raise_signal(number)
         lcpcli.interrupts.raise_if_timed_out()
         pytest.fail("nothing ended the search")
@@ -160,7 +156,7 @@ def test_an_interrupt_shows_what_is_known(number, code, lcp):
     def shown(name):
         outcome = lcp(f"why {name} --format json")
         assert (outcome.code, outcome.err) == (code, "")
-        found: dict[str, Any] = json.loads(outcome.out)
+        found = json.loads(outcome.out)
         assert found["complete"] is False
         return found
 

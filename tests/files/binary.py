@@ -1,28 +1,25 @@
 """Contents of binary files: archives of arrays, MAT files and single arrays."""
 
-from __future__ import annotations
-
 import io
 import zipfile
-from typing import Any
 
 import numpy as np
 from scipy.io import savemat
 
 
-def archive(*unnamed: Any, **named: Any) -> bytes:
+def archive(*unnamed, **named):
     file = io.BytesIO()
     np.savez(file, *unnamed, **named)
     return file.getvalue()
 
 
-def mat(**variables: Any) -> bytes:
+def mat(**variables):
     file = io.BytesIO()
     savemat(file, variables)
     return file.getvalue()
 
 
-def npy(array: Any, shape: tuple[int, ...] | None = None) -> bytes:
+def npy(array, shape=None):
     """An array as numpy.save writes it, but with that shape in its header."""
     file = io.BytesIO()
     header = {
@@ -34,7 +31,7 @@ def npy(array: Any, shape: tuple[int, ...] | None = None) -> bytes:
     return file.getvalue() + array.tobytes()
 
 
-def zip_of(files: dict[str, bytes], method: int = zipfile.ZIP_STORED) -> bytes:
+def zip_of(files, method=zipfile.ZIP_STORED):
     file = io.BytesIO()
     with zipfile.ZipFile(file, "w", method) as writing:
         for name, content in files.items():

@@ -1,20 +1,10 @@
 """Models for tests: expressions as nested tuples, written in AMPL's .nl format and
 evaluated without the package."""
 
-from __future__ import annotations
-
 import math
 import struct
-from collections.abc import Callable, Mapping, Sequence
-from typing import Any
 
-Expression = (
-    # A number, also as a text, "v0" and so on for variables and common expressions, or
-    # (operator, argument, ...)
-    Any
-)
-
-UNARY: dict[str, tuple[int, Callable[[float], float]]] = {
+UNARY = {
     "abs": (15, abs),
     "neg": (16, lambda a: -a),
     "tanh": (37, math.tanh),
@@ -36,7 +26,7 @@ UNARY: dict[str, tuple[int, Callable[[float], float]]] = {
     "square": (76, lambda a: a * a),
     "not": (34, lambda a: float(not a)),
 }
-BINARY: dict[str, tuple[int, Callable[[float, float], float]]] = {
+BINARY = {
     "+": (0, lambda a, b: a + b),
     "-": (1, lambda a, b: a - b),
     "*": (2, lambda a, b: a * b),
@@ -56,7 +46,7 @@ BINARY: dict[str, tuple[int, Callable[[float, float], float]]] = {
     "^constant": (75, math.pow),
     "constant^": (77, math.pow),
 }
-NARY: dict[str, tuple[int, Callable[..., float]]] = {
+NARY = {
     "min": (11, min),
     "max": (12, max),
     "sum": (54, lambda *a: math.fsum(a)),
@@ -65,7 +55,7 @@ NARY: dict[str, tuple[int, Callable[..., float]]] = {
 }
 
 
-def value(expression: Expression, variables: Mapping[str, float]) -> float:
+def value(expression, variables):
     if isinstance(expression, str):
         return variables[expression]
     if not isinstance(expression, tuple):
@@ -82,9 +72,7 @@ def value(expression: Expression, variables: Mapping[str, float]) -> float:
     return function(*(value(argument, variables) for argument in arguments))
 
 
-def _integral(
-    slopes: Sequence[float], breakpoints: Sequence[float], end: float
-) -> float:
+def _integral(slopes, breakpoints, end):
     """The integral of a step function from 0."""
     ends, sign = sorted((0.0, end)), 1.0 if end > 0 else -1.0
     edges = [-math.inf, *breakpoints, math.inf]
@@ -95,7 +83,7 @@ def _integral(
     )
 
 
-def terms(expression: Expression) -> list[tuple[str, Any]]:
+def terms(expression):
     """An expression as the letters and the numbers of the format."""
     if isinstance(expression, str) and expression.startswith("v"):
         return [("v", int(expression[1:]))]
@@ -128,16 +116,8 @@ def terms(expression: Expression) -> list[tuple[str, Any]]:
 
 
 def model(
-    n: int,
-    rows: Sequence[tuple[Any, Mapping[int, Any], Expression]],
-    bounds: Sequence[Sequence[Any]],
-    *,
-    start: Mapping[int, Any] | None = None,
-    common: Sequence[tuple[Mapping[int, Any], Expression]] = (),
-    objective: Expression = 0,
-    header: Mapping[int, str] | None = None,
-    binary: bool = False,
-) -> bytes:
+    n, rows, bounds, *, start=None, common=(), objective=0, header=None, binary=False
+):
     """A file with n variables.
 
     rows : of each row its side as in the format, linear part and expression. bounds :
@@ -158,7 +138,7 @@ def model(
     lines += [f" {len(common)} 0 0 0 0"]
     for number, line in (header or {}).items():
         lines[number - 1] = line
-    tokens: list[tuple[str, Any]] = []
+    tokens = []
     for i, (linear, expression) in enumerate(common):
         tokens += [
             ("V", n + i),
@@ -186,7 +166,7 @@ def model(
     return text.encode() + b"".join(map(_packed if binary else _line, tokens))
 
 
-def _linear(linear: Mapping[int, Any]) -> list[tuple[str, Any]]:
+def _linear(linear):
     return [
         token
         for variable, factor in linear.items()
@@ -194,19 +174,19 @@ def _linear(linear: Mapping[int, Any]) -> list[tuple[str, Any]]:
     ]
 
 
-def _side(side: Sequence[Any]) -> list[tuple[str, Any]]:
+def _side(side):
     """The kind of a bound with its numbers, which for complementarity are integers."""
     kind, *numbers = side
     return [("kind", kind), *(("" if kind == 5 else "=", number) for number in numbers)]
 
 
-def _line(token: tuple[str, Any]) -> bytes:
+def _line(token):
     letter, number = token
     shown = letter if letter not in ("=", "kind") else ""
     return f"{shown}{'' if number is None else number}\n".encode()
 
 
-def _packed(token: tuple[str, Any]) -> bytes:
+def _packed(token):
     letter, number = token
     if letter == "kind":
         return str(number).encode()

@@ -1,8 +1,6 @@
 """Answers in files, z and w or all solutions, in CSV or JSON, which lcp reads back;
 iterates have their own file."""
 
-from __future__ import annotations
-
 import csv
 import json
 from io import StringIO
@@ -13,7 +11,6 @@ import pytest
 from lcpcli import Trace, read, run
 from lcpcli.files import contents
 from lcpcli.report import plotting
-from lcpcli.report.plotting import Panel
 
 from ..conftest import Outcome
 from ..wordings import AS_JSON_OR_CSV, RESULT_AS_TABLE
@@ -32,7 +29,7 @@ PROBLEMS = {
 }
 
 
-def table(file: Path) -> list[dict[str, str]]:
+def table(file):
     return list(
         csv.DictReader(
             line for line in StringIO(file.read_text()) if not line.startswith("#")
@@ -83,7 +80,7 @@ def test_rows_selected_from_a_trace_are_those_of_a_trace_kept_for_them():
 def test_figure_can_be_redrawn_from_the_trace(lcp, folder, monkeypatch):
     """By the same clock from the same beginning: its points are rows of the file."""
     pytest.importorskip("matplotlib")
-    drawn: list[Panel] = []
+    drawn = []
     usual = plotting.convergence
     monkeypatch.setattr(
         plotting, "convergence", lambda panels: drawn.extend(panels) or usual(panels)

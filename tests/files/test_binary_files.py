@@ -1,8 +1,6 @@
 """Binary files that are malformed, and texts of any length, are refused in one line, in
 words of this program and in bounded time."""
 
-from __future__ import annotations
-
 import gzip
 import io
 import os
@@ -10,7 +8,6 @@ import pickle
 import sys
 import zipfile
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 import pytest
@@ -24,10 +21,10 @@ from .binary import archive, mat, npy, zip_of
 
 GOOD = '{"M": [[2, 0], [0, 2]], "q": [-1, -1]}'
 EYE, ONES = np.eye(2), np.ones(2)
-NAMES: dict[str, Any] = {"np": np, "eye": EYE, "ones": ONES, "nan": np.nan}
+NAMES = {"np": np, "eye": EYE, "ones": ONES, "nan": np.nan}
 
 
-def npz(arrays: str) -> bytes:
+def npz(arrays):
     return archive(**eval(f"dict({arrays})", dict(NAMES)))
 
 
@@ -49,7 +46,7 @@ P=eye, c=ones => P: {TWO_WAYS:c}; {WAYS_TO_WRITE_PROGRAMS}
 )
 
 # The parts of a sparse M in a format, some of them changed, or None for missing.
-PARTS: dict[str, dict[str, Any]] = {
+PARTS = {
     "csr": {"data": [1.0, 1.0], "indices": [0, 1], "indptr": [0, 1, 2]},
     "csc": {"data": [1.0, 1.0], "indices": [0, 1], "indptr": [0, 1, 2]},
     "bsr": {"data": [[[1.0]], [[1.0]]], "indices": [0, 1], "indptr": [0, 1, 2]},
@@ -58,7 +55,7 @@ PARTS: dict[str, dict[str, Any]] = {
 }
 
 
-def sparse(text: str) -> bytes:
+def sparse(text):
     form, _, changes = text.partition(", ")
     parts = {"shape": [2, 2], "q": ONES, "format": form.encode(), **PARTS[form]}
     parts |= eval(f"dict({changes})", dict(NAMES))
@@ -90,7 +87,7 @@ csr, M=eye => data: is part of a sparse M next to a dense M; keep one of them
     made=sparse,
 )
 
-DAMAGED_FILES: dict[str, bytes] = {
+DAMAGED_FILES = {
     "text": b"hello",
     "single": npy(EYE),
     "unnamed": archive(EYE, ONES),
@@ -175,7 +172,7 @@ LONG = [
         made=lambda _: f'{GOOD[:-1]}, "{"a" * 10**5}": 1}}',
     ),
 ]
-REFUSALS: list[Refusal] = [*ARRAYS, *SPARSE, *DAMAGED, *OTHERS, *LONG]
+REFUSALS = [*ARRAYS, *SPARSE, *DAMAGED, *OTHERS, *LONG]
 
 
 @pytest.mark.parametrize("refusal", REFUSALS, ids=str)
@@ -186,7 +183,7 @@ def test_a_binary_file_that_cannot_be_used_is_refused(refusal, refused):
 TWICE, MINUS = 2 * np.eye(2), -np.ones(2)
 
 
-def pickled_array() -> bytes:
+def pickled_array():
     file = io.BytesIO()
     np.save(file, np.array([{"a": 1}, None], dtype=object), allow_pickle=True)
     return file.getvalue()
@@ -199,7 +196,7 @@ WHOLE_NPZ, WHOLE_MAT, WHOLE_NPY = (
 )
 MATRIX_MARKET = "%%MatrixMarket matrix array real general\n2 2\n2\n0\n0\n2\n"
 ZIPPED = gzip.compress(MATRIX_MARKET.encode())
-FOREIGN: dict[str, list[bytes]] = {
+FOREIGN = {
     "p.npz": [
         zip_of({"M.npy": pickled_array(), "q.npy": npy(MINUS)}),
         zip_of({"M.npy": pickle.dumps(TWICE), "q.npy": npy(MINUS)}),
@@ -301,17 +298,17 @@ def test_a_missing_file_in_a_folder_that_cannot_be_listed_is_refused(
     assert (outcome.code, outcome.out, outcome.err.count("\n")) == (2, "", 1)
 
 
-def array(values: Any) -> bytes:
+def array(values):
     file = io.BytesIO()
     np.lib.format.write_array(file, np.array(values))
     return file.getvalue()
 
 
-def members(method: int = zipfile.ZIP_STORED, **arrays: bytes) -> bytes:
+def members(method=zipfile.ZIP_STORED, **arrays):
     return zip_of({f"{name}.npy": held for name, held in arrays.items()}, method)
 
 
-def spoiled(content: bytes, found: bytes, other: bytes) -> bytes:
+def spoiled(content, found, other):
     assert found in content
     return content.replace(found, other, 1)
 

@@ -1,13 +1,10 @@
 """Games in files: Gambit's .nfg and .efg forms, and two tables of payoffs by --game of
 every command."""
 
-from __future__ import annotations
-
 import gzip
 import json
 from fractions import Fraction
 from pathlib import Path
-from typing import Any
 
 import pytest
 
@@ -36,7 +33,7 @@ A = [[1, Fraction(1, 3), 0], [3, 10, Fraction(-7, 2)]]
 B = [[2, Fraction(-1, 2), 0], [4, Fraction(1, 4), 1]]
 
 
-def game_of(text: str, name: str = "g.nfg") -> Any:
+def game_of(text, name="g.nfg"):
     Path(name).write_text(text)
     problem = read(name)
     assert problem.name == "a game"
@@ -44,7 +41,7 @@ def game_of(text: str, name: str = "g.nfg") -> Any:
     return problem.origin
 
 
-def put(first: str, second: str) -> None:
+def put(first, second):
     Path("A.csv").write_text(first)
     Path("B.csv").write_text(second)
 

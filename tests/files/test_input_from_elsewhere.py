@@ -1,13 +1,10 @@
 """Files as other programs and people write them: what is missing as None or null,
 numbers as texts, matrices that are symmetric up to rounding."""
 
-from __future__ import annotations
-
 import json
 from fractions import Fraction
 from itertools import product
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 import pytest
@@ -62,7 +59,7 @@ def test_sparse_matrix_that_qpsolvers_pickles_is_refused_and_never_left_out(
         read(file)
 
 
-def single_object(value: Any) -> bytes:
+def single_object(value):
     """The end of an array of shape () with one object, as numpy writes it."""
     from io import BytesIO
 
@@ -74,7 +71,7 @@ def single_object(value: Any) -> bytes:
 
 def test_none_is_told_from_every_other_object():
     assert PICKLE_OF_NONE.search(single_object(None))
-    others: list[Any] = [0, "", "None", [None], [[None]], (None,), {None}, {"a": None}]
+    others = [0, "", "None", [None], [[None]], (None,), {None}, {"a": None}]
     others += [np.eye(2), Fraction(1, 3), sparse.csr_array(np.eye(2))]
     for other in others:
         assert not PICKLE_OF_NONE.search(single_object(other)), other
@@ -83,7 +80,7 @@ def test_none_is_told_from_every_other_object():
 @pytest.mark.parametrize("key", ["M", "q", "lower", "x0", "solution", "name", "names"])
 def test_none_and_null_for_a_key_of_a_problem_are_as_if_it_were_left_out(key, tmp_path):
     """But for bounds, where null means none."""
-    fields: dict[str, Any] = {"M": [[2, 1], [1, 2]], "q": [-5, 1], key: None}
+    fields = {"M": [[2, 1], [1, 2]], "q": [-5, 1], key: None}
     file, archive = tmp_path / "p.json", tmp_path / "p.npz"
     file.write_text(json.dumps(fields))
     np.savez(archive, **{key: np.array(value) for key, value in fields.items()})
@@ -135,7 +132,7 @@ def test_number_as_a_text_is_that_number_and_exactly_so(text, value, tmp_path):
         assert Fraction(exact.constants[1], exact.scales[1]) == value
 
 
-FORMS: dict[str, tuple[dict[str, Any], dict[str, Any]]] = {
+FORMS = {
     "from_qp": (
         {
             "Q": [["2", "1/2"], [0.5, "1"]],
@@ -277,7 +274,7 @@ def test_other_texts_are_refused_by_field_and_place(text, tmp_path):
         read(file)
 
 
-def rounded_products(rng: np.random.Generator, n: int) -> list[Any]:
+def rounded_products(rng, n):
     """Matrices that are symmetric but for the rounding of a product, an inverse or a
     division."""
     B, D = rng.standard_normal((n + 5, n)), np.diag(10.0 ** rng.uniform(-4, 4, n))

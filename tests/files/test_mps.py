@@ -1,21 +1,16 @@
 """Programs in MPS and in the LP format: what is read of each of their features, and
 that nothing is lost on the way."""
 
-from __future__ import annotations
-
 import json
 import sys
-from pathlib import Path
-from typing import Any
 
 import numpy as np
 import pytest
 
-from lcpcli import Problem, from_qp, read, run, write
+from lcpcli import from_qp, read, run, write
 from lcpcli.errors import ProblemError
 from lcpcli.formulations.quadratic_program.program import Program
 from lcpcli.linalg.matrices import is_sparse
-from lcpcli.model.block_form import Blocks
 from lcpcli.model.problem import conditions_of
 
 INF = np.inf
@@ -55,14 +50,14 @@ ENDATA
 """
 
 
-def program(problem: Problem) -> tuple[Program, Blocks]:
+def program(problem):
     assert isinstance(problem.origin, Program)
     data = problem.origin.blocks(conditions_of(problem))
     assert data is not None
     return problem.origin, data
 
 
-def written(folder: Path, text: str | bytes, name: str = "p.mps") -> Path:
+def written(folder, text, name="p.mps"):
     (folder / name).write_bytes(text if isinstance(text, bytes) else text.encode())
     return folder / name
 
@@ -172,7 +167,7 @@ ENDATA
 
 UP = " UP b bread 4"
 # What is other than in DIET, and what is read of it.
-READ: dict[str, tuple[dict[str, str], dict[str, Any]]] = {
+READ = {
     "entries of any size": (
         {"protein 8": "protein 1e-12", "fat 1": "fat 1e17"},
         {"A": [[1e-12, 9], [0, 1e17]]},

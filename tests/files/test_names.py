@@ -2,11 +2,8 @@
 columns of CSV that are labelled by these in another order are refused; a model may have
 its q elsewhere."""
 
-from __future__ import annotations
-
 import json
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 import pytest
@@ -19,7 +16,7 @@ from ..wordings import NO_SUCH_FILE
 
 NAMES = ["a", "b", "c"]
 M = {"M": [[4, -1, 0], [-1, 4, -1], [0, -1, 4]], "names": NAMES}
-NAMED: dict[str, Any] = {
+NAMED = {
     "name": "market",
     "M": [[2, 1], [1, 2]],
     "q": [-5, -6],
@@ -40,7 +37,7 @@ def test_several_q_belong_to_a_file_of_M_with_bounds_and_names(ending, lcp, fold
     )
     assert lcp("convert", "m.json", "-o", f"whole.{ending}").code == 0
     whole = read(f"whole.{ending}")
-    given: Any = {
+    given = {
         "M": whole.M,
         "names": list(whole.names),
         "lower": whole.lower,

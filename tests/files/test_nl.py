@@ -1,13 +1,9 @@
 """Models of AMPL: what is read of each feature of the format, by an evaluator that is
 not the reader's."""
 
-from __future__ import annotations
-
 import random
 import struct
-from collections.abc import Callable, Sequence
 from fractions import Fraction
-from typing import Any
 
 import numpy as np
 import pytest
@@ -18,15 +14,14 @@ from lcpcli.errors import ProblemError
 from lcpcli.files.input_file import InputFile
 from lcpcli.linalg.matrices import dense
 from lcpcli.model.nonlinear import NonlinearProblem
-from lcpcli.typing import Vector
 
 from ..conftest import problem_of, read_exact
-from .nl_writing import BINARY, UNARY, Expression, model, value
+from .nl_writing import BINARY, UNARY, model, value
 
 FREE, NONNEGATIVE, BOXED = (3,), (2, 0), (0, -1, 2)
 EQUATION = (4, 0)
 # Arguments in the domains of the functions that are not defined everywhere.
-SAFE: dict[str, Callable[[Expression], Expression]] = {
+SAFE = {
     **dict.fromkeys(("sqrt", "log10", "log"), lambda a: ("+", 0.5, ("square", a))),
     **dict.fromkeys(("atanh", "asin", "acos"), lambda a: ("*", 0.9, ("sin", a))),
     "acosh": lambda a: ("+", 1.5, ("square", a)),
@@ -35,15 +30,13 @@ SAFE: dict[str, Callable[[Expression], Expression]] = {
 RELATIONS = ("<", "<=", "=", ">=", ">", "!=")
 
 
-def nonlinear(content: bytes, path: str = "model.nl") -> NonlinearProblem:
+def nonlinear(content, path="model.nl"):
     problem = problem_of(content, path)
     assert isinstance(problem, NonlinearProblem)
     return problem
 
 
-def functions_of(
-    expressions: Sequence[Expression], n: int, **more: Any
-) -> NonlinearProblem:
+def functions_of(expressions, n, **more):
     """The problem with these expressions for n variables with lower bounds."""
     rows = [
         ((5, 1, i + 1), dict.fromkeys(range(n), 0), expression)
@@ -52,17 +45,15 @@ def functions_of(
     return nonlinear(model(n, rows, [NONNEGATIVE] * n, **more))
 
 
-def jacobian(problem: NonlinearProblem, z: Vector) -> Vector:
+def jacobian(problem, z):
     return np.asarray(dense(problem.jacobian(z)))
 
 
-def differences(
-    expressions: Sequence[Expression], z: Vector, common: Sequence[Expression] = ()
-) -> Vector:
+def differences(expressions, z, common=()):
     """The Jacobian by differences of fourth order."""
     n, h = len(z), 1e-3
 
-    def at(j: int, step: float) -> Vector:
+    def at(j, step):
         moved = z.copy()
         moved[j] += step * h
         return values(expressions, moved, common)
@@ -74,18 +65,14 @@ def differences(
     return np.array(columns).T
 
 
-def values(
-    expressions: Sequence[Expression], z: Vector, common: Sequence[Expression] = ()
-) -> Vector:
+def values(expressions, z, common=()):
     known = {f"v{j}": float(component) for j, component in enumerate(z)}
     for k, expression in enumerate(common, len(z)):
         known[f"v{k}"] = value(expression, known)
     return np.array([value(expression, known) for expression in expressions])
 
 
-def check_functions(
-    problem: Any, expressions: Any, z: Vector, common: Any = (), smooth: bool = True
-) -> None:
+def check_functions(problem, expressions, z, common=(), smooth=True):
     """Values and derivatives are those of the evaluator of the tests."""
     assert problem.values(z) == pytest.approx(values(expressions, z, common), rel=1e-13)
     if smooth:
@@ -94,11 +81,11 @@ def check_functions(
         )
 
 
-def safely(operator: str, argument: Expression) -> Expression:
+def safely(operator, argument):
     return (operator, SAFE[operator](argument) if operator in SAFE else argument)
 
 
-def an_expression(rng: random.Random, n: int, depth: int) -> Expression:
+def an_expression(rng, n, depth):
     """A random smooth expression that is defined everywhere."""
     if depth == 0:
         return rng.choice([f"v{rng.randrange(n)}", round(rng.uniform(-2, 2), 2)])
@@ -312,7 +299,6 @@ def test_free_variables_match_equations_by_size_and_fixed_ones_are_constant():
     bounds = [FREE, NONNEGATIVE, FREE, (4, 3.5)]
     file = InputFile("model.nl", model(4, rows, bounds, start={2: 1}))
     problem = file.nonlinear
-    assert problem is not None
     assert list(problem.names) == ["v0", "v1", "v2"]
     z = np.array([1.0, 0.5, 2.0])
     assert problem.values(z) == pytest.approx(
@@ -326,7 +312,7 @@ def test_free_variables_match_equations_by_size_and_fixed_ones_are_constant():
 def test_equation_that_no_free_variable_occurs_in_is_paired_with_any(number):
     """h(x) = 0 belongs to its multiplier, which does not occur in it; dense and
     sparse."""
-    rows: list[Any] = [((5, 1, j + 1), {j: 1, number: -1}, 0) for j in range(number)]
+    rows = [((5, 1, j + 1), {j: 1, number: -1}, 0) for j in range(number)]
     rows += [((4, 1), dict.fromkeys(range(number), 1), ("*", "v0", "v0"))]
     problem = nonlinear(model(number + 1, rows, [NONNEGATIVE] * number + [FREE]))
     z = np.arange(number + 1.0) / number
@@ -398,7 +384,6 @@ def test_objective_has_its_decimals_and_its_constant():
     objective = ("+", ("*", 0.1, "v0"), ("-", 0.3, "v1"))
     rows, bounds = [*LINEAR, (EQUATION, {1: 1}, 0)], [NONNEGATIVE, FREE]
     found = InputFile("m.nl", model(2, rows, bounds, objective=objective)).objective
-    assert found is not None
     assert (found.costs, found.sense, found.constant) == (
         [Fraction(1, 10), -1],
         "min",

@@ -1,10 +1,6 @@
 """Bounds of variables that their complementarity conditions in a model do not state."""
 
-from __future__ import annotations
-
 import math
-from collections.abc import Sequence
-from typing import Any
 
 import pytest
 
@@ -21,14 +17,12 @@ EQUATION, LOWER, UPPER, BOTH = (4, 0), 1, 2, 3
 STATED = "which has fewer bounds than the variable has"
 
 
-def at(kinds: int, variable: int) -> tuple[int, int, int]:
+def at(kinds, variable):
     """The side of a row that complements a variable, with these bounds stated."""
     return (5, kinds, variable + 1)
 
 
-def solved(
-    n: int, rows: Sequence[Any], bounds: Sequence[Any]
-) -> tuple[list[float], str]:
+def solved(n, rows, bounds):
     """The values of all variables, and the remark."""
     file = InputFile("model.nl", model(n, rows, bounds))
     problem = file.problem()

@@ -1,31 +1,28 @@
 """Programs in .nl files: what is read is what an evaluator of its own finds in their
 expressions, and files with no program that is solved are refused in a line."""
 
-from __future__ import annotations
-
 import random
 
 import numpy as np
 import pytest
 
 import lcpcli
-from lcpcli import Problem, read
+from lcpcli import read
 from lcpcli.errors import ProblemError
 from lcpcli.formulations.nonlinear_model import program
 from lcpcli.formulations.quadratic_program.program import Program
 from lcpcli.linalg.matrices import dense, is_sparse
-from lcpcli.model.block_form import Blocks
 from lcpcli.model.problem import conditions_of
 
 from ..conftest import read_exact
-from .nl_writing import Expression, model, value
+from .nl_writing import model, value
 
 FREE, NONNEGATIVE, BOXED, FIXED = (3,), (2, 0), (0, -1, 2), (4, 0.5)
 ROWS = [(2, 1), (1, 3), (0, -1, 4), (4, 0.5), (3,)]  # >=, <=, both, equal, neither
 N = 4
 
 
-def linear(rng: random.Random, depth: int = 2) -> Expression:
+def linear(rng, depth=2):
     if not depth:
         return rng.choice([f"v{rng.randrange(N)}", rng.randint(-4, 4) / 4])
     a, b = linear(rng, depth - 1), linear(rng, depth - 1)
@@ -44,7 +41,7 @@ def linear(rng: random.Random, depth: int = 2) -> Expression:
     )
 
 
-def quadratic(rng: random.Random, depth: int = 2) -> Expression:
+def quadratic(rng, depth=2):
     if not depth:
         a, b = linear(rng), linear(rng)
         return rng.choice([("*", a, b), ("square", a), ("^constant", a, 2), a])
@@ -54,7 +51,7 @@ def quadratic(rng: random.Random, depth: int = 2) -> Expression:
     return rng.choice([*choices, ("neg", a), ("sum", a, b, linear(rng, 1))])
 
 
-def program_of(problem: Problem) -> tuple[Program, Blocks]:
+def program_of(problem):
     assert isinstance(problem.origin, Program)
     data = problem.origin.blocks(conditions_of(problem))
     assert data is not None

@@ -1,13 +1,9 @@
 """Each file is opened once and parsed once, whatever its kind and whatever is made of
 it; a second time only where its decimals are asked for, which doubles do not keep."""
 
-from __future__ import annotations
-
 from collections import Counter
-from collections.abc import Callable
 from importlib import import_module
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 import pytest
@@ -88,7 +84,7 @@ def counted(monkeypatch):
     def count(name, place):
         module, _, function = place.rpartition(".")
         path = f"lcpcli.{module}"
-        real: Callable[..., Any] = getattr(import_module(path), function)
+        real = getattr(import_module(path), function)
 
         def counting(*given, **named):
             counts[name] += 1

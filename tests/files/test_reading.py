@@ -1,15 +1,12 @@
 """Texts that can be read safely are read to the right numbers, as other programs write
 them, in one file or in two; what is not read is refused by its name."""
 
-from __future__ import annotations
-
 import io
 import json
 import sys
 import zipfile
 from fractions import Fraction
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 import pytest
@@ -27,7 +24,7 @@ from ..wordings import ADD_Q, AS_CSV, MISSING, NO_Q, NUMBERS, SPREADSHEET
 MARK = b"\xef\xbb\xbf"
 
 
-def feed(monkeypatch: pytest.MonkeyPatch, content: bytes) -> None:
+def feed(monkeypatch, content):
     monkeypatch.setattr(sys, "stdin", io.TextIOWrapper(io.BytesIO(content)))
 
 
@@ -149,19 +146,19 @@ def test_one_solution_or_several_are_read_from_json(tmp_path):
         ] == expected
 
 
-def mat(**variables: Any) -> bytes:
+def mat(**variables):
     file = io.BytesIO()
     savemat(file, variables)
     return file.getvalue()
 
 
-def npy(array: Any) -> bytes:
+def npy(array):
     file = io.BytesIO()
     np.save(file, array)
     return file.getvalue()
 
 
-def archive(*names: str) -> bytes:
+def archive(*names):
     file = io.BytesIO()
     with zipfile.ZipFile(file, "w") as writing:
         for name in names:

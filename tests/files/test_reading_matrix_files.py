@@ -1,8 +1,6 @@
 """Matrix Market, NPZ and MAT are read in every kind that they come in; MAT files with
 any byte changed, or refused."""
 
-from __future__ import annotations
-
 import gzip
 import io
 import json
@@ -10,8 +8,6 @@ import random
 import struct
 import subprocess
 import sys
-from collections.abc import Callable
-from typing import Any
 
 import numpy as np
 import pytest
@@ -116,23 +112,23 @@ SPARSE = sparse.csr_array(M)
 COLUMNS = sparse.csc_array(M)
 
 
-def parts_of(matrix: Any) -> dict[str, Any]:
+def parts_of(matrix):
     return {
         part: getattr(matrix, part) for part in ("data", "indices", "indptr", "shape")
     }
 
 
-def saved(save: Callable[..., None], *array: Any, **arrays: Any) -> bytes:
+def saved(save, *array, **arrays):
     file = io.BytesIO()
     save(file, *array, **arrays)
     return file.getvalue()
 
 
-def mat(**arrays: Any) -> bytes:
+def mat(**arrays):
     return saved(savemat, arrays)
 
 
-def small(**options: Any) -> bytes:
+def small(**options):
     """A MAT file with all kinds of variables."""
     held = {
         "M": COLUMNS if options.pop("sparse", False) else MATRIX,
@@ -259,7 +255,7 @@ def test_a_text_of_characters_that_do_not_exist_is_refused(tmp_path):
         read(tmp_path / "p.npz")
 
 
-def outcome(content: bytes) -> str:
+def outcome(content):
     try:
         mat_format.fields(mat_format.parse(content))
     except ProblemError as error:

@@ -2,15 +2,13 @@
 to mend it: problems in each format, programs, games and models, and what is read beside
 a problem."""
 
-from __future__ import annotations
-
 from functools import partial
 
 import pytest
 
-from ..refusals import Files, Refusal, changed, commands, contents
+from ..refusals import changed, commands, contents
 
-PAIR: Files = {
+PAIR = {
     "good.json": '{"M": [[2, 0], [0, 2]], "q": [-1, -1]}',
     "M.csv": "2,0\n0,2\n",
     "q.csv": "-1\n-1\n",
@@ -354,7 +352,7 @@ solve M.csv q.csv => q.csv: q: {TWO_COLUMNS}; {Q_OR_TWO_NAMES}
 )
 
 # The labels of a, b and c, in their order and in others.
-LABELLED: Files = {
+LABELLED = {
     "m.json": '{"M": [[4, -1, 0], [-1, 4, -1], [0, -1, 4]], "names": ["a", "b", "c"]}',
     "p.json": (
         '{"M": [[4, -1, 0], [-1, 4, -1], [0, -1, 4]], "names": ["a", "b", "c"], '
@@ -1065,7 +1063,7 @@ solve z.txt => z.txt: {RESULT_AS_TABLE}; {AS_JSON_OR_CSV}
     },
 )
 
-SEXES: Files = {
+SEXES = {
     "sexes.json": (
         '{"A": [[3, 0], [0, 2]], "B": [[2, 0], [0, 3]], "rows": ["opera", "box"]}'
     )
@@ -1182,7 +1180,7 @@ solve p.json --lower 1 => --lower: {FOR_M_AND_Q:a program}; {BOUNDS_IN_FILE}
 )
 
 
-REFUSALS: list[Refusal] = [
+REFUSALS = [
     *(*NAMED, *CSV, *JSON, *LONG_INTEGER, *KEYS, *SPARSE, *ORIGINS),
     *(*MATRIX_MARKET, *LONG_ENTRY, *TWO_FILES, *LABELS, *FOREIGN, *NOTHING, *CONTACTS),
     *(*PROGRAMS, *CHANGED_PROGRAMS, *MORE_KEYS, *FROM_QP, *TWO_FORMS),

@@ -1,16 +1,11 @@
 """What is written is read back exactly, in every format; lcp convert keeps the digits
 that were written, from each text format to each other one."""
 
-from __future__ import annotations
-
 import json
 import math
 import sys
-from collections.abc import Callable
 from fractions import Fraction
 from itertools import pairwise
-from pathlib import Path
-from typing import Any
 
 import numpy as np
 import pytest
@@ -33,7 +28,7 @@ FLOATS = st.floats(allow_nan=False, allow_infinity=False)
 
 
 @st.composite
-def bounds(draw: st.DrawFn, n: int) -> dict[str, list[float]]:
+def bounds(draw, n):
     """Any bounds of n unknowns, infinite ones among them; or none."""
     if draw(st.booleans()):
         return {}
@@ -52,7 +47,7 @@ def bounds(draw: st.DrawFn, n: int) -> dict[str, list[float]]:
 
 
 @st.composite
-def problems(draw: st.DrawFn, *, in_coordinates: bool) -> Problem:
+def problems(draw, *, in_coordinates):
     """Any problem of a few unknowns that has a name."""
     n = draw(st.integers(1, 4))
     vectors = st.lists(FLOATS, min_size=n, max_size=n)
@@ -84,7 +79,7 @@ def problems(draw: st.DrawFn, *, in_coordinates: bool) -> Problem:
     )
 
 
-def everything(problem: Problem) -> list[Any]:
+def everything(problem):
     """All that a problem holds, its numbers bit by bit."""
     bounds = [np.asarray(bound) for bound in (problem.lower, problem.upper)]
     vectors = [
@@ -125,7 +120,7 @@ WHOLE = Problem(
 WHOLE_SPARSE = Problem(
     sparse.csr_array(EXTREME), EXTREME[0], name="extreme", solutions=EXTREME[:1]
 )
-KEPT: dict[str, Callable[[Problem], Problem]] = {  # what a file keeps, by its name
+KEPT = {  # what a file keeps, by its name
     "all.json": lambda whole: whole,
     "all.npz": lambda whole: whole,
     "all.mat": lambda whole: Problem(
@@ -185,13 +180,13 @@ MODERATE = NUMBERS.filter(
 )  # as HiGHS takes them
 
 
-def convert(*arguments: Path) -> None:
+def convert(*arguments):
     *files, output = map(str, arguments)
     written = read_written(Inputs(files))
     writing.write_as(written, output, as_program=True)
 
 
-def files_of(path: Path) -> list[Path]:
+def files_of(path):
     """The file of a problem, with that of q beside it."""
     return [
         path,
@@ -199,7 +194,7 @@ def files_of(path: Path) -> list[Path]:
     ]
 
 
-def exact(path: Path) -> list[Any]:
+def exact(path):
     """All numbers of a problem as they are written."""
     held = read_exact(*map(str, files_of(path)))
     rows = [
@@ -212,11 +207,8 @@ def exact(path: Path) -> list[Any]:
     return [rows, q, held.lower, held.upper]
 
 
-Texts = tuple[list[list[str]], list[str], list[str | None]]  # M, q and upper
-
-
 @st.composite
-def texts(draw: st.DrawFn) -> Texts:
+def texts(draw):
     n = draw(st.integers(1, 3))
     numbers = st.lists(NUMBERS, min_size=n, max_size=n)
     upper = st.none() | NUMBERS.map(lambda text: text.lstrip("-"))
@@ -268,7 +260,7 @@ def test_every_text_format_passes_the_digits_on(folder, problem, in_coordinates)
             assert exact(folder / f"c.{second}") == expected
 
 
-def plain(value: Any) -> str:
+def plain(value):
     if isinstance(value, list):
         return f"[{', '.join(map(plain, value))}]"
     return (
@@ -296,7 +288,7 @@ def test_two_files_keep_the_digits_of_both(folder):
     ]
 
 
-def numbers_of(data: dict[str, Any]) -> dict[str, Any]:
+def numbers_of(data):
     """The numbers of a program, and null; as by default where it has none."""
     k = len(data["c"])
     default = {
@@ -313,7 +305,7 @@ def numbers_of(data: dict[str, Any]) -> dict[str, Any]:
     }
 
 
-def _fractions(value: Any) -> Any:
+def _fractions(value):
     if isinstance(value, list):
         return list(map(_fractions, value))
     return (

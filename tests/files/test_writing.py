@@ -2,8 +2,6 @@
 were there; a log of many problems has each of them exactly once in the end, whoever
 wrote it, in whatever order."""
 
-from __future__ import annotations
-
 import errno
 import fcntl
 import gzip
@@ -12,10 +10,8 @@ import os
 import resource
 import stat
 import sys
-from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
-from typing import Any
 
 import pytest
 
@@ -25,7 +21,7 @@ from lcpcli.errors import LCPError, OptionError, ProblemError
 from lcpcli.files import atomic_write
 from lcpcli.files.atomic_write import write_whole
 
-from ..cli.conftest import Lcp, assert_refused
+from ..cli.conftest import assert_refused
 from ..conftest import JSON, M, Outcome, Q, numbers
 from ..wordings import DIRECTORY
 
@@ -73,7 +69,7 @@ def test_a_file_of_the_longest_possible_name_is_written(tmp_path):
 
 
 @contextmanager
-def full_disk() -> Iterator[None]:
+def full_disk():
     """No file can grow beyond a few bytes."""
     limits = resource.getrlimit(resource.RLIMIT_FSIZE)
     resource.setrlimit(resource.RLIMIT_FSIZE, (8, limits[1]))
@@ -84,10 +80,10 @@ def full_disk() -> Iterator[None]:
 
 
 @contextmanager
-def refused_rename(error: BaseException) -> Iterator[None]:
+def refused_rename(error):
     """No file can be put in the place of another."""
 
-    def refuse(*_: object) -> None:
+    def refuse(*_):
         raise error
 
     with pytest.MonkeyPatch.context() as patch:
@@ -196,11 +192,11 @@ def folder(in_folder):
     return in_folder
 
 
-def records(path: Path) -> list[dict[str, Any]]:
+def records(path):
     return [json.loads(line) for line in path.read_text().splitlines()]
 
 
-def whole_log(lcp: Lcp, *files: str) -> list[str]:
+def whole_log(lcp, *files):
     """The lines of the log of these problems."""
     assert lcp("solve", *(files or TOGETHER), "-o", "log.jsonl").code == 0
     return Path("log.jsonl").read_text().splitlines(keepends=True)

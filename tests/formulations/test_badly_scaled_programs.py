@@ -1,30 +1,25 @@
 """What is said about the minimizers and the multipliers of a program is true where
 numbers of very different sizes meet: by all solutions in fractions."""
 
-from __future__ import annotations
-
 from fractions import Fraction
-from typing import Any
 
 import numpy as np
 import pytest
 
 import lcpcli
-from lcpcli import Problem, from_qp, run
-from lcpcli.enumeration.search import Solutions
+from lcpcli import from_qp, run
 
 INF = np.inf
-Range = tuple[float, float]
 
 
-def answer_of(program: Problem) -> Any:
+def answer_of(program):
     result = run(program)
     assert result.solved
     return result.answer
 
 
 # The program, y and the multipliers of bounds: the least and the greatest of each.
-DERIVATIVES: dict[str, tuple[Problem, list[Range], list[Range]]] = {
+DERIVATIVES = {
     "a row with a small slack": (
         from_qp(None, [1, 1], [[1, -1]], row_upper=0.1, lower=1.7e9),
         [(0, 0)],
@@ -104,11 +99,11 @@ def test_a_point_that_only_rounding_makes_a_minimizer_is_none():
     assert "one of several minimizers" in answer_of(program).statement
 
 
-def number(random: np.random.Generator, size: float) -> float:
+def number(random, size):
     return float(random.integers(-1, 3) * size + random.choice([0, 0, 0, 1, -1, 2]))
 
 
-def random_program(seed: int) -> Problem:
+def random_program(seed):
     """A program in whole numbers, exact as doubles, and often with a degenerate
     vertex."""
     random = np.random.default_rng(seed)
@@ -125,7 +120,7 @@ def random_program(seed: int) -> Problem:
     return from_qp(Q, c, A, row_lower=low, row_upper=high, lower=lower, upper=upper)
 
 
-def ranges(found: Solutions, A: Any, b: Any) -> list[Range]:
+def ranges(found, A, b):
     """The least and the greatest of each component of A z + b over all solutions."""
     points = [np.array(z) for piece in found for z in piece.vertices]
     rays = [np.array(v) for piece in found for v in piece.rays]

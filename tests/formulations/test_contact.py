@@ -1,15 +1,11 @@
 """Contact with friction from bounds and friction indices, and from Delassus matrices:
 the laws of contact hold for the answers, in the order of the caller."""
 
-from __future__ import annotations
-
 import json
-from collections.abc import Iterator
 from dataclasses import replace
 from fractions import Fraction
 from math import inf
 from types import SimpleNamespace
-from typing import Any
 
 import numpy as np
 import pytest
@@ -21,7 +17,6 @@ from lcpcli.formulations.contact import cones
 from lcpcli.formulations.contact.cones import Friction
 from lcpcli.formulations.contact.friction import Contact
 from lcpcli.gallery.rigid_bodies import contact_in_time
-from lcpcli.typing import Vector
 from lcpcli.verify.point import Criterion, Point
 
 from ..cli.conftest import assert_refused, record
@@ -34,7 +29,7 @@ SLIDE = {"A": A, "b": B, "lo": LOWER, "hi": [None, 0.5], "findex": FINDEX}
 TOL = 1e-10
 
 
-def generated(seed: int) -> tuple[Vector, Vector, Vector, Vector, Vector]:
+def generated(seed):
     """A, b, bounds and findex of bodies with mass ratios up to 1e6, of which some
     contacts are redundant, with limits and motors beside the contacts, in any order."""
     random = np.random.default_rng(seed)
@@ -56,7 +51,7 @@ def generated(seed: int) -> tuple[Vector, Vector, Vector, Vector, Vector]:
     return matrix[order][:, order], b[order], lower[order], upper[order], moved
 
 
-def violation(answer: Any, given: tuple[Vector, ...]) -> float:
+def violation(answer, given):
     """By how much x violates the laws, relative to the terms of the rows."""
     matrix, b, lower, upper, findex = given
     x, is_tangential = answer.x, findex >= 0
@@ -108,7 +103,7 @@ def test_three_unknowns_have_the_impulses_of_stewart_and_trinkle(seed):
     assert np.allclose(answer.x[T], x[k:], atol=1e-9)
 
 
-def SIGNS(k: int) -> tuple[Vector, Vector]:
+def SIGNS(k):
     return np.eye(k), -np.eye(k)
 
 
@@ -144,7 +139,7 @@ def test_by_restitution_contacts_bounce_with_a_share_of_their_speed(tmp_path):
     W, before = np.eye(4) + 0.25, [-2.0, 0, -1, 0]
     problem = lcpcli.from_contact(W, before, 0.5, restitution=[0.5, 0], before=before)
     result = lcpcli.exact(problem)
-    answer: Any = result.answer
+    answer = result.answer
     assert answer.w[[0, 2]].tolist() == pytest.approx([1, 0])
     assert answer.exact["w"][::2] == [1, 0]
     assert np.allclose(W @ answer.x + before, answer.w)
@@ -226,7 +221,7 @@ def test_boxes_under_a_ceiling_that_comes_down_are_jammed():
     for _ in range(10):
         k = len(scene.contacts)
         problem, order = scene.problem(), np.arange(2 * k).reshape(2, k).T.ravel()
-        M: Any = problem.M
+        M = problem.M
         W = M[order][:, order]
         result = lcpcli.run(lcpcli.from_contact(W, problem.q[order], 0.5))
         if not result.solved:
@@ -255,19 +250,19 @@ def test_sparse_matrices_have_the_same_problem(dimension):
     assert np.allclose(lcpcli.run(dense).answer.x, lcpcli.run(sparse).answer.x)
 
 
-def falling(steps: int, compiled: bool) -> Iterator[tuple[Any, Any, int]]:
+def falling(steps, compiled):
     """A heap of boxes: the results of each step by W and by friction indices, with the
     data, and the number of contacts."""
     scene = contact_in_time("heap", 3, 1)
-    by_W: Any = None
-    by_findex: Any = None
+    by_W = None
+    by_findex = None
     for _ in range(steps):
         k = len(scene.contacts)
         if not k:
             scene.advance()
             continue
         step, order = scene.problem(), np.arange(2 * k).reshape(2, k).T.ravel()
-        M: Any = step.M
+        M = step.M
         W, q = M[order][:, order], step.q[order]
         pairs = [(each.first, each.second) for each in scene.contacts]
         ids = [(*pair, pairs[:i].count(pair)) for i, pair in enumerate(pairs)]
@@ -325,11 +320,11 @@ def test_steps_that_jump_satisfy_the_laws(seed, compiled):
 
 def test_a_stack_at_rest_keeps_its_states_though_its_contacts_are_redundant():
     scene, routes = contact_in_time("tower", 4, 0), []
-    solver: Any = None
+    solver = None
     for _ in range(60):
         k = len(scene.contacts)
         step, order = scene.problem(), np.arange(2 * k).reshape(2, k).T.ravel()
-        M: Any = step.M
+        M = step.M
         W, q = M[order][:, order], step.q[order]
         if solver is None:
             solver = lcpcli.Solver(lcpcli.from_contact(W, q, 0.5))
@@ -396,7 +391,7 @@ def test_contacts_that_persist_keep_their_states():
     first = solver.solve()
     states = [each.state for each in first.answer.contacts]
     assert states == ["sticking", "sliding", "separated"]
-    origin: Any = first.problem.origin
+    origin = first.problem.origin
     own = np.array([2, 3, 0, 1])
     data = {"W": np.eye(6) + 0.1, "q": np.r_[9.0, 0.0, q[own]], "ids": ["d", "b", "a"]}
     before = first.problem, first.problem.box.basis_at(first.z)
@@ -454,7 +449,7 @@ def test_files_keep_contacts(tmp_path, suffix, as_program, matrix):
         assert np.allclose(as_dense(read.M), as_dense(problem.M), atol=1e-15)
 
 
-def as_dense(M: Any) -> Vector:
+def as_dense(M):
     return np.asarray(M.toarray() if hasattr(M, "toarray") else M)
 
 

@@ -1,12 +1,9 @@
 """Least squares with signs, bounds and equations: minimizers against scipy and exact
 arithmetic, what is said of them, and files."""
 
-from __future__ import annotations
-
 import json
 from fractions import Fraction
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 import pytest
@@ -39,14 +36,14 @@ PEAKS = {
 }
 
 
-def exact_norm(A: Any, b: Any) -> float:
+def exact_norm(A, b):
     """The least |A x - b| of two independent columns without bounds, in fractions."""
     one, two = (
         [Fraction(value) for value in column] for column in zip(*A, strict=True)
     )
     right = [Fraction(value) for value in b]
 
-    def dot(u: list[Fraction], v: list[Fraction]) -> Fraction:
+    def dot(u, v):
         return sum((p * q for p, q in zip(u, v, strict=True)), Fraction(0))
 
     a, c, d = dot(one, one), dot(one, two), dot(two, two)
@@ -73,7 +70,7 @@ def test_a_fit_is_unique_only_where_its_norm_is_the_least(seed):
         assert answer.norm == least
 
 
-def random_fit(seed: int) -> tuple[Any, Any]:
+def random_fit(seed):
     """A and b of a random shape, columns in units up to 1e6 apart, some of them
     dependent."""
     rng = np.random.default_rng(seed)
@@ -128,7 +125,7 @@ def test_powers_of_two_change_nothing_but_the_powers(seed, power, other):
     assert scaled.proved == answer.proved
 
 
-def dot(one: list[Fraction], two: list[Fraction]) -> Fraction:
+def dot(one, two):
     return sum((a * b for a, b in zip(one, two, strict=True)), Fraction(0))
 
 
@@ -221,7 +218,7 @@ def test_no_measurements_or_no_coefficients_are_a_fit(
     rows, n, equation, x, proved, tmp_path, capfd
 ):
     A, b = np.zeros((rows, n)), np.arange(rows) + 3.0
-    result: Any = lcpcli.lsq(A, b, 0, **equation)
+    result = lcpcli.lsq(A, b, 0, **equation)
     answer = result.answer
     assert result.solved
     assert (answer.norm, answer.proved) == (np.linalg.norm(b), proved)
@@ -307,7 +304,7 @@ def test_many_right_hand_sides_have_the_fits_of_each(has_equation):
     A = np.abs(rng.standard_normal((12, 4)))
     B = A @ rng.dirichlet(np.ones(4) / 2, 12).T + 0.1 * rng.standard_normal((12, 12))
     B[:, 7] = A[:, 0]  # an exact fit, which is solved by itself
-    equation: Any = {"E": np.ones(4), "d": 1} if has_equation else {}
+    equation = {"E": np.ones(4), "d": 1} if has_equation else {}
     batch = lcpcli.lsq(A, B, 0, **equation)
     assert batch.solved.all()
     for i, result in enumerate(batch):

@@ -1,12 +1,9 @@
 """Games of any number of players: their conditions, answers, files and faults."""
 
-from __future__ import annotations
-
 import json
 from dataclasses import replace
 from fractions import Fraction
 from itertools import chain, product
-from typing import Any
 
 import numpy as np
 import pytest
@@ -18,7 +15,7 @@ from lcpcli.solving import driver
 INF = np.inf
 # Three producers with costs 1, 2, 3 and 4, 3, 2 a unit, at a price of 20 less all that
 # they sell: the gradient of the loss of each.
-MARKET: Any = {
+MARKET = {
     "sizes": [1, 1, 1],
     "H": [[2, 1, 1], [1, 2, 1], [1, 1, 2]],
     "c": [-10, -9, -8],
@@ -26,7 +23,7 @@ MARKET: Any = {
 }
 
 
-def losses(x: np.ndarray[Any, Any]) -> list[float]:
+def losses(x):
     H, c = np.array(MARKET["H"], dtype=float), np.array(MARKET["c"], dtype=float)
     return [float(x[i] * (H[i] @ x - H[i, i] * x[i] / 2 + c[i])) for i in range(3)]
 
@@ -46,14 +43,14 @@ def test_no_player_gains_by_another_output():
 
 def test_gains_are_those_of_best_responses():
     problem = lcpcli.from_players(**MARKET, upper=4)
-    found: Any = lcpcli.check(problem, [2, 2, 2])
+    found = lcpcli.check(problem, [2, 2, 2])
     best = min(losses(np.array([t, 2, 2]))[0] for t in np.linspace(0, 4, 401))
     now = losses(np.full(3, 2.0))[0]
     assert not found.accepted
     assert found.strategies.gains[0] == pytest.approx(now - best)
 
 
-def follower(slope: float) -> lcpcli.Problem:
+def follower(slope):
     """A game in which 1 / slope is the best output of the first player, and any output
     is one of the second player, whose cost is then 0."""
     return lcpcli.from_players([1, 1], [[slope, 0], [slope, 0]], [-1, -1])
@@ -89,7 +86,7 @@ def test_a_slope_of_the_size_of_its_rounding_is_not_decided():
     assert json.loads(lcpcli.run(problem).to_json())["answer"]["gains"] == [0, None]
     assert lcpcli.check(problem, answer.x).message.endswith(f"; as strategies, {words}")
     for x in ([1 / 49 + 1e-3, 0], [1 / 49 - 1e-3, 0]):
-        found: Any = lcpcli.check(problem, x)
+        found = lcpcli.check(problem, x)
         grows = x[0] > 1 / 49
         assert found.strategies.gains[1] == (0 if grows else np.inf)
         assert "not an equilibrium" in found.message
@@ -114,7 +111,7 @@ def test_a_gain_that_rounding_of_a_row_makes_is_none():
     answer = lcpcli.run(problem).answer
     assert answer.gains == (0, 0)
     assert answer.statement.startswith("an equilibrium: ")
-    moved: Any = lcpcli.check(problem, np.add(answer.x, [0, 1e-3, 0, 0]))
+    moved = lcpcli.check(problem, np.add(answer.x, [0, 1e-3, 0, 0]))
     assert moved.strategies.gains[0] > 1e-4
 
 
@@ -213,8 +210,8 @@ def test_published_games_have_one_equilibrium(shared):
     (x_2 + 3/10)^2 and (x_3 - (x_11 + x_2) / 2)^2 with a shared row, and ten producers
     who sell at 600 less all that they sell, at costs of 10 + 5i a unit."""
     H = [[2, 0, 0, 0], [0, 2, 0, 0], [0, 0, 2, 0], [-1, 0, -1, 2]]
-    row: Any = {"A": [[1, 0, 1, 1]], "row_upper": 2, "shared": shared}
-    sides: Any = {"lower": 0, "upper": 1}
+    row = {"A": [[1, 0, 1, 1]], "row_upper": 2, "shared": shared}
+    sides = {"lower": 0, "upper": 1}
     few = lcpcli.from_players([2, 1, 1], H, [-2, 1, 0.6, 0], **row, **sides)
     costs = 10 + 5 * np.arange(10)
     ones = np.ones((10, 10))
@@ -223,14 +220,14 @@ def test_published_games_have_one_equilibrium(shared):
     )
     total = Fraction(int((600 - costs).sum()), 11)
     expected = [600 - int(cost) - total for cost in costs]
-    cases: Any = (few, [1, 0, 0, Fraction(1, 2)]), (many, expected)
+    cases = (few, [1, 0, 0, Fraction(1, 2)]), (many, expected)
     for problem, x in cases:
         found = lcpcli.solutions(problem)
         (piece,) = list(found)
         assert found.complete
         assert piece.is_point
         assert list(piece.vertices[0][: len(x)]) == x
-        answer: Any = lcpcli.exact(problem).answer
+        answer = lcpcli.exact(problem).answer
         assert [*chain(*answer.exact["strategies"])] == x
         assert answer.gains == pytest.approx([0.0] * len(answer.gains), abs=1e-10)
 
@@ -240,8 +237,8 @@ def test_three_players_with_four_shared_rows_have_one_variational_equilibrium():
     players i = 0, 1, 2, so that the variational equilibrium is a projection."""
     A = np.round(10 * np.random.RandomState(2).standard_normal((4, 6))) / 10
     c = np.repeat([0.0, 1.0, 2.0], 2)
-    data: Any = {"sizes": [2, 2, 2], "H": np.eye(6), "c": c, "A": A}
-    sides: Any = {"row_upper": 1, "lower": None}
+    data = {"sizes": [2, 2, 2], "H": np.eye(6), "c": c, "A": A}
+    sides = {"row_upper": 1, "lower": None}
     found = lcpcli.solutions(lcpcli.from_players(**data, **sides))
     (piece,) = list(found)
     x = np.array(piece.vertices[0][:6], dtype=float)
@@ -311,7 +308,7 @@ def test_what_is_wrong_is_named(changed, where, fault, tmp_path):
 
 PENNIES, OTHER = [[1, -1], [-1, 1]], [[-1, 1], [1, -1]]
 # Each player wants to differ from the next one.
-RING: Any = {
+RING = {
     "payoffs": {
         "Ann": {"Bob": OTHER},
         "Bob": {"Cid": OTHER},
@@ -330,7 +327,7 @@ def test_a_game_of_two_players_has_the_same_equilibria_as_by_from_game():
         found = {vertex[:6] for piece in own for vertex in piece.vertices}
         game = lcpcli.solutions(lcpcli.from_game(A, B))
         assert list(game)
-        extreme: Any = game.equilibria
+        extreme = game.equilibria
         assert found == {(*each.row, *each.column) for each in extreme.extreme}
 
 
@@ -348,14 +345,14 @@ def test_an_equilibrium_of_a_ring_in_fractions():
 
 def test_gains_are_those_of_pure_best_responses():
     problem = lcpcli.from_polymatrix({(0, 1): PENNIES, (1, 0): OTHER})
-    found: Any = lcpcli.check(problem, [1, 0, 1, 0])
+    found = lcpcli.check(problem, [1, 0, 1, 0])
     assert not found.accepted
     assert found.strategies.gains == (0, 2)
 
 
 def test_the_best_equilibrium_of_a_player():
     # A battle of the sexes, while Cid watches.
-    payoffs: Any = {(0, 1): [[2, 0], [0, 1]], (1, 0): [[1, 0], [0, 2]]}
+    payoffs = {(0, 1): [[2, 0], [0, 1]], (1, 0): [[1, 0], [0, 2]]}
     payoffs[2, 0] = [[0, 0]]
     problem = lcpcli.from_polymatrix(payoffs, ["Ann", "Bob", "Cid"])
     for player, best in (("Ann", 2), ("Bob", 2), ("Cid", 0)):
@@ -390,9 +387,9 @@ def test_games_in_strategic_form_that_are_sums_over_pairs_are_read(seed, tmp_pat
     head = f'NFG 1 R "a game" {{ {names} }} {{ {" ".join(map(str, sizes))} }}'
     file = tmp_path / "game.nfg"
     file.write_text(f"{head}\n{' '.join(cells)}\n")
-    found: Any = lcpcli.exact(lcpcli.read(str(file))).answer.exact
+    found = lcpcli.exact(lcpcli.read(str(file))).answer.exact
     given = lcpcli.from_polymatrix(payoffs)
-    verified: Any = lcpcli.check(given, [*chain(*found.strategies)])
+    verified = lcpcli.check(given, [*chain(*found.strategies)])
     assert verified.exact
     assert verified.accepted
     assert verified.strategies.payoffs == found.payoffs
@@ -405,7 +402,7 @@ def test_files_hold_a_polymatrix_game(tmp_path, suffix):
     for as_program in (False, True):
         lcpcli.write(problem, file, as_program=as_program)
         again = lcpcli.read(file)
-        origin: Any = again.origin
+        origin = again.origin
         assert np.array_equal(again.M, problem.M)
         assert origin.data() == problem.origin.data()
 

@@ -1,10 +1,7 @@
 """Affine variational inequalities: what is found, and what is proved about it."""
 
-from __future__ import annotations
-
 import json
 from fractions import Fraction
-from typing import Any
 
 import numpy as np
 import pytest
@@ -18,8 +15,8 @@ TURN = [[0, 1], [-1, 0]]  # H + H' = 0
 INDEFINITE = [[-1, 0], [0, -1]]
 
 
-def claims(problem: Problem) -> tuple[bool | None, ...]:
-    proved: Any = lcpcli.run(problem).answer.proved
+def claims(problem):
+    proved = lcpcli.run(problem).answer.proved
     return proved.solves.holds, proved.monotone.holds, proved.only.holds
 
 
@@ -129,7 +126,7 @@ def test_large_ones_that_are_not_definite_are_not_decided():
 
 
 def test_a_symmetric_h_gives_the_minimizer():
-    data: Any = [[2, 1], [1, 2]], [-4, -1], [[1, 1]]
+    data = [[2, 1], [1, 2]], [-4, -1], [[1, 1]]
     avi = lcpcli.run(lcpcli.from_avi(*data, row_upper=1))
     program = lcpcli.run(lcpcli.from_qp(*data, row_upper=1))
     assert avi.answer.x.tolist() == program.answer.x.tolist()
@@ -138,7 +135,7 @@ def test_a_symmetric_h_gives_the_minimizer():
 
 @pytest.mark.parametrize("suffix", ["json", "npz", "mat"])
 def test_files_hold_it(tmp_path, suffix):
-    names: Any = {"rows": ["one", "two"], "columns": ["a", "b"]}
+    names = {"rows": ["one", "two"], "columns": ["a", "b"]}
     problem = lcpcli.from_avi(
         [[2, 1], [-1, 2]],
         [-4, -4],

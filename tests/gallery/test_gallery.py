@@ -1,18 +1,15 @@
 """The gallery's families are what they say: their numbers, the class of M, the known
 solutions and verdicts."""
 
-from __future__ import annotations
-
 import inspect
 from fractions import Fraction
-from typing import Any
 
 import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from lcpcli import Problem, Status, run
+from lcpcli import Status, run
 from lcpcli.gallery import families as gallery
 from lcpcli.inspection.verdict import NO, YES, classify
 from lcpcli.linalg.matrices import dense, is_sparse
@@ -88,11 +85,11 @@ CLASSES = {
 IN_FRACTIONS = {"curtis-han-robinson": 19, "kostreva": 3}
 
 
-def of_size(name: str, n: int, seed: int = 0, **parameters: Any) -> Problem:
+def of_size(name, n, seed=0, **parameters):
     return gallery.make(name, None if name in FIXED else n, seed, **parameters)
 
 
-OTHER_PARAMETERS: list[tuple[str, dict[str, Any]]] = [
+OTHER_PARAMETERS = [
     ("ben-gharbia-gilbert", {"alpha": 1.5}),
     ("journal-bearing", {"eccentricity": 0.99}),
     ("contact", {"friction": 0.0, "compliance": 0.5}),

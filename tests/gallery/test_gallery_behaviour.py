@@ -2,18 +2,14 @@
 margins, free boundaries; and parameters that move q or bounds alone, so that a path
 goes from one member to another."""
 
-from __future__ import annotations
-
 import math
 import re
-from collections.abc import Iterator
 from fractions import Fraction
-from typing import Any
 
 import numpy as np
 import pytest
 
-from lcpcli import Problem, Status, inspect, run
+from lcpcli import Status, inspect, run
 from lcpcli.errors import OptionError
 from lcpcli.formulations.quadratic_program import families as programs
 from lcpcli.gallery import families as gallery
@@ -22,7 +18,6 @@ from lcpcli.gallery.rigid_bodies import (
     HALF,
     NEAR,
     STEP,
-    Contact,
     Scene,
     contact_in_time,
 )
@@ -32,7 +27,7 @@ from lcpcli.parametric.following import path
 from ..methods.bands import product
 
 
-def newton_without_safeguard(problem: Problem, steps: int) -> list[tuple[int, ...]]:
+def newton_without_safeguard(problem, steps):
     """The active sets of steps z_P = -M_PP^-1 q_P, P = {z > w}, from the problem's
     x0."""
     P, sets = problem.x0 > 0, []
@@ -185,9 +180,7 @@ MOVES = [
 def test_the_parameter_leaves_m_alone_and_a_verified_path_joins_its_values(
     family, n, moved
 ):
-    values: list[dict[str, Any]] = [
-        {name: ends[k] for name, ends in moved.items()} for k in (0, 1)
-    ]
+    values = [{name: ends[k] for name, ends in moved.items()} for k in (0, 1)]
     first, last = (gallery.make(family, n, **given) for given in values)
     assert np.array_equal(dense(first.M), dense(last.M))
     moves_bounds = set(moved) & {"most", "gap", "capacity"}
@@ -246,9 +239,7 @@ def test_a_tax_ends_trade_and_leaves_the_prices_without_it():
 INERTIA = float(HALF @ HALF) / 3  # of a box, whose mass is 1
 
 
-def steps(
-    scene: Scene, count: int
-) -> Iterator[tuple[list[Contact], np.ndarray, np.ndarray, np.ndarray]]:
+def steps(scene, count):
     """Move a scene on, and yield the contacts of each step with their normal impulses,
     their tangential impulses, and their sliding speeds gamma."""
     for _ in range(count):
@@ -262,14 +253,14 @@ def steps(
         yield contacts, normal, one - other, gamma
 
 
-def momentum(scene: Scene) -> np.ndarray:
+def momentum(scene):
     """Return the linear momentum of the boxes, and their angular momentum about the
     origin."""
     (x, y), (u, v, spin) = scene.centres[1:].T, scene.velocities[1:].T
     return np.array([u.sum(), v.sum(), (x * v - y * u + INERTIA * spin).sum()])
 
 
-def energy(scene: Scene) -> float:
+def energy(scene):
     return float(
         (
             scene.velocities[1:] ** 2 @ [0.5, 0.5, INERTIA / 2]

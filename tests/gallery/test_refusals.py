@@ -1,15 +1,13 @@
 """Parameters out of their range make no problem of the gallery."""
 
-from __future__ import annotations
-
 import pytest
 
 from lcpcli.gallery.families import make
 
-from ..refusals import Refusal, calls, raised
+from ..refusals import calls, raised
 
 NAMES = {"make": make}
-REFUSALS: list[Refusal] = calls(
+REFUSALS = calls(
     "OptionError",
     r"""
 "nothing" => family: {UNKNOWN:'nothing'}; lcp make --list shows the families

@@ -3,20 +3,15 @@ are recognised, small ones by definitions in rational arithmetic that share noth
 the package. Where a definition ranges over all vectors, those of a grid can refute it
 only."""
 
-from __future__ import annotations
-
-from collections.abc import Callable, Iterator
 from decimal import Decimal
 from fractions import Fraction
 from itertools import combinations, product
-from typing import Any
 
 import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
-from numpy.random import Generator
 from scipy import sparse
 
 from lcpcli.gallery import families
@@ -26,7 +21,6 @@ from lcpcli.inspection.verdict import (
     NO,
     UNDECIDED,
     YES,
-    Verdict,
     called,
     classify,
 )
@@ -55,7 +49,7 @@ IMPLIED = {
 }
 
 
-def check(M: Any, found: dict[str, Verdict], decided: bool = True) -> None:
+def check(M, found, decided=True):
     """Every verdict on the small M is the true one, and what is shown as a
     counterexample is one."""
     A = rational(M)
@@ -73,7 +67,7 @@ def check(M: Any, found: dict[str, Verdict], decided: bool = True) -> None:
     check_witnesses(A, found)
 
 
-def check_witnesses(A: Rows, found: dict[str, Verdict]) -> None:
+def check_witnesses(A, found):
     """What is shown as a counterexample is one, exactly."""
     for name, sign in (
         ("positive_definite", 0),
@@ -109,7 +103,7 @@ def check_witnesses(A: Rows, found: dict[str, Verdict]) -> None:
         )
 
 
-def whole(n: int, size: int) -> st.SearchStrategy[Any]:
+def whole(n, size):
     return arrays(np.float64, (n, n), elements=st.integers(-size, size).map(float))
 
 
@@ -204,43 +198,43 @@ def test_a_matrix_that_is_indefinite_by_more_than_rounding_is_called_so(
     assert found == (NO, NO, None)
 
 
-def spd(random: Generator, n: int) -> Any:
+def spd(random, n):
     A = random.standard_normal((n, n))
     return A @ A.T + 0.1 * np.eye(n)
 
 
-def skew(random: Generator, n: int) -> Any:
+def skew(random, n):
     A = random.standard_normal((n, n))
     return A - A.T
 
 
-def dominant(random: Generator, n: int) -> Any:
+def dominant(random, n):
     M = random.standard_normal((n, n))
     np.fill_diagonal(M, 0)
     return M + np.diag(np.abs(M).sum(axis=1) * 1.1 + 0.1)
 
 
-def nonsingular_m(random: Generator, n: int) -> Any:
+def nonsingular_m(random, n):
     B = random.random((n, n)) * (random.random((n, n)) < 0.5)
     return (np.abs(np.linalg.eigvals(B)).max() + 0.1) * np.eye(n) - B
 
 
-def z_not_m(random: Generator, n: int) -> Any:
+def z_not_m(random, n):
     B = random.random((n, n)) + 0.1
     return 0.9 * np.abs(np.linalg.eigvals(B)).max() * np.eye(n) - B
 
 
-def indefinite(random: Generator, n: int) -> Any:
+def indefinite(random, n):
     Q = np.linalg.qr(random.standard_normal((n, n)))[0]
     return Q @ np.diag(np.append(random.uniform(1, 2, n - 1), -0.5)) @ Q.T
 
 
-def whole_singular(random: Generator, n: int) -> Any:
+def whole_singular(random, n):
     A = random.integers(-3, 4, (n, n - 1)).astype(float)
     return A @ A.T
 
 
-KNOWN: list[tuple[Callable[[Generator, int], Any], dict[str, str]]] = [
+KNOWN = [
     (
         spd,
         {
@@ -294,7 +288,7 @@ KNOWN: list[tuple[Callable[[Generator, int], Any], dict[str, str]]] = [
 ]
 
 
-def known(sizes: tuple[int, ...], repeats: int) -> Iterator[tuple[Any, dict[str, str]]]:
+def known(sizes, repeats):
     for family, (make, expected) in enumerate(KNOWN):
         for n in sizes:
             for seed in range(repeats):
@@ -491,34 +485,31 @@ def test_singular_sum_of_squares_is_decided_at_every_size(n):
         assert semidefinite_rank(S) is None
 
 
-Rows = list[list[Fraction]]
-
-
-def are_rounded(M: Any) -> bool:
+def are_rounded(M):
     """Whether a number of the matrix has 15 digits or more, and is not whole."""
     texts = [repr(float(value)) for value in np.ravel(M) if value % 1]
     digits = (Decimal(text).normalize().as_tuple().digits for text in texts)
     return any(len(each) >= 15 for each in digits)
 
 
-def rational(M: Any) -> Rows:
+def rational(M):
     """The numbers of a matrix: decimals, or if some are rounded, doubles."""
     number = float if are_rounded(M) else repr
     return [[Fraction(number(float(value))) for value in row] for row in M]
 
 
-def minor(A: Rows, indices: tuple[int, ...]) -> Fraction:
+def minor(A, indices):
     return exact.determinant([[A[i][j] for j in indices] for i in indices])
 
 
-def minors(A: Rows) -> list[Fraction]:
+def minors(A):
     n = len(A)
     return [
         minor(A, P) for size in range(1, n + 1) for P in combinations(range(n), size)
     ]
 
 
-def form(A: Rows, v: Any) -> Fraction:
+def form(A, v):
     x = [Fraction(float(value)) for value in v]
     return sum(
         (x[i] * A[i][j] * x[j] for i in range(len(x)) for j in range(len(x))),
@@ -526,7 +517,7 @@ def form(A: Rows, v: Any) -> Fraction:
     )
 
 
-def products(A: Rows, v: Any) -> list[Fraction]:
+def products(A, v):
     """v_i (Av)_i for all i."""
     x = [Fraction(float(value)) for value in v]
     return [
@@ -535,7 +526,7 @@ def products(A: Rows, v: Any) -> list[Fraction]:
     ]
 
 
-def comparison(A: Rows) -> Rows:
+def comparison(A):
     """|a_ii| on the diagonal, -|a_ij| off it."""
     return [
         [abs(v) if i == j else -abs(v) for j, v in enumerate(row)]
@@ -543,7 +534,7 @@ def comparison(A: Rows) -> Rows:
     ]
 
 
-def belongs(A: Rows) -> dict[str, bool]:
+def belongs(A):
     """For each class that minors or entries decide, whether A belongs to it."""
     n = len(A)
     T = [list(column) for column in zip(*A, strict=True)]
@@ -569,12 +560,12 @@ def belongs(A: Rows) -> dict[str, bool]:
     }
 
 
-def grid(n: int, size: int, lowest: int) -> list[tuple[int, ...]]:
+def grid(n, size, lowest):
     """All whole vectors but 0 with entries from `lowest` to `size`."""
     return [v for v in product(range(lowest, size + 1), repeat=n) if any(v)]
 
 
-def refuted(M: Any, size: int = 3) -> dict[str, bool]:
+def refuted(M, size=3):
     """Whether a small whole vector refutes that M, whole numbers below 2^20, belongs to
     each of the other classes."""
     M = np.asarray(M, dtype=np.int64)

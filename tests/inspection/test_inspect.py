@@ -2,15 +2,11 @@
 numbers are, with bounds too; the rate of the fixed point iteration is that which theory
 gives."""
 
-from __future__ import annotations
-
 import json
 import math
-from typing import Any
 
 import numpy as np
 import pytest
-from numpy.random import Generator
 from scipy import sparse
 from scipy.sparse import eye_array
 
@@ -37,21 +33,21 @@ OBJECT = json.loads(
 )
 
 
-def random_problem(seed: int, n: int, symmetric: bool) -> Problem:
+def random_problem(seed, n, symmetric):
     random = np.random.default_rng(seed)
     A, S = random.standard_normal((2, n, n)) / np.sqrt(n)
     M = A @ A.T + 0.1 * np.eye(n)
     return Problem(M if symmetric else M + S - S.T, random.standard_normal(n))
 
 
-def tridiagonal(n: int, diagonal: float = 2.0) -> Problem:
+def tridiagonal(n, diagonal=2.0):
     M = sparse.diags_array(
         [-1.0, diagonal, -1.0], offsets=[-1, 0, 1], shape=(n, n)
     ).tocsr()
     return Problem(M, np.random.default_rng(n).standard_normal(n))
 
 
-def hints(M: Any, q: Any = None) -> str:
+def hints(M, q=None):
     found = inspect(Problem(M, -np.ones(len(M)) if q is None else q), math.inf)
     return " ".join(found.hints)
 
@@ -141,7 +137,7 @@ def test_bound_is_that_of_eigenvalues_and_a_singular_iteration_has_none():
     assert contraction(Problem([[-1.0]], [1.0]), np.ones(1)) is None
 
 
-def kostreva(n: int) -> Problem:
+def kostreva(n):
     return Problem(np.eye(n) + 2 * np.roll(np.eye(n), 1, 1), -np.ones(n))
 
 
@@ -290,7 +286,7 @@ COPOSITIVE = [[1, 4], [4, 1]]  # strictly, but neither row sufficient nor a P-ma
 SWAPPED = [[0, 1], [1, 0]]  # copositive, but not copositive-plus
 
 
-def random_mixed_problem(kind: str, random: Generator) -> Problem:
+def random_mixed_problem(kind, random):
     """Small integers, with bounds of every kind."""
     n = int(random.integers(1, 6))
     A = random.integers(-2, 3, size=(n, n)).astype(float)
@@ -326,7 +322,7 @@ def test_guaranteed_methods_solve_the_problem_or_prove_it_has_no_solution(kind):
 SADDLE, TRIANGULAR = [[2, -1], [1, 0]], [[1, 3], [0, 1]]
 FREE = {"lower": [0, -INF]}
 LARGE = eye_array(2600, format="csr")
-GUARANTEED: list[tuple[Any, dict[str, Any], dict[str, str]]] = [
+GUARANTEED = [
     (COPOSITIVE, {"lower": 0}, {"lemke": "yes"}),
     (COPOSITIVE, {"lower": -1, "upper": [INF, 2]}, {"lemke": "yes"}),
     # The standard form has -4.

@@ -2,8 +2,6 @@
 matrix with them, bands in doubles and in fixed-point numbers, and systems refined with
 these; all beside rational arithmetic."""
 
-from __future__ import annotations
-
 import threading
 from fractions import Fraction
 
@@ -30,14 +28,14 @@ from ..methods import bands
 EPS = float(np.finfo(float).eps)
 
 
-def exact(x: DoubleDouble) -> list[Fraction]:
+def exact(x):
     return [
         Fraction(float(a)) + Fraction(float(b))
         for a, b in zip(x.high, x.low, strict=True)
     ]
 
 
-def of_seed(seed: int, n: int = 30) -> tuple[DoubleDouble, DoubleDouble]:
+def of_seed(seed, n=30):
     random = np.random.default_rng(seed)
     highs = random.normal(size=(2, n)) * 10.0 ** random.uniform(-8, 8, (2, n))
     lows = highs * random.uniform(-0.5, 0.5, (2, n)) * EPS
@@ -85,7 +83,7 @@ def test_products_with_a_matrix_lose_nothing_to_cancellation(seed, kind):
         assert error <= 4 * EPS * abs(value) + n * Fraction(EPS) ** 2 * float(size)
 
 
-def band_of(seed: int, is_symmetric: bool, is_shuffled: bool) -> csr_array:
+def band_of(seed, is_symmetric, is_shuffled):
     random, n = np.random.default_rng(seed), 40
     parts = [random.normal(size=n - abs(k)) for k in range(-2, 3)]
     M = csr_array(diags_array(parts, offsets=range(-2, 3)))
@@ -191,7 +189,6 @@ def test_a_value_is_deleted_by_the_thread_that_has_made_it():
     made = threads[0]
     assert made is not threading.current_thread()
     del own
-    assert made is not None
     made.join(10)
     assert threads == [made, made]
 

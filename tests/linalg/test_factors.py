@@ -4,8 +4,6 @@ prints nothing, and HiGHS in its own package beside the one in scipy; numbers th
 overflow reach none of the singular values of LAPACK, on which these might never end.
 """
 
-from __future__ import annotations
-
 import math
 import subprocess
 import sys
@@ -27,12 +25,12 @@ from lcpcli.linalg.compressed_rows import block
 from lcpcli.linalg.doubles import in_range
 from lcpcli.linalg.factors import PrincipalSolver, SingularMatrix
 from lcpcli.linalg.patterns import LONG_ROW, Band, is_structurally_singular, order_of
-from lcpcli.linalg.programs import Optimum, minimized
+from lcpcli.linalg.programs import minimized
 from lcpcli.linalg.shifted_systems import MAX_SPLIT_OFF, Bordered, dense_places
 from lcpcli.linalg.units import PseudoInverse
 
 
-def bordered(n: int, places: list[int], random: np.random.Generator) -> csr_array:
+def bordered(n, places, random):
     """Tridiagonal and dominant but for dense rows and columns."""
     M = diags_array(
         [np.full(n - 1, -1.0), np.full(n, 4.0), np.full(n - 1, -0.5)],
@@ -47,7 +45,7 @@ def bordered(n: int, places: list[int], random: np.random.Generator) -> csr_arra
 @pytest.mark.parametrize("places", [[0], [7, 300, 499]])
 def test_bordered_systems_are_those_of_the_whole_matrix(places, monkeypatch):
     """With factors of the rest alone, which do not fill in."""
-    entries: list[int] = []
+    entries = []
 
     def noted(*given, **how):
         made = splu(*given, **how)
@@ -190,7 +188,7 @@ def test_each_submatrix_is_factorized_once(monkeypatch):
     sets = generator.random((5, n))[generator.integers(5, size=m)] < 0.5
     sets[7] = False
     B = generator.standard_normal((m, n))
-    factorized: list[int] = []
+    factorized = []
     real = np.linalg.solve
     monkeypatch.setattr(
         np.linalg, "solve", lambda A, b: factorized.append(A.shape[0]) or real(A, b)
@@ -231,7 +229,7 @@ def test_singular_submatrices_spoil_no_others():
     assert X[[0, 2, 3]].tolist() == [[4, 0, 0, 0], [0, 0, 2, 0], [0, 0, 2, 1]]
 
 
-def arrow(n: int) -> csr_array:
+def arrow(n):
     """A full row, a full column, and the diagonal."""
     hub = csr_array(
         (np.ones(n - 1), (np.zeros(n - 1, dtype=int), np.arange(1, n))), shape=(n, n)
@@ -271,7 +269,7 @@ def test_patterns_of_singular_matrices_alone_are_structurally_singular():
     assert found == {True, False}
 
 
-def is_feasible(A: np.ndarray, b: np.ndarray, zero: list[int]) -> bool:
+def is_feasible(A, b, zero):
     """Whether some z, w >= 0 has w = A z + b and these forms 0, by an LP solver."""
     m, n = A.shape
     upper = np.full(n + m, np.inf)
@@ -324,9 +322,7 @@ def test_a_point_that_only_the_margin_admits_is_none():
     assert system.point() is None
 
 
-def by_both(
-    monkeypatch: pytest.MonkeyPatch, *program: object
-) -> tuple[Optimum | None, Optimum | None]:
+def by_both(monkeypatch, *program):
     pytest.importorskip("highspy")
     own = minimized(*program)
     monkeypatch.setattr(programs, "find_spec", lambda _: None)

@@ -1,8 +1,6 @@
 """Blocks of rank one: what is left, U and D make the matrix, and systems with them have
 the solutions of the matrix."""
 
-from __future__ import annotations
-
 from importlib.util import find_spec
 
 import numpy as np
@@ -16,7 +14,7 @@ SIZES = 3, 1, 20, 30, 40
 ROWS = 10
 
 
-def with_blocks(seed: int, others: int = 0) -> tuple[csr_array, np.ndarray]:
+def with_blocks(seed, others=0):
     """A matrix of a program with blocks of rank one of several sizes, permuted, and so
     many other entries; and its signs."""
     random = np.random.default_rng(seed)
@@ -42,7 +40,6 @@ def with_blocks(seed: int, others: int = 0) -> tuple[csr_array, np.ndarray]:
 def test_rest_and_blocks_make_the_matrix_with_far_fewer_entries(seed):
     M, signs = with_blocks(seed)
     blocks = rank_one_blocks(M, signs)
-    assert blocks is not None
     made = blocks.rest + blocks.U @ diags_array(blocks.D) @ blocks.U.T
     assert abs(made - M).max() <= 1e-14 * abs(M).max()
     assert blocks.rest.nnz + 2 * blocks.U.nnz + blocks.D.size < M.nnz / 2
@@ -53,7 +50,6 @@ def test_rest_and_blocks_make_the_matrix_with_far_fewer_entries(seed):
 def test_a_block_with_another_entry_is_none():
     M, signs = with_blocks(0)
     whole = rank_one_blocks(M, signs)
-    assert whole is not None
     member = whole.U[:, [int(np.argmax(np.bincount(whole.U.indices)))]].nonzero()[0]
     for i, j, value in (
         (member[0], member[1], 1e-12 * M[member[0], member[1]]),

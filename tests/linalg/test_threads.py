@@ -3,18 +3,14 @@ for the duration of a call; and threads that solve at once, whose results are th
 one thread, to the last bit.
 """
 
-from __future__ import annotations
-
 import contextlib
 import json
 import os
 import subprocess
 import sys
-from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
 from itertools import cycle, islice
 from threading import Barrier, Event, Thread
-from typing import Any
 
 import numpy as np
 import pytest
@@ -65,7 +61,7 @@ def clean(monkeypatch):
         monkeypatch.delenv(name, raising=False)
 
 
-def python(code: str, *arguments: str) -> subprocess.CompletedProcess[str]:
+def python(code, *arguments):
     return subprocess.run(
         [sys.executable, "-c", code, *arguments],
         capture_output=True,
@@ -142,7 +138,7 @@ def test_bench_records_the_number_and_is_resumed_with_the_same(lcp, tmp_path):
 @pytest.fixture
 def numbers(clean, monkeypatch):  # noqa: ARG001
     """The numbers to which threads are limited, where 150 rows are many."""
-    found: list[int] = []
+    found = []
 
     @contextlib.contextmanager
     def limited(number):
@@ -154,7 +150,7 @@ def numbers(clean, monkeypatch):  # noqa: ARG001
     return found
 
 
-def solve(n: int, form: Callable[[Any], Any] = np.asarray, **options: Any) -> None:
+def solve(n, form=np.asarray, **options):
     assert lcpcli.solve(form(2 * np.eye(n)), -np.ones(n), "newton", **options).solved
 
 
@@ -270,7 +266,7 @@ FAMILIES = {
 }
 
 
-def problems(seed: int) -> list[Problem]:
+def problems(seed):
     """Problems of several kinds: solvable, infeasible, mixed, programs, games,
     sparse."""
     random = np.random.default_rng(seed)
@@ -288,9 +284,9 @@ def problems(seed: int) -> list[Problem]:
     return [*of_families, *own]
 
 
-def solved(given: list[Problem], together: Barrier | None = None) -> list[Any]:
+def solved(given, together=None):
     """What many calls return, without their times."""
-    found: list[Any] = []
+    found = []
     if together is not None:
         together.wait(20)
     for problem in islice(cycle(given), PROBLEMS):

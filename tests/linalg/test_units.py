@@ -2,10 +2,7 @@
 change, and those of scaling; products, largest entries, and matrices in compressed rows
 that are made of arrays, beside those that scipy makes."""
 
-from __future__ import annotations
-
 import sys
-from typing import Any
 
 import numpy as np
 import pytest
@@ -25,7 +22,6 @@ from lcpcli.linalg.matrices import (
 from lcpcli.linalg.stencils import Operator
 from lcpcli.linalg.units import Base, equilibrate, units
 from lcpcli.model.arrays import as_matrix
-from lcpcli.typing import Matrix
 from lcpcli.verify.measure import Measure, least_caps
 
 from ..methods.grids import plane, space, stream
@@ -183,7 +179,7 @@ def test_products_are_those_of_the_operator_of_scipy_with_its_routine_or_without
             assert times(v) == pytest.approx(A @ v)
 
 
-def same(made: Matrix, expected: Any) -> bool:
+def same(made, expected):
     """Whether both have the same entries, and scipy accepts the arrays of the first
     one."""
     made.check_format(full_check=True)
@@ -229,7 +225,7 @@ def test_programs_by_columns_and_by_rows_have_the_same_conditions(k):
         assert np.array_equal(problem.q, dense.q)
 
 
-def with_other_rows(M: Matrix) -> Matrix:
+def with_other_rows(M):
     """M with other numbers in a few rows, and with an entry more or fewer in others."""
     M = M.tolil()
     M[M.shape[0] // 2, 3] = 7.0
@@ -301,7 +297,6 @@ def test_a_sequence_is_accepted_by_lower_bounds_of_its_caps():
         caps = least_caps(second, violations, rows)
     near_units = second.facts.near_units
     assert caps is not None
-    assert near_units is not None
     true = Measure(second).caps(np.zeros(24))
     assert (np.maximum(caps, abs(q)) <= true).all()
     assert (caps > 0.5 * np.exp2(-near_units[1]) * true)[q < 0].any()

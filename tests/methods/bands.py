@@ -1,19 +1,14 @@
 """Basic solutions of bands in rational arithmetic, however ill-conditioned they are."""
 
-from __future__ import annotations
-
-from collections.abc import Sequence
 from fractions import Fraction
 
 import numpy as np
 from scipy.sparse import csr_array
 
-from lcpcli import Problem
-
 Row = dict[int, Fraction]
 
 
-def solution(M: csr_array, b: Sequence[Fraction]) -> list[Fraction]:
+def solution(M, b):
     """x with M x = b, by elimination without row exchanges."""
     n = M.shape[0]
     rows = [_row(M, i) for i in range(n)]
@@ -35,9 +30,7 @@ def solution(M: csr_array, b: Sequence[Fraction]) -> list[Fraction]:
     return x
 
 
-def basic_solution(
-    problem: Problem, z: np.ndarray
-) -> tuple[list[Fraction], list[Fraction]]:
+def basic_solution(problem, z):
     """The basic solution of the states of z, and its w, of an M that is sparse."""
     M, q = csr_array(problem.M), list(map(Fraction, problem.q))
     lower, upper = problem.box.vectors(problem.n)
@@ -54,14 +47,14 @@ def basic_solution(
     return exact, w
 
 
-def product(M: csr_array, z: Sequence[Fraction]) -> list[Fraction]:
+def product(M, z):
     return [
         sum((value * z[j] for j, value in _row(M, i).items()), Fraction(0))
         for i in range(M.shape[0])
     ]
 
 
-def _row(M: csr_array, i: int) -> Row:
+def _row(M, i):
     own = slice(M.indptr[i], M.indptr[i + 1])
     return {
         int(j): Fraction(float(value))

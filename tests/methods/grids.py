@@ -1,14 +1,10 @@
 """Sparse matrices of difference formulas on grids, and loads that change sign."""
 
-from __future__ import annotations
-
 import numpy as np
 from scipy.sparse import csr_array, diags_array, eye_array, kron
 
-from lcpcli.typing import Matrix, Vector
 
-
-def line(m: int, middle: float = 2.0) -> Matrix:
+def line(m, middle=2.0):
     return csr_array(
         diags_array(
             [-np.ones(m - 1), np.full(m, middle), -np.ones(m - 1)], offsets=[-1, 0, 1]
@@ -16,15 +12,15 @@ def line(m: int, middle: float = 2.0) -> Matrix:
     )
 
 
-def plane(m: int, across: float = 1.0) -> Matrix:
+def plane(m, across=1.0):
     return csr_array(kron(line(m), eye_array(m)) + across * kron(eye_array(m), line(m)))
 
 
-def space(m: int) -> Matrix:
+def space(m):
     return csr_array(kron(plane(m), eye_array(m)) + kron(eye_array(m * m), line(m)))
 
 
-def stream(m: int, speed: float) -> Matrix:
+def stream(m, speed):
     """Convection and diffusion with upwind differences, which is not symmetric."""
     upwind = diags_array([-np.ones(m - 1), np.ones(m)], offsets=[-1, 0])
     return csr_array(
@@ -33,7 +29,7 @@ def stream(m: int, speed: float) -> Matrix:
     )
 
 
-def smooth(n: int, seed: int = 0) -> Vector:
+def smooth(n, seed=0):
     """A load that changes sign a few times along the unknowns."""
     phases = np.random.default_rng(seed).uniform(1, 9, 2)
     t = np.linspace(0, 1, n)

@@ -1,13 +1,9 @@
 """Problems, mixed ones of every kind too, that are built around a solution."""
 
-from __future__ import annotations
-
 import numpy as np
-from numpy.random import Generator
 from scipy.sparse import csr_array
 
 from lcpcli import Problem
-from lcpcli.typing import Matrix, Vector
 
 from ..mixed_problems import definite, monotone, with_all_bounds
 
@@ -15,7 +11,7 @@ KINDS = ("definite", "monotone", "semidefinite", "skew", "program", "zero")
 AT_LOWER, BETWEEN, AT_UPPER = range(3)
 
 
-def matrix(kind: str, n: int, random: Generator) -> Matrix:
+def matrix(kind, n, random):
     """M with M + M' positive semidefinite, of full rank, of rank n / 2, or 0; the
     conditions of a program; or any M."""
     if kind == "definite":
@@ -36,9 +32,7 @@ def matrix(kind: str, n: int, random: Generator) -> Matrix:
     }[kind]
 
 
-def solvable(
-    kind: str, n: int, random: Generator, degenerate: bool = False, sparse: bool = False
-) -> Problem:
+def solvable(kind, n, random, degenerate=False, sparse=False):
     """A problem built around a solution, with bounds of all kinds; if degenerate, w is
     0 at half of those attained."""
     M = matrix(kind, n, random)
@@ -58,7 +52,7 @@ def solvable(
     return Problem(csr_array(M) if sparse else M, w - M @ z, lower=lower, upper=upper)
 
 
-def planted(n: int, seed: int, density: float = 1.0) -> tuple[Vector, Vector]:
+def planted(n, seed, density=1.0):
     """A normal M, or one with a share of its entries, and q for which z and w have half
     of their entries each."""
     random = np.random.default_rng(seed)

@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
-from lcpcli import Problem, from_qp
+from lcpcli import from_qp
 from lcpcli.typing import Vector
 
 
@@ -22,7 +22,7 @@ class Rows(NamedTuple):
     upper: Vector
     has_minimum: bool
 
-    def problem(self) -> Problem:
+    def problem(self):
         return from_qp(
             self.Q,
             self.c,
@@ -34,7 +34,7 @@ class Rows(NamedTuple):
         )
 
 
-def random_program(seed: int, most: int = 160, kind: str = "") -> Rows:
+def random_program(seed, most=160, kind=""):
     """Return a program of integers: "infeasible" for every even seed, else with a
     minimum, "unbounded" or "both"; dense or sparse, linear or quadratic, with
     equations, inequalities, ranges, free and bounded variables."""
@@ -93,9 +93,7 @@ def random_program(seed: int, most: int = 160, kind: str = "") -> Rows:
     return Rows(Q, c, A, low, high, lower, upper, kind == "minimum")
 
 
-def _with_contradiction(
-    A: Vector, low: Vector, high: Vector, random: np.random.Generator
-) -> tuple[Vector, ...]:
+def _with_contradiction(A, low, high, random):
     """Return the rows with one more: a combination of some of them, above the bound
     that follows from these."""
     chosen = random.choice(
@@ -112,7 +110,7 @@ def _with_contradiction(
     )
 
 
-def with_rounded_combination(seed: int, k: int = 40, m: int = 20) -> Rows:
+def with_rounded_combination(seed, k=40, m=20):
     """Return a linear program with a Gaussian matrix, whose last row is a combination
     of others, rounded to doubles, with another right-hand side."""
     random = np.random.default_rng(seed)
@@ -135,7 +133,7 @@ def with_rounded_combination(seed: int, k: int = 40, m: int = 20) -> Rows:
     )
 
 
-def bounded_program(seed: int) -> dict[str, Any]:
+def bounded_program(seed):
     """A definite program with an equation, a range, a row from below and one from
     above, and bounds of every kind."""
     random = np.random.default_rng(seed)

@@ -1,22 +1,18 @@
 """Methods at work, taken apart: their iterates and how they ended; and scripts in the
 place of methods."""
 
-from __future__ import annotations
-
-from collections.abc import Iterable
-
-from lcpcli.methods.stages import Ending, Finished, Iterate, Stage, advance
+from lcpcli.methods.stages import Finished, Iterate, advance
 
 
-def through(stage: Stage) -> tuple[list[Iterate], Ending]:
+def through(stage):
     """All iterates of a stage, and how it ended."""
-    iterates: list[Iterate] = []
+    iterates = []
     while isinstance(step := advance(stage), Iterate):
         iterates.append(step)
     return iterates, step
 
 
-def scripted(iterates: Iterable[Iterate], ending: Ending | None = None) -> Stage:
+def scripted(iterates, ending=None):
     """A method that yields these iterates and then ends, by default as one that has
     finished."""
     yield from iterates

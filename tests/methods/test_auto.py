@@ -3,8 +3,6 @@ that helps, and a tree whose proofs are exact. What comes before a search: a few
 of the tree, the trivial solution, and exchanges from w = 0.
 """
 
-from __future__ import annotations
-
 import json
 import math
 import signal
@@ -38,7 +36,6 @@ from lcpcli.methods.stages import (
     Iterate,
     MethodSequence,
     NoSolution,
-    Stage,
 )
 from lcpcli.options import Limits
 from lcpcli.solving import driver
@@ -51,7 +48,7 @@ PROBLEM = families.make("harker-pang", 150)
 STRUCTURE = Structure(PROBLEM, np.zeros(PROBLEM.n))
 
 
-def counting(_: Structure) -> Stage:
+def counting(_):
     """Yield iterates for ever; their evaluations are 2, 4, 6, ..."""
     k = 0
     while True:
@@ -59,18 +56,13 @@ def counting(_: Structure) -> Stage:
         yield Iterate(np.zeros(PROBLEM.n), None, "", 2 * k)
 
 
-def row(
-    name: str,
-    begin: auto_table.Callable[[Structure], Stage],
-    share: float = 3,
-    first_round: int = 0,
-) -> AttemptRule:
+def row(name, begin, share=3, first_round=0):
     return AttemptRule(
         name, "", "", lambda _: True, begin, lambda _: share, first_round
     )
 
 
-def turns_of(*rows: AttemptRule) -> tuple[list[tuple[str, int]], MethodSequence]:
+def turns_of(*rows):
     """Return the names of the turns with their numbers of iterates, and the turns."""
     taken, turns = [], MethodSequence(np.zeros(PROBLEM.n))
     for part in attempts_in_rounds(STRUCTURE, rows):
@@ -125,7 +117,7 @@ def test_iterations_of_all_rounds_count_and_a_method_stands_in_the_route_once():
     assert turns.count("reflections") > 1
 
 
-def gaussian(n: int, seed: int) -> Problem:
+def gaussian(n, seed):
     random = np.random.default_rng(seed)
     return Problem(random.normal(size=(n, n)), random.normal(size=n))
 

@@ -3,17 +3,13 @@ found; faults of methods and formats of other packages are the status of a run, 
 line.
 """
 
-from __future__ import annotations
-
 import json
 import os
 import re
 import subprocess
 import sys
-from collections.abc import Callable
 from pathlib import Path
 from types import ModuleType
-from typing import Any
 
 import numpy as np
 import pytest
@@ -33,11 +29,11 @@ def test_the_methods_of_this_package_keep_it(name):
     check_method(name)
 
 
-def yielding(*made: Callable[[Any, Any], Any]) -> Callable[..., Any]:
+def yielding(*made):
     """A method that yields what these make of the problem and the start, and has then
     finished."""
 
-    def steps(problem: Any, x0: Any) -> Any:
+    def steps(problem, x0):
         for make in made:
             yield make(problem, x0)
         return Finished()
@@ -45,30 +41,30 @@ def yielding(*made: Callable[[Any, Any], Any]) -> Callable[..., Any]:
     return steps
 
 
-def step(change: float, evaluations: Any = 1) -> Callable[[Any, Any], Iterate]:
+def step(change, evaluations=1):
     return lambda _, x0: Iterate(x0 + change, None, "", evaluations)
 
 
-def changes_q(problem: Any, x0: Any) -> Any:
+def changes_q(problem, x0):
     problem.q.flags.writeable = True
     problem.q[0] += 1.0
     return step(1.0)(problem, x0)
 
 
-def changes_x(problem: Any, x0: Any) -> Any:
+def changes_x(problem, x0):
     x0 += 1.0
     return Iterate(x0, None, "", 1)
 
 
-def raises(problem: Any, x0: Any) -> Any:
+def raises(problem, x0):
     raise KeyError("no such key")
 
 
-def returns_nothing(problem: Any, x0: Any) -> Any:
+def returns_nothing(problem, x0):
     yield Iterate(x0, None, "", 1)
 
 
-def takes_an_option(problem: Any, x0: Any, *, sweeps: int) -> Any:
+def takes_an_option(problem, x0, *, sweeps):
     return yielding(step(1.0))(problem, x0)
 
 
@@ -90,9 +86,7 @@ FAULTS = {
 }
 
 
-def declare(
-    monkeypatch: pytest.MonkeyPatch, function: Callable[..., Any], **declared: Any
-) -> None:
+def declare(monkeypatch, function, **declared):
     """Declare a method of a package toys as a function of a module of it."""
     module = ModuleType("toys.methods")
     function.__module__ = "toys.methods"
@@ -230,7 +224,7 @@ def faulty(tmp_path_factory):
     return folder
 
 
-def python(folder: Path, *arguments: str) -> subprocess.CompletedProcess[str]:
+def python(folder, *arguments):
     """What Python does in that folder, whose packages it finds."""
     environment = os.environ | {"PYTHONPATH": os.pathsep.join([str(folder), str(ROOT)])}
     command = [sys.executable, *arguments]

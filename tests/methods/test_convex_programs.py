@@ -1,7 +1,5 @@
 """Convex programs by PIQP: what it answers, and what it leaves to other methods."""
 
-from __future__ import annotations
-
 from importlib.util import find_spec
 
 import numpy as np
@@ -9,18 +7,18 @@ import pytest
 from scipy.sparse import block_diag, csr_array
 
 import lcpcli
-from lcpcli import Problem, Result
+from lcpcli import Problem
 from lcpcli.methods import convex_program, interior
 from lcpcli.methods.direct import may_be_program
 
-from .programs import Rows, random_program
+from .programs import random_program
 
 pytestmark = pytest.mark.skipif(
     find_spec("piqp") is None, reason="piqp is not installed"
 )
 
 
-def sparse(rows: Rows) -> Problem:
+def sparse(rows):
     ends = {
         "row_lower": rows.low,
         "row_upper": rows.high,
@@ -30,7 +28,7 @@ def sparse(rows: Rows) -> Problem:
     return lcpcli.from_qp(csr_array(rows.Q), rows.c, csr_array(rows.A), **ends)
 
 
-def spread(rows: Rows, decades: float, seed: int) -> Rows:
+def spread(rows, decades, seed):
     """The same program in units of rows and variables that are far apart, powers of
     two."""
     random = np.random.default_rng(seed)
@@ -52,7 +50,7 @@ def spread(rows: Rows, decades: float, seed: int) -> Rows:
     return rows._replace(**own, **ends)
 
 
-def dependent(rows: Rows) -> Rows:
+def dependent(rows):
     """The same program with each third row once more, so that multipliers are not
     unique."""
     return rows._replace(
@@ -62,7 +60,7 @@ def dependent(rows: Rows) -> Rows:
     )
 
 
-def solved(problem: Problem) -> Result:
+def solved(problem):
     result = lcpcli.run(problem)
     assert result.solved == (
         result.relative_residual <= result.tol or result.relative_residual <= 1e-15

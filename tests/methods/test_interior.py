@@ -1,8 +1,6 @@
 """The interior point method: monotone problems of every kind, degenerate ones too, are
 solved, others refuted."""
 
-from __future__ import annotations
-
 import itertools
 
 import numpy as np
@@ -12,13 +10,12 @@ from scipy.sparse import csr_array, linalg
 from lcpcli import Problem, Status, Trace, check, from_qp, run
 from lcpcli.gallery import families as gallery
 from lcpcli.methods.interior_steps import RefinedShiftedSolver
-from lcpcli.typing import Vector
 
 from ..mixed_problems import definite
 from .planted import KINDS, solvable
 
 
-def natural_residual(problem: Problem, z: Vector) -> float:
+def natural_residual(problem, z):
     """The largest component of z - mid(l, u, z - w), from the definition."""
     return float(
         np.abs(
@@ -27,7 +24,7 @@ def natural_residual(problem: Problem, z: Vector) -> float:
     )
 
 
-def relative_residual(problem: Problem, z: Vector) -> float:
+def relative_residual(problem, z):
     """The same relative to the terms of w."""
     return natural_residual(problem, z) / float(
         (abs(problem.M) @ np.abs(z) + np.abs(problem.q)).max()

@@ -1,8 +1,6 @@
 """The method `lemke` follows the path of the published algorithm, cannot cycle, and
 says what its rays prove."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 from fractions import Fraction
 
@@ -25,7 +23,7 @@ from lcpcli.verify.certificate import Proof
 TEXTBOOK = {"cover": ONES, "ties": LEXICOGRAPHIC}
 
 
-def exactly(M: list[list[int]], q: list[int]) -> tuple[list[Fraction] | None, int]:
+def exactly(M, q):
     """The algorithm in fractions on the full tableau [I, -M, -e, q]: its solution (None
     on a ray) and its pivots."""
     n = len(q)
@@ -70,9 +68,7 @@ def test_number_of_pivots_doubles_with_every_unknown_on_the_worst_cases(n):
         assert result.evaluations == result.iterations == 2**n
 
 
-def integers(
-    generator: np.random.Generator, kind: str
-) -> tuple[list[list[int]], list[int]]:
+def integers(generator, kind):
     n = int(generator.integers(1, 10))
     square, wide = (
         generator.integers(-2, 3, (n, n)),

@@ -4,13 +4,10 @@ solution, proves the rest to have none, and is never wrong; and problems with kn
 answers, those of the literature and random programs, by several methods.
 """
 
-from __future__ import annotations
-
 import math
 from dataclasses import replace
 from fractions import Fraction
 from itertools import count
-from typing import Any
 
 import numpy as np
 import pytest
@@ -18,7 +15,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.sparse import csr_array
 
-from lcpcli import Problem, Result, Status, read, run, solve
+from lcpcli import Problem, Status, read, run, solve
 from lcpcli.basis.dual_simplex import DualSimplex
 from lcpcli.files import contents
 from lcpcli.gallery import families
@@ -44,12 +41,12 @@ SWAP = np.array([[0.0, 1.0], [1.0, 0.0]])
 NONE = (Status.INFEASIBLE, Status.UNSOLVABLE)
 
 
-def system(M: object, q: object) -> ComplementarySystem:
+def system(M, q):
     """Return the system in which the complementary sets of an LCP are sought."""
     return ComplementarySystem(standard_form(Problem(M, q)))
 
 
-def is_right(problem: Problem, result: Result) -> bool:
+def is_right(problem, result):
     """Whether the result agrees with exact arithmetic; "stalled" does not."""
     if exact.solution(problem) is None:
         return result.status in NONE
@@ -93,7 +90,7 @@ def test_no_set_of_a_solution_is_excluded_whatever_the_parts_of_free_variables()
     assert parts.excluded(np.array([False, False, True]))
 
 
-ENDINGS: dict[str, tuple[Any, Any, str]] = {
+ENDINGS = {
     "feasible without solution": (SWAP, [-1, 1], "unsolvable"),
     "infeasible": ([[0, -1], [1, 0]], [-1, -1], "infeasible"),
     "ray of lemke": ([[0, 1], [0, 0]], [-1, 0], "solved"),
@@ -275,7 +272,7 @@ def test_solution_for_a_skew_matrix_is_that_of_a_linear_program():
         assert Point(Criterion(problem), problem.box.z_of(iterates[-1].x)).solves()
 
 
-def is_decided(seed: int, most: int) -> bool:
+def is_decided(seed, most):
     """Return whether auto says what is so, with whole numbers as a proof that hold
     exactly."""
     data = random_program(seed, most)

@@ -2,10 +2,7 @@
 rates, others find the solution, and Lemke's path ends at one, or on a ray that is a
 proof, whatever the equations look like."""
 
-from __future__ import annotations
-
 from itertools import islice, pairwise, permutations
-from typing import Any
 
 import numpy as np
 import pytest
@@ -21,13 +18,12 @@ from lcpcli.methods.fixed_point import fixed_point
 from lcpcli.methods.shi import shi
 from lcpcli.model.box import Box
 from lcpcli.model.changes import shifted
-from lcpcli.typing import Vector
 
 from ..mixed_problems import definite, with_all_bounds
 from .planted import solvable
 
 
-def iterates(problem: Problem, method: str, count: int) -> list[Vector]:
+def iterates(problem, method, count):
     stage = {"fixed-point": fixed_point, "shi": shi}[method](
         problem, np.zeros(problem.n)
     )
@@ -58,7 +54,7 @@ def test_fixed_point_converges_on_boxes_at_the_rate_of_the_theory():
         )
 
 
-def with_bounds(seed: int) -> dict[str, Any]:
+def with_bounds(seed):
     """The data of a positive definite problem with all kinds of bounds."""
     generator = np.random.default_rng(seed)
     M, q = definite(10, generator)
@@ -109,7 +105,7 @@ def test_point_at_a_bound_is_there_exactly_once_the_reference_point_is_moved_bac
 INF = np.inf
 
 
-def planted(seed: int, n: int, program: bool) -> Problem:
+def planted(seed, n, program):
     """A monotone problem or a convex program with variables of all kinds and a
     solution, whose equations are permuted, turned and scaled."""
     random = np.random.default_rng(seed)
@@ -140,7 +136,7 @@ def test_contact_with_friction_is_solved_by_one_path(form):
             assert (result.solved, result.route[-1]) == (True, "lemke")
 
 
-def tower(boxes: int, seed: int) -> Problem:
+def tower(boxes, seed):
     """A time step of boxes at rest on one another (D. E. Stewart and J. C. Trinkle
     1996), with their velocities as free variables: forces of about 0.1, and horizontal
     momenta, and tilts of the contacts, that are rounding."""
@@ -225,7 +221,7 @@ KINDS = {
 }
 
 
-def box_of(kinds: list[str], shift: float, width: float) -> Box:
+def box_of(kinds, shift, width):
     low, high = np.array([KINDS[kind] for kind in kinds]).T
     return Box(shift + low * width, shift + high * width)
 
@@ -261,7 +257,7 @@ def test_a_reduction_does_not_hold_for_bounds_of_other_kinds():
         assert Reduction(np.eye(2), one).within(other) is None
 
 
-def problem_with_free(n: int, seed: int) -> Problem:
+def problem_with_free(n, seed):
     """Return a monotone problem with n unknowns, every other of which is free."""
     rng = np.random.default_rng(seed)
     A = rng.uniform(-1, 1, (n, n)) * (rng.random((n, n)) < 3 / n)

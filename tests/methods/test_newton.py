@@ -2,8 +2,6 @@
 projected gradients that lead to states for it, and its finish of other methods from a
 nearly right active set."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 from scipy.sparse import csr_array
@@ -14,10 +12,9 @@ from lcpcli.gallery import families
 from lcpcli.linalg import factors, matrices
 from lcpcli.methods import newton
 from lcpcli.methods.newton import FINISH, finish
-from lcpcli.methods.stages import Breakdown, Ending, Finished, Iterate, Stage, Stalled
+from lcpcli.methods.stages import Breakdown, Finished, Iterate, Stalled
 from lcpcli.model.box import ORTHANT
 from lcpcli.solving.driver import run
-from lcpcli.typing import Matrix, Vector
 
 from .grids import line
 from .planted import matrix
@@ -79,7 +76,7 @@ def test_singular_principal_submatrix_is_a_breakdown():
 def sizes(monkeypatch):
     """The sizes of the dense blocks that are factorized from now on, without the Schur
     complements of updates, which have a row for each of a few changes."""
-    found: list[int] = []
+    found = []
 
     def counting(real):
         return lambda self, A, *how: (
@@ -108,7 +105,7 @@ def test_auto_factorizes_once_from_an_active_set_that_is_nearly_right(symmetric,
 @pytest.fixture
 def precisions(monkeypatch):
     """The types of the matrices of which products are taken."""
-    seen: set[np.dtype[np.floating]] = set()
+    seen = set()
     monkeypatch.setattr(
         newton, "product", lambda M, v: seen.add(M.dtype) or matrices.product(M, v)
     )
@@ -156,12 +153,12 @@ def test_steps_end_where_states_do_not_settle():
     assert run(Problem(M, q), "auto").solved
 
 
-def constant(x: Vector, ending: Ending | None = None, times: int = 5) -> Stage:
+def constant(x, ending=None, times=5):
     """A method that has found its active set and goes nowhere."""
     return scripted((Iterate(x.copy(), None, "", k) for k in range(times)), ending)
 
 
-def with_solution(M: Matrix, seed: int) -> tuple[Problem, Vector]:
+def with_solution(M, seed):
     """A problem whose solution is known, nondegenerate, and the x that has its
     signs."""
     generator = np.random.default_rng(seed)

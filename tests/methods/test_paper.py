@@ -6,14 +6,10 @@ reached, and does what the paper says; its endings. The method `fixed-point` is
 Schäfer's iteration, contracts as theory says, and refuses where it is undefined.
 """
 
-from __future__ import annotations
-
 import json
 import math
-from collections.abc import Callable
 from decimal import Decimal, localcontext
 from itertools import islice, pairwise
-from typing import Any
 
 import numpy as np
 import pytest
@@ -41,9 +37,7 @@ from lcpcli.methods.shi import (
     shi,
     slope,
 )
-from lcpcli.methods.stages import Iterate
 from lcpcli.model.box import Box
-from lcpcli.typing import Vector
 
 from .grids import line
 
@@ -81,9 +75,7 @@ TABLE_2 = {
 }
 
 
-def rows_of(
-    lcp: Callable[..., Any], number: int, method: str, *start: str
-) -> dict[int, str]:
+def rows_of(lcp, number, method, *start):
     """The rows of the trace with as many digits as are printed."""
     example = contents.shipped_path(f"paper-example-{number}.json")
     outcome = lcp(
@@ -107,7 +99,7 @@ def test_printed_start_of_example_1_does_not_give_its_table(lcp):
     assert rows[5] != TABLE_1[5]
 
 
-def exact_modulus(p: float, x: float) -> tuple[Decimal, Decimal]:
+def exact_modulus(p, x):
     """phi and phi' to 400 digits, so that phi + x and phi - x have 60 and more."""
     with localcontext() as context:
         context.prec, context.Emax, context.Emin = 400, 10**9, -(10**9)
@@ -115,7 +107,7 @@ def exact_modulus(p: float, x: float) -> tuple[Decimal, Decimal]:
         return (1 + up + down).ln() / Decimal(p), (up - down) / (1 + up + down)
 
 
-def computed_split(p: float, x: float) -> tuple[float, float]:
+def computed_split(p, x):
     """z~ and w~ at one x."""
     z, w, _ = Smoothed(Problem([[1.0]], [0.0]), p).split(np.array([x]))
     return float(z[0]), float(w[0])
@@ -140,9 +132,7 @@ def test_phi_and_its_slope_agree_with_60_digits_and_neither_smoothed_z_nor_w_can
         assert computed_split(p, float(x)) == pytest.approx(split, rel=1e-14, abs=0)
 
 
-def exact_half_square(
-    M: list[list[int]], q: list[int], p: float, x: list[Decimal]
-) -> Decimal:
+def exact_half_square(M, q, p, x):
     """f = |F~|^2 / 2 in decimal arithmetic of the surrounding context."""
     P = Decimal(p)
     phi = [(1 + (P * t).exp() + (-P * t).exp()).ln() / P for t in x]
@@ -229,24 +219,22 @@ EXAMPLE_1, EXAMPLE_2 = (
 LINE_SEARCHES = [(1e-4, 0.9), (0.1, 0.5), (0.49, 0.5)]
 
 
-def iterates(
-    problem: Problem, x0: Vector, count: int, **options: float
-) -> list[Iterate]:
+def iterates(problem, x0, count, **options):
     """The first iterates, fewer if the method ends."""
     return list(islice(shi(problem, x0, **options), count))
 
 
-def vectors_of_step_3(F: Vector, v: Vector, y: Vector) -> tuple[Vector, Vector]:
+def vectors_of_step_3(F, v, y):
     """u and v of step 2.3, as printed."""
     xi_1, xi_2 = -(v @ v) / (v @ y), -(y @ F) / (y @ y)
     return xi_1 * F, xi_2 * v
 
 
-def cosine(a: Vector, b: Vector) -> float:
+def cosine(a, b):
     return float(a @ b / np.linalg.norm(a) / np.linalg.norm(b))
 
 
-def chosen(F: Vector, v: Vector, y: Vector, d: Vector) -> tuple[str, Vector]:
+def chosen(F, v, y, d):
     return direction(F, v.copy(), y.copy(), -d)[:2]
 
 

@@ -4,12 +4,8 @@ steps smoothed aggregation makes independent of the grid; elimination for tridia
 M-matrices, in O(n) operations.
 """
 
-from __future__ import annotations
-
 import sys
-from collections.abc import Callable
 from inspect import CO_GENERATOR
-from types import FrameType
 
 import numpy as np
 import pytest
@@ -31,7 +27,6 @@ from lcpcli.model import problem as problems
 from lcpcli.model.box import ORTHANT
 from lcpcli.rational.elimination import Effort
 from lcpcli.rational.exact_problem import ExactProblem
-from lcpcli.typing import Mask, Matrix, Vector
 from lcpcli.verify.point import Criterion, Point
 
 from .grids import line, plane, smooth, space, stream
@@ -40,7 +35,7 @@ from .stages import through
 TOL = 1e-10
 
 
-def graph(n: int, edges: int, shift: float) -> Matrix:
+def graph(n, edges, shift):
     """The Laplacian of a path with random edges and weights, plus a diagonal."""
     random = np.random.default_rng(0)
     i = np.concatenate((np.arange(n - 1), random.integers(0, n, edges)))
@@ -54,12 +49,12 @@ def graph(n: int, edges: int, shift: float) -> Matrix:
     return csr_array(diags_array(W.sum(axis=0) + shift) - W)
 
 
-def scaled(M: Matrix) -> Matrix:
+def scaled(M):
     units = diags_array(np.exp2(np.random.default_rng(3).integers(-20, 20, M.shape[0])))
     return csr_array(units @ M @ units)
 
 
-MATRICES: dict[str, Callable[[], Matrix]] = {
+MATRICES = {
     "line": lambda: line(2000),
     "plane": lambda: plane(45),
     "anisotropic": lambda: plane(40, 0.02),
@@ -71,11 +66,11 @@ MATRICES: dict[str, Callable[[], Matrix]] = {
 }
 
 
-def tridiagonal(n: int) -> Problem:
+def tridiagonal(n):
     return Problem(line(n, 4.0), np.random.default_rng(0).standard_normal(n))
 
 
-def dominant(n: int) -> Problem:
+def dominant(n):
     """A nonsymmetric strictly diagonally dominant matrix with random places, whose
     factors would be full."""
     generator = np.random.default_rng(1)
@@ -89,7 +84,7 @@ def dominant(n: int) -> Problem:
     )
 
 
-def solve(problem: Problem, x0: Vector | None = None) -> tuple[Vector, list[str]]:
+def solve(problem, x0=None):
     """The first z that meets the tolerance by its residual, and the methods of the
     route."""
     criterion, methods = Criterion(problem), []
@@ -104,7 +99,7 @@ def solve(problem: Problem, x0: Vector | None = None) -> tuple[Vector, list[str]
     raise AssertionError("ended without a solution")
 
 
-def assert_equal_to_newton(problem: Problem, z: Vector) -> None:
+def assert_equal_to_newton(problem, z):
     assert Point(Criterion(problem), z).relative_residual <= TOL
     expected = run(problem, "newton")
     assert expected.solved
@@ -216,7 +211,7 @@ def test_matrices_it_is_not_made_for_end_in_words(M):
     )
 
 
-def disc(m: int) -> Mask:
+def disc(m):
     X, Y = np.meshgrid(*2 * [np.linspace(-1, 1, m)])
     return (X**2 + Y**2 < 0.6).ravel()
 
@@ -241,7 +236,7 @@ def test_number_of_steps_does_not_grow_with_the_grid(m, masked):
     assert len(steps) <= 22
 
 
-def m_matrix(rng: np.random.Generator, n: int, spread: int) -> Vector:
+def m_matrix(rng, n, spread):
     """A tridiagonal M-matrix: M v > 0 for some v > 0, with entries off the diagonal of
     any size, some of them 0."""
     below, above = (
@@ -255,7 +250,7 @@ def m_matrix(rng: np.random.Generator, n: int, spread: int) -> Vector:
     return np.array(np.diag((N @ v) / v * (1 + rng.uniform(0.01, 1, n)) + 1e-6) - N)
 
 
-def by_chandrasekaran(M: Vector, q: Vector) -> Vector:
+def by_chandrasekaran(M, q):
     """The solution for an M-matrix: variables whose w is negative become basic, and
     remain so."""
     basic = np.zeros(q.size, np.bool_)
@@ -280,7 +275,7 @@ def test_the_solution_is_found_wherever_the_basic_variables_lie(seed, n, spread)
     )
 
 
-def stopping(n: int, drift: float) -> tuple[Matrix, Vector]:
+def stopping(n, drift):
     """Optimal stopping of a diffusion with the payoff |x| - 1/5: both ends stop, and
     the middle goes on."""
     x, h = np.linspace(-3, 3, n, retstep=True)
@@ -325,7 +320,7 @@ def test_elimination_computes_a_solution_with_any_number_of_runs(n, seed):
     assert np.abs(np.minimum(z, w)).max() < 1e-12 * (1 + np.abs(z).max())
 
 
-def american_put(volatility: float, n: int = 501) -> tuple[Matrix, Vector]:
+def american_put(volatility, n=501):
     """An implicit step of an American put by central differences, whose first rows have
     positive entries off the diagonal where the square of the volatility is below the
     rate; and the payoff, below which the value must not fall."""
@@ -385,7 +380,7 @@ def test_a_proof_in_fractions_is_one_for_rows_of_different_denominators():
     assert data.refuted_by(y)
 
 
-def tree(n: int) -> Matrix:
+def tree(n):
     """The Laplacian of a tree in which each node has one of the fifty before it above
     it."""
     random, i = np.random.default_rng(1), np.arange(1, n)
@@ -444,7 +439,7 @@ def test_an_iterate_passes_few_generators_on_its_way_to_the_loop(traced, monkeyp
     depths, found = list[int](), active_set.Inexact.basic_solution_of
 
     def counting(inexact, basis):
-        frame: FrameType | None = sys._getframe(1)
+        frame = sys._getframe(1)
         if frame.f_code is not active_set.active_set.__code__:
             return found(inexact, basis)  # pivoting with some of the variables
         flags = list[int]()

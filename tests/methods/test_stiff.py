@@ -3,8 +3,6 @@ frames over obstacles are solved to the last digits with the states of the exact
 solution, however large the condition number is; methods that are not made for them say
 why they fail, and end early."""
 
-from __future__ import annotations
-
 from fractions import Fraction
 
 import numpy as np
@@ -33,7 +31,7 @@ STRUCTURES = [
 ]
 
 
-def with_convection(problem: Problem) -> Problem:
+def with_convection(problem):
     """The same with differences of first order, which are not symmetric, for which M is
     still positive definite."""
     n = problem.n
@@ -65,7 +63,7 @@ def test_beams_between_two_obstacles_are_solved_to_the_last_digits(
     is_solved_to_the_last_digits(Problem(below.M, below.q, upper=upper), method)
 
 
-def is_solved_to_the_last_digits(problem: Problem, method: str) -> None:
+def is_solved_to_the_last_digits(problem, method):
     """Or, by the quick methods for few unknowns, to what rounding of M and q leaves."""
     result = run(problem, method)
     assert result.solved
@@ -84,7 +82,7 @@ def is_solved_to_the_last_digits(problem: Problem, method: str) -> None:
     assert max(errors) <= 4 * EPS * loss * float(max(map(abs, z)))
 
 
-def _exact(value: float) -> Fraction:
+def _exact(value):
     return Fraction(float(value))
 
 

@@ -1,8 +1,6 @@
 """A kind of matrix that is none of numpy's or scipy's is one class, with which pivoting
 and refinement work."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 
@@ -12,7 +10,6 @@ from lcpcli.linalg.krylov import StoppingCriterion, conjugate_gradients, identit
 from lcpcli.methods.newton import newton
 from lcpcli.methods.stages import Finished, Iterate, advance
 from lcpcli.model.box import BASIC, LOWER, ORTHANT
-from lcpcli.typing import Indices, Vector
 from lcpcli.verify.point import Criterion, Point
 
 HALF_OF_THE_DIGITS = 1e-8
@@ -22,7 +19,7 @@ class Circulant(BasisSolver):
     """M_ij = c_(i - j modulo n), symmetric and positive definite, by fast Fourier
     transforms."""
 
-    def __init__(self, c: Vector, q: Vector) -> None:
+    def __init__(self, c, q):
         self.q, self.box, self._spectrum, self._sizes = (
             q,
             ORTHANT,
@@ -32,29 +29,29 @@ class Circulant(BasisSolver):
         self.largest = float(np.abs(c).max())
         self.row_maxima = np.full(c.size, self.largest)
 
-    def product(self, z: Vector) -> Vector:
+    def product(self, z):
         return np.fft.irfft(self._spectrum * np.fft.rfft(z), z.size)
 
-    def terms(self, z: Vector, rows: Indices | None = None) -> Vector:
+    def terms(self, z, rows=None):
         terms = np.fft.irfft(self._sizes * np.fft.rfft(np.abs(z)), z.size) + np.abs(
             self.q
         )
         return terms if rows is None else terms[rows]
 
-    def solver(self, indices: Indices):
-        def part(v: Vector) -> Vector:
+    def solver(self, indices):
+        def part(v):
             z = np.zeros(self.q.size)
             z[indices] = v
             return self.product(z)[indices]
 
-        def solve(b: Vector) -> Vector:
+        def solve(b):
             stopping = StoppingCriterion(HALF_OF_THE_DIGITS * norm(b), 100)
             return conjugate_gradients(part, b, np.zeros(b.size), stopping, identity)[0]
 
         return solve
 
 
-def circulant(n: int) -> tuple[Vector, Vector]:
+def circulant(n):
     distances = np.minimum(np.arange(n), n - np.arange(n))
     return np.exp(-1.0 * distances) + (distances == 0), np.random.default_rng(
         n
@@ -84,7 +81,7 @@ def test_a_solution_of_half_of_the_digits_is_refined_to_all_of_them():
     assert residuals[1] < 1e-14 * norm(q) < residuals[0]
 
 
-def iterate_to_the_end(system: BasisSolver) -> list[Vector]:
+def iterate_to_the_end(system):
     """The states of block pivoting from z = 0."""
     states = []
     for found in system.block_principal_pivoting(

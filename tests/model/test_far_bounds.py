@@ -2,12 +2,9 @@
 so, else bounds like others, which make no program slower to solve; and changes of
 variables, one after another, and the way back in reverse."""
 
-from __future__ import annotations
-
 import json
 from dataclasses import replace
 from fractions import Fraction
-from typing import Any
 
 import numpy as np
 import pytest
@@ -15,7 +12,6 @@ from scipy.sparse import csr_array
 
 import lcpcli
 from lcpcli import Problem, Status, from_qp, from_qpsolvers, read, run, solve, write
-from lcpcli.formulations.quadratic_program.answers import Minimum
 from lcpcli.model.block_form import Blocks
 from lcpcli.model.changes import (
     Composed,
@@ -33,11 +29,11 @@ from ..far_bounds import FAR, lists, random_program, with_far_bounds
 INF = np.inf
 
 
-def minimum(problem: Problem, **options: Any) -> Minimum:
+def minimum(problem, **options):
     return run(problem, **options).answer
 
 
-def same(one: Problem, other: Problem) -> bool:
+def same(one, other):
     """Whether two problems have the same numbers, and come from programs of the same
     size."""
     if one.n != other.n or (one.M != other.M).sum() or one.origin != other.origin:

@@ -1,11 +1,8 @@
 """Tables with labels, as of pandas, are taken by their labels or refused, never
 silently in another order."""
 
-from __future__ import annotations
-
 import sys
 from types import ModuleType
-from typing import Any
 
 import numpy as np
 import pytest
@@ -17,25 +14,25 @@ from lcpcli.errors import ProblemError
 class Series:
     """What is used of pandas."""
 
-    def __init__(self, values: Any, index: Any = None) -> None:
+    def __init__(self, values, index=None):
         self.values = np.array(values, dtype=float)
         self.index = range(len(self.values)) if index is None else index
 
-    def to_numpy(self) -> Any:
+    def to_numpy(self):
         return self.values
 
-    def take(self, places: Any, axis: str) -> Any:
+    def take(self, places, axis):
         assert axis == "index"
         return Series(self.values[places], [self.index[i] for i in places])
 
 
 class Frame(Series):
-    def __init__(self, values: Any, index: Any = None, columns: Any = None) -> None:
+    def __init__(self, values, index=None, columns=None):
         super().__init__(values, index)
         self.columns = range(self.values.shape[1]) if columns is None else columns
         self.shape = self.values.shape
 
-    def take(self, places: Any, axis: str) -> Any:
+    def take(self, places, axis):
         if axis == "columns":
             return Frame(
                 self.values[:, places], self.index, [self.columns[i] for i in places]
@@ -51,33 +48,33 @@ M3, Q3, Z3 = [[4.0, -1, 0], [-1, 4, -1], [0, -1, 4]], [-1.0, 2, -3], [0.25, 0.0,
 P, C, A = [[2.0, 0.0], [0.0, 4.0]], [-4.0, -1.0], [[3.0, 5.0], [7.0, 9.0]]
 
 
-def square(values: Any, names: Any) -> Frame:
+def square(values, names):
     """A table whose columns are in the order of the unknowns, and its rows in the
     opposite one."""
     return Frame(np.array(values)[::-1], names[::-1], names)
 
 
-def wide(values: Any, rows: Any, columns: Any) -> Frame:
+def wide(values, rows, columns):
     return Frame(np.array(values)[:, ::-1], rows, columns[::-1])
 
 
-def table(values: Any, rows: Any, columns: Any) -> Frame:
+def table(values, rows, columns):
     return Frame(np.array(values)[::-1, ::-1], rows[::-1], columns[::-1])
 
 
-def vector(values: Any, names: Any) -> Series:
+def vector(values, names):
     return Series(values[::-1], names[::-1])
 
 
-def plain(values: Any, *_: Any) -> Any:
+def plain(values, *_):
     return np.array(values, dtype=float)
 
 
-def parts(problem: lcpcli.Problem) -> list[Any]:
+def parts(problem):
     return [problem.M, problem.q, *problem.box.vectors(problem.n)]
 
 
-def results(s: Any, w: Any, t: Any, v: Any) -> dict[str, Any]:
+def results(s, w, t, v):
     """What comes of tables and vectors that these functions make, with labels or
     without."""
     names = ["a", "b", "c"]

@@ -2,15 +2,12 @@
 from what it leaves; that it knows whether it may have rounded; that conditions of
 programs as models write them are shown to be monotone."""
 
-from __future__ import annotations
-
 import os
 import pickle
 from fractions import Fraction
 
 import numpy as np
 import pytest
-from numpy.random import Generator
 from scipy.sparse import block_array, csr_array, kron
 
 import lcpcli
@@ -23,7 +20,6 @@ from lcpcli.presolve.presolve import (
     ALL,
     DEFINITIONS,
     SIGNS,
-    Presolved,
     presolved,
     substituted,
 )
@@ -32,7 +28,6 @@ from lcpcli.presolve.system import ReducedProblem
 from lcpcli.rational.exact_problem import ExactProblem
 from lcpcli.rational.numbers import rounded, rounded_direction
 from lcpcli.rational.tree import first_solution
-from lcpcli.typing import Vector
 from lcpcli.verify.certificate import Proof
 from lcpcli.verify.farkas import farkas_vector
 
@@ -44,13 +39,11 @@ ONE_BY_ONE = [*((rule,) for rule in ALL), ALL]
 INF = np.inf
 
 
-def check() -> None:
+def check():
     """No time limit."""
 
 
-def says_the_truth(
-    problem: Problem, rules: tuple[str, ...], has_solution: bool
-) -> bool:
+def says_the_truth(problem, rules, has_solution):
     """Whether presolve by these rules changes something; it fails if what is said, or
     what comes back, is false."""
     change = presolved(problem, rules)
@@ -68,7 +61,7 @@ def says_the_truth(
     return change is not None
 
 
-def comes_back(change: Presolved, z: Vector, w: Vector) -> None:
+def comes_back(change, z, w):
     """Check that a solution of the problem after presolve is one of the problem before
     it, with the same states."""
     after, before = change.problem.box, change.original.box
@@ -251,7 +244,6 @@ def test_a_definition_takes_the_place_of_its_variable_without_sums():
     """z2 = 4 z0 - 8 z1 + 3 is the only term of the row of z1."""
     M = [[1.0, 0, 0], [0, 0, -2], [-4, 8, 1]]
     change = presolved(Problem(M, [1, 0, -3], lower=[0, 0, -INF]))
-    assert change is not None
     assert change.problem.M.tolist() == [[1, 0], [-8, 16]]
     assert change.problem.q.tolist() == [1, -6]
 
@@ -287,7 +279,7 @@ def test_entries_that_rounding_moved_from_their_mirror_images_are_not_exact():
         assert system.is_lossless is is_it
 
 
-def random_problem(random: Generator, most: int = 6) -> Problem:
+def random_problem(random, most=6):
     """Small integers; bounds of all kinds; a pattern that a rule looks for; a solution,
     for more than half of them."""
     n = int(random.integers(1, most + 1))
@@ -314,7 +306,7 @@ def random_problem(random: Generator, most: int = 6) -> Problem:
     )
 
 
-def bounds(random: Generator, n: int) -> tuple[Vector, Vector]:
+def bounds(random, n):
     low, high = np.sort(random.integers(-2, 3, (2, n)), axis=0).astype(float)
     # 0 and 1: z >= 0; 2: one more lower bound; 3: an upper one; 4: both; 5: fixed.
     kind = random.integers(7, size=n)
@@ -322,7 +314,7 @@ def bounds(random: Generator, n: int) -> tuple[Vector, Vector]:
     return lower, np.select([np.isin(kind, (3, 4)), kind == 5], [high, low], np.inf)
 
 
-def solution(random: Generator, lower: Vector, upper: Vector) -> tuple[Vector, Vector]:
+def solution(random, lower, upper):
     """z within the bounds, and w with the signs for it."""
     inside = np.clip(
         np.where(np.isfinite(lower), lower, 0) + random.integers(0, 2, lower.size),
@@ -334,29 +326,27 @@ def solution(random: Generator, lower: Vector, upper: Vector) -> tuple[Vector, V
     return z, random.integers(low, high).astype(float)
 
 
-def repeated(random: Generator, M: Vector, lower: Vector, upper: Vector) -> None:
+def repeated(random, M, lower, upper):
     i, j = random.choice(lower.size, 2, replace=False)
     M[j] = M[i] * random.choice([-1, 1, 2])
     M[:, j] = M[:, i] * random.choice([-1, 1, 2])
     lower[[i, j]], upper[[i, j]] = -np.inf, np.inf
 
 
-def single_in_row(random: Generator, M: Vector, lower: Vector, upper: Vector) -> None:
+def single_in_row(random, M, lower, upper):
     i, j = random.integers(lower.size, size=2)
     M[i], M[i, j] = 0, random.choice([-1, 1, 2])
     if random.random() < 0.5:
         lower[i], upper[i] = -np.inf, np.inf
 
 
-def single_in_column(
-    random: Generator, M: Vector, lower: Vector, upper: Vector
-) -> None:
+def single_in_column(random, M, lower, upper):
     i, j = random.integers(lower.size, size=2)
     M[:, j], M[i, j] = 0, random.choice([-1, 1, 2])
     lower[[i, j]], upper[[i, j]] = -np.inf, np.inf
 
 
-def bound(random: Generator, M: Vector, lower: Vector, upper: Vector) -> None:
+def bound(random, M, lower, upper):
     """Rows that are bounds of one variable, each with its multiplier."""
     j, *rows = random.permutation(lower.size)[:3].tolist()
     for i in rows:
@@ -365,7 +355,7 @@ def bound(random: Generator, M: Vector, lower: Vector, upper: Vector) -> None:
         lower[i], upper[i] = (0, np.inf) if random.random() < 0.7 else (-np.inf, 0)
 
 
-def pair(random: Generator, M: Vector, lower: Vector, upper: Vector) -> None:
+def pair(random, M, lower, upper):
     """An equation of two variables, with its multiplier."""
     i, j, k = random.permutation(max(lower.size, 3))[:3] % lower.size
     if i not in (j, k) and j != k:
@@ -375,21 +365,21 @@ def pair(random: Generator, M: Vector, lower: Vector, upper: Vector) -> None:
         lower[[i, j]], upper[[i, j]] = -np.inf, np.inf
 
 
-def skew(random: Generator, M: Vector, lower: Vector, upper: Vector) -> None:
+def skew(random, M, lower, upper):
     """Skew-symmetric but for the signs and the order of equations."""
     M[:] = np.triu(M, 1) - np.triu(M, 1).T
     free = np.flatnonzero(np.isinf(lower) & np.isinf(upper))
     M[free] = M[random.permutation(free)] * random.choice([-1, 1], (free.size, 1))
 
 
-def nothing(random: Generator, M: Vector, lower: Vector, upper: Vector) -> None:
+def nothing(random, M, lower, upper):
     pass
 
 
 PATTERNS = (repeated, single_in_row, single_in_column, bound, pair, skew, nothing)
 
 
-def linear_program(seed: int, written: str) -> Problem:
+def linear_program(seed, written):
     """Conditions of a linear program in x >= 0 with equations and inequalities, as
     models have them: a free variable for the objective, and rows x - l >= 0 with
     multipliers of their own.

@@ -2,14 +2,10 @@
 leaves them alone, keeps the numbers that it was given whatever happens to the arrays
 afterwards, and refuses what is none by name."""
 
-from __future__ import annotations
-
 from array import array
-from collections.abc import Callable
 from copy import deepcopy
 from dataclasses import replace
 from fractions import Fraction
-from typing import Any
 
 import numpy as np
 import pytest
@@ -29,10 +25,10 @@ from ..conftest import M, Q, numbers
 class Arrayish:
     """An object with __array__, as tensors have."""
 
-    def __init__(self, values: Any) -> None:
+    def __init__(self, values):
         self.values = np.asarray(values)
 
-    def __array__(self, dtype: Any = None, copy: Any = None) -> Any:
+    def __array__(self, dtype=None, copy=None):
         return self.values if dtype is None else self.values.astype(dtype)
 
 
@@ -78,7 +74,7 @@ ARRAYS = {
 }
 
 
-def parts(matrix: Any) -> list[Any]:
+def parts(matrix):
     """The memory of a matrix, copied, and what kind of matrix it is."""
     if not is_sparse(matrix):
         rows = matrix if isinstance(matrix, (list, tuple)) else np.array(matrix)
@@ -147,7 +143,7 @@ A, B = np.array([[2.0, 1], [1, 2]]), np.array([-5.0, -6])
 SOLUTION = [4 / 3, 7 / 3]
 
 
-VECTORS: dict[str, Callable[[Any], Any]] = {
+VECTORS = {
     "object with __array__": Arrayish,
     "memoryview": memoryview,
     "array.array": lambda values: array("d", values),
@@ -224,7 +220,7 @@ def test_one_row_of_constraints_may_be_a_list_of_numbers():
             assert found.tolist() == pytest.approx([0.5, 0.5])
 
 
-FORMS: dict[str, Callable[[Any], Any]] = {
+FORMS = {
     "dense": np.array,
     "columns first": np.asfortranarray,
     "csr": sparse.csr_array,
@@ -316,7 +312,7 @@ def test_numbers_and_bounds_that_have_changed_since_the_call_are_checked_again()
             list(results)
 
 
-def _known() -> Problem:
+def _known():
     problem = Problem(
         [[2.0, 1.0], [1.0, 2.0]],
         [-5.0, -6.0],

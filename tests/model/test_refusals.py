@@ -1,10 +1,7 @@
 """Arrays and other arguments that make no problem are refused in one line."""
 
-from __future__ import annotations
-
 from decimal import Decimal
 from fractions import Fraction
-from typing import Any
 
 import numpy as np
 import pytest
@@ -15,23 +12,23 @@ from lcpcli import Problem, run
 from lcpcli.errors import ProblemError
 from lcpcli.model.changes import with_infinity
 
-from ..refusals import Refusal, calls, raised
+from ..refusals import calls, raised
 
 M, q = np.array([[2.0, 1], [1, 2]]), np.array([-5.0, -6])
 
 
 class Broken:
-    def __array__(self, dtype: Any = None, copy: Any = None) -> Any:
+    def __array__(self, dtype=None, copy=None):
         raise ZeroDivisionError
 
 
-def with_entry(value: float) -> Any:
+def with_entry(value):
     large = np.eye(150)
     large[7, 33] = value
     return large
 
 
-NAMES: dict[str, Any] = {
+NAMES = {
     "Decimal": Decimal,
     "Fraction": Fraction,
     "coo_array": coo_array,
@@ -183,7 +180,7 @@ bool(named)
 """,
     ),
 ]
-REFUSALS: list[Refusal] = [*ARRAYS, *TYPES, *OTHERS]
+REFUSALS = [*ARRAYS, *TYPES, *OTHERS]
 
 
 @pytest.mark.parametrize("refusal", REFUSALS, ids=str)

@@ -5,14 +5,14 @@ import pytest
 import scipy.sparse as sp
 
 import lcpcli
-from lcpcli import Problem, Status, from_qp
+from lcpcli import Status, from_qp
 
 INF = float("inf")
 Q, C = 2 * np.eye(2), [-2.0, -4.0]
 METHODS = ("auto", "lemke", "interior", "milp")
 
 
-def program(side: float, kind: str = "upper", sparse: bool = False) -> Problem:
+def program(side, kind="upper", sparse=False):
     """min x1^2 + x2^2 - 2 x1 - 4 x2 with x1 + x2 <= 2, and a row without entries."""
     A = np.array([[1.0, 1.0], [0.0, 0.0]])
     sides = {

@@ -1,26 +1,19 @@
 """Pairs of problems with one M, from seeds; random mixed problems, directions for their
 data, and the differences of exact solutions in them."""
 
-from __future__ import annotations
-
 from fractions import Fraction
-from typing import Any
 
 import numpy as np
-from numpy.random import Generator
 from scipy import sparse
 
 import lcpcli
 from lcpcli import Problem
 from lcpcli.linalg.matrices import dense
-from lcpcli.typing import Vector
 
 from .. import mixed_problems
 
-Pair = tuple[Problem, Problem]
 
-
-def positive(seed: int, least: int = 5, most: int = 50) -> Pair:
+def positive(seed, least=5, most=50):
     """Return two problems whose M is positive definite, so a P-matrix, and not
     symmetric; one in three with bounds, one in three with bounds that move."""
     random = np.random.default_rng(seed)
@@ -29,7 +22,7 @@ def positive(seed: int, least: int = 5, most: int = 50) -> Pair:
     M = A @ A.T / n + 0.1 * np.eye(n) + K - K.T
     first, last = random.standard_normal((2, n))
     lower, upper = -random.random(n), random.random(n)
-    given: list[dict[str, Any]] = [{}, {}]
+    given = [{}, {}]
     if seed % 3:
         given = [{"lower": lower, "upper": upper}] * 2
     if seed % 3 == 2:
@@ -40,7 +33,7 @@ def positive(seed: int, least: int = 5, most: int = 50) -> Pair:
     return Problem(M, first, **given[0]), Problem(M, last, **given[1])
 
 
-def integers(seed: int, most: int = 12) -> Pair:
+def integers(seed, most=12):
     """Return two problems of small integers, with many ties: M positive definite,
     semidefinite, triangular with a unit diagonal, or that of linear programs."""
     random, kind = np.random.default_rng(seed), seed % 4
@@ -61,7 +54,7 @@ def integers(seed: int, most: int = 12) -> Pair:
     return Problem(M, np.abs(first) if kind % 2 else first), Problem(M, last)
 
 
-def boxed(seed: int) -> Pair:
+def boxed(seed):
     """Return two problems of small integers with bounds, some of them equal, and for
     every third seed moving."""
     random = np.random.default_rng(seed)
@@ -81,7 +74,7 @@ def boxed(seed: int) -> Pair:
     )
 
 
-def general(seed: int) -> Pair:
+def general(seed):
     """Return two problems whose M has no class, or is copositive, n <= 5, of which the
     first is solved by 0."""
     random = np.random.default_rng(seed)
@@ -94,7 +87,7 @@ def general(seed: int) -> Pair:
     )
 
 
-def sparsely(pair: Pair) -> Pair:
+def sparsely(pair):
     """Return the same problems with a sparse M."""
     M = sparse.csr_array(pair[0].M)
     first, last = (
@@ -110,11 +103,11 @@ SCALE = 64
 STEP = 2.0**-24
 
 
-def rounded(values: Vector) -> Vector:
+def rounded(values):
     return np.rint(SCALE * values) / SCALE
 
 
-def random_problem(n: int, random: Generator, mixed: bool) -> Problem:
+def random_problem(n, random, mixed):
     """M is positive definite, not symmetric; if mixed with bounds of all kinds, fixed
     and free variables too."""
     M, q = mixed_problems.monotone(n, random)
@@ -124,7 +117,7 @@ def random_problem(n: int, random: Generator, mixed: bool) -> Problem:
     return Problem(rounded(M) + np.eye(n), rounded(q), lower=lower, upper=upper)
 
 
-def random_change(problem: Problem, random: Generator) -> dict[str, Vector]:
+def random_change(problem, random):
     """A direction for all data; bounds that do not exist stay, and those of fixed
     variables move together."""
     n, (low, high) = problem.n, problem.box.vectors(problem.n)
@@ -140,7 +133,7 @@ def random_change(problem: Problem, random: Generator) -> dict[str, Vector]:
     }
 
 
-def exact_z(problem: Problem, change: dict[str, Vector], h: float) -> list[Fraction]:
+def exact_z(problem, change, h):
     """The solution in fractions of the problem with its data plus h times the change,
     which doubles represent."""
     data = dict(
@@ -156,9 +149,7 @@ def exact_z(problem: Problem, change: dict[str, Vector], h: float) -> list[Fract
     return z.z
 
 
-def exact_derivative(
-    problem: Problem, change: dict[str, Vector], h: float = STEP
-) -> Vector:
+def exact_derivative(problem, change, h=STEP):
     """The central difference of exact solutions: exact for changes of q and of bounds,
     else with an error of h^2."""
     ends = zip(exact_z(problem, change, h), exact_z(problem, change, -h), strict=True)

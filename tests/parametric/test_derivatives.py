@@ -4,29 +4,24 @@ batch are those of its results one by one; and of J z where z is one of several
 solutions, as with redundant contacts.
 """
 
-from __future__ import annotations
-
 import pickle
 from fractions import Fraction
 from itertools import product
-from typing import Any
 
 import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
-from numpy.random import Generator
 from scipy.sparse import csr_array
 
 import lcpcli
-from lcpcli import Batch, Problem, Result
+from lcpcli import Problem
 from lcpcli.errors import DerivativeError, OptionError
 from lcpcli.gallery import families
 from lcpcli.linalg.matrices import dense
 from lcpcli.parametric import derivative
 from lcpcli.parametric.derivative import Linearizations
-from lcpcli.typing import Vector
 
 from .. import exact, mixed_problems
 from ..dependent_rows import dependent_program, of_states, strict_states
@@ -34,7 +29,7 @@ from ..seeds import few_of
 from .families import exact_derivative, exact_z, random_change, random_problem
 
 
-def pairing(gradient: Any, change: dict[str, Any]) -> float:
+def pairing(gradient, change):
     """The sum of the products of all derivatives with the changes."""
     return sum(
         float(np.sum(dense(getattr(gradient, name[1:])) * dense(move)))
@@ -63,7 +58,7 @@ def test_derivatives_by_all_data_are_those_of_the_exact_solutions(n, mixed):
 def test_gradient_is_the_adjoint_of_the_derivative(seed, sparse):
     random = np.random.default_rng(seed)
     problem = random_problem(int(random.integers(1, 40)), random, mixed=seed % 2 > 0)
-    change: dict[str, Any] = random_change(problem, random)
+    change = random_change(problem, random)
     if sparse:
         pattern = np.eye(problem.n) + (random.random((problem.n, problem.n)) < 0.2) > 0
         M = csr_array(problem.M * pattern + 10 * np.eye(problem.n))
@@ -109,7 +104,7 @@ def test_large_obstacle_has_a_gradient_in_the_pattern_of_its_matrix():
     assert gradient.q @ d == pytest.approx(result.derivative(dq=d).z.sum(), rel=1e-9)
 
 
-def with_kinks(n: int, kinks: int, random: Generator, mixed: bool) -> Problem:
+def with_kinks(n, kinks, random, mixed):
     """A random problem, of integers, with z and w that are 0 in some components, the
     bounds apart from 0 if mixed."""
     M = np.rint(4 * mixed_problems.monotone(n, random)[0]) + 4 * np.eye(n)
@@ -267,18 +262,15 @@ B = 10
 ARRAYS = ("q", "M", "lower", "upper")
 
 
-def batch_of(M: Any, q: Any, **bounds: Any) -> Batch:
-    batch: Batch = lcpcli.solve_many(M, q, **bounds)
-    return batch
+def batch_of(M, q, **bounds):
+    return lcpcli.solve_many(M, q, **bounds)
 
 
-def assert_close(found: Vector, known: Any, size: float) -> None:
+def assert_close(found, known, size):
     assert np.allclose(found, known, rtol=1e-9, atol=1e-10 * size, equal_nan=True)
 
 
-def assert_as_one_by_one(
-    batch: Batch, g: Vector, changes: dict[str, Vector], J: Vector | None, sided: bool
-) -> None:
+def assert_as_one_by_one(batch, g, changes, J, sided):
     """All derivatives of a batch, with nan for none, against those of its results."""
     by = batch.gradient(g, J=J, unsolved="nan")
     along = batch.derivative(**changes, one_sided=sided, J=J, unsolved="nan")
@@ -316,7 +308,7 @@ def assert_as_one_by_one(
 def test_derivatives_of_random_batches_are_those_of_their_results(
     seed, mixed, monkeypatch
 ):
-    stacks: list[Linearizations] = []
+    stacks = []
 
     class Noted(Linearizations):
         def __init__(self, *given):
@@ -394,7 +386,7 @@ def test_what_is_given_without_a_first_dimension_is_the_same_for_all():
 METHODS = ("interior", "lemke", "auto")
 
 
-def contacts(random: Generator) -> tuple[Vector, Vector, Vector]:
+def contacts(random):
     """Normals of contacts of a body, of which each occurs twice, in the columns; a mass
     matrix, and velocities with which all of them touch."""
     d, k = 6, int(random.integers(1, 4))
@@ -406,7 +398,7 @@ def contacts(random: Generator) -> tuple[Vector, Vector, Vector]:
     return N, W, -W @ N @ forces
 
 
-def solved(N: Vector, W: Vector, v: Vector, method: str) -> Result:
+def solved(N, W, v, method):
     return lcpcli.solve(N.T @ W @ N, N.T @ v, method)
 
 
@@ -596,7 +588,7 @@ def test_an_equation_stated_twice_is_noticed_whatever_its_place_and_sign(factor)
         assert np.isnan(batch.gradient(g, unsolved="nan").q).all()
 
 
-def at_a_vertex(random: np.random.Generator) -> tuple[Any, Any, Any]:
+def at_a_vertex(random):
     """Q, A and the y of c = A'y of min x'Qx / 2 + c'x with its minimum at x = 0. The
     first three rows are A_i x = 0, the others A_i x >= 0; some follow from others."""
     n = int(random.integers(3, 6))

@@ -5,11 +5,8 @@ solutions has. What counts as a verified path: each breakpoint by the criterion 
 proofs at an end.
 """
 
-from __future__ import annotations
-
 from fractions import Fraction
 from itertools import islice, product
-from typing import Any
 
 import numpy as np
 import pytest
@@ -17,7 +14,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import lcpcli
-from lcpcli import Path, Problem, from_qp, path, run, solutions
+from lcpcli import Problem, from_qp, path, run, solutions
 from lcpcli.gallery import families as gallery
 from lcpcli.parametric import following
 from lcpcli.parametric.following import basic_states
@@ -29,7 +26,7 @@ from lcpcli.rational.exact_problem import ExactProblem, fractions_of
 from .. import exact
 from ..benchmarks.exact_breakpoints import exact_shares
 from ..exact_measure import relative_residual
-from .families import Pair, boxed, general, integers, positive, sparsely
+from .families import boxed, general, integers, positive, sparsely
 
 
 @pytest.mark.parametrize("seed", range(0, 500, 50))
@@ -44,7 +41,7 @@ def test_between_breakpoints_z_is_that_of_solve(seed):
         assert np.abs(found(t) - result.z).max() <= 1e-12 * np.abs(result.z).max()
 
 
-def check_without_gap(found: Path) -> None:
+def check_without_gap(found):
     """The pieces join, states change at each breakpoint, and a path of a semidefinite M
     does not turn."""
     assert found.verified, found.message
@@ -232,7 +229,7 @@ def test_paths_of_bounds_that_move_through_zero_are_verified():
 NEAR = 1e-6  # how far from a turn the number of solutions is counted
 
 
-def at(found: Path, s: Fraction) -> list[Fraction]:
+def at(found, s):
     """Return z at s, between two breakpoints in fractions."""
     whole = found.exact
     k = next(k for k in range(len(whole.t) - 1) if whole.t[k] <= s <= whole.t[k + 1])
@@ -276,7 +273,7 @@ def test_ties_in_fractions_leave_no_gap(make):
         assert found.exact.t[-1] == 1 or found.certificate is not None
 
 
-def near(problem: Problem, z: np.ndarray, reach: float) -> int:
+def near(problem, z, reach):
     """Return how many isolated solutions lie within a distance of z, by a search
     through all bases."""
     vertices = {
@@ -382,7 +379,7 @@ def test_exact_breakpoints_of_the_line_of_murty_are_its_whole_numbers():
     assert len({tuple(states) for states in found.states.tolist()}) == 64
 
 
-def check_breakpoints(found: Path) -> None:
+def check_breakpoints(found):
     """Each breakpoint that is not on a jump is a solution by fractions, and by
     `lcpcli.check`."""
     assert found.verified
@@ -395,7 +392,7 @@ def check_breakpoints(found: Path) -> None:
             assert lcpcli.check(problem, z).accepted
 
 
-def spread(seed: int) -> Pair:
+def spread(seed):
     """Two problems with a positive definite M and numbers of very different sizes in
     q."""
     random = np.random.default_rng(seed)
@@ -408,7 +405,7 @@ def spread(seed: int) -> Pair:
     return Problem(M, first), Problem(M, last)
 
 
-def extreme(seed: int) -> Pair:
+def extreme(seed):
     """Two problems with up to three unknowns and numbers from 1e-300 to 1e300."""
     random = np.random.default_rng(seed)
     n = int(random.integers(1, 4))
@@ -536,7 +533,6 @@ def test_a_fixed_component_stays_fixed_where_a_segment_of_solutions_ends():
     z = np.array([2.0, 2.0, 0.0])
     is_fixed = np.array([False, False, True])
     states = basic_states(problem, z, problem.w(z), is_fixed)
-    assert states is not None
     assert sorted(states[:2].tolist()) == [-1, 0]
     assert states[2] == -1
 
@@ -545,7 +541,7 @@ def test_a_fixed_component_stays_fixed_where_a_segment_of_solutions_ends():
 RAY = [[0, -2], [0, 1]]
 PROVED = "the second problem is proved to have no solution"
 # z is of both ends.
-ENDS: dict[str, tuple[Any, Any, Any, dict[str, Any], str, str, list[list[float]]]] = {
+ENDS = {
     "z overflows": (
         [[1e-300]],
         [1],

@@ -1,18 +1,14 @@
 """Derivatives that do not exist, and paths that lead nowhere, are refused in a line."""
 
-from __future__ import annotations
-
-from typing import Any
-
 import numpy as np
 import pytest
 
 from lcpcli import Problem, run, solve, solve_many
 
-from ..refusals import Refusal, calls, raised
+from ..refusals import calls, raised
 
 M = np.array([[2.0, 1], [1, 2]])
-NAMES: dict[str, Any] = {
+NAMES = {
     "M": M,
     "mixed": solve(np.eye(3), [1, 2, 3], lower=[0, None, 1], upper=[None, None, 1]),
     "batch": solve_many([np.eye(2), 2 * np.eye(2)], [[-1, -2], [-3, 4]]),
@@ -41,7 +37,7 @@ IRREGULAR = [
 ]
 NAMES |= {f"irregular_{i}": result for i, (result, _) in enumerate(IRREGULAR)}
 
-REFUSALS: list[Refusal] = [
+REFUSALS = [
     *calls(
         "ProblemError",
         r"""

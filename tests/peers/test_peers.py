@@ -1,8 +1,6 @@
 """Other solvers: what they claim is passed on as it is, what they exclude has a reason,
 what they lack is said."""
 
-from __future__ import annotations
-
 import os
 import subprocess
 import sys
@@ -22,7 +20,6 @@ from lcpcli.gallery import families as gallery
 from lcpcli.model.nonlinear import NonlinearProblem
 from lcpcli.peers import packages
 from lcpcli.peers import registry as peers
-from lcpcli.peers.registry import Claim
 from lcpcli.verify.point import Criterion, Point
 
 from .. import literature
@@ -56,10 +53,10 @@ TRIDIAGONAL = sparse.csr_array(
 )
 
 
-def loaded(name: str) -> packages.PackageSolver:
+def loaded(name):
     """The peer of that name; the test is skipped where it is not installed, and where
     its licence has expired."""
-    peer: packages.PackageSolver = peers.load(name)
+    peer = peers.load(name)
     if peer.version() is None:
         pytest.skip(f"{name} is not installed")
     if (reason := peer.excludes(Problem([[1]], [1]))).startswith("licence"):
@@ -67,7 +64,7 @@ def loaded(name: str) -> packages.PackageSolver:
     return peer
 
 
-def relative_residual(problem: Problem, claim: Claim) -> float:
+def relative_residual(problem, claim):
     assert claim.z is not None
     return Point(Criterion(problem), claim.z, is_admissible=False).scaled_residual
 

@@ -2,8 +2,6 @@
 of systems of any rank; decimals arrive as the rationals that they are, and no number
 makes the program hang."""
 
-from __future__ import annotations
-
 from fractions import Fraction
 from itertools import product
 
@@ -18,8 +16,7 @@ from lcpcli.files import writing
 from lcpcli.interrupts import TimeIsUp, deadline_after
 from lcpcli.rational import elimination, numbers
 from lcpcli.rational.dictionary import Dictionary
-from lcpcli.rational.elimination import Rows, particular, solve
-from lcpcli.rational.exact_problem import ExactProblem
+from lcpcli.rational.elimination import particular, solve
 
 from .. import exact
 from ..conftest import read_exact
@@ -27,7 +24,7 @@ from ..conftest import read_exact
 ZERO = Fraction(0)
 
 
-def systems(rows: int, columns: int) -> st.SearchStrategy[tuple[Rows, list[int]]]:
+def systems(rows, columns):
     """Small integers, of which many are 0, so that many systems are singular."""
     entry = st.integers(-2, 2)
     row = st.lists(entry, min_size=columns, max_size=columns)
@@ -37,7 +34,7 @@ def systems(rows: int, columns: int) -> st.SearchStrategy[tuple[Rows, list[int]]
     )
 
 
-def times(A: Rows, x: list[Fraction]) -> list[Fraction]:
+def times(A, x):
     return [
         sum((a * value for a, value in zip(row, x, strict=True)), ZERO) for row in A
     ]
@@ -144,7 +141,7 @@ def test_of_the_minors_that_are_0_the_first_is_named():
     ) == ((0, 1), None)
 
 
-def data_of(data: ExactProblem) -> tuple[list[list[Fraction]], list[Fraction]]:
+def data_of(data):
     M = [
         [Fraction(row.get(j, 0), s) for j in range(data.n)]
         for row, s in zip(data.rows, data.scales, strict=True)

@@ -1,8 +1,6 @@
 """The rank of whole numbers is proved, and a larger one disproved, whatever their
 length; and which numbers are rounded."""
 
-from __future__ import annotations
-
 from decimal import Decimal
 from fractions import Fraction
 
@@ -15,10 +13,8 @@ from scipy.linalg import qr
 from lcpcli.rational.numbers import are_rounded, as_written
 from lcpcli.rational.rank import has_rank
 
-from ..exact import Row
 
-
-def rank(A: list[Row]) -> int:
+def rank(A):
     rows = [list(row) for row in A]
     found = 0
     for j in range(len(rows[0])):

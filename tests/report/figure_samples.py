@@ -1,17 +1,11 @@
 """Data of figures for tests, what a figure shows, and whether its texts, as they are
 drawn, lie on one another."""
 
-from __future__ import annotations
-
 import math
-from collections.abc import Callable, Sequence
 from itertools import combinations
-from typing import Any
 
 import numpy as np
-from matplotlib.axes import Axes
 from matplotlib.backends.backend_agg import FigureCanvasAgg
-from matplotlib.figure import Figure
 from matplotlib.path import Path as Outline
 from matplotlib.text import Text
 
@@ -28,25 +22,20 @@ METHODS = ("auto", "shi", "fixed-point", "newton", "lemke", "milp")
 PEERS = ("piqp", "daqp", "quantecon", "highs", "gambit")
 
 
-def drawn(draw: Callable[..., Figure], *given: Any) -> Figure:
+def drawn(draw, *given):
     with style.context():
         return draw(*given)
 
 
-def convergence(*panels: Panel) -> Figure:
+def convergence(*panels):
     return drawn(run_figures.draw_convergence, list(panels))
 
 
-def bench(
-    profiles: Sequence[Profile],
-    panels: Sequence[Panel] = (),
-) -> Figure:
+def bench(profiles, panels=()):
     return drawn(run_figures.draw_bench, profiles, panels)
 
 
-def decaying(
-    name: str, rate: float = 0.5, count: int = 40, label: str = "", solved: bool = True
-) -> Curve:
+def decaying(name, rate=0.5, count=40, label="", solved=True):
     """A run that starts at time 0 with error 10 and gains by a constant factor, faster
     for a smaller rate."""
     k = list(range(count))
@@ -60,7 +49,7 @@ def decaying(
     )
 
 
-def crowd(count: int) -> Panel:
+def crowd(count):
     """As many runs: methods with many iterates, then peers with one; some unsolved."""
     runs = [
         decaying(name, 0.2 + 0.12 * i, 5 + 17 * i, solved=i != 1)
@@ -73,7 +62,7 @@ def crowd(count: int) -> Panel:
     return Panel(f"{count} solvers, n = 100", "error", runs[:count])
 
 
-def paper_panel() -> Panel:
+def paper_panel():
     """The paper's first example by its two methods, as they really run."""
     problem = read(contents.shipped_path("paper-example-1.json"))
     runs = []
@@ -91,7 +80,7 @@ def paper_panel() -> Panel:
     return Panel(problem.name, "error", runs)
 
 
-def profiles(count: int) -> list[Profile]:
+def profiles(count):
     names = (METHODS + PEERS)[:count]
     return [
         Profile(n, n, [1 + i * j / 3 for j in range(8)] + [math.inf] * i)
@@ -99,7 +88,7 @@ def profiles(count: int) -> list[Profile]:
     ]
 
 
-def odd(name: str, errors: list[float | None]) -> Curve:
+def odd(name, errors):
     return Curve(
         name,
         name,
@@ -110,15 +99,13 @@ def odd(name: str, errors: list[float | None]) -> Curve:
     )
 
 
-def strange() -> Curve:
+def strange():
     return Curve(
         "my $\\solver", "_$\\x\n" + "long " * 60, [0, 1], [0.0, 1.0], [1.0, 0.1], True
     )
 
 
-def grid_panel(
-    ps: Sequence[str] = ("1", "100", "1e4"), ks: Sequence[str] = ("1", "5", "100")
-) -> Panel:
+def grid_panel(ps=("1", "100", "1e4"), ks=("1", "5", "100")):
     """A method with a grid of two options, the last run of which fails, and another
     method."""
     runs = [
@@ -135,7 +122,7 @@ def grid_panel(
     return Panel("grid, n = 2", "error", [decaying("fixed-point", 0.4, 20), *runs])
 
 
-def texts(figure: Figure) -> list[Text]:
+def texts(figure):
     """All texts that are drawn, in their places."""
     FigureCanvasAgg(figure).draw()
     found = list(figure.texts)
@@ -163,7 +150,7 @@ def texts(figure: Figure) -> list[Text]:
     return [text for text in found if text.get_text() and text.get_visible()]
 
 
-def corners(text: Text) -> np.ndarray:
+def corners(text):
     """Those of the box around a text, turned as it is."""
     around = text.get_window_extent()
     middle = np.array([(around.x0 + around.x1) / 2, (around.y0 + around.y1) / 2])
@@ -180,7 +167,7 @@ def corners(text: Text) -> np.ndarray:
     return box @ [[cos, sin], [-sin, cos]] + middle
 
 
-def assert_no_text_is_on_another_or_leaves(figure: Figure) -> None:
+def assert_no_text_is_on_another_or_leaves(figure):
     with style.context():
         boxes = [(text.get_text(), corners(text)) for text in texts(figure)]
         page = figure.bbox
@@ -197,7 +184,7 @@ def assert_no_text_is_on_another_or_leaves(figure: Figure) -> None:
             )
 
 
-def curves(axes: Axes) -> list[np.ndarray]:
+def curves(axes):
     """The points of the lines that are drawn through data, without rules and markers
     alone."""
     return [
@@ -207,7 +194,7 @@ def curves(axes: Axes) -> list[np.ndarray]:
     ]
 
 
-def marks(axes: Axes, label: str | None = None) -> list[tuple[float, float]]:
+def marks(axes, label=None):
     """The points with markers, or with the sign that has this label."""
     return [
         (float(x), float(y))
@@ -218,7 +205,7 @@ def marks(axes: Axes, label: str | None = None) -> list[tuple[float, float]]:
     ]
 
 
-def named(figure: Figure) -> list[str]:
+def named(figure):
     """The texts of the legend below a figure."""
     return [text.get_text() for legend in figure.legends for text in legend.get_texts()]
 
@@ -228,9 +215,7 @@ TWO = Problem([[2, 1], [1, 2]], [-5, -6], name="two")
 TWO_METHODS = ("fixed-point", "shi")
 
 
-def data(
-    problem: Problem, methods: tuple[str, ...] = TWO_METHODS, **trace: Any
-) -> Panel:
+def data(problem, methods=TWO_METHODS, **trace):
     """The iterates x of runs on a problem of two unknowns."""
     runs = [
         driver.run(problem, method, curve=Trace(keeps_x=True, **trace))
@@ -240,9 +225,7 @@ def data(
     return made
 
 
-def plane(
-    problem: Problem, solutions: list[tuple[float, float]], *curves: Curve
-) -> Panel:
+def plane(problem, solutions, *curves):
     return Panel("", "", curves, "", problem, solutions)
 
 
@@ -260,11 +243,11 @@ DEGENERATE = {
 }
 
 
-def picture(M: list[list[float]], q: tuple[float, float], **more: Any) -> SolutionSet:
+def picture(M, q, **more):
     search = lcpcli.solutions(Problem(M, q, **{"name": "problem", **more}))
     assert len(list(search)) == len(search.pieces)
     return SolutionSet(search, "", 0.0)
 
 
-def cones(M: list[list[float]], q: tuple[float, float]) -> Figure:
+def cones(M, q):
     return drawn(plane_figures.draw, picture(M, q))

@@ -1,13 +1,9 @@
 """Paths for tests: of small problems, from one portfolio to another, and one that is
 made up of its breakpoints."""
 
-from __future__ import annotations
-
 import json
-from collections.abc import Sequence
 from dataclasses import replace
 from fractions import Fraction
-from typing import Any
 
 import numpy as np
 
@@ -21,12 +17,12 @@ from lcpcli.report.path_formats import path_report
 SMALL = [Problem([[2, 1], [1, 2]], q, name="small") for q in ([1, 1], [-5, -6])]
 
 
-def small(**others: Any) -> Path:
+def small(**others):
     """q goes from (1, 1) to (-5, -6): z2 enters at 1/7, and z1 at 1/5."""
     return replace(lcpcli.path(*SMALL), **others)
 
 
-def small_in_fractions() -> Path:
+def small_in_fractions():
     t, z = (
         [Fraction(0), Fraction(1, 7), Fraction(1, 5), Fraction(1)],
         [(0, 0), (0, 0), (0, 1), (20, 35)],
@@ -39,16 +35,14 @@ def small_in_fractions() -> Path:
     return small(exact=ExactPath(t, exact, w))
 
 
-def entering(n: int) -> Path:
+def entering(n):
     """As many components, each of which enters at a t of its own."""
     return lcpcli.path(
         Problem(np.eye(n), np.ones(n)), Problem(np.eye(n), -np.arange(1.0, n + 1))
     )
 
 
-def made(
-    family: Family, t: Sequence[float], z: Any, states: Any, end: str = "reached"
-) -> Path:
+def made(family, t, z, states, end="reached"):
     """A path with these breakpoints, and w as it follows from z."""
     n = family.problem.n
     z = np.array(z, dtype=float).reshape(len(t), n)
@@ -61,7 +55,7 @@ def made(
     )
 
 
-def cornered() -> Path:
+def cornered():
     """0 <= z <= 3 with w = 1 - t: a jump at t = 1 from the upper bound to the lower
     one, and there, as no path does, a turn."""
     first, last = (
@@ -76,7 +70,7 @@ def cornered() -> Path:
     )
 
 
-def portfolio(least: float | str, sense: str = "min", **changes: Any) -> Problem:
+def portfolio(least, sense="min", **changes):
     """The shipped portfolio with at least this return, and no limit above."""
     with open(
         contents.shipped_path("programs/portfolio.json"), encoding="utf-8"
@@ -94,13 +88,11 @@ def portfolio(least: float | str, sense: str = "min", **changes: Any) -> Problem
     return lcpcli.from_qp(**given)
 
 
-def frontier(**changes: Any) -> Path:
+def frontier(**changes):
     """From a return of at least 0.05 to 0.12, which only goes up to 0.1."""
     return lcpcli.path(portfolio(0.05, **changes), portfolio(0.12, **changes))
 
 
-def written(
-    form: str, path: Path, *at: float, files: tuple[str, str] = ("a", "b")
-) -> str:
+def written(form, path, *at, files=("a", "b")):
     """A path as a text in a format with all numbers."""
     return path_report(path, at, files).render(form)

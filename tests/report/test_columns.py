@@ -2,15 +2,11 @@
 iterate to the next by the formulas of the paper, written here anew; --columns in every
 format, and what it refuses; nothing is computed unless it is asked for."""
 
-from __future__ import annotations
-
 import csv
 import json
 import math
 import re
-from collections.abc import Callable, Sequence
 from fractions import Fraction
-from typing import Any
 
 import numpy as np
 import pytest
@@ -18,7 +14,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 
-from lcpcli import Problem, Trace, TraceRow, read, run, solve_mcp
+from lcpcli import Problem, Trace, read, run, solve_mcp
 from lcpcli.cli.help import PAGES
 from lcpcli.errors import ParameterError
 from lcpcli.files import contents
@@ -26,7 +22,6 @@ from lcpcli.methods import fixed_point, shi
 from lcpcli.methods.registry import METHODS, QUANTITIES
 from lcpcli.report import columns
 from lcpcli.report.wording import components, halves
-from lcpcli.typing import Vector
 
 from ..cli.conftest import assert_refused, record, records
 
@@ -35,37 +30,37 @@ EPS = 2.0**-52
 ACCURACY = 1e-12  # relative
 
 
-def problem_of(name: str) -> Problem:
+def problem_of(name):
     return read(contents.shipped_path(f"{name}.json"))
 
 
 class Paper:
     """F~, J and what follows from them, as the paper defines them in section 4."""
 
-    def __init__(self, problem: Problem, p: float) -> None:
+    def __init__(self, problem, p):
         self.M, self.q, self.p = np.array(problem.M), np.array(problem.q), p
         self.I = np.eye(self.q.size)
 
-    def phi(self, x: Vector) -> Vector:
+    def phi(self, x):
         px = self.p * x
         return np.asarray(np.logaddexp.reduce([np.zeros_like(px), px, -px]) / self.p)
 
-    def F(self, x: Vector) -> Vector:
+    def F(self, x):
         linear = (self.M + self.I) @ x
         return np.asarray(linear + (self.M - self.I) @ self.phi(x) + self.q)
 
-    def d(self, x: Vector) -> Vector:
+    def d(self, x):
         a = np.exp(-np.abs(self.p * x))
         E = np.diag(np.sign(x) * (1 - a * a) / (1 + a + a * a))
         J = self.M + self.I + (self.M - self.I) @ E
         return np.asarray(-J.T @ self.F(x))
 
-    def terms(self, x: Vector) -> float:
+    def terms(self, x):
         """The size of the terms of F~, whose rounding no formula for F~ escapes."""
         sizes = (np.abs(self.M) + self.I) @ (np.abs(x) + self.phi(x)) + np.abs(self.q)
         return float(np.linalg.norm(sizes))
 
-    def direction(self, row: dict[str, Any], x: Vector, before: Vector) -> Vector:
+    def direction(self, row, x, before):
         """s of steps 2.1 to 2.6 at x, by the numbers of the row."""
         if row["step"] in ("1", "2.2", "2.6"):
             return self.d(x)
@@ -123,7 +118,7 @@ def test_each_row_of_shi_leads_to_its_x_by_the_formulas_of_the_paper(
 
 
 @st.composite
-def small_problems(draw: Callable[..., Any]) -> tuple[Problem, Vector, Vector]:
+def small_problems(draw):
     """In integers, so that vectors are often parallel or at right angles."""
     n = draw(st.integers(1, 3))
     vectors = arrays(float, n, elements=st.integers(-3, 3))
@@ -133,29 +128,27 @@ def small_problems(draw: Callable[..., Any]) -> tuple[Problem, Vector, Vector]:
     return Problem(M, draw(vectors)), draw(vectors), draw(vectors)
 
 
-def size_of(v: Vector) -> float:
+def size_of(v):
     """|v|, without overflow."""
     largest = float(np.abs(v).max())
     return largest * float(np.linalg.norm(v / largest)) if largest > 0 else largest
 
 
-def sine(F: Vector, v: Vector) -> float:
+def sine(F, v):
     F, v = F / size_of(F), v / size_of(v)
     return size_of(F - (F @ v) * v)
 
 
-def assert_steps_lead_on(
-    problem: Problem, x0: Vector, x1: Vector, p: float = 1e12
-) -> TraceRow | None:
+def assert_steps_lead_on(problem, x0, x1, p=1e12):
     """Check that the quantities of each row lead to its x, up to the rounding of x,
     which the plane of F~ and the last step enlarges by |x| over the length of that
     step, unless they are parallel. Return the row after x1, if there is one."""
     trace = Trace(columns=("all",))
-    how: dict[str, Any] = {"p": p, "max_iterations": 12}
+    how = {"p": p, "max_iterations": 12}
     run(problem, "shi", x0=x0, x1=x1, trace=trace, **how)
     paper, rows = Paper(problem, p), trace.rows
     for first, second, row in zip(rows, rows[1:], rows[2:], strict=False):
-        own: dict[str, Any] = {**row.quantities, "step": row.step}
+        own = {**row.quantities, "step": row.step}
         x, before = second.x, first.x
         assert x is not None
         assert before is not None
@@ -194,7 +187,7 @@ def test_steps_lead_to_the_next_x(drawn):
 
 # M, q, x0 and x1, and of the step from x1 its number, and which of xi_1 and alpha it
 # has.
-KINDS: dict[str, Any] = {
+KINDS = {
     "alpha infinite": ([[-1, 0], [1, 0]], [1, -2], [0, -1], [1, -1], "2.4", "xi1"),
     "xi_1 infinite": ([[1, -2], [-2, 0]], [0, -1], [0, 0], [0, 1], "2.4", ""),
     "u best": ([[0, 0], [0, 0]], [0, -1], [-1, 3], [0, -1], "2.4", "xi1 alpha"),
@@ -212,7 +205,6 @@ def test_steps_lead_on_where_the_paper_leaves_them_undefined(kind):
     problem = Problem(np.array(M, float), np.array(q, float))
     points = np.array(x0, float), np.array(x1, float)
     row = assert_steps_lead_on(problem, *points, p=1e300)
-    assert row is not None
     assert row.step == step
     own = row.quantities
     assert [n for n in ("xi1", "alpha") if own[n] is not None] == defined.split()
@@ -302,9 +294,7 @@ def test_a_trace_keeps_the_columns_of_the_rows_and_components_that_it_keeps():
         part.rows, whole.selected(10, None, np.array([1, 3])).rows, strict=True
     ):
         for own in (row, chosen):
-            assert own.x is not None
             whole = kept[own.k].x
-            assert whole is not None
             assert own.x.tolist() == whole[[1, 3]].tolist()
             u = kept[own.k].quantities["u"]
             shown = own.quantities["u"]
@@ -314,7 +304,7 @@ def test_a_trace_keeps_the_columns_of_the_rows_and_components_that_it_keeps():
 
 
 def test_a_callback_reads_the_quantities_of_the_step():
-    seen: list[float] = []
+    seen = []
 
     def callback(row):
         seen.append(row.quantities["f"])
@@ -325,7 +315,7 @@ def test_a_callback_reads_the_quantities_of_the_step():
     assert [row.quantities["f"] for row in trace.rows[1:]] == seen
 
 
-def table(out: str) -> list[list[str]]:
+def table(out):
     """The words of the table of iterates."""
     lines = [line.split() for line in out.splitlines()]
     first = next(i for i, words in enumerate(lines) if words[:1] == ["method"])
@@ -435,15 +425,15 @@ def test_help_lists_the_columns_of_a_method(lcp):
         assert {*own, *columns.OF_EVERY_METHOD} == {*names}, method
 
 
-def numbers(text: str) -> list[Fraction]:
+def numbers(text):
     return [Fraction(word) for word in re.findall(r"-?\d+(?:/\d+)?", text)]
 
 
-def section(name: str) -> str:
+def section(name):
     return PAGES["methods"].partition(f"\n## {name}\n")[2].partition("\n## ")[0]
 
 
-def vector(text: str, before: str) -> list[Fraction]:
+def vector(text, before):
     """The numbers in parentheses after some words of a page, where a factor may
     follow."""
     found = re.search(
@@ -453,27 +443,25 @@ def vector(text: str, before: str) -> list[Fraction]:
     return [own / int(found[2] or 1) for own in numbers(found[1])]
 
 
-def product(A: Sequence[Sequence[Any]], x: Sequence[Any]) -> list[Fraction]:
+def product(A, x):
     return [
         sum((Fraction(a) * b for a, b in zip(row, x, strict=True)), Fraction(0))
         for row in A
     ]
 
 
-def dot(x: Sequence[Fraction], y: Sequence[Fraction]) -> Fraction:
+def dot(x, y):
     return sum((a * b for a, b in zip(x, y, strict=True)), Fraction(0))
 
 
-def exact_step(
-    M: list[list[int]], q: list[int], x0: list[Fraction], x1: list[Fraction]
-) -> dict[str, Any]:
+def exact_step(M, q, x0, x1):
     """Steps 2.1 to 2.4 of the paper from x0 and x1 in fractions, for p without end."""
 
-    def F(x: list[Fraction]) -> list[Fraction]:
+    def F(x):
         z, w = [abs(t) + t for t in x], [abs(t) - t for t in x]
         return [a - b + c for a, b, c in zip(product(M, z), w, q, strict=True)]
 
-    def d(x: list[Fraction]) -> list[Fraction]:
+    def d(x):
         n = range(len(x))
         J = [
             [

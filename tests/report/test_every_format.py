@@ -37,14 +37,14 @@ class Page(HTMLParser):
     """Collects tags, which must be closed in the order in which they were opened, and
     the cells of tables."""
 
-    def __init__(self, text: str) -> None:
+    def __init__(self, text):
         super().__init__()
         self.open, self.tags = list[str](), list[tuple[str, dict[str, str | None]]]()
         self.tables: list[list[list[str]]] = []
         self.feed(text)
         assert self.open == []
 
-    def handle_starttag(self, tag: str, attrs: list[tuple[str, str | None]]) -> None:
+    def handle_starttag(self, tag, attrs):
         self.tags.append((tag, dict(attrs)))
         if tag not in VOID:
             self.open.append(tag)
@@ -55,10 +55,10 @@ class Page(HTMLParser):
         elif tag in ("td", "th"):
             self.tables[-1][-1].append("")
 
-    def handle_endtag(self, tag: str) -> None:
+    def handle_endtag(self, tag):
         assert self.open.pop() == tag
 
-    def handle_data(self, data: str) -> None:
+    def handle_data(self, data):
         if self.open and self.open[-1] in ("td", "th"):
             self.tables[-1][-1][-1] += data
 
@@ -204,7 +204,7 @@ def test_a_page_leads_with_the_answer(lcp, tmp_path):
     assert "<figure>" not in page[: page.index("slack")]
 
 
-def table(text: str) -> list[dict[str, str]]:
+def table(text):
     """The rows of a CSV text, without the comments before its header."""
     return list(
         csv.DictReader(line for line in StringIO(text) if not line.startswith("#"))
@@ -238,9 +238,7 @@ def test_latex_and_markdown_escape_what_they_must():
     )
 
 
-def text_of(
-    form: str, *tables: Table, verdict: str = "", width: int | None = None
-) -> str:
+def text_of(form, *tables, verdict="", width=None):
     section = Section("t", verdict, True, tables=tables)
     return typeset(Document("t", [section]), form, width)
 

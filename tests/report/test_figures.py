@@ -1,14 +1,10 @@
 """Figures have no text on another one or off the page, whole and small files, and looks
 that are told apart."""
 
-from __future__ import annotations
-
 import math
 import subprocess
 import sys
-from collections.abc import Callable
 from itertools import pairwise
-from typing import Any
 
 import numpy as np
 import pytest
@@ -23,7 +19,6 @@ import lcpcli
 from lcpcli import Problem
 from lcpcli.errors import OptionError
 from lcpcli.files import contents
-from lcpcli.parametric.path import Path as Solutions
 from lcpcli.report import plotting
 from lcpcli.report import plotting as figures
 from lcpcli.report.figures import plane_figures, run_figures, style
@@ -161,7 +156,7 @@ def test_a_run_without_any_error_stands_far_down():
 ALL = [*style.METHODS.values(), *style.SPARE]
 
 
-def lightness(color: str) -> float:
+def lightness(color):
     """L* of a colour (CIE 1976) from its relative luminance."""
     parts = [int(color[i : i + 2], 16) / 255 for i in (1, 3, 5)]
     red, green, blue = [
@@ -246,7 +241,7 @@ def test_other_runs_make_no_grid(labels):
 
 EIGHT = grid_panel(ks=[str(k) for k in range(1, 9)])
 NOTHING_MEASURED = Panel("p", "residual", [odd("shi", [None, None])])
-RUNS: dict[str, Callable[[], Figure]] = {
+RUNS = {
     **{f"crowd {n}": lambda n=n: convergence(crowd(n)) for n in (1, 2, 6, 11)},
     **{
         f"bench {n}": lambda n=n: bench(profiles(n), [crowd(n), crowd(1)])
@@ -280,7 +275,7 @@ CONES += [
 ]
 FOUR = (*TWO_METHODS, "newton", "lemke")
 FAR = Problem([[-1, 3], [2, -1]], [-400, -3e4], x0=[1e4, -1])
-PATHS: dict[str, tuple[list[Problem], tuple[str, ...]]] = {
+PATHS = {
     "one": ([TWO], TWO_METHODS),
     "four methods": ([SKEW], FOUR),
     "three problems": ([TWO, SKEW, FAR], TWO_METHODS),
@@ -291,7 +286,7 @@ ENDS = [
     Problem(np.eye(2), q, names=["$x_{", "long " * 60], name="$a$ " * 50)
     for q in ([1, 1], [1, -1])
 ]
-RESPONSES: dict[str, Callable[[], Solutions]] = {
+RESPONSES = {
     "small": small,
     "cornered": cornered,
     "frontier": frontier,
@@ -303,18 +298,18 @@ RESPONSES: dict[str, Callable[[], Solutions]] = {
 }
 
 
-def long_names(M: Any, q: Any) -> Figure:
+def long_names(M, q):
     return drawn(plane_figures.draw, picture(M, q, names=("price of $x", "y " * 60)))
 
 
-def iterates(problems: list[Problem], methods: tuple[str, ...]) -> Figure:
+def iterates(problems, methods):
     return drawn(
         plane_figures.draw_paths, [data(problem, methods) for problem in problems]
     )
 
 
 LONG_TITLE = picture(MURTY, (-1, -1), name="$\\alpha_ " * 30)
-TEXTS: dict[str, Callable[[], Figure]] = {
+TEXTS = {
     **RUNS,
     **{
         f"cones {k}": lambda given=given: long_names(*given)
@@ -343,7 +338,7 @@ def test_texts_are_apart(name):
 
 
 MADE_BY = "lcp solve murty.json (exact)"
-FILES: dict[str, Callable[[str], bytes]] = {
+FILES = {
     "convergence": lambda form: plotting.convergence(
         [Panel("p", "error", [decaying("shi")], MADE_BY)]
     ).content(form),

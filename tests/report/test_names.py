@@ -1,17 +1,13 @@
 """Names are data: whatever they hold, people see it as text, a terminal obeys none of
 it, and programs get it back."""
 
-from __future__ import annotations
-
 import csv
 import json
 import re
 import shlex
 import unicodedata
-from collections.abc import Callable
 from io import StringIO
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 import pytest
@@ -52,11 +48,11 @@ ABOVE_AND_BELOW = {
 }
 
 
-def two(name: str, first: str = "1") -> list[str]:
+def two(name, first="1"):
     return [f"{first}{name}", name]
 
 
-KINDS: dict[str, Callable[[str], dict[str, Any]]] = {
+KINDS = {
     "lcp": lambda name: {"M": [[2, 1], [1, 2]], "q": [-5, -6], "names": two(name)},
     "game": lambda name: {
         "A": [[3, 0], [0, 2]],
@@ -74,7 +70,7 @@ KINDS: dict[str, Callable[[str], dict[str, Any]]] = {
 }
 
 
-def is_unseen(mark: str) -> bool:
+def is_unseen(mark):
     """Whether a character is one of those that people must not get, by the tables of
     Unicode."""
     is_none = ord(mark) & 0xFFFE == 0xFFFE or 0xFDD0 <= ord(mark) <= 0xFDEF
@@ -85,11 +81,11 @@ def is_unseen(mark: str) -> bool:
     )
 
 
-def unseen(text: str) -> set[str]:
+def unseen(text):
     return {mark for mark in text if is_unseen(mark) and mark != "\n"}
 
 
-def put(kind: str, name: str, file: str = "p.json", **changed: Any) -> None:
+def put(kind, name, file="p.json", **changed):
     Path(file).write_text(json.dumps({"name": name, **KINDS[kind](name), **changed}))
 
 
@@ -119,7 +115,7 @@ SHOWN = [
 TO = {"lcp": {"q": [-1, -6]}, "program": {"row_lower": [3]}}
 
 
-def without_times(text: str) -> list[str]:
+def without_times(text):
     """The lines of a text without numbers, units and runs of blanks and dashes, in
     which two runs may differ."""
     text = re.sub(
@@ -339,7 +335,7 @@ def test_json_has_the_exact_names_in_plain_characters(line, lcp):
         assert records[0]["moving"]["name"] == f"q 1{WHOLE}"
 
 
-def rows_of(text: str) -> list[list[str]]:
+def rows_of(text):
     """The rows of a text in CSV, by the rules of CSV, without comments."""
     rows = list(csv.reader(StringIO(text, newline="")))
     comments = [row for row in rows if row[0].startswith("#")]

@@ -1,19 +1,15 @@
 """A path as a table, JSON and CSV: what happens at its breakpoints, in the names of its
 problem."""
 
-from __future__ import annotations
-
 import csv
 import math
 from io import StringIO
-from typing import Any
 
 import numpy as np
 import pytest
 
 import lcpcli
 from lcpcli import Problem
-from lcpcli.parametric.path import Path
 from lcpcli.report import document, path_formats
 from lcpcli.report.path_formats import Terms
 
@@ -26,17 +22,15 @@ from .path_samples import (
 )
 
 
-def text_of(
-    path: Path, form: str = "table", at: Any = (), width: int | None = None
-) -> str:
+def text_of(path, form="table", at=(), width=None):
     return document.typeset(path_formats.build(path, form, at, width), form, width)
 
 
-def table(path: Path, *at: Any, width: int | None = None) -> list[list[str]]:
+def table(path, *at, width=None):
     return [line.split() for line in text_of(path, "table", at, width).splitlines()]
 
 
-def of_csv(path: Path, *at: Any) -> list[dict[str, str]]:
+def of_csv(path, *at):
     text = written("csv", path, *at)
     return list(
         csv.DictReader(line for line in StringIO(text) if not line.startswith("#"))

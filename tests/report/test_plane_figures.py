@@ -1,8 +1,6 @@
 """The pictures of paths of iterates over |F|, and of the complementary cones of two
 unknowns."""
 
-from __future__ import annotations
-
 import math
 from itertools import pairwise
 from pathlib import Path
@@ -15,7 +13,6 @@ from scipy.optimize import nnls
 
 pytest.importorskip("matplotlib")
 
-from matplotlib.figure import Figure
 from matplotlib.patches import Wedge
 
 from lcpcli import Problem
@@ -152,7 +149,7 @@ def test_cones_with_q_are_those_whose_generators_have_it_as_a_sum(M, q):
     assert plane_figures.holding(picture(M, q)) == holding
 
 
-def generators(M: list[list[float]], chosen: tuple[int, ...]) -> np.ndarray:
+def generators(M, chosen):
     """Those of a cone, as columns."""
     return np.column_stack(
         [
@@ -181,7 +178,7 @@ def test_q_is_in_the_sectors_whose_generators_have_it_as_a_sum(M, q):
                 )
 
 
-def wedges(figure: Figure) -> list[tuple[float, float, float]]:
+def wedges(figure):
     """The sectors that are filled, in degrees, and how opaque each is."""
     return [
         (patch.theta1 % 360, patch.theta2 % 360, patch.get_facecolor()[3])
@@ -222,13 +219,13 @@ def test_a_picture_of_cones_has_a_sector_for_each_with_two_directions(M, q):
     assert np.array(sorted(wedges(figure))) == pytest.approx(np.array(sorted(sectors)))
 
 
-def sine(one: np.ndarray, other: np.ndarray) -> float:
+def sine(one, other):
     """Of the angle from one direction to another."""
     (a, b), (c, d) = (v / np.abs(v).max() for v in (one, other))
     return float((a * d - b * c) / math.hypot(a, b) / math.hypot(c, d))
 
 
-def degrees(direction: np.ndarray) -> float:
+def degrees(direction):
     x, y = direction / np.abs(direction).max()
     return math.degrees(math.atan2(y, x)) % 360
 

@@ -1,11 +1,9 @@
 """What cannot be shown is refused in one line: unknowns of no such name, and pictures
 of problems that have none."""
 
-from __future__ import annotations
-
 import pytest
 
-from ..refusals import Refusal, commands
+from ..refusals import commands
 
 SHOWN = commands(
     r"""
@@ -73,7 +71,7 @@ solve two.json --paths a.svg --plot a.svg
         "empty.json": '{"M": [], "q": []}',
     },
 )
-REFUSALS: list[Refusal] = [*SHOWN, *PICTURES]
+REFUSALS = [*SHOWN, *PICTURES]
 
 
 @pytest.mark.parametrize("refusal", SHOWN, ids=str)

@@ -1,18 +1,13 @@
 """What the figures of runs, benchmarks and paths draw: the number of curves, where
 their points lie, and what axes and legends say."""
 
-from __future__ import annotations
-
 import math
-from typing import Any
 
 import numpy as np
 import pytest
 
 pytest.importorskip("matplotlib")
 
-from matplotlib.axes import Axes
-from matplotlib.figure import Figure
 
 import lcpcli
 from lcpcli import Problem
@@ -47,15 +42,15 @@ LONG = Panel(
 BARE = Panel("bare", "error", [*SHORT.curves, odd("lemke", [None, None])])
 
 
-def labels(axes: Axes) -> tuple[str, str]:
+def labels(axes):
     return axes.get_xlabel(), axes.get_ylabel()
 
 
-def scales(axes: Axes) -> tuple[str, str]:
+def scales(axes):
     return axes.get_xscale(), axes.get_yscale()
 
 
-def assert_follows(points: np.ndarray, xs: Any, ys: Any) -> None:
+def assert_follows(points, xs, ys):
     """The points of a curve, but for those that are moved to the edge of the axes."""
     assert points == pytest.approx(np.column_stack((xs, ys)))
 
@@ -217,11 +212,11 @@ def test_a_bench_has_a_profile_and_the_runs_with_one_legend():
             assert share == pytest.approx(solved / len(profile.ratios))
 
 
-def of_path(path: lcpcli.Path, *chosen: str) -> Figure:
+def of_path(path, *chosen):
     return drawn(run_figures.draw, path, chosen)
 
 
-def rules(axes: Axes) -> list[float]:
+def rules(axes):
     """Where the vertical rules stand."""
     return [
         float(line.get_xdata()[0])

@@ -1,8 +1,6 @@
 """--show chooses unknowns by their names; bounds are named, and sentences do not speak
 of z >= 0 beside them."""
 
-from __future__ import annotations
-
 import json
 
 import numpy as np

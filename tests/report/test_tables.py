@@ -1,14 +1,11 @@
 """What people and programs get: every kind of answer in every format of text, tables,
 columns, widths and colours."""
 
-from __future__ import annotations
-
 import csv
 import json
 import re
 from collections.abc import Callable
 from dataclasses import replace
-from typing import Any
 
 import numpy as np
 import pytest
@@ -25,7 +22,6 @@ from lcpcli.solving.driver import run
 EXAMPLE = contents.shipped_path("paper-example-1.json")
 TRIDIAGONAL = contents.shipped_path("tridiagonal-100.json")
 ESCAPE = "\x1b["
-Lcp = Callable[..., Any]
 
 
 def test_long_z_fits_the_terminal_and_is_whole_in_files(lcp, terminal, tmp_path):
@@ -125,7 +121,6 @@ def test_a_bound_is_shown_where_it_is_asked_for(lcp, tmp_path):
     )
     assert (plain["error_bound"], plain["error_bound_source"]) == (None, None)
     expected = error_bound(read(file), np.array(bounded["z"]))
-    assert expected is not None
     assert (bounded["error_bound"], bounded["error_bound_source"]) == (
         expected.value,
         expected.source,
@@ -159,7 +154,7 @@ def test_default_beside_a_run_with_an_option_and_every_value_in_a_figure_are_tol
     assert re.search(r"k-star=5, .*k-star=17, ", file.read_text())
 
 
-def iterates(out: str) -> list[str]:
+def iterates(out):
     """The lines of the table below a lone result."""
     return out.split("\n\n", 1)[1].splitlines()
 
@@ -312,7 +307,7 @@ def test_a_narrow_screen_drops_levels_but_the_finest_and_splits_no_row_of_the_su
     ]
 
 
-def heading_and_first(lcp: Lcp, file: str) -> tuple[list[str], str]:
+def heading_and_first(lcp, file):
     """The words of the heading of the iterates and the line of the first."""
     lines = (
         lcp(f"solve {file} --method fixed-point").out.split("\n\n", 1)[1].splitlines()

@@ -2,8 +2,6 @@
 vary one at a time; where neither iteration solves a problem, comparisons say why; and a
 p that smooths nothing is named as such."""
 
-from __future__ import annotations
-
 import json
 import math
 import re
@@ -28,7 +26,7 @@ from ..cli.conftest import assert_refused, records
 EXAMPLE = "paper-example-1"
 
 
-def rows(out: str) -> list[list[str]]:
+def rows(out):
     return [line.split() for line in out.splitlines()]
 
 
@@ -88,7 +86,7 @@ def test_runs_are_those_of_a_sweep_in_json_and_csv(lcp):
 def test_figure_has_a_row_for_each_option_and_a_line_for_each_problem(
     degenerate, lcp, in_folder, monkeypatch
 ):
-    drawn: list[plotting.Variation] = []
+    drawn = []
     usual = plotting.variations
 
     def record(data, runs):

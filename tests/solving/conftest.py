@@ -1,12 +1,9 @@
 """The method that lies, and whether there is the extra `fast`."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 
 import lcpcli
-from lcpcli import Result
 from lcpcli.solving import direct_run
 
 from .liars import Liar
@@ -28,7 +25,7 @@ def way(request, monkeypatch):
     direct_run.compiled.cache_clear()
 
 
-def assert_same(ours: Result, theirs: Result) -> None:
+def assert_same(ours, theirs):
     """A result of many and one of the problem alone, but for the time."""
     assert (ours.status, ours.method, ours.message) == (
         theirs.status,

@@ -1,22 +1,17 @@
 """A toy method that lies: what it yields and how it ends is made up by a test, and the
 loop has to find out."""
 
-from __future__ import annotations
-
 import json
 import sys
-from collections.abc import Callable, Iterable
 from types import ModuleType
-from typing import Any
 
 import numpy as np
 import pytest
 
-from lcpcli import Problem, Result, run
+from lcpcli import run
 from lcpcli.methods.registry import METHODS, Method
-from lcpcli.methods.stages import Ending, Finished, Iterate, Stage
+from lcpcli.methods.stages import Finished, Iterate
 from lcpcli.model.changes import shifted
-from lcpcli.typing import Vector
 
 from .. import exact_measure
 
@@ -31,21 +26,15 @@ class Liar:
     ending : an ending, or what makes one from the problem that the method works on.
     """
 
-    def __init__(self, patch: pytest.MonkeyPatch) -> None:
+    def __init__(self, patch):
         self._patch = patch
 
-    def register(
-        self,
-        problem: Problem,
-        steps: Iterable[Iterate] = (),
-        ending: Ending | Callable[[Problem], Ending] | None = None,
-        **declaration: Any,
-    ) -> None:
+    def register(self, problem, steps=(), ending=None, **declaration):
         """Make it yield these iterates and end like this."""
         moved = problem.reference_z is not None
 
         # Every method has it.
-        def liar(own: Problem, x0: Vector) -> Stage:  # noqa: ARG001
+        def liar(own, x0):  # noqa: ARG001
             for step in steps:
                 yield step._replace(x=shifted(problem).start(step.x)) if moved else step
             return ending(own) if callable(ending) else ending or Finished()
@@ -59,26 +48,19 @@ class Liar:
             Method("a method that lies", **{"takes_bounds": True} | declaration),
         )
 
-    def run(
-        self,
-        problem: Problem,
-        steps: Any = (),
-        ending: Any = None,
-        declaration: Any = None,
-        **options: Any,
-    ) -> Result:
+    def run(self, problem, steps=(), ending=None, declaration=None, **options):
         self.register(problem, steps, ending, **(declaration or {}))
-        method: Any = "liar"
+        method = "liar"
         return run(problem, method, **options)
 
 
-def at(z: Any, F: float | None = None) -> Iterate:
+def at(z, F=None):
     """An iterate whose z is this admissible one, with F as claimed."""
     z = np.asarray(z, dtype=float)
     return Iterate(z / 2, None if F is None else np.full(z.size, F), "", 1)
 
 
-def assert_refused(result: Result, *statuses: str) -> None:
+def assert_refused(result, *statuses):
     """Nothing in a result says that the problem is solved or has no solution, and its
     measures are those of its z."""
     text = result.to_json()

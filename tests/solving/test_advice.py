@@ -1,8 +1,6 @@
 """What a failed run says to try next works: followed, it leads to a solution or to a
 proof that there is none."""
 
-from __future__ import annotations
-
 import re
 from dataclasses import replace
 
@@ -52,7 +50,7 @@ FAILING = {
 }
 
 
-def followed(arguments: list[str], way: str) -> list[str]:
+def followed(arguments, way):
     """The arguments with what the way adds, or puts in place of what they have."""
     words = way.removeprefix("lcp solve ").split()
     for word in words:
@@ -66,7 +64,7 @@ def followed(arguments: list[str], way: str) -> list[str]:
     return arguments + words
 
 
-def ways_in(out: str) -> list[str]:
+def ways_in(out):
     """The ways that the line of advice names, each with what goes with all."""
     lines = [line for line in out.splitlines() if re.match(r"(\S+: )?try ", line)]
     assert len(lines) == 1

@@ -4,12 +4,9 @@ the problem is. A problem without unknowns, as a time step without contacts is, 
 solution, the empty vector.
 """
 
-from __future__ import annotations
-
 import re
 from fractions import Fraction
 from functools import partial
-from typing import Any
 
 import numpy as np
 import pytest
@@ -17,7 +14,7 @@ from scipy import sparse
 from scipy.sparse import coo_matrix, csr_array
 
 import lcpcli
-from lcpcli import Problem, Result, Status
+from lcpcli import Problem, Status
 from lcpcli.errors import ProblemError
 from lcpcli.methods.registry import METHODS, Method, options_of, parameters_of
 from lcpcli.options import Option
@@ -33,7 +30,7 @@ Q = [-5.0, -6.0, 1.0]
 Z = [1.8, 1.4, 0.0]
 
 
-def arrays_of(value: Any) -> list[Any]:
+def arrays_of(value):
     return (
         [value]
         if isinstance(value, np.ndarray)
@@ -143,7 +140,7 @@ def file(tmp_path):
     return str(tmp_path / "none.json")
 
 
-def is_solved(result: Result) -> bool:
+def is_solved(result):
     """Whether the empty vector is the solution, and a result of it can be shown in
     every way."""
     assert result.to_dict()["z"] == result.digits == result.basis == []

@@ -7,9 +7,7 @@ import logging
 import math
 import subprocess
 import sys
-from collections.abc import Callable
 from fractions import Fraction
-from types import FrameType
 
 import numpy as np
 import pytest
@@ -18,7 +16,7 @@ from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 
 import lcpcli
-from lcpcli import Problem, Result
+from lcpcli import Problem
 from lcpcli.errors import OptionError
 from lcpcli.gallery import families
 from lcpcli.methods import direct as module
@@ -50,7 +48,7 @@ loading = pytest.importorskip("lcpcli.kernels.loading")
 kernels = pytest.importorskip("lcpcli.kernels.kernels")
 
 
-def at_once(problem: Problem, tol: float) -> DirectAnswer | None:
+def at_once(problem, tol):
     """The answer of `direct_many` to a batch of one."""
     data = problem.M[np.newaxis], problem.q[np.newaxis], np.array([problem.largest])
     z, found = module.direct_many(*data, tol, problem.box)
@@ -71,13 +69,13 @@ def compiled_from_the_first_problem(monkeypatch):
     monkeypatch.setattr(direct_run, "MANY", 0)
 
 
-def through_the_loop(problem: Problem, monkeypatch: pytest.MonkeyPatch) -> Result:
+def through_the_loop(problem, monkeypatch):
     with monkeypatch.context() as patch:
         patch.setattr(direct_run, "QUICK", ())
         return lcpcli.run(problem)
 
 
-def definite(n: int, seed: int) -> Problem:
+def definite(n, seed):
     return families.make("harker-pang", n, seed, symmetric=False)
 
 
@@ -112,7 +110,7 @@ def test_zeros_and_tiny_entries_of_q_ask_for_no_units_of_M_and_no_exact_sums(
     rng = np.random.default_rng(0)
     A = rng.standard_normal((20, 20))
     M = A @ A.T / 20 + np.eye(20)
-    asked: list[object] = []
+    asked = []
     units = problems.units
     monkeypatch.setattr(problems, "units", lambda *M: asked.append(M) or units(*M))
     certain = 0
@@ -172,7 +170,7 @@ def test_zeros_of_M_and_q_are_decided_by_units_that_are_known():
     assert direct(problem, TOL).is_certain
 
 
-def within_bounds(problem: Problem) -> DirectAnswer | None:
+def within_bounds(problem):
     with np.errstate(all="ignore"):
         return exhausted(module.exchanges_within_bounds(problem, TOL))
 
@@ -373,11 +371,11 @@ def test_it_is_said_once_that_kernels_are_compiled(caplog):
     assert [record.message for record in caplog.records] == [loading.ANNOUNCEMENT]
 
 
-def functions_of(call: Callable[[], object]) -> set[str]:
+def functions_of(call):
     """The functions of the package through which a call passes."""
     names = set[str]()
 
-    def note(frame: FrameType, event: str, _: object) -> None:
+    def note(frame, event, _):
         if event == "call" and "lcpcli" in frame.f_globals.get("__name__", ""):
             names.add(frame.f_globals["__name__"] + "." + frame.f_code.co_name)
 

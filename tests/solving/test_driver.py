@@ -4,11 +4,8 @@ the run. A run has one route and one result to the bit, whether it keeps iterate
 not, and one deadline for its parts.
 """
 
-from __future__ import annotations
-
 import itertools
 import math
-from typing import Any
 
 import numpy as np
 import pytest
@@ -17,7 +14,7 @@ from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 
 import lcpcli
-from lcpcli import Problem, Result, Status, Trace, TraceRow, read
+from lcpcli import Problem, Status, Trace, read
 from lcpcli.errors import LCPError
 from lcpcli.files import contents
 from lcpcli.gallery import families
@@ -27,7 +24,6 @@ from lcpcli.methods.stages import Breakdown, Finished, Iterate, Stalled
 from lcpcli.options import Limits
 from lcpcli.solving import driver
 from lcpcli.solving.driver import run
-from lcpcli.typing import Vector
 
 EXAMPLE = read(contents.shipped_path("paper-example-1.json"))
 ANSWER = np.array([0.5, -0.5, 0.5, -0.5])
@@ -39,11 +35,11 @@ class Clock:
 
     now = 0.0
 
-    def __call__(self) -> float:
+    def __call__(self):
         return self.now
 
 
-def iterate(x: Vector | float, F: float | None = None) -> Iterate:
+def iterate(x, F=None):
     return Iterate(
         np.broadcast_to(x, 4) * 1.0, None if F is None else np.full(4, F), "", 0
     )
@@ -290,7 +286,7 @@ M, Q = [[2, 1], [1, 2]], [-5, -6]
     "method", ["auto", "shi", "fixed-point", "newton", "interior", "lemke"]
 )
 def test_it_sees_the_rows_of_a_trace_but_the_start(method):
-    rows: list[TraceRow] = []
+    rows = []
     result = lcpcli.solve(M, Q, method, callback=rows.append, trace=True)
     assert result.solved
     kept = result.trace.rows[1:]
@@ -308,7 +304,7 @@ def test_it_sees_the_rows_of_a_trace_but_the_start(method):
         )
 
 
-def _raise(row: TraceRow) -> None:
+def _raise(row):
     if row.k == 3:
         raise StopIteration
 
@@ -385,7 +381,7 @@ def test_its_exceptions_leave_the_call_and_its_arithmetic_is_its_own():
 
 
 def test_solve_many_calls_it_for_each_problem():
-    rows: list[TraceRow] = []
+    rows = []
     results = list(
         lcpcli.solve_many(
             M, np.tile(np.reshape(Q, (2, 1)), (1, 6)), callback=rows.append
@@ -409,14 +405,14 @@ SMALL = st.integers(1, 5).flatmap(
 )
 
 
-def is_same(one: Result, other: Result) -> bool:
+def is_same(one, other):
     fields = ("status", "message", "route", "iterations", "evaluations", "basis")
     return np.array_equal(one.z, other.z) and all(
         getattr(one, name) == getattr(other, name) for name in fields
     )
 
 
-def check(problem: Problem, **given: Any) -> None:
+def check(problem, **given):
     plain, kept = lcpcli.run(problem, **given), lcpcli.run(problem, trace=True, **given)
     assert is_same(plain, kept)
     assert given or is_same(plain, driver.run(problem, "auto", observe=lambda *_: None))
@@ -484,7 +480,7 @@ def test_pieces_leave_no_context_open_and_end_with_what_they_are_part_of():
 
 
 def test_digits_have_half_of_the_time_limit(monkeypatch):
-    seen: list[float] = []
+    seen = []
     monkeypatch.setattr(
         "lcpcli.verify.digits.digits", lambda *_: seen.append(remaining())
     )

@@ -2,14 +2,11 @@
 and the solution that errors are measured against is right to its last digits.
 """
 
-from __future__ import annotations
-
 import json
 import sys
 from dataclasses import replace
 from fractions import Fraction
 from functools import partial
-from typing import Any
 
 import numpy as np
 import pytest
@@ -20,7 +17,7 @@ from scipy import sparse
 from scipy.io import savemat
 
 import lcpcli
-from lcpcli import Problem, Result, Status, read
+from lcpcli import Problem, Status, read
 from lcpcli.files import contents
 from lcpcli.formulations.quadratic_program.answers import Minimum
 from lcpcli.linalg.matrices import accurate_residual
@@ -37,11 +34,11 @@ from ..enumeration.solution_sets import random_problem as random_mixed_problem
 EXAMPLE = contents.shipped_path("paper-example-2.json")
 
 
-def proved(problem: Problem) -> Result:
+def proved(problem):
     return prove(lambda: ExactProblem.of_floats(problem), run(problem, "auto"))
 
 
-def assert_proved(result: Result, whole: Problem, units: Any = 1) -> None:
+def assert_proved(result, whole, units=1):
     """The verdict is the true one about a problem whose rows are those of the result's
     times the units."""
     found = result.exact
@@ -119,7 +116,7 @@ def test_payoffs_of_a_game_are_taken_as_written():
     A = [["1/3", 0], [0, "2/3"]]
     for payoffs, share in ((A, Fraction(2, 3)), ([[0.1, 0], [0, 0.3]], Fraction(3, 4))):
         game = lcpcli.from_game(payoffs, [[0, 1], [1, 0]])
-        exact: Any = lcpcli.exact(game).answer.exact
+        exact = lcpcli.exact(game).answer.exact
         assert exact["column"] == [share, 1 - share]
 
 
@@ -269,14 +266,13 @@ def test_no_solution_of_the_doubles_proves_nothing_of_the_decimals():
         == "unsolvable"
     )
     decimals = prove(lambda: ExactProblem.of_decimals(problem), result)
-    assert decimals.exact is not None
     assert (decimals.status.word, decimals.exact.z) == (
         "solved",
         [1, 0, Fraction(1, 10)],
     )
 
 
-def program_with_rows(seed: int, sense: str) -> Problem:
+def program_with_rows(seed, sense):
     """With rows of all kinds, of decimals whose sums are rounded, some of them
     degenerate."""
     random = np.random.default_rng(seed)

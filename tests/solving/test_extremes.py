@@ -3,13 +3,9 @@ warning or an exception, and what a host program asks numpy to raise changes no 
 Problems of few unknowns are decided where doubles leave it open, in exact arithmetic.
 """
 
-from __future__ import annotations
-
 import math
 import warnings
-from collections.abc import Callable
 from fractions import Fraction
-from typing import Any
 
 import numpy as np
 import pytest
@@ -18,7 +14,7 @@ from hypothesis import strategies as st
 from scipy.sparse import csr_array
 
 import lcpcli
-from lcpcli import Problem, Result, Status, Trace, solve
+from lcpcli import Problem, Status, Trace, solve
 from lcpcli.errors import LCPError
 from lcpcli.gallery import families
 from lcpcli.inspection.inspection import inspect
@@ -52,7 +48,7 @@ SPECIAL = [
 
 
 @np.errstate(all="ignore")
-def data(seed: int) -> tuple[np.ndarray, np.ndarray]:
+def data(seed):
     """M and q of at most four unknowns, which the oracle decides at once: an ordinary
     problem, in units far apart, with M of one size and q of another, or
     ill-conditioned; or every entry of a size of its own, or zeros, ones, subnormals and
@@ -92,7 +88,7 @@ def data(seed: int) -> tuple[np.ndarray, np.ndarray]:
     return np.clip(M, -1.7e308, 1.7e308), np.clip(q, -1.7e308, 1.7e308)
 
 
-def is_solution_rounded(problem: Problem, z: np.ndarray) -> bool:
+def is_solution_rounded(problem, z):
     """Whether z is an exact solution, each component of it to within a few units of the
     last digit."""
     M, q = exact.rational(problem)
@@ -112,19 +108,19 @@ def is_solution_rounded(problem: Problem, z: np.ndarray) -> bool:
     )
 
 
-ADDED: list[dict[str, Any]] = [
+ADDED = [
     {},
     {"scale": True},
     {"finish": True},
     {"scale": True, "finish": True},
 ]
-ITERATIONS: list[dict[str, Any]] = [
+ITERATIONS = [
     {},
     {"omega": "auto"},
     {"anderson": 5},
     {"omega": "auto", "anderson": 5},
 ]
-VARIANTS: list[tuple[str, dict[str, Any]]] = [
+VARIANTS = [
     *((method, {}) for method in ("auto", "newton", "lemke", "milp")),
     *(("shi", added) for added in ADDED),
     *(("fixed-point", added | own) for added in ADDED for own in ITERATIONS),
@@ -135,7 +131,7 @@ TOL = 1.01e-10
 seeds = st.integers(0, 2**32 - 1)
 
 
-def check(result: Result, problem: Problem) -> None:
+def check(result, problem):
     """What a run says of a problem is so, by exact arithmetic; `problem` is the same in
     rows."""
     assert np.isfinite(result.z).all()
@@ -165,7 +161,7 @@ def check(result: Result, problem: Problem) -> None:
         assert result.iterations <= 1
 
 
-def without_sides_of_empty_rows(problem: Problem) -> Problem:
+def without_sides_of_empty_rows(problem):
     """The problem that is solved where such a side is said to have no solution."""
     assert isinstance(problem.M, np.ndarray)
     has_none = ~problem.M.any(axis=1) & (problem.q < 0)
@@ -250,7 +246,7 @@ def test_auto_finds_every_solution_in_doubles_and_says_nothing_false(
     inspect(problem)
 
 
-def approximates(z: np.ndarray, solution: list[Fraction] | None) -> bool:
+def approximates(z, solution):
     """Whether each component is that of the exact solution, to four digits; its rows
     hold by their own terms."""
     pairs = zip(z.tolist(), solution or (), strict=False)
@@ -259,7 +255,7 @@ def approximates(z: np.ndarray, solution: list[Fraction] | None) -> bool:
     )
 
 
-def is_near_a_solution(problem: Problem, z: np.ndarray) -> bool:
+def is_near_a_solution(problem, z):
     """Whether z, or the point near it that has components put on their bounds, has a
     small relative residual."""
     with np.errstate(all="ignore"):
@@ -270,7 +266,7 @@ def is_near_a_solution(problem: Problem, z: np.ndarray) -> bool:
         )
 
 
-def check_proof(result: Result, problem: Problem) -> None:
+def check_proof(result, problem):
     assert not np.isnan(result.w).any()
     if result.exact.status is Status.SOLVED:
         assert exact.solves(problem, result.exact.z)
@@ -358,7 +354,7 @@ OF_RESULT = (
 SECONDS = 0.05
 
 
-def extreme_problem(random: np.random.Generator) -> Problem:
+def extreme_problem(random):
     n = int(random.choice([1, 3, 5, 22]))
     M = random.choice(VALUES, (n, n)) * (
         random.random((n, n)) < random.choice([0.3, 1.0])
@@ -377,7 +373,7 @@ def extreme_problem(random: np.random.Generator) -> Problem:
     )
 
 
-def use(problem: Problem, random: np.random.Generator) -> None:
+def use(problem, random):
     """Call what is public with a problem."""
     n = problem.n
     q, z = random.choice(VALUES, n), np.abs(random.choice(VALUES, n))
@@ -385,7 +381,7 @@ def use(problem: Problem, random: np.random.Generator) -> None:
     for name in OF_RESULT:
         value = getattr(result, name)
         _ = value() if callable(value) else value
-    functions: list[Callable[[], Any]] = [
+    functions = [
         lambda: lcpcli.run(
             problem,
             str(random.choice(["newton", "lemke", "shi", "interior"])),
@@ -420,7 +416,7 @@ def use(problem: Problem, random: np.random.Generator) -> None:
 
 # Seeds that reach nearly all lines that all reach.
 MOST = {0, 2, 4, 5, 8, 11, 12, 16, 23, 24}
-HOSTS: tuple[tuple[dict[str, Any], set[int]], ...] = (
+HOSTS = (
     ({"all": "raise"}, MOST),
     ({}, {1, 23}),
 )

@@ -4,13 +4,11 @@ equilibria against all pure strategies, and strategies that are given to be chec
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
 from fractions import Fraction
 from functools import cache
 from itertools import product
 from math import prod
 from random import Random
-from typing import Any
 
 import numpy as np
 import pytest
@@ -19,13 +17,12 @@ import lcpcli
 from lcpcli.formulations.game_tree import tree
 from lcpcli.formulations.game_tree.behavior import (
     Behavior,
-    Strategy,
     plan_of,
     point_of,
     strategy_of,
 )
 from lcpcli.formulations.game_tree.game import ExtensiveGame
-from lcpcli.formulations.game_tree.tree import CHANCE, GameTree
+from lcpcli.formulations.game_tree.tree import CHANCE
 from lcpcli.gallery.families import make
 from lcpcli.rational.exact_problem import ExactProblem
 from lcpcli.solving.proof import prove
@@ -35,9 +32,7 @@ class Maker:
     """A random tree. Nodes of a player behind the same own move, with as many actions,
     may share an information set."""
 
-    def __init__(
-        self, seed: int, depth: int, payoff: Callable[[Random], Fraction]
-    ) -> None:
+    def __init__(self, seed, depth, payoff):
         self.random, self.outcomes, self.events, self.payoff = (
             Random(seed),
             0,
@@ -51,7 +46,7 @@ class Maker:
         ]
         self.node(depth, {1: (0, 0), 2: (0, 0)})
 
-    def node(self, depth: int, last: dict[int, tuple[int, int]]) -> None:
+    def node(self, depth, last):
         kind = self.random.choice("cpppp") if depth else "t"
         moves = self.random.randint(1 if depth < 4 else 2, 3)
         if kind == "t" or (depth < 3 and self.random.random() < 0.3):
@@ -82,7 +77,7 @@ class Maker:
         for move in range(1, moves + 1):
             self.node(depth - 1, {**last, player: (number, move)})
 
-    def outcome(self) -> str:
+    def outcome(self):
         self.outcomes += 1
         return (
             f'{self.outcomes} "" {{ {self.payoff(self.random)}, '
@@ -90,17 +85,15 @@ class Maker:
         )
 
 
-def small_fraction(random: Random) -> Fraction:
+def small_fraction(random):
     return Fraction(random.randint(-6, 6), random.choice((1, 1, 2, 3)))
 
 
-def tree_of(
-    seed: int, depth: int = 4, payoff: Callable[[Random], Fraction] = small_fraction
-) -> lcpcli.Problem:
+def tree_of(seed, depth=4, payoff=small_fraction):
     return lcpcli.from_efg("\n".join(Maker(seed, depth, payoff).lines))
 
 
-def chances(tree: GameTree, strategies: Sequence[Strategy]) -> list[Fraction]:
+def chances(tree, strategies):
     """The probabilities of all nodes, one by one from the root, without plans or
     sequences."""
     reach = [Fraction(1)]
@@ -115,7 +108,7 @@ def chances(tree: GameTree, strategies: Sequence[Strategy]) -> list[Fraction]:
     return reach
 
 
-def payoffs(tree: GameTree, strategies: Sequence[Strategy]) -> list[Fraction]:
+def payoffs(tree, strategies):
     ends = [
         (chance, node)
         for chance, node in zip(chances(tree, strategies), tree.nodes, strict=True)
@@ -127,7 +120,7 @@ def payoffs(tree: GameTree, strategies: Sequence[Strategy]) -> list[Fraction]:
     ]
 
 
-def pure_strategies(tree: GameTree, player: int) -> Iterator[Strategy]:
+def pure_strategies(tree, player):
     sizes = [len(own.actions) for own in tree.players[player].sets]
     for moves in product(*map(range, sizes)):
         yield [
@@ -136,7 +129,7 @@ def pure_strategies(tree: GameTree, player: int) -> Iterator[Strategy]:
         ]
 
 
-def gains(tree: GameTree, strategies: Sequence[Strategy]) -> list[Fraction]:
+def gains(tree, strategies):
     """What each player would gain by the best of all its pure strategies."""
     now = payoffs(tree, strategies)
     one = max(
@@ -161,17 +154,17 @@ t "" 3 "" { 0 2 }
 KUHN = Fraction(-1, 18)
 
 
-def game_of(problem: lcpcli.Problem) -> ExtensiveGame:
+def game_of(problem):
     assert isinstance(problem.origin, ExtensiveGame)
     return problem.origin
 
 
-def exactly(problem: lcpcli.Problem) -> lcpcli.Result:
+def exactly(problem):
     return prove(lambda: ExactProblem.of_decimals(problem), lcpcli.run(problem))
 
 
 @cache
-def small_games() -> list[lcpcli.Problem]:
+def small_games():
     """Random trees whose pure strategies can all be tried."""
     numbers = (
         (
@@ -231,7 +224,7 @@ def test_best_responses_on_the_tree_are_the_best_of_all_pure_strategies():
     assert gainers > 20
 
 
-def _mixture(random: Random, size: int) -> list[Fraction]:
+def _mixture(random, size):
     weights = [random.randint(0, 3) for _ in range(size)]
     weights[random.randrange(size)] += 1
     return [Fraction(weight, sum(weights)) for weight in weights]
@@ -295,7 +288,7 @@ t "" 2 "" { -3 -1 }
 t "" 3 "" { -1e15 -1e15 }"""
 
 
-def with_penalties(random: Random) -> Fraction:
+def with_penalties(random):
     """A small integer, or a penalty."""
     return Fraction(
         -(10 ** random.randint(8, 17))
@@ -304,12 +297,12 @@ def with_penalties(random: Random) -> Fraction:
     )
 
 
-def shares(probabilities: Any) -> list[Fraction]:
+def shares(probabilities):
     exact = list(map(Fraction, map(float, probabilities)))
     return [value / sum(exact) for value in exact]
 
 
-def gains_little(gains: list[Fraction], reached: list[Fraction]) -> bool:
+def gains_little(gains, reached):
     return all(
         gain <= (1 + size) / 10**6 for gain, size in zip(gains, reached, strict=True)
     )
@@ -323,7 +316,7 @@ def test_solved_trees_are_equilibria_by_fractions_and_check_agrees():
         assert result.solved or problem.n > 20
         if result.solved:
             tree = problem.origin.tree
-            own: list[list[list[Fraction]]] = [[], []]
+            own = [[], []]
             for each in result.answer.information_sets:
                 own[tree.names().index(each.player)].append(shares(each.probabilities))
             assert gains_little(gains(tree, own), list(map(abs, payoffs(tree, own))))

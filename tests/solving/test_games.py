@@ -3,8 +3,6 @@ are checked as such, and the ways to equilibria: pure ones by a look at the payo
 those of games of constant sum by a linear program, others by Lemke and Howson's paths.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from fractions import Fraction
 from typing import Any
@@ -26,8 +24,6 @@ from lcpcli.methods.bimatrix import (
     lemke_howson,
 )
 from lcpcli.methods.stages import Finished
-from lcpcli.solving.result import Result
-from lcpcli.typing import Vector
 
 from ..methods.stages import through
 
@@ -60,7 +56,7 @@ def test_payoff_that_is_not_met_hides_no_gain():
     )
 
 
-def assert_equilibrium(A: Vector, B: Vector, result: Result) -> None:
+def assert_equilibrium(A, B, result):
     """No strategy gains more than rounding against the other player's, in fractions."""
     x, y = (
         [Fraction(value) for value in part]
@@ -78,7 +74,7 @@ def assert_equilibrium(A: Vector, B: Vector, result: Result) -> None:
         assert max(payoffs) - reached <= 1e-9 * (1 + max(map(abs, payoffs)))
 
 
-def pure_equilibria(A: Vector, B: Vector) -> set[tuple[int, int]]:
+def pure_equilibria(A, B):
     m, k = A.shape
     places = ((i, j) for i in range(m) for j in range(k))
     return {

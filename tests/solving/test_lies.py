@@ -3,12 +3,9 @@ solution: points that solve nothing, made-up residuals and endings; wrong vector
 exhaustions, rays that are none.
 """
 
-from __future__ import annotations
-
 import itertools
 import math
 from fractions import Fraction
-from typing import Any
 
 import numpy as np
 import pytest
@@ -22,8 +19,6 @@ from lcpcli.methods.registry import METHODS
 from lcpcli.methods.stages import Breakdown, Finished, NoSolution, OutOfTime, Stalled
 from lcpcli.model.box import in_words
 from lcpcli.rational.exact_problem import ExactProblem
-from lcpcli.solving.result import Result
-from lcpcli.typing import Vector
 from lcpcli.verify import certificate
 from lcpcli.verify.certificate import RAY, UNVERIFIED, Proof
 
@@ -52,7 +47,7 @@ ENDINGS = [
 ]
 
 
-def off_by(problem: Problem, z: Vector, size: float) -> Vector:
+def off_by(problem, z, size):
     """A z near a solution with that relative residual, by rational arithmetic: one
     component is moved."""
     box = problem.box
@@ -85,7 +80,7 @@ def test_point_that_solves_nothing_is_not_called_a_solution(name, liar):
         assert "does not solve the problem" in result.message
 
 
-def assert_refused_or_corrected(result: Result) -> None:
+def assert_refused_or_corrected(result):
     """The point is refused, or where it satisfies each row by its own terms, it is
     replaced by the solution with its states, of which a solution is proved to be within
     the last digits."""
@@ -110,7 +105,7 @@ def test_point_ten_times_as_far_off_as_the_tolerance_is_refused(name, liar):
         assert liar.run(problem, [at(near, F)]).solved, "a tenth of it is near enough"
 
 
-def plain_zero(seed: int) -> tuple[Problem, list[float]]:
+def plain_zero(seed):
     """A problem and a z whose w = 0 as floating point sums it, with errors of 1e-3 of
     q."""
     matrix = np.array([[0.1, -0.1], [-0.1, 0.1 * (1 + 1e-13)]])
@@ -121,7 +116,7 @@ def plain_zero(seed: int) -> tuple[Problem, list[float]]:
     return Problem(matrix, q), z.tolist()
 
 
-def along(slope: float, distance: float, gap: float) -> tuple[Problem, list[float]]:
+def along(slope, distance, gap):
     """z_1 - z_2 >= 1 and (1 + slope) z_2 >= z_1, with large z; a z at that distance
     from the solution, and off row 1 by the gap."""
     problem = Problem([[1, -1], [-1, 1 + slope]], [-1, 0])
@@ -130,7 +125,7 @@ def along(slope: float, distance: float, gap: float) -> tuple[Problem, list[floa
     return problem, [z2 + 1 + gap, z2]
 
 
-NEAR: dict[str, tuple[Problem, list[float]]] = {
+NEAR = {
     **{f"zero by rounding errors {seed}": plain_zero(seed) for seed in range(5)},
     "wrong in the 14th digit": along(1e-6, 0.0, 1e-8),
     "wrong in the 14th digit of very large numbers": along(1e-10, 1e-4, 2e-6),
@@ -153,7 +148,7 @@ def test_point_that_nearly_looks_like_a_solution_is_refused(name, liar):
 
 
 # Without solution; from a point in a direction.
-NOWHERE: dict[str, tuple[Problem, Any, Any]] = {
+NOWHERE = {
     "column of zeros": (Problem([[0, 1], [0, -1]], [-2, 1]), [0, 1.5], [1, 0]),
     "difference": (Problem([[1, -1], [-1, 1]], [-1, 0.5]), [0.75, 0], [1, 1]),
     "free variables": (
@@ -289,13 +284,13 @@ FREE, BELOW, ABOVE, BOX = (
 )
 
 
-def farkas(y: Any) -> NoSolution:
+def farkas(y):
     return NoSolution(
         Proof("farkas", None if y is None else np.asarray(y, dtype=float), LIE)
     )
 
 
-def mixed(M: Any, q: Any, *bounds: tuple[float, float]) -> Problem:
+def mixed(M, q, *bounds):
     lower, upper = zip(*bounds, strict=True)
     return Problem(M, q, lower=lower, upper=upper)
 
@@ -304,7 +299,7 @@ TILTED = [[1, -1, 0], [-1, 1 + ULP, 0], [0, 0, 1]]
 FOUR = [[1, -1, 0, 0], [-1, 1 + 4 * ULP, 0, 0], [0, 1e-20, 0, 0], [0, 0, 0, 1]]
 CANCELLING = mixed(np.zeros((5, 5)), [1e16, 1, 1, -1e16 - 2, 1], *4 * [BELOW], BOX)
 # What each y violates: without that condition, it would be a proof.
-WRONG: dict[str, tuple[Problem, Any]] = {
+WRONG = {
     "sign": (Problem(IDENTITY, [1, -1]), [-1, 0]),
     "q'y positive": (Problem([[-1, 0], [0, 1]], [1, -1]), [1, 0]),
     "q'y zero": (Problem([[-1, 0], [0, 1]], [0, -1]), [1, 0]),
@@ -489,7 +484,7 @@ def test_a_solution_has_no_proof_up_to_rounding_beside_it(liar):
     assert (result.status, result.certificate) == (Status.SOLVED, None)
 
 
-RAYS: dict[str, tuple[Problem, list[float]]] = {
+RAYS = {
     "zero": (TEXTBOOK, [0, 0]),
     "negative": (TEXTBOOK, [0, -1]),
     "not complementary": (Problem([[2, 1], [1, 3]], [-5, -6]), [1, 1]),

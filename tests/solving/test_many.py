@@ -2,8 +2,6 @@
 each q, what `run` gives, in order and as asked for.
 """
 
-from __future__ import annotations
-
 import pickle
 from itertools import count, islice
 
@@ -17,7 +15,6 @@ from scipy.sparse import csr_array
 import lcpcli
 from lcpcli import Problem
 from lcpcli.solving import many
-from lcpcli.typing import Vector
 
 from .. import mixed_problems
 from .conftest import assert_same
@@ -25,7 +22,7 @@ from .conftest import assert_same
 K = 40
 
 
-def hidden_definite(n: int, generator: np.random.Generator) -> tuple[Vector, Vector]:
+def hidden_definite(n, generator):
     """A P-matrix that is not definite, and Q; definite but for the units of its rows
     and columns."""
     M, _ = mixed_problems.monotone(n, generator)
@@ -118,7 +115,7 @@ def test_seconds_of_all_columns_together_are_those_of_their_blocks(monkeypatch):
 
 
 def test_problems_are_read_and_solved_as_they_are_asked_for():
-    read: list[float] = []
+    read = []
     stream = (read.append(q) or Problem([[2.0]], [q]) for q in (-2.0, 1.0, -6.0))
     results = lcpcli.solve_many(stream, "lemke", tol=1e-9)
     assert read == []
@@ -169,7 +166,7 @@ M, Q = [[[2.0, 1], [1, 2]], [[2, 0], [0, 4]]], [[-5.0, -6], [-4, 2]]
 NONE = [[0.0, 1.0], [1.0, 0.0]], [-1.0, 1.0]  # a problem without a solution
 
 
-def random_batch(n: int, generator: np.random.Generator) -> tuple[Vector, Vector]:
+def random_batch(n, generator):
     matrices = np.array([mixed_problems.monotone(n, generator)[0] for _ in range(B)])
     return matrices, 3 * generator.standard_normal((B, n))
 

@@ -14,8 +14,6 @@ solution, a huge one; if the last one is not, there is a y > 0 with M'y <= 0, ne
 and no solution.
 """
 
-from __future__ import annotations
-
 import os
 from fractions import Fraction
 from functools import partial
@@ -24,10 +22,9 @@ import numpy as np
 import pytest
 
 import lcpcli
-from lcpcli import Problem, Result, Status, from_qp
+from lcpcli import Problem, Status, from_qp
 from lcpcli.gallery.families import make
 from lcpcli.rational import elimination
-from lcpcli.typing import Vector
 from lcpcli.verify.certificate import Proof
 from lcpcli.verify.nearby_solutions import is_run_off
 from lcpcli.verify.point import Criterion, Point
@@ -39,7 +36,7 @@ from ..mixed_problems import monotone, with_all_bounds
 COUNT = int(os.environ.get("LCP_ORACLE", "400"))
 
 
-def random_problem(generator: np.random.Generator, most: int) -> Problem:
+def random_problem(generator, most):
     """Small integers with bounds of all kinds, or decimals with bounds away from 0."""
     M, q, lower, upper = integers(generator, most)
     if generator.random() < 0.3:
@@ -48,7 +45,7 @@ def random_problem(generator: np.random.Generator, most: int) -> Problem:
     return Problem(M, q, lower=lower, upper=upper)
 
 
-def is_true(problem: Problem) -> bool:
+def is_true(problem):
     """Whether the problem has a solution; it fails if what is said of it is not so, or
     nothing is decided."""
     solvable, result = (
@@ -75,7 +72,7 @@ def test_what_is_said_of_small_problems_is_true():
     )
 
 
-def spread(random: np.random.Generator, values: np.ndarray) -> np.ndarray:
+def spread(random, values):
     """Some of the values times 1e9 to 1e16."""
     powers = np.where(
         random.random(values.size) < 0.5, random.integers(9, 17, values.size), 0
@@ -83,7 +80,7 @@ def spread(random: np.random.Generator, values: np.ndarray) -> np.ndarray:
     return values * 10.0**powers
 
 
-def linear_program(seed: int) -> Problem:
+def linear_program(seed):
     """One to three variables and rows, integers from -3 to 3; most of them with a
     minimizer that was chosen first."""
     random = np.random.default_rng(seed)
@@ -143,7 +140,7 @@ def test_linear_programs_with_numbers_far_apart(largest):
         )
 
 
-def mixed(seed: int) -> Problem:
+def mixed(seed):
     """One to three unknowns, integers, and bounds 1e6 to 1e17 away from 0."""
     random = np.random.default_rng(seed)
     n = int(random.integers(1, 4))
@@ -174,7 +171,7 @@ def test_mixed_problems_with_far_bounds():
         is_true(mixed(seed))
 
 
-def near(z: Vector, reference: Vector, size: float = 1.0) -> bool:
+def near(z, reference, size=1.0):
     return bool(
         np.abs(z - reference).max()
         <= 1e-6 * max(size * 1e-6, 1.0) * (1 + np.abs(reference).max())
@@ -233,7 +230,7 @@ SIZES = (5, 20, 21, 34)
 NEAR = (8, 22)  # that are solved in different ways
 
 
-def crushed(n: int, seed: int, decades: int = 0) -> Problem:
+def crushed(n, seed, decades=0):
     """Boxes in a column, n contacts; in units of rows and columns that spread by so
     many decades."""
     random = np.random.default_rng([n, seed])
@@ -248,14 +245,14 @@ def crushed(n: int, seed: int, decades: int = 0) -> Problem:
     return Problem(units[:, np.newaxis] * M * units, units * q)
 
 
-def lifted(problem: Problem) -> Problem:
+def lifted(problem):
     """The problem with forces that can be balanced."""
     q = problem.q.copy()
     q[len(q) // 2] += 3 * np.abs(q).max() + 3 * abs(problem.M[len(q) // 2, len(q) // 2])
     return Problem(problem.M, q)
 
 
-def is_solvable(problem: Problem) -> bool:
+def is_solvable(problem):
     """Whether all exact pivots are positive."""
     M = [[Fraction(value) for value in row] for row in problem.M.tolist()]
     pivot = M[0][0]
@@ -280,7 +277,7 @@ def test_crushed_boxes_are_ill_posed_or_infeasible_as_exact_arithmetic_says(n):
         assert Proof("farkas", result.certificate.vector).holds(problem)
 
 
-def ill_posed(n: int, decades: int = 0) -> Problem:
+def ill_posed(n, decades=0):
     return next(
         problem
         for problem in map(partial(crushed, n, decades=decades), range(100))
@@ -288,7 +285,7 @@ def ill_posed(n: int, decades: int = 0) -> Problem:
     )
 
 
-def assert_ill_posed(result: Result) -> None:
+def assert_ill_posed(result):
     """Both facts are told, and nothing else is claimed."""
     assert (result.status.word, result.status.has_no_solution, result.solved) == (
         "ill_posed",

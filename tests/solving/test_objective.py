@@ -10,7 +10,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 import lcpcli
-from lcpcli import Problem, Status, from_qp
+from lcpcli import Status, from_qp
 from lcpcli.errors import ParameterError
 from lcpcli.report import outcome
 from lcpcli.verify.objective import NEGLIGIBLE, objective_error, statement
@@ -19,7 +19,7 @@ pytest.importorskip("piqp")
 
 
 @cache
-def smoothed(n: int, kind: int) -> Problem:
+def smoothed(n, kind):
     """The nearest values to given ones with third differences that are not negative,
     whose multipliers are 1e11, as in LISWET1 to LISWET12 of I. Maros and C. Mészáros,
     A repository of convex quadratic programming problems (1999)."""

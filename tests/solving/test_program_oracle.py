@@ -38,7 +38,7 @@ class Small(NamedTuple):
     sign: int
 
 
-def interval(random: np.random.Generator, kinds: str) -> tuple[int | None, int | None]:
+def interval(random, kinds):
     """Bounds of a random kind: lower, upper, range, equation, none."""
     a, b = sorted(random.integers(-3, 4, 2).tolist())
     kind = random.choice(list(kinds))
@@ -52,7 +52,7 @@ def interval(random: np.random.Generator, kinds: str) -> tuple[int | None, int |
     }[kind]
 
 
-def program(seed: int) -> Small:
+def program(seed):
     random = np.random.default_rng(seed)
     k, m = int(random.integers(1, 5)), int(random.integers(0, 5))
     F = random.integers(-2, 3, (k, int(random.integers(0, k + 1))))
@@ -77,29 +77,29 @@ def program(seed: int) -> Small:
     )
 
 
-def fractions(values: Any) -> Row:
+def fractions(values):
     return [Fraction(float(value)).limit_denominator(20_000) for value in values]
 
 
-def whole(values: Any) -> Row:
+def whole(values):
     assert all(value == int(value) for value in values.tolist()), (
         "a proof holds as it is written"
     )
     return fractions(values)
 
 
-def product(A: Any, x: Row) -> Row:
+def product(A, x):
     return [
         sum((int(a) * v for a, v in zip(row, x, strict=True)), Fraction(0)) for row in A
     ]
 
 
-def is_within(values: Row, low: Ends, high: Ends) -> bool:
+def is_within(values, low, high):
     triples = zip(values, low, high, strict=True)
     return all((a is None or a <= v) and (b is None or v <= b) for v, a, b in triples)
 
 
-def is_minimum(p: Small, x: Row, u: Row) -> bool:
+def is_minimum(p, x, u):
     """Whether x and the multipliers u satisfy the first-order conditions: u is positive
     at lower bounds only."""
     rows = product(p.G, x)
@@ -111,7 +111,7 @@ def is_minimum(p: Small, x: Row, u: Row) -> bool:
     return slope == product(p.G.T, u) and is_within(rows, p.low, p.high) and of_signs
 
 
-def excludes(p: Small, y: Row) -> bool:
+def excludes(p, y):
     """Whether no x within its bounds has y'Ax as large as the bounds of the rows ask
     for."""
     u = [*y, *(-value for value in product(p.G[: len(y)].T, y))]
@@ -124,7 +124,7 @@ def excludes(p: Small, y: Row) -> bool:
     )
 
 
-def improves_for_ever(p: Small, d: Row) -> bool:
+def improves_for_ever(p, d):
     """Whether d keeps rows and bounds, leaves x'Qx as it is, and improves c'x."""
     rows = product(p.G, d)
     low, high = (
@@ -137,7 +137,7 @@ def improves_for_ever(p: Small, d: Row) -> bool:
     )
 
 
-def feasible_point(p: Small, objective: Any = None) -> Row | None:
+def feasible_point(p, objective=None):
     """A vertex by HiGHS, in fractions, if it satisfies rows and bounds exactly; None if
     there is none."""
     below = [
@@ -166,7 +166,7 @@ def feasible_point(p: Small, objective: Any = None) -> Row | None:
     return x
 
 
-def has_other(p: Small, x: Row, u: Row) -> bool:
+def has_other(p, x, u):
     """Whether another point has the same multipliers: the farthest ones in a few
     directions, from the conditions."""
     rows, slopes = product(p.G, x), product(p.Q, x)
@@ -188,7 +188,7 @@ def has_other(p: Small, x: Row, u: Row) -> bool:
     )
 
 
-def proved(p: Small) -> str:
+def proved(p):
     """What the answer says, after it has been proved."""
     m, sign = len(p.low) - len(p.c), p.sign
     rows = {"A": p.G[:m], "row_lower": p.low[:m], "row_upper": p.high[:m]} if m else {}
@@ -247,20 +247,20 @@ def test_every_statement_about_a_program_is_proved_in_fractions(count):
 # L. Beale, Cycling in the dual simplex algorithm (1955); V. Klee, G. J. Minty, How good
 # is the simplex algorithm? (1972), in V. Chvatal's form, Linear Programming (1983),
 # chapter 4.
-HS_21: dict[str, Any] = {
+HS_21 = {
     "Q": [[0.02, 0], [0, 2]],
     "c": [0, 0],
     "A": [[10, -1]],
     "b": [10],
     "constant": -100,
 }
-HS_35: dict[str, Any] = {
+HS_35 = {
     "Q": [[4, 2, 2], [2, 4, 0], [2, 0, 2]],
     "c": [-8, -6, -4],
     "A": [[1, 1, 2]],
     "constant": 9,
 }
-HS_76: dict[str, Any] = {
+HS_76 = {
     "Q": [[2, 0, -1, 0], [0, 1, 0, 0], [-1, 0, 2, 1], [0, 0, 1, 1]],
     "c": [-1, -3, 1, -1],
     "A": [[1, 2, 1, 1], [3, 1, 2, -1], [0, 1, 4, 0]],

@@ -4,13 +4,9 @@ result means for them is worked out when it is read, and is no part of the run; 
 components have the names of the unknowns.
 """
 
-from __future__ import annotations
-
 import json
 import pickle
 from dataclasses import replace
-from pathlib import Path
-from typing import Any
 
 import numpy as np
 import pytest
@@ -123,7 +119,7 @@ def test_costs_are_exact_decimals_within_a_factor_of_two():
     assert problem.q.tolist() == [-1] * 4
 
 
-def qpsolvers_names(p: dict[str, Any]) -> dict[str, Any]:
+def qpsolvers_names(p):
     """The same program: the rows from above, then those from below, and the
     equation."""
     A, low, high = p["A"], p["row_lower"], p["row_upper"]
@@ -134,7 +130,7 @@ def qpsolvers_names(p: dict[str, Any]) -> dict[str, Any]:
     return objective | {"G": G, "h": h, "A": A[equal], "b": low[equal]}
 
 
-def osqp_names(p: dict[str, Any], infinity: float = np.inf) -> dict[str, Any]:
+def osqp_names(p, infinity=np.inf):
     """The same program with the bounds as rows, and with that number for none."""
     # Its name there.
     l, u = (  # noqa: E741
@@ -150,7 +146,7 @@ def osqp_names(p: dict[str, Any], infinity: float = np.inf) -> dict[str, Any]:
     }
 
 
-def lists(p: dict[str, Any]) -> dict[str, Any]:
+def lists(p):
     """For JSON: null in place of infinite numbers."""
     return {
         key: [None if np.ndim(v) == 0 and np.isinf(v) else v.tolist() for v in values]
@@ -158,7 +154,7 @@ def lists(p: dict[str, Any]) -> dict[str, Any]:
     }
 
 
-def forms(p: dict[str, Any], folder: Path) -> dict[str, Problem]:
+def forms(p, folder):
     """The program in all forms, by the kind of its multipliers, and what else tells it
     from the others."""
     native, names, osqp = from_qp(**p), qpsolvers_names(p), osqp_names(p)

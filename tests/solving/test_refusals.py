@@ -1,10 +1,7 @@
 """Options, starts and functions with which no problem can be solved are refused in one
 line, however the problem is given."""
 
-from __future__ import annotations
-
 from fractions import Fraction
-from typing import Any
 
 import numpy as np
 import pytest
@@ -14,10 +11,10 @@ import lcpcli
 from lcpcli import Problem
 from lcpcli.model.nonlinear import NonlinearProblem
 
-from ..refusals import Refusal, calls, raised
+from ..refusals import calls, raised
 
 M, q = np.array([[2.0, 1], [1, 2]]), np.array([-5.0, -6])
-NAMES: dict[str, Any] = {
+NAMES = {
     "Fraction": Fraction,
     "aslinearoperator": aslinearoperator,
     "NonlinearProblem": NonlinearProblem,
@@ -342,7 +339,7 @@ J=lambda z: np.eye(2) => J: {OWN_DATA}; {LEAVE_IT_OUT}
     ),
 ]
 
-REFUSALS: list[Refusal] = [*OPTIONS, *STARTS, *PROBLEMS, *MANY, *FUNCTIONS]
+REFUSALS = [*OPTIONS, *STARTS, *PROBLEMS, *MANY, *FUNCTIONS]
 
 
 @pytest.mark.parametrize("refusal", REFUSALS, ids=str)

@@ -3,13 +3,9 @@ rest on terms that differences of F show: nothing is claimed because of Jacobian
 are wrong, and what is wrong is told; noise of F is told, and matched by the steps.
 """
 
-from __future__ import annotations
-
 import math
 import pickle
-from collections.abc import Callable
 from importlib.util import find_spec
-from typing import Any
 
 import numpy as np
 import pytest
@@ -26,7 +22,6 @@ from lcpcli.model.evaluations import Evaluations
 from lcpcli.model.nonlinear import NonlinearProblem
 from lcpcli.solving.result import Status
 from lcpcli.solving.solve_mcp import run_nonlinear, solution_of_linearization
-from lcpcli.typing import Vector
 from lcpcli.verify.nonlinear_point import NonlinearCriterion
 
 from .. import literature
@@ -45,7 +40,7 @@ SOLVED_FROM_THEIR_STARTS = [
 ]
 
 
-def solved(problem: NonlinearProblem, **options: Any) -> lcpcli.Result:
+def solved(problem, **options):
     """The result of a run that has solved the problem, by the definition of a
     solution."""
     result = run_nonlinear(problem, **options)
@@ -267,7 +262,7 @@ def test_the_active_step_solves_equations_with_a_singular_jacobian(share):
 
 def test_functions_are_never_called_outside_of_the_bounds():
     """Where steps of differences are longer than the distances of both bounds."""
-    seen: list[Vector] = []
+    seen = []
 
     def F(z):
         seen.append(z.copy())
@@ -353,15 +348,15 @@ def test_double_zeros_are_reached_faster_than_by_halving_the_error():
     assert result.iterations <= 12
 
 
-def F(z: Vector) -> Vector:
+def F(z):
     return np.array([z[0] ** 2 + z[1] - 2, z[0] + z[1] ** 3 - 3])
 
 
-def J(z: Vector) -> Vector:
+def J(z):
     return np.array([[2 * z[0], 1.0], [1.0, 3 * z[1] ** 2]])
 
 
-def jump(z: Vector) -> Vector:
+def jump(z):
     """1e-3 short of 0 below 5, and 1 from there on."""
     return np.where(z < 5, 1e-3 * (z - 6), z - 4)
 
@@ -455,9 +450,7 @@ def test_differences_where_F_is_infinite_are_undefined_and_no_breakdown():
     assert J[1, 1] == pytest.approx(1)
 
 
-WRONG: dict[
-    str, tuple[Callable[[Vector], Any], Callable[[Vector], Any], dict[str, Any]]
-] = {
+WRONG = {
     "too large": (F, lambda z: 1e12 * J(z), {"x0": [5.0, 5.0]}),
     "far too large and sparse": (
         F,
@@ -609,7 +602,7 @@ def test_names_say_how_many_unknowns_there_are(names):
     assert (result.z.tolist(), tuple(result.problem.names)) == ([1.0, 2.0], ("a", "b"))
 
 
-def linearization(seed: int, n: int) -> tuple[Vector, Vector]:
+def linearization(seed, n):
     random = np.random.default_rng(seed)
     return random.standard_normal((n, n)), random.standard_normal(n)
 
@@ -626,7 +619,6 @@ def test_a_linearization_has_its_step_with_kernels_and_without(n, upper, is_comp
     found = solution_of_linearization(
         M, np.full(n, -1.0), box, basis, False, evaluations, is_compiled
     )
-    assert found is not None
     assert run(Problem(M, np.full(n, -1.0), upper=upper)).z == pytest.approx(found[0])
 
 

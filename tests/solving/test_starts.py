@@ -1,12 +1,8 @@
 """A run can begin where another has ended, at a z, or from given states; and how wrong
 ones are refused."""
 
-from __future__ import annotations
-
 import json
-from collections.abc import Callable
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 import pytest
@@ -19,14 +15,10 @@ from lcpcli.model.box import in_words
 from lcpcli.model.nonlinear import NonlinearProblem
 from lcpcli.model.words import basis_of_words, x_in
 
-from ..conftest import Outcome
-
-Lcp = Callable[..., Outcome]
-
 EXAMPLE = contents.shipped_path("paper-example-1.json")
 
 
-def record(lcp: Lcp, method: str, *options: str) -> dict[str, Any]:
+def record(lcp, method, *options):
     outcome = lcp("solve", EXAMPLE, "--method", method, *options, "--format", "json")
     assert outcome.err == ""
     return json.loads(outcome.out)
@@ -110,7 +102,7 @@ def test_a_start_beyond_the_bounds_is_brought_within_them():
     assert problem.x0.tolist() == [0.0]
 
 
-def boxed(n: int) -> Problem:
+def boxed(n):
     """A P-matrix with random boxes, from the origin several block steps away from the
     solution."""
     random = np.random.default_rng(0)

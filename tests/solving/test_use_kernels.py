@@ -1,46 +1,38 @@
 """A process whose calls all use the compiled kernels: by `use_kernels` or its
 environment, and never by itself."""
 
-from __future__ import annotations
-
 import os
 import subprocess
 import sys
-from collections.abc import Callable
 
 import numpy as np
 import pytest
 
 import lcpcli
-from lcpcli import Problem, options
+from lcpcli import options
 from lcpcli.errors import OptionError, ParameterError
 from lcpcli.gallery import families
 from lcpcli.linalg.matrices import dense
 from lcpcli.options import KERNELS
 from lcpcli.solving import direct_run
-from lcpcli.solving.result import Result
-from lcpcli.typing import Vector
 
 from .. import kernels_together  # noqa: F401
 from ..wordings import NO_EFFECT
 
 pytest.importorskip("numba")
 NAMES = ("harker-pang", "boxes", "contact", "bimatrix", "obstacle")
-Calls = Callable[..., list[Result]]
-
-
 pytestmark = pytest.mark.usefixtures("kernels_by_default")
 
 
-def demand(p: Vector) -> Vector:
+def demand(p):
     return p + p**2 / 4 - np.array([9, 4]) / (1 + p)
 
 
-def columns(problem: Problem) -> Vector:
+def columns(problem):
     return np.column_stack([problem.q * factor for factor in (1.0, 2.0, 0.5, 3.0)])
 
 
-WAYS: dict[str, Calls] = {
+WAYS = {
     "alone": lambda p, **own: [
         lcpcli.run(p, **own),
         lcpcli.solve(p.M, p.q, **p.bounds, **own),

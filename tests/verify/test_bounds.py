@@ -1,8 +1,6 @@
 """A bound that is claimed holds: against exact solutions, for every class of M, all
 bounds of z and any z."""
 
-from __future__ import annotations
-
 import math
 from dataclasses import replace
 from fractions import Fraction
@@ -11,7 +9,6 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from numpy.random import Generator
 from scipy.sparse import csr_array, diags_array, eye_array, kron
 
 from lcpcli import Problem, error_bound
@@ -24,7 +21,7 @@ from .. import exact
 SIZES = [10.0**-k for k in range(1, 16)]
 
 
-def h_plus(random: Generator, n: int, margin: float = 0.1) -> np.ndarray:
+def h_plus(random, n, margin=0.1):
     """Diagonally dominant by rows up to the margin, then with columns scaled: H+, no
     longer dominant."""
     M = random.normal(size=(n, n)) * random.integers(0, 2, size=(n, n))
@@ -35,13 +32,13 @@ def h_plus(random: Generator, n: int, margin: float = 0.1) -> np.ndarray:
     return M * np.exp2(random.integers(-2, 3, size=n))
 
 
-def symmetric(random: Generator, n: int, margin: float = 0.1) -> np.ndarray:
+def symmetric(random, n, margin=0.1):
     A = random.normal(size=(n, max(1, n - 1)))
     S = A @ A.T
     return 0.5 * (S + S.T) + margin * np.eye(n)
 
 
-def nonsymmetric(random: Generator, n: int, margin: float = 0.1) -> np.ndarray:
+def nonsymmetric(random, n, margin=0.1):
     S = 3 * random.normal(size=(n, n))
     return symmetric(random, n, margin) + S - S.T
 
@@ -50,7 +47,7 @@ FAMILIES = {f.__name__: f for f in (h_plus, symmetric, nonsymmetric)}
 FORMS = ("plain", "scaled", "bounded")
 
 
-def random_bounds(random: Generator, n: int) -> tuple[np.ndarray, np.ndarray]:
+def random_bounds(random, n):
     """Bounds of every kind: none, one, both, the same; around 0 and away from it."""
     low = random.normal(size=n) + random.choice([0.0, 0.0, 5.0, -5.0], n)
     high = low + random.choice([0.0, 1e-3, 1.0, 3.0], n)
@@ -59,9 +56,7 @@ def random_bounds(random: Generator, n: int) -> tuple[np.ndarray, np.ndarray]:
     )
 
 
-def problem_of(
-    kind: str, random: Generator, margin: float = 0.1, form: str = "plain"
-) -> Problem:
+def problem_of(kind, random, margin=0.1, form="plain"):
     """A random problem of one of the FAMILIES and one of the FORMS, of at most 5
     unknowns, half of them degenerate."""
     n = int(random.integers(1, 6))
@@ -76,17 +71,17 @@ def problem_of(
     return exact.rescaled(problem, random) if form == "scaled" else problem
 
 
-def error(z: np.ndarray, true: list[Fraction]) -> Fraction:
+def error(z, true):
     """|z - z*|_inf without rounding."""
     return max(abs(Fraction(a) - b) for a, b in zip(z.tolist(), true, strict=True))
 
 
-def perturbed(true: list[Fraction], random: Generator, size: float) -> np.ndarray:
+def perturbed(true, random, size):
     z = np.array([float(v) for v in true])
     return z + size * (np.abs(z).max() or 1.0) * random.normal(size=z.size)
 
 
-def others(true: list[Fraction], random: Generator) -> list[np.ndarray]:
+def others(true, random):
     """The solution as rounded, 0, negative with z and mostly w, of any sign, huge,
     tiny."""
     z, noise = np.array([float(v) for v in true]), random.normal(size=len(true))
@@ -252,7 +247,6 @@ def test_a_bound_takes_no_factors_of_a_matrix_with_much_fill(monkeypatch):
     )
     true = np.maximum(np.sin(np.arange(k**3) / 100.0), 0.0)
     bound = error_bound(Problem(M, np.where(true > 0, 0.0, 0.5) - M @ true), true)
-    assert bound is not None
     assert bound.value <= 1e-10
 
 
@@ -298,7 +292,7 @@ def test_no_bound_is_claimed_where_no_theorem_holds():
     assert error_bound(Problem([[1]], [1], lower=1e-100), [0]) is not None
 
 
-def image(M: np.ndarray, d: np.ndarray) -> list[Fraction]:
+def image(M, d):
     """<M> d without rounding."""
     factors = [Fraction(value) for value in d.tolist()]
     rows = [
@@ -329,6 +323,5 @@ def test_scaling_is_found_where_it_varies_by_more_than_the_digits_of_a_double():
     1), and C d is all rounding."""
     M = np.eye(40) + 2 * np.triu(np.ones((40, 40)), 1)
     found = scaling(M, lambda d: bool(lower_image(M, np.ones(40), d).min() > 0))
-    assert found is not None
     assert found.max() > 2.0**53 * found.min()
     assert min(image(M, found)) > 0

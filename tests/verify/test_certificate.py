@@ -4,11 +4,8 @@ turn them into false ones. Certificates and rays hold exactly as they are printe
 written, in whole numbers, for numbers of all sizes, whatever the way in.
 """
 
-from __future__ import annotations
-
 import json
 import random
-from collections.abc import Callable, Sequence
 from fractions import Fraction
 from functools import partial
 
@@ -17,7 +14,7 @@ import pytest
 from scipy.sparse import csr_array
 
 import lcpcli
-from lcpcli import Problem, Result, Solver, from_qp, run, solve, solve_many
+from lcpcli import Problem, Solver, from_qp, run, solve, solve_many
 from lcpcli.formulations.quadratic_program.no_minimum import Constraints
 from lcpcli.interrupts import TimeIsUp
 from lcpcli.model.box import ORTHANT, Box
@@ -42,11 +39,11 @@ INFEASIBLE = Problem([[0, -1], [1, 0]], [-1, -1])
 ULP = 2.0**-52
 
 
-def farkas(problem: Problem) -> Proof | None:
+def farkas(problem):
     return first_proof(problem, farkas_multipliers(problem))
 
 
-def nearly_infeasible(seed: int) -> tuple[Problem, np.ndarray]:
+def nearly_infeasible(seed):
     """A problem with y for which M'y = 0 and q'y = -1 but for a few units in the last
     place, and this y."""
     random = np.random.default_rng(seed)
@@ -136,7 +133,7 @@ def test_nearly_infeasible_problems_are_distinguished_from_infeasible_ones(seeds
             assert Proof("farkas", y).holds(problem), seed
 
 
-def chain(excess: float, largest: float) -> Problem:
+def chain(excess, largest):
     """x_0 = 1, x_i = r_i x_{i-1} and x_59 <= (1 - excess) r_1 ... r_59, with |x_i| <=
     largest."""
     ratios = np.random.default_rng(0).integers(5, 12, 59) / 8
@@ -360,7 +357,7 @@ def test_each_violation_is_named():
     assert lcpcli.check(problem, [1, 0.5, -1, 1]).accepted
 
 
-def tight(random: np.random.Generator, n: int) -> tuple[np.ndarray, np.ndarray]:
+def tight(random, n):
     """M and q of integers; in half of them row 0 is almost minus a positive combination
     of the others."""
     M, q = (
@@ -374,13 +371,13 @@ def tight(random: np.random.Generator, n: int) -> tuple[np.ndarray, np.ndarray]:
     return M, q
 
 
-def bounds(random: np.random.Generator, n: int) -> dict[str, np.ndarray]:
+def bounds(random, n):
     lower = np.where(random.random(n) < 0.6, random.integers(-2, 3, n), -np.inf)
     width = np.where(random.random(n) < 0.3, random.integers(0, 3, n), np.inf)
     return {"lower": lower, "upper": np.where(np.isfinite(lower), lower, 0) + width}
 
 
-def whole(values: Sequence[float]) -> list[Fraction]:
+def whole(values):
     assert all(value == int(value) for value in values), values
     return [Fraction(value) for value in values]
 
@@ -441,13 +438,13 @@ def test_proof_for_integers_is_one_for_the_decimals_that_they_are_made_of(monkey
 ROUNDED_TO_FEASIBLE = (9, 13, 24, 27, 36, 50)
 
 
-def infeasible(seed: int) -> Problem:
+def infeasible(seed):
     """Return a problem with a row of negative numbers, or two rows that contradict each
     other."""
     rng = random.Random(seed)
     n, span = rng.randint(1, 4), rng.choice((10, 100, 300))
 
-    def number() -> float:
+    def number():
         sign = rng.choice((0, -1, 1))
         return sign * float(
             f"{rng.uniform(1, 10):.{rng.choice((0, 2, 16))}f}"
@@ -504,7 +501,7 @@ SWAP = np.array([[0.0, 1.0], [1.0, 0.0]])
 NONE = {"INFEASIBLE", "UNSOLVABLE"}
 
 
-def without_solution(kind: str) -> Problem:
+def without_solution(kind):
     """Return a feasible problem without a solution, of 17 unknowns, whose bounds make q
     round in other variables."""
     random, n, m = np.random.default_rng(5), 17, 6
@@ -538,9 +535,7 @@ def test_a_solution_with_w_0_is_found_by_one_look_however_many_z_are_rounding_of
         assert result.route == ("newton",)
 
 
-def as_pyomo_writes_it(
-    M: np.ndarray, q: np.ndarray, lower: np.ndarray, upper: np.ndarray
-) -> Result:
+def as_pyomo_writes_it(M, q, lower, upper):
     """With free w = Mz + q."""
     n, one = len(q), np.eye(len(q))
     ends = {
@@ -554,7 +549,7 @@ def as_pyomo_writes_it(
     )
 
 
-WAYS: dict[str, Callable[..., Result]] = {
+WAYS = {
     **{name: partial(solve, method=name) for name in ("auto", "milp")},
     "pyomo": as_pyomo_writes_it,
     "sparse": lambda M, q, **bounds: solve(csr_array(M), q, **bounds),

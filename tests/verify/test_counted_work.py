@@ -1,8 +1,6 @@
 """What is decided of a point in exact arithmetic is worth the time that it takes."""
 
-from collections.abc import Callable
 from functools import partial
-from typing import Any
 
 import numpy as np
 import pytest
@@ -21,7 +19,7 @@ from lcpcli.verify import farkas
 from lcpcli.verify.exact_solution import is_rounded_solution
 
 
-def linear_program(m: int, n: int) -> Problem:
+def linear_program(m, n):
     generator = np.random.default_rng(0)
     A = generator.standard_normal((m, n))
     x = np.where(generator.random(n) < m / n / 2, generator.random(n), 0.0)
@@ -34,8 +32,8 @@ def linear_program(m: int, n: int) -> Problem:
 @pytest.fixture
 def sizes(monkeypatch):
     """The sizes of the systems that are solved exactly."""
-    found: list[int] = []
-    real: Callable[..., Any] = elimination.solve
+    found = []
+    real = elimination.solve
 
     def solve(A, right):
         found.append(len(A))
@@ -79,7 +77,7 @@ def test_rounded_solutions_are_recognized(seed, n, ulps):
     assert not is_rounded_solution(problem, z * (1 + 8 * ROUNDING))
 
 
-def random_without_solution() -> Problem:
+def random_without_solution():
     """The first random problem of 11 unknowns that is feasible and has no solution."""
     for seed in range(1000):
         generator = np.random.default_rng(seed)
@@ -91,7 +89,7 @@ def random_without_solution() -> Problem:
     raise AssertionError
 
 
-def blocks_of(number: int, seed: int) -> Problem:
+def blocks_of(number, seed):
     """A positive definite matrix with blocks of 4 unknowns."""
     generator = np.random.default_rng(seed)
     parts = []

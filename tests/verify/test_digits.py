@@ -3,20 +3,17 @@ the rounded data has right. A known solution that is wrong is reported and not b
 one that is only rounded is.
 """
 
-from __future__ import annotations
-
 import json
 from dataclasses import replace
 from fractions import Fraction
 from functools import cache
-from typing import Any
 
 import numpy as np
 import pytest
 from scipy.sparse import csr_array
 
 import lcpcli
-from lcpcli import Problem, Result, from_qp, read, run
+from lcpcli import Problem, from_qp, read, run
 from lcpcli.bench.suites import SUITES, problem_of
 from lcpcli.files import contents
 from lcpcli.gallery import families
@@ -28,7 +25,7 @@ from ..exact import solution
 from ..seeds import parts
 
 
-def rational_problem(seed: int, condition: float) -> tuple[Problem, list[Fraction]]:
+def rational_problem(seed, condition):
     """A problem with M symmetric positive definite but for rounding, in thirds, and its
     solution; both exact, and rounded to doubles only in the end."""
     random = np.random.default_rng(seed)
@@ -43,7 +40,7 @@ def rational_problem(seed: int, condition: float) -> tuple[Problem, list[Fractio
     ), z
 
 
-def right_digits(z: np.ndarray, solution: list[Fraction]) -> float:
+def right_digits(z, solution):
     errors = [
         abs(Fraction(a) - b) / b for a, b in zip(z.tolist(), solution, strict=True)
     ]
@@ -56,7 +53,7 @@ def right_digits(z: np.ndarray, solution: list[Fraction]) -> float:
     return min(digits)
 
 
-def counted(result: Result) -> np.ndarray:
+def counted(result):
     """The digits, none where another value is as good to working precision."""
     return np.array(
         [
@@ -113,7 +110,7 @@ def test_few_digits_are_said(n, said, lcp, tmp_path):
     assert (min(count for count in digits if count is not None) < 6) is said
 
 
-def kinky_problem(seed: int) -> Problem:
+def kinky_problem(seed):
     """A problem with a P-matrix, ill-conditioned or triangular with small pivots, some
     of whose w_i at z_i = 0, and of whose z_i, are 0 or nearly so."""
     random = np.random.default_rng(seed)
@@ -136,7 +133,7 @@ def kinky_problem(seed: int) -> Problem:
     return Problem(M, w - M @ z)
 
 
-def rounded_differently(problem: Problem, random: np.random.Generator) -> Problem:
+def rounded_differently(problem, random):
     """The problem with each number but 0 moved to a neighbour, or left as it is."""
     M, q = (
         np.where(a != 0, np.nextafter(a, a + random.integers(-1, 2, a.shape)), 0.0)
@@ -145,7 +142,7 @@ def rounded_differently(problem: Problem, random: np.random.Generator) -> Proble
     return Problem(M, q)
 
 
-def least_digits(z: np.ndarray, solutions: list[list[Fraction]]) -> list[float]:
+def least_digits(z, solutions):
     """The digits of each z_i that all solutions share, none of a z_i = 0 that moves."""
     found = []
     for i, own in enumerate(z.tolist()):
@@ -238,7 +235,7 @@ def test_what_is_not_unique_is_named_in_text_and_in_json(lcp, tmp_path):
 
 
 ALL, UNIT = DOUBLE_DIGITS, np.nextafter(-0.3333333333333333, -1.0)
-EXAMPLES: dict[str, tuple[Problem, dict[str, Any], list[int | None] | None]] = {
+EXAMPLES = {
     "bounds are exact": (Problem([[2, 0], [0, 1]], [-1, 1]), {}, [ALL, ALL]),
     "several solutions": (
         Problem(np.ones((2, 2)), [-1, -1], lower=-1, upper=3),
@@ -328,7 +325,7 @@ LINE = (
 
 
 @cache
-def problems() -> list[Problem]:
+def problems():
     """Those that are shipped, and one of each gallery problem that the suites have,
     with known solutions."""
     shipped = (
@@ -398,7 +395,7 @@ def test_a_verdict_is_not_believed_by_a_bench_if_there_is_a_solution(tmp_path, l
     )
 
 
-def degenerate(random: np.random.Generator) -> Problem:
+def degenerate(random):
     """A problem of small integers with a known solution, at which many numbers are at
     both of their bounds, or 0."""
     n = int(random.integers(1, 5))
@@ -412,7 +409,7 @@ def degenerate(random: np.random.Generator) -> Problem:
     return Problem(M, w - M @ z, upper=upper)
 
 
-def differs(problem: Problem, i: int) -> bool:
+def differs(problem, i):
     """Return whether z_i has several values among all solutions, in fractions."""
     pieces = list(lcpcli.solutions(problem))
     values = {vertex[i] for piece in pieces for vertex in piece.vertices}

@@ -1,11 +1,7 @@
 """Krawczyk's operator proves solutions that are there, and nothing else."""
 
-from __future__ import annotations
-
 import random
-from collections.abc import Callable
 from fractions import Fraction
-from typing import Any
 
 import numpy as np
 import pytest
@@ -14,7 +10,6 @@ import lcpcli
 from lcpcli.linalg.doubles import EPS
 from lcpcli.model.nonlinear import Enclosure, NonlinearProblem
 from lcpcli.solving.solve_mcp import run_nonlinear
-from lcpcli.typing import Vector
 from lcpcli.verify.nonlinear_point import proved_bound
 
 from .. import literature
@@ -25,49 +20,49 @@ from ..files.nl_writing import model
 class Interval:
     """An interval of fractions, so that nothing is rounded."""
 
-    def __init__(self, low: Any, high: Any = None) -> None:
+    def __init__(self, low, high=None):
         self.low, self.high = Fraction(low), Fraction(low if high is None else high)
 
-    def __add__(self, other: Any) -> Interval:
+    def __add__(self, other):
         other = as_interval(other)
         return Interval(self.low + other.low, self.high + other.high)
 
-    def __mul__(self, other: Any) -> Interval:
+    def __mul__(self, other):
         other = as_interval(other)
         ends = [a * b for a in (self.low, self.high) for b in (other.low, other.high)]
         return Interval(min(ends), max(ends))
 
-    def __pow__(self, power: int) -> Interval:
+    def __pow__(self, power):
         assert power == 2
         ends = [self.low**2, self.high**2]
         return Interval(0 if self.low < 0 < self.high else min(ends), max(ends))
 
     __radd__, __rmul__ = __add__, __mul__
 
-    def __neg__(self) -> Interval:
+    def __neg__(self):
         return Interval(-self.high, -self.low)
 
-    def __sub__(self, other: Any) -> Interval:
+    def __sub__(self, other):
         return self + -as_interval(other)
 
-    def __rsub__(self, other: Any) -> Interval:
+    def __rsub__(self, other):
         return -self + other
 
     @property
-    def ends(self) -> tuple[float, float]:
+    def ends(self):
         return float(np.nextafter(float(self.low), -np.inf)), float(
             np.nextafter(float(self.high), np.inf)
         )
 
 
-def as_interval(value: Any) -> Interval:
+def as_interval(value):
     return value if isinstance(value, Interval) else Interval(value)
 
 
-def enclosed(problem: NonlinearProblem) -> NonlinearProblem:
+def enclosed(problem):
     """The problem with F and J in intervals, by its own functions."""
 
-    def interval(low: Vector, high: Vector) -> Enclosure:
+    def interval(low, high):
         z = [Interval(*ends) for ends in zip(low.tolist(), high.tolist(), strict=True)]
         F = np.array([as_interval(value).ends for value in called(problem.F, z)])
         J = np.array(
@@ -84,7 +79,7 @@ def enclosed(problem: NonlinearProblem) -> NonlinearProblem:
     return NonlinearProblem(problem.F, problem.J, **given)
 
 
-def called(function: Callable[[Any], Any] | None, z: list[Interval]) -> Any:
+def called(function, z):
     assert function is not None
     return function(z)
 
@@ -159,7 +154,7 @@ def test_without_intervals_nothing_is_proved():
     )
 
 
-def polynomial(coefficients: list[str], z: Fraction) -> Fraction:
+def polynomial(coefficients, z):
     return sum(
         (Fraction(text) * z**power for power, text in enumerate(coefficients)),
         Fraction(0),

@@ -3,8 +3,6 @@ underflow hide no violation; numbers that matter always count. What is decided a
 solutions in which rounding hides terms of a row, and at what expense.
 """
 
-from __future__ import annotations
-
 import json
 from fractions import Fraction
 
@@ -16,7 +14,6 @@ import lcpcli
 from lcpcli import Problem, check, from_qp, run, solve_many
 from lcpcli.linalg.matrices import may_underflow, row_errors
 from lcpcli.solving import direct_run
-from lcpcli.typing import Vector
 from lcpcli.verify import exact_solution
 from lcpcli.verify.acceptance import BY_CRITERION, accepted
 from lcpcli.verify.final_states import is_doubtful, verified_or_exact
@@ -27,7 +24,7 @@ from .. import exact, exact_measure
 from ..seeds import few_of
 
 
-def chain(n: int, small: float = 1e-300) -> Problem:
+def chain(n, small=1e-300):
     """z_0 = 1e-30, and small z_i >= small z_(i-1) for those that follow, but z_n = 0
     for the last of n: it only keeps the rows moderate. The only solution is (1e-30,
     ..., 1e-30, 0)."""
@@ -39,7 +36,7 @@ def chain(n: int, small: float = 1e-300) -> Problem:
     return Problem(M, q)
 
 
-def solution(n: int) -> list[float]:
+def solution(n):
     return [1e-30] * (n - 1) + [0.0]
 
 
@@ -71,7 +68,7 @@ def test_many_right_hand_sides_are_judged_alike(columns, compiled):
         assert result.z.tolist() == solution(3)
 
 
-def triangular(random: np.random.Generator) -> tuple[Problem, list[Fraction]]:
+def triangular(random):
     """A lower triangular M with a positive diagonal, numbers of very different sizes,
     and the only solution."""
     n = int(random.integers(2, 9))
@@ -81,7 +78,7 @@ def triangular(random: np.random.Generator) -> tuple[Problem, list[Fraction]]:
     )
     M += np.diag(10.0 ** random.choice([0, -150, -300], n))
     q = -random.integers(0, 3, n) * 10.0 ** random.choice([0, -30, -200], n)
-    z: list[Fraction] = []
+    z = []
     for i in range(n):
         w = Fraction(q[i]) + sum(Fraction(M[i, j]) * value for j, value in enumerate(z))
         z.append(max(-w / Fraction(M[i, i]), Fraction(0)))
@@ -143,9 +140,7 @@ def test_bound_that_underflows_in_other_units_is_a_bound_still():
 UNKNOWNS = 40
 
 
-def with_noise_in_q(
-    noisy: int = 2, n: int = UNKNOWNS, size: float = 2.0**-52
-) -> Problem:
+def with_noise_in_q(noisy=2, n=UNKNOWNS, size=2.0**-52):
     """A program in whose last rows, equations of variables that are 0, the right-hand
     side is rounding of 0."""
     M = np.eye(n)
@@ -208,7 +203,7 @@ def test_message_names_three_entries_and_counts_the_others_if_there_are_any():
     assert (result.message, list(result.negligible_q)) == ("solved", [])
 
 
-def solution_but_for_noise(problem: Problem) -> Vector:
+def solution_but_for_noise(problem):
     result = run(
         Problem(
             problem.M,
@@ -220,7 +215,7 @@ def solution_but_for_noise(problem: Problem) -> Vector:
     return result.z
 
 
-def solution_by_criterion(point: Point) -> Point | None:
+def solution_by_criterion(point):
     criterion = point.criterion
     found = accepted(criterion.problem, [point], criterion.tol, BY_CRITERION)
     return None if found is None else found.point
@@ -281,7 +276,6 @@ def test_rows_of_noise_are_cleaned_one_by_one():
     point = Point(Criterion(Problem(M, q)), z)
     assert not point.solves()
     solution = solution_by_criterion(point)
-    assert solution is not None
     assert (solution.z[1], solution.z[5], list(solution.negligible)) == (0.0, 1e-10, [])
 
 
@@ -317,7 +311,7 @@ A = np.array([[1.0, 0, 0], [0, 3.5, -3.5], [0, -3.5, 3.5]])
 DISC = np.block([[A, np.array([[0.0], [1], [1]])], [np.array([[0.3, -1, -1, 0]])]])
 
 
-def on_the_floor(slip: float) -> Problem:
+def on_the_floor(slip):
     """A disc on the floor: normal and tangential impulses, and the speed at which it
     slides."""
     return Problem(DISC, [-0.00981, slip, -slip, 0])

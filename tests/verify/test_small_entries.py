@@ -8,12 +8,11 @@ from hypothesis import strategies as st
 
 import lcpcli
 from lcpcli import Problem, from_qp
-from lcpcli.typing import Vector
 
 SEEDS = st.integers(0, 2**32 - 1)
 
 
-def diffusion(generator: np.random.Generator) -> Problem:
+def diffusion(generator):
     """One source, from which the solution decays by a factor for each unknown."""
     n, k = int(generator.integers(60, 160)), 10.0 ** generator.uniform(-3, 0)
     q = np.zeros(n)
@@ -22,7 +21,7 @@ def diffusion(generator: np.random.Generator) -> Problem:
     return Problem((sp.eye_array(n) + k * spread).tocsr(), q)
 
 
-def without_tail(z: Vector) -> Vector:
+def without_tail(z):
     return np.where(z < 1e-13 * z.max(), 0.0, z)
 
 
