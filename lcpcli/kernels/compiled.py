@@ -4,10 +4,10 @@ a second, or many seconds if numba has to compile its kernels, once on a machine
 
 from __future__ import annotations
 
+import math
 from functools import cache
 from importlib import import_module
 from types import ModuleType
-from typing import Any
 
 import numpy as np
 
@@ -16,7 +16,7 @@ from lcpcli.clock import imports
 from lcpcli.errors import OptionError
 from lcpcli.kernels.loading import load
 from lcpcli.linalg.matrices import dense, is_sparse
-from lcpcli.linalg.units import Units
+from lcpcli.linalg.units import Base, Units
 from lcpcli.methods.direct import CERTAIN, MAX_COMPILED, DirectAnswer
 from lcpcli.methods.lemke import MIN_REFRESHED, seeded_cover
 from lcpcli.model.box import of_masks
@@ -34,6 +34,7 @@ COVER = seeded_cover(0, 2 * MAX_COMPILED)
 # The bounds of LCPs.
 LOWEST, HIGHEST = np.zeros(MAX_COMPILED), np.full(MAX_COMPILED, np.inf)
 NO_PARTS = np.zeros(0, dtype=np.int64)
+NO_MATRIX = np.zeros((0, 0))
 # Entries of a sparse M up to which a kernel tests points: Ctrl-C has to wait until it
 # returns.
 MAX_JUDGED_ENTRIES = 1_000_000
@@ -228,15 +229,41 @@ def solves(problem: Problem, z: Vector, tol: float) -> bool:
     )
 
 
+def compact_form(
+    contacts: Vectors, before: Vector, base: Base | None
+) -> tuple[Vector | None, Vector, tuple[float, ...]] | None:
+    """Return M and q of the compact form of contacts, read-only, and the numbers that
+    the kernel of this name returns, if all of them are finite; else None. M is None if
+    A is that of the step before.
+
+    base : the M whose scaling factors are known, if there is one.
+    """
+    kernels = _module("contact_kernels")
+    if kernels is None:
+        return None
+    m = contacts[1].size + contacts[-1].size
+    M, q = np.empty((m, m)), np.empty(m)
+    contacts = tuple(map(np.ascontiguousarray, contacts))
+    compared = (NO_MATRIX, NO_MATRIX) if base is None else (base.M, base.inverses)
+    is_same, *numbers, change = kernels.compact_form(
+        contacts, np.ascontiguousarray(before), compared, M, q
+    )
+    if not max(numbers[1], numbers[3]) < math.inf:
+        return None
+    M.setflags(write=False)
+    q.setflags(write=False)
+    return None if is_same else M, q, (*numbers, change)
+
+
 def contact_step(
     problem: Problem,
     contacts: Vectors,
-    statuses: BasisStatus,
+    basis: BasisStatus,
     systems: tuple[int, int, float],
     tol: float,
-) -> tuple[Any, ...] | None:
-    """Return what the kernel of this name returns for the LCP of contacts; None if it
-    cannot be loaded.
+) -> tuple[int, bool, tuple[Vector, Vector, BasisStatus]] | None:
+    """Return what the kernel of this name returns for the LCP of contacts, with z, the
+    motion and the basis that it writes; None if it cannot be loaded.
     """
     kernels = _module("contact_kernels")
     if kernels is None:
@@ -251,9 +278,12 @@ def contact_step(
         units = np.ascontiguousarray(of_rows.rows), parts, digits
     M = np.ascontiguousarray(problem.M)
     contacts = tuple(map(np.ascontiguousarray, contacts))
-    step: tuple[Any, ...]
-    step = kernels.contact_step(contacts, statuses, systems, M, problem.q, units, tol)
-    return step
+    m, n = len(M), len(contacts[0])
+    new_step = np.empty(m), np.empty((3, n)), np.empty(m, np.int8)
+    number, is_certain = kernels.contact_step(
+        contacts, basis, systems, M, problem.q, units, tol, new_step
+    )
+    return number, is_certain, new_step
 
 
 def _set_units(

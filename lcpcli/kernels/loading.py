@@ -26,7 +26,7 @@ ANNOUNCEMENT = (
 DAMAGED = "lcpcli: compiled kernels were damaged, and are compiled again"
 LEFT_OUT = "lcpcli: continuing without compiled kernels"
 WAITING = "lcpcli: waiting for another process, which compiles the kernels"
-KERNELS = 17  # the number of kernels that `compiled` uses
+KERNELS = 18  # the number of kernels that `compiled` uses
 # The modules are independent of each other, so that processes that start together
 # compile different ones; those that take longest come first.
 MODULES = (
@@ -166,7 +166,8 @@ def compile_all(tell: Callable[[str], None]) -> tuple[int, int, str]:
     load(*MODULES)
     names = ("compiled", "mixed_kernels", "contact_kernels")
     used, mixed, contact = (import_module(f"lcpcli.kernels.{name}") for name in names)
-    values = (*vars(used).values(), *vars(mixed).values(), contact.contact_step)
+    of_contact = contact.compact_form, contact.contact_step
+    values = (*vars(used).values(), *vars(mixed).values(), *of_contact)
     # A kernel may be in both modules.
     dispatchers = [each for each in values if isinstance(each, Dispatcher)]
     kernels = {id(kernel): kernel for kernel in dispatchers}.values()

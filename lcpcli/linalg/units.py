@@ -174,8 +174,8 @@ class Base:
 
     def __init__(self, M: Vector, units: Units) -> None:
         self.units = units
-        self._M, self._used = M, M != 0
-        self._inverses = np.divide(1.0, M, where=self._used, out=np.zeros(M.shape))
+        self.M, self._used = np.ascontiguousarray(M), M != 0
+        self.inverses = np.divide(1.0, M, where=self._used, out=np.zeros(M.shape))
 
     @np.errstate(all="ignore")
     def digits_to(self, M: Vector) -> float:
@@ -185,12 +185,16 @@ class Base:
         """
         if not np.array_equal(M != 0, self._used):
             return math.inf
-        changes = ((M - self._M) * self._inverses).ravel()
-        change = math.sqrt(np.dot(changes, changes))
+        changes = ((M - self.M) * self.inverses).ravel()
+        return self.digits_for(math.sqrt(np.dot(changes, changes)))
+
+    def digits_for(self, change: float) -> float:
+        """Return this bound for the Euclidean norm of the relative changes of the
+        entries."""
         if not change < FAR_CHANGE:
             return math.inf
         of_logarithms = change / (math.log(2) * (1 - change))
-        return math.sqrt(2 * len(M)) * of_logarithms
+        return math.sqrt(2 * len(self.M)) * of_logarithms
 
 
 def _sums(M: Vector) -> Vector:

@@ -64,7 +64,9 @@ class Proposal(NamedTuple):
 
     reason : why it is a solution, as a clause for the user, if that is certain and the
         relative residual does not show it; else "".
-    is_certain : whether kernels have decided that z meets the tolerance.
+    is_certain : whether kernels have decided that z meets the tolerance, and passes the
+        check of `Formulation.accepted`.
+    basis : that of z, if it is known.
     """
 
     z: Vector
@@ -72,6 +74,7 @@ class Proposal(NamedTuple):
     method: str
     reason: str = ""
     is_certain: bool = False
+    basis: BasisStatus | None = None
 
 
 class Objective(NamedTuple):
@@ -299,11 +302,12 @@ class Formulation:
         like: Any,  # noqa: ARG002
         states: BasisStatus | None,  # noqa: ARG002
         data: Mapping[str, Any],
+        fast: ModuleType | None = None,  # noqa: ARG002
     ) -> tuple[Any, BasisStatus | None]:
         """Return the next problem of a sequence, with other data, and the basis from
         which it starts. like : the last problem, whose M the next one may share.
         states : the basis of the last solution, None if there is none. data : by name,
-            as the calls that make such problems have them."""
+            as the calls that make such problems have them. fast : as for `followed`."""
         reason = "is no data of the problem of this Solver"
         raise ProblemError(", ".join(data) or "M", reason, "give M, or another problem")
 

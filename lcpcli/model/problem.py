@@ -75,10 +75,37 @@ class Facts:
         """Let the units of M before in a sequence bound those of this one."""
         if is_sparse(self._M) or is_sparse(before._M):
             return
-        is_known = "units" in vars(before)
-        self._before = before if is_known else before._before
-        if is_known:
+        self._before = before.known
+        if self._before is before:
             before._before = None
+
+    @property
+    def known(self) -> Facts | None:
+        """Return the facts about the last M of the sequence whose units are known."""
+        return self if "units" in vars(self) else self._before
+
+    @property
+    def near_base(self) -> Base | None:
+        """Return that M, with its units; None if those of no M are known."""
+        known = self.known
+        return None if known is None else known.base
+
+    def after(self, M: Vector, sizes: tuple[float, float], change: float) -> Facts:
+        """Return the facts about the next M of the sequence, which is dense. sizes : of
+        its row maxima. change : that from the last M whose units are known, as for
+        `Base.digits_for`."""
+        facts, base = Facts(M, self._form), self.near_base
+        near_units = None
+        if base is not None and (digits := base.digits_for(change)) < math.inf:
+            near_units = base.units, digits
+        smallest, largest = sizes
+        vars(facts).update(
+            largest=largest,
+            has_moderate_rows=largest <= FAR_FROM_ONE and smallest >= 1 / FAR_FROM_ONE,
+            _units_before=near_units,
+        )
+        facts.follow(self)
+        return facts
 
     @property
     def near_units(self) -> tuple[Units, float] | None:
@@ -102,6 +129,10 @@ class Facts:
     @cached_property
     def row_maxima(self) -> Vector:
         return row_maxima(self._M)
+
+    @cached_property
+    def largest(self) -> float:
+        return float(self.row_maxima.max())
 
     @cached_property
     def row_means(self) -> Vector | None:

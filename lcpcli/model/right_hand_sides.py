@@ -123,18 +123,26 @@ class Columns:
         return (self.block(j, j + 1).problem(0) for j in range(self.k))
 
 
-def like_with(like: Problem, q: Vector, box: Box, M: Matrix | None = None) -> Problem:
+def like_with(
+    like: Problem,
+    q: Vector,
+    box: Box,
+    M: Matrix | None = None,
+    facts: Facts | None = None,
+    sizes_of_q: tuple[float, float] | None = None,
+) -> Problem:
     """Return a problem like another one, with a validated q and bounds, quickly: with
-    its M and all that is computed of it, or with another M, of which nothing is.
+    its M and all that is computed of it, or with another M.
 
     M : read-only, of the same shape and kind, with entries that need not be finite;
-        None for that of the other problem.
+        None for that of the other problem. facts, sizes_of_q : those of M and q, if
+        they are known.
     """
-    smallest, largest = sizes(q)
+    smallest, largest = sizes_of_q or sizes(q)
     fields = like.fields_of_M()
     if M is not None:
-        facts = Facts(M, like.block_form)
-        fields.update(M=M, facts=facts, largest=float(facts.row_maxima.max()))
+        facts = facts or Facts(M, like.block_form)
+        fields.update(M=M, facts=facts, largest=facts.largest)
         fields.pop("latest", None)
     is_moderate = (
         fields["facts"].has_moderate_rows

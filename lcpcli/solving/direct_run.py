@@ -58,6 +58,7 @@ if TYPE_CHECKING:
 
     from lcpcli.auto.attempts import AttemptRule, Structure
     from lcpcli.methods.stages import Iterate, RecordedStages, Stage
+    from lcpcli.model.formulation import Proposal
     from lcpcli.model.words import Start
     from lcpcli.solving.prepared_matrix import PreparedMatrix
 
@@ -149,6 +150,8 @@ class Session:
     start : the start, whose basis comes first; None if there is none.
     recorded_stages : receives the first stages as they ran, unless it is None.
     prepared : what a sequence keeps of M; None for a single problem.
+    proposal : the point that the formulation proposes in a sequence from the last
+        basis; None if there is none.
     is_compiled : whether kernels are used, if there are any.
     is_shown : whether somebody sees the steps.
     interrupted : whether Ctrl-C has ended an attempt.
@@ -168,6 +171,7 @@ class Session:
     start: Start | None = None
     recorded_stages: RecordedStages | None = None
     prepared: PreparedMatrix | None = None
+    proposal: Proposal | None = None
     is_shown: bool = False
     interrupted: bool = False
     lost: Sequence[Made] = ()
@@ -303,15 +307,10 @@ def proposed_steps(session: Session) -> Steps:
     sequence from the last basis, if there is such a point and it is a solution; else
     None."""
     yield from ()
-    session.stopwatch.count("setup")
-    problem, start = session.problem, session.start
-    formulation = problem.formulation
-    if start is None:
-        proposal = formulation.proposed(problem)
-    else:
-        fast = compiled() if session.is_compiled else None
-        tol = session.limits.tol
-        proposal = formulation.followed(problem, start.basis, tol, fast)
+    proposal = session.proposal
+    if proposal is None:
+        session.stopwatch.count("setup")
+        proposal = session.problem.formulation.proposed(session.problem)
     if proposal is None:
         return None
     answer = DirectAnswer(
@@ -710,7 +709,7 @@ QUICK = (
 # The attempts on a problem of a sequence.
 IN_SEQUENCE = (
     Quick(2, _is_eliminated, elimination_steps),
-    Quick(0, lambda s: s.start is not None, proposed_steps, needs_origin=True),
+    Quick(0, lambda s: s.proposal is not None, proposed_steps, needs_origin=True),
     PIVOTING,
     Quick(0, lambda s: not pivots_first(s), last_basis_steps),
 )

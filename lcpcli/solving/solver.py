@@ -28,9 +28,12 @@ from lcpcli.solving.direct_run import Session
 from lcpcli.solving.prepared_matrix import PreparedMatrix
 from lcpcli.solving.result import Result
 from lcpcli.typing import BasisStatus, BoundLike, VectorLike
+from lcpcli.verify.point import Criterion, Point
 
 if TYPE_CHECKING:
     from typing_extensions import Unpack
+
+    from lcpcli.model.formulation import Proposal
 
 # Cosine of the angle between two q from which on their solutions may have the same
 # basis.
@@ -135,7 +138,8 @@ class Solver:
         """
         if M is None:
             like, basis = self._like, self._last_states()
-            problem, self._moved = like.formulation.update(like, basis, data)
+            fast = direct_run.compiled() if self.compiled else None
+            problem, self._moved = like.formulation.update(like, basis, data, fast)
             if problem.M is self.M:
                 self._like = problem
             else:
@@ -192,24 +196,79 @@ class Solver:
         self, problem: Problem, warm: bool = True, began: float | None = None
     ) -> Result:
         """Return the result for a problem with the M of the Solver."""
+        stopwatch = Stopwatch(seconds, seconds() if began is None else began)
+        basis, proposal = None, None
+        if warm:
+            basis = self._states(problem) if self._moved is None else self._moved
+        if basis is not None and problem.origin is not None:
+            stopwatch.count("setup")
+            proposal = self._proposal(
+                problem, basis, threads=self._options.get("threads")
+            )
+        result = None
+        if proposal is not None and proposal.is_certain:
+            result = self._of_kernels(problem, proposal, stopwatch)
+        if result is None:
+            result = self._of_session(problem, basis, proposal, stopwatch)
+        if result.solved:
+            self._last, self._moved = result, None
+        return result
+
+    @with_limited_threads
+    def _proposal(
+        self,
+        problem: Problem,
+        basis: BasisStatus,
+        threads: int | None,  # noqa: ARG002 (the decorator limits them)
+    ) -> Proposal | None:
+        """Return the point that the formulation of a problem proposes from a basis."""
+        fast = direct_run.compiled() if self.compiled else None
+        return problem.formulation.followed(problem, basis, self._limits.tol, fast)
+
+    def _of_kernels(
+        self, problem: Problem, proposal: Proposal, stopwatch: Stopwatch
+    ) -> Result | None:
+        """Return the result at a point that kernels have accepted; None beyond the
+        limits."""
+        limits = self._limits
+        stopwatch.count("solve")
+        if proposal.steps > limits.max_iterations or (
+            limits.time_limit < stopwatch.total
+        ):
+            return None
+        return Result.of_solution(
+            (proposal.method,),
+            proposal.steps,
+            limits,
+            methods.OF_AUTO.copy(),
+            stopwatch.parts,
+            end=proposal.basis,
+            problem=problem,
+            point=Point.of_solution(Criterion(problem, limits.tol), proposal.z),
+        )
+
+    def _of_session(
+        self,
+        problem: Problem,
+        basis: BasisStatus | None,
+        proposal: Proposal | None,
+        stopwatch: Stopwatch,
+    ) -> Result:
         session = Session(
             problem,
             self._limits,
             methods.OF_AUTO.copy(),
-            Stopwatch(seconds, seconds() if began is None else began),
+            stopwatch,
             self.compiled,
+            start=None if basis is None else Start(problem, basis),
             prepared=self._prepared,
+            proposal=proposal,
         )
-        if warm:
-            basis = self._states(problem) if self._moved is None else self._moved
-            session.start = None if basis is None else Start(problem, basis)
         result = self._answered(session, threads=self._options.get("threads"))
         if result is None:
-            result = run(problem, **self._options)
-        elif problem.origin is not None:
+            return run(problem, **self._options)
+        if problem.origin is not None:
             result = problem.origin.accepted(result)
-        if result.solved:
-            self._last, self._moved = result, None
         return result
 
     def follow(self, problem: Problem, compiled: bool = True) -> Result:

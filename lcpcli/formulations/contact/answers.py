@@ -253,7 +253,7 @@ def motion_at(contact: Contact, z: Vector) -> Motion:
     last_z, motion = contact.last_motion
     if last_z is not z:
         motion = _motion_of(contact, z)
-        contact.last_motion[:] = z, motion
+        contact.store_motion(z, motion)
     last_motion: Motion = motion
     return last_motion
 

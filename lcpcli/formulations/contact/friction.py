@@ -12,7 +12,7 @@ from fractions import Fraction
 from functools import cached_property, lru_cache
 from operator import add
 from types import ModuleType
-from typing import Any, NamedTuple
+from typing import Any, ClassVar, NamedTuple
 
 import numpy as np
 
@@ -31,6 +31,7 @@ from lcpcli.model.arrays import (
     plain,
     readonly_copy,
     readonly_matrix,
+    refuse_infinite,
 )
 from lcpcli.model.box import as_bound, as_intervals
 from lcpcli.model.formulation import (
@@ -40,7 +41,7 @@ from lcpcli.model.formulation import (
     Proposal,
 )
 from lcpcli.model.formulations import TEXTS
-from lcpcli.model.problem import Problem
+from lcpcli.model.problem import Facts, Problem
 from lcpcli.model.right_hand_sides import like_with
 from lcpcli.rational.numbers import rounded, shortest_decimal, zeros
 from lcpcli.typing import BasisStatus, BoundLike, Indices, Matrix, Vector, VectorLike
@@ -197,6 +198,8 @@ class Contact(Formulation):
     key: str
     ids: tuple[Hashable, ...] | None = None
     impact: Impact | None = None
+    # The last z of which impulses and velocities were computed, and these.
+    last_motion: ClassVar[tuple[Any, Any]] = None, None
 
     kind = "contact"
     form = "written as the complementarity problem of the contacts,"
@@ -289,6 +292,10 @@ class Contact(Formulation):
         return Problem.of_fields(vars(problem), origin=self)
 
     @property
+    def fields_of_A_and_b(self) -> tuple[str, str]:
+        return ("W", "q") if self.key == "W" else ("A", "b")
+
+    @property
     def number_of_ids(self) -> int:
         """Return of how many contacts, or with friction indices unknowns, it is."""
         if self.key == "findex":
@@ -309,9 +316,46 @@ class Contact(Formulation):
         is_like = self.b.size == other.b.size and self.facets == other.facets
         return is_like and are_equal(friction.tangents, before.tangents)
 
-    def problem_after(self, like: Problem, before: Contact) -> Problem:
+    @property
+    def is_dense_plane(self) -> bool:
+        """Return whether these are contacts in the plane with friction and dense A, for
+        whose sequences there is a special method."""
+        has_friction = self.is_planar and self.friction.normals.size > 0
+        return has_friction and type(self.A) is np.ndarray
+
+    def _problem_by_kernel(
+        self, like: Problem, before: Contact, fast: ModuleType
+    ) -> Problem | None:
+        """Return the problem after another one, of contacts before that differ in A and
+        b alone, with the M that a kernel computes; None if a number is not finite, or
+        the kernel cannot be loaded."""
+        facts: Facts = like.facts
+        contacts = self.A, self.b, *self.friction
+        form = fast.compact_form(contacts, before.A, facts.near_base)
+        if form is None:
+            return None
+        M, q, (*sizes_of_M, smallest_q, largest_q, change) = form
+        next_facts = None if M is None else facts.after(M, sizes_of_M, change)
+        sizes_of_q = smallest_q, largest_q
+        problem = like_with(like, q, like.box, M, next_facts, sizes_of_q)
+        vars(problem)["origin"] = self
+        return problem
+
+    def problem_after(
+        self, like: Problem, before: Contact, fast: ModuleType | None = None
+    ) -> Problem:
         """Return the problem after another one, of the contacts before: with its M and
-        all cached facts about M if they differ at most in b."""
+        all cached facts about M if they differ at most in b.
+
+        fast : the module of the kernels for an LCP of contacts in the plane with dense
+            A, whose A and b need not have been validated; else None."""
+        is_like = self.is_dense_plane and self.friction is before.friction
+        if fast is not None and is_like:
+            problem = self._problem_by_kernel(like, before, fast)
+            if problem is not None:
+                return problem
+            refuse_infinite(self.fields_of_A_and_b[1], self.b)
+            refuse_infinite(self.fields_of_A_and_b[0], self.A)
         vars(self)["last_system"] = [*before.last_system]
         parts = (*self.friction, self.lower, self.upper)
         others = (*before.friction, before.lower, before.upper)
@@ -345,11 +389,9 @@ class Contact(Formulation):
         vars(self)["_form"] = form._replace(conditions=conditions)
         return conditions.q
 
-    @cached_property
-    def last_motion(self) -> list[Any]:
-        """Return the last z of which the impulses and velocities were computed, and
-        these, to be replaced by others."""
-        return [None, None]
+    def store_motion(self, z: Vector, motion: Any) -> None:
+        """Store the impulses and velocities of a z until those of another one come."""
+        vars(self)["last_motion"] = z, motion
 
     @cached_property
     def last_system(self) -> list[Any]:
@@ -384,7 +426,7 @@ class Contact(Formulation):
         if np.isfinite(entries).all() and np.isfinite(q).all():
             return form
         reason = "exceeds the double-precision range in products with the coefficients"
-        A, b = ("W", "q") if self.key == "W" else ("A", "b")
+        A, b = self.fields_of_A_and_b
         hint = f"scale {A} and {b}, or give smaller coefficients of friction"
         raise ProblemError(A, f"{reason} of friction", hint)
 
@@ -498,10 +540,15 @@ class Contact(Formulation):
         return self.sibling("other_form").retried(self, result)
 
     def update(
-        self, like: Problem, states: BasisStatus | None, data: Mapping[str, Any]
+        self,
+        like: Problem,
+        states: BasisStatus | None,
+        data: Mapping[str, Any],
+        fast: ModuleType | None = None,
     ) -> tuple[Problem, BasisStatus | None]:
         next_problem: tuple[Problem, BasisStatus | None]
-        next_problem = self.sibling("sequence").following(self, like, states, data)
+        following = self.sibling("sequence").following
+        next_problem = following(self, like, states, data, fast)
         return next_problem
 
     def followed(
@@ -644,11 +691,12 @@ def _unknowns(contacts: int, width: int) -> tuple[Indices, Indices, Vector, Vect
     """Return the normal and the tangential unknowns of contacts, read-only, and the
     bounds of all, of which those of friction are infinite."""
     unknowns = np.arange(contacts * width).reshape(contacts, width)
+    normals, tangents = unknowns[:, 0].copy(), unknowns[:, 1:].copy()
     lower, upper = np.zeros(unknowns.size), np.full(unknowns.size, math.inf)
-    lower[unknowns[:, 1:]] = -math.inf
-    for array in (unknowns, lower, upper):
+    lower[tangents] = -math.inf
+    for array in (normals, tangents, lower, upper):
         array.setflags(write=False)
-    return unknowns[:, 0], unknowns[:, 1:], lower, upper
+    return normals, tangents, lower, upper
 
 
 def _impact(

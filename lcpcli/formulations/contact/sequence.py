@@ -5,7 +5,7 @@ contacts that persist.
 from __future__ import annotations
 
 from collections.abc import Hashable, Iterable, Mapping, Sequence
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -28,6 +28,9 @@ from lcpcli.model.box import BASIC, LOWER, UPPER
 from lcpcli.model.problem import Problem
 from lcpcli.typing import BasisStatus, Indices, Vector
 
+if TYPE_CHECKING:
+    from types import ModuleType
+
 KEYS = {
     "W": ("W", "q", "mu", "restitution", "before", "ids"),
     "findex": ("A", "b", "lower", "upper", "findex", "ids"),
@@ -36,20 +39,26 @@ ABSENT = -1  # the position of an unknown that does not exist
 
 
 def following(
-    before: Contact, like: Problem, states: BasisStatus | None, data: Mapping[str, Any]
+    before: Contact,
+    like: Problem,
+    states: BasisStatus | None,
+    data: Mapping[str, Any],
+    fast: ModuleType | None = None,
 ) -> tuple[Problem, BasisStatus | None]:
     """Return the problem with other data, each by default as before, and its basis: the
     statuses before for the unknowns of a contact, or with friction indices an unknown,
     with the same id, and statuses without impulse for new ones.
     """
     refuse_unknown("", data, KEYS[before.key], "the data of contacts")
-    contact = _with(before, data)
+    if not (before.is_dense_plane and like.box.is_orthant):
+        fast = None
+    contact = _with(before, data, has_kernels=fast is not None)
     number = contact.number_of_ids
     ids = data.get("ids")
     if ids is not None:
         if isinstance(ids, np.ndarray):
             ids = ids.tolist()
-        if not isinstance(ids, Iterable):
+        if type(ids) is not list and not isinstance(ids, Iterable):
             raise ProblemError("ids", f"is {kind(ids)}", "give a list of ids")
         ids = tuple(ids)
         if ids != before.ids or number != len(ids):
@@ -60,7 +69,7 @@ def following(
         states = None
     if contact.ids != ids:
         contact = contact.having(ids=ids)
-    problem = contact.problem_after(like, before)
+    problem = contact.problem_after(like, before, fast)
     if states is None or (ids == before.ids and contact.has_positions_of(before)):
         return problem, states
     both = [
@@ -70,12 +79,19 @@ def following(
     return problem, _transferred_states(before, contact, problem, states, both)
 
 
-def _with(before: Contact, data: Mapping[str, Any]) -> Contact:
-    """Return the contacts with other data, each by default as before."""
+def _with(before: Contact, data: Mapping[str, Any], has_kernels: bool) -> Contact:
+    """Return the contacts with other data, each by default as before. has_kernels :
+    whether a kernel is to find numbers that are not finite.
+    """
     friction, law = before.friction, before.impact
     of_A, of_b = KEYS[before.key][:2]
     A, b = data.get(of_A, before.A), data.get(of_b, law.q if law else before.b)
     if _has_same_law(before, data):
+        if has_kernels and _has_form_of(A, before.A) and _has_form_of(b, before.b):
+            A, b = np.array(A, order="C"), np.array(b)
+            A.setflags(write=False)
+            b.setflags(write=False)
+            return before.having(A=A, b=b)
         vector = as_vector(of_b, b)
         if vector.size == before.b.size:
             matrix = as_square(of_A, A, vector.size, of_b)[0]
@@ -90,6 +106,12 @@ def _with(before: Contact, data: Mapping[str, Any]) -> Contact:
     defaults = {"lower": before.lower, "upper": before.upper, "findex": before.findex}
     lower, upper, findex = (data.get(name, defaults[name]) for name in defaults)
     return of_findex(A, b, (lower, upper), findex, ("lower", "upper"))
+
+
+def _has_form_of(value: Any, before: Vector) -> bool:
+    """Return whether a value is an array of doubles of this shape."""
+    is_array = type(value) is np.ndarray and value.dtype == np.float64
+    return is_array and value.shape == before.shape
 
 
 def _has_same_law(before: Contact, data: Mapping[str, Any]) -> bool:

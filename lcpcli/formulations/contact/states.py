@@ -49,21 +49,6 @@ class _Step:
         self.statuses = basis[:n].copy()
         self.statuses[self.tangents[basis[n:] == BASIC]] = UPPER
 
-    def by_kernel(
-        self, problem: Problem, tol: float, fast: ModuleType
-    ) -> Proposal | None:
-        """Return what `followed` returns, by the kernel for the whole step."""
-        contact = self.contact
-        data = contact.A, contact.b, contact.lower, contact.upper
-        contacts = *data, self.normals, self.tangents, self.mu
-        systems = MAX_SYSTEMS, CORRECTIONS, SHIFT
-        outcome = fast.contact_step(problem, contacts, self.statuses, systems, tol)
-        if outcome is None or not outcome[0]:
-            return None
-        number, is_certain, z, *motion = outcome
-        contact.last_motion[:] = z, Motion(*motion)
-        return Proposal(z, number, "newton", is_certain=is_certain)
-
     def impulses(self) -> Vector | None:
         """Return x for these statuses, or None if it is not unique."""
         contact, normals, tangents = self.contact, self.normals, self.tangents
@@ -174,7 +159,6 @@ def _refined(inverse: Vector, block: Vector, row: Vector) -> tuple[Vector, Vecto
     return y, residual
 
 
-@np.errstate(all="ignore")
 def followed(
     contact: Contact,
     problem: Problem,
@@ -185,12 +169,33 @@ def followed(
     """Return the z of contacts from the basis of the previous step; None if this does
     not lead to a solution.
     """
-    is_dense = type(contact.A) is np.ndarray
-    if not (is_dense and contact.is_planar and contact.friction.normals.size):
+    if not contact.is_dense_plane:
         return None
-    step = _Step(contact, states)
     if fast is not None and problem.is_moderate and problem.box.is_orthant:
-        return step.by_kernel(problem, tol, fast)
+        return _by_kernel(contact, problem, states, tol, fast)
+    return _by_numpy(contact, states)
+
+
+def _by_kernel(
+    contact: Contact,
+    problem: Problem,
+    states: BasisStatus,
+    tol: float,
+    fast: ModuleType,
+) -> Proposal | None:
+    contacts = contact.A, contact.b, *contact.friction
+    systems = MAX_SYSTEMS, CORRECTIONS, SHIFT
+    outcome = fast.contact_step(problem, contacts, states, systems, tol)
+    if outcome is None or not outcome[0]:
+        return None
+    number, is_certain, (z, motion, basis) = outcome
+    contact.store_motion(z, Motion(*motion))
+    return Proposal(z, number, "newton", is_certain=is_certain, basis=basis)
+
+
+@np.errstate(all="ignore")
+def _by_numpy(contact: Contact, states: BasisStatus) -> Proposal | None:
+    step = _Step(contact, states)
     for number in range(1, MAX_SYSTEMS + 1):
         x = step.impulses()
         if x is None or not (size := largest(x)) < math.inf:
@@ -198,6 +203,6 @@ def followed(
         motion = step.motion(x, size)
         if motion is not None:
             z = point_of(contact, motion)
-            contact.last_motion[:] = z, motion
+            contact.store_motion(z, motion)
             return Proposal(z, number, "newton")
     return None
