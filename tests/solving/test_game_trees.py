@@ -379,16 +379,25 @@ def test_information_sets_are_reached_as_often_as_chance_leads_there():
     assert answer.payoffs == pytest.approx([2 / 3, -2 / 3])
 
 
+@pytest.mark.parametrize(
+    "number",
+    ["7", "-0", "+12.", "-.5", "003.250", "-1963/1000", "2/4", "-1.5e-3", "2E5"],
+)
+def test_payoffs_are_the_numbers_as_written(number):
+    lines = 'EFG 2 R "" { "one" "two" }', f't "" 1 "" {{ {number}, 1 }}'
+    nodes = tree.tree_in("\n".join(lines)).nodes
+    assert nodes[0].payoffs == (Fraction(number), 1)
+
+
 def test_words_of_a_game_tree_that_come_again_are_read_once(monkeypatch):
     read = list[str]()
-    fraction = Fraction
+    fraction = tree._fraction
 
-    class Counted(fraction):
-        def __new__(cls, value=0, *rest):
-            read.extend([value] if isinstance(value, str) else [])
-            return fraction(value, *rest)
+    def counted(number):
+        read.append(number)
+        return fraction(number)
 
-    monkeypatch.setattr(tree, "Fraction", Counted)
+    monkeypatch.setattr(tree, "_fraction", counted)
     lines = ['EFG 2 R "repeated" { "one" "two" }', 'p "" 1 1 "" { "a" "b" "c" } 0']
     for k in range(3):
         lines.append('p "" 2 1 "" { "left \\"{" "right}" } 0')

@@ -165,6 +165,18 @@ NODE, NAME, WHOLE = map(re.compile, ("|".join(NODES), r'(?s)".*"', "[0-9]{1,9}")
 ESCAPED = re.compile(r"\\(.)", re.DOTALL)
 
 
+def _fraction(number: str) -> Fraction:
+    """Return the value of a NUMBER. `Fraction` of a text takes several times as long as
+    of integers."""
+    numerator, _, denominator = number.partition("/")
+    if denominator:
+        return Fraction(int(numerator), int(denominator))
+    whole, _, decimals = number.partition(".")
+    if "e" in number or "E" in number:
+        return Fraction(number)
+    return Fraction(int(whole + decimals), 10 ** len(decimals))
+
+
 def tree_in(text: Any) -> GameTree:
     """Return the game in a text, or raise ProblemError."""
     if not isinstance(text, str):
@@ -224,7 +236,7 @@ class _Reading:
         return ESCAPED.sub(r"\1", token) if "\\" in token else token
 
     def integer(self, of: str) -> int:
-        return int(self.next_token(WHOLE, f"the number of {of}", "give an integer"))
+        return int(self.next_token(WHOLE, of, "give an integer"))
 
     def number(self) -> Fraction:
         token = self.tokens[self.position]
@@ -232,8 +244,8 @@ class _Reading:
             self.position += 1
             return self.values[token]
         hint = "give an integer, a decimal or a fraction"
-        value = Fraction(self.next_token(NUMBER, "a number", hint))
-        if abs(value) > LARGEST:
+        value = _fraction(self.next_token(NUMBER, "a number", hint))
+        if abs(value.numerator) > LARGEST * value.denominator:
             raise self.error(
                 f"has {quoted(token)}, too large for doubles", SCALE_PAYOFFS
             )
@@ -309,14 +321,16 @@ class _Reading:
         """
         nodes, pending = list[Node](), [(-1, 0)]
         letters = ", ".join(f"{letter} for {what}" for letter, what in NODES.items())
+        hint = f"begin each node with {letters}"
         while pending:
             position, (parent, move) = self.position, pending.pop()
-            token = self.next_token(NODE, "a node", f"begin each node with {letters}")
+            token = self.next_token(NODE, "a node", hint)
             self.name()
             owner = {"c": CHANCE, "t": TERMINAL}.get(token) or self.player()
             index = self.information_set(owner) if owner != TERMINAL else -1
-            n_actions = len(self.sets[owner][index].actions) if owner != TERMINAL else 0
-            pending += [(len(nodes), k) for k in range(n_actions - 1, -1, -1)]
+            if owner != TERMINAL:
+                n_actions = len(self.sets[owner][index].actions)
+                pending += [(len(nodes), k) for k in range(n_actions - 1, -1, -1)]
             above, outcome = nodes[parent] if nodes else ROOT, self.outcome()
             sequences = list(above.sequences)
             chance = above.chance
@@ -374,25 +388,25 @@ class _Reading:
             )
 
     def player(self) -> int:
-        if (number := self.integer("a player")) not in (1, 2):
+        if (number := self.integer("the number of a player")) not in (1, 2):
             raise self.error(f"names player {number} of 2", "give 1 or 2")
         return number - 1
 
     def information_set(self, owner: int) -> int:
         """Return the index of the next information set or chance event in the text."""
-        what, article = "chance event", "a"
-        if owner != CHANCE:
-            what, article = "information set", "an"
-        number = self.integer(f"{article} {what}")
+        of = "the number of an information set"
+        if owner == CHANCE:
+            of = "the number of a chance event"
+        number = self.integer(of)
         indices = self.numbers[owner]
-        named = f"{what} {number}"
-        if owner != CHANCE:
-            named += f" of player {owner + 1}"
         label, position = self.name() if self.next_is_text else "", self.position
         names = self.in_braces()
         if names is not None and self.actions.get((owner, number)) == names:
             self.position += len(names) + 2
             return indices[number]
+        named = f"chance event {number}"
+        if owner != CHANCE:
+            named = f"information set {number} of player {owner + 1}"
         actions_in_text = self.listed(
             lambda: (self.name(), self.number() if owner == CHANCE else Fraction(0))
         )
@@ -430,7 +444,7 @@ class _Reading:
         return indices[number]
 
     def outcome(self) -> Payoffs:
-        number = self.integer("an outcome")
+        number = self.integer("the number of an outcome")
         if self.next_is_text:
             self.position += 1
         position, payoffs = self.position, self.listed(self.number)
