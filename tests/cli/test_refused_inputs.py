@@ -11,103 +11,6 @@ from scipy import sparse
 
 from .conftest import assert_refused, record
 
-LCP = {"M": [[2, 1], [1, 2]], "q": [-5, -6]}
-QP = {"Q": [[2, 0], [0, 2]], "c": [-2, -4]}
-QPSOLVERS = {"P": [[2, 0], [0, 2]], "q": [-2, -4]}
-OSQP = {"P": [[2, 0], [0, 2]], "q": [-2, -4], "A": [[1, 1]]}
-GAME = {"A": [[3, 0], [0, 2]], "B": [[2, 0], [0, 3]]}
-COO = {
-    "format": "coo",
-    "shape": [2, 2],
-    "rows": [0, 1],
-    "cols": [0, 1],
-    "values": [2, 2],
-}
-
-# An object in JSON, and the field and the fault that the line names.
-JSON = [
-    # numbers as texts that are none
-    (LCP | {"M": [[2, "x"], [1, 2]]}, "M[0][1]: is the text 'x'"),
-    (LCP | {"M": [["1/0", 1], [1, 2]]}, "M[0][0]: is the text '1/0'"),
-    (LCP | {"M": [["1.5/2", 1], [1, 2]]}, "M[0][0]: is the text '1.5/2'"),
-    (LCP | {"M": [["0,5", 1], [1, 2]]}, "M[0][0]: is the text '0,5'"),
-    (LCP | {"M": [["", 1], [1, 2]]}, "M[0][0]: is the text ''"),
-    (LCP | {"M": [["inf", 1], [1, 2]]}, "M[0][0]: is not a finite number"),
-    (LCP | {"M": [["1e999", 1], [1, 2]]}, "M[0][0]: is not a finite number"),
-    (LCP | {"M": [["nan", 1], [1, 2]]}, "M[0][0]: is the text 'nan'"),
-    (LCP | {"M": [[None, 1], [1, 2]]}, "M[0][0]: is null"),
-    (LCP | {"M": "2"}, "M: "),
-    (LCP | {"M": "two"}, "M: is the text 'two'"),
-    (LCP | {"q": ["-5", "-6x"]}, "q[1]: is the text '-6x'"),
-    (LCP | {"q": ["-5", "-Infinity"]}, "q[1]: is not a finite number"),
-    (LCP | {"q": "-5"}, "q: is a number"),
-    (LCP | {"q": None}, "no q"),
-    (LCP | {"M": None}, "M: is missing"),
-    (LCP | {"x0": ["1", "one"]}, "x0[1]: is the text 'one'"),
-    (LCP | {"x0": ["1"]}, "x0: has 1 entry"),
-    (LCP | {"solution": [["1", "2"], ["3", "x"]]}, "solution[1][1]: is the text 'x'"),
-    (LCP | {"names": ["a", None]}, "names[1]: is null"),
-    (LCP | {"M": COO | {"values": ["2", "b"]}}, "M.values[1]: is the text 'b'"),
-    (LCP | {"M": COO | {"shape": ["2", "2.5"]}}, "M.shape: is 2 x 2.5"),
-    (LCP | {"M": COO | {"rows": ["0", "5"]}}, "M.rows[1]"),
-    (LCP | {"M": COO | {"cols": ["0", None]}}, "M.cols[1]: is null"),
-    # bounds
-    (LCP | {"lower": "none"}, "lower: is the text 'none'"),
-    (LCP | {"lower": ["0", "zero"]}, "lower[1]: is the text 'zero'"),
-    (LCP | {"lower": "inf"}, "lower[0]: is infinite"),
-    (LCP | {"upper": "-inf"}, "upper[0]: is minus infinity"),
-    (LCP | {"upper": ["1", "-Infinity"]}, "upper[1]: is minus infinity"),
-    (LCP | {"lower": "2", "upper": "1/2"}, "lower[0]: is 2, above upper[0] = 0.5"),
-    (LCP | {"lower": [None]}, "lower: has 1 entry"),
-    (LCP | {"lower": True}, "lower: is true"),
-    (LCP | {"lower": [[0, 0]]}, "lower"),
-    # programs
-    (QP | {"Q": [[2, 1], [0, 2]]}, "Q[0][1]: is 1 and Q[1][0] is 0"),
-    (QP | {"Q": [["2", "1/3"], ["0.3", 2]]}, "Q[0][1]: is 0.333333333333333"),
-    (QP | {"Q": [[2, "x"], [0, 2]]}, "Q[0][1]: is the text 'x'"),
-    (QP | {"c": None}, "c: is missing"),
-    (QP | {"c": ["-2", None]}, "c[1]: is null"),
-    (QP | {"A": None, "row_lower": ["1"]}, "A: is missing"),
-    (QP | {"A": [["1", "1"]]}, "row_lower: is missing"),
-    (QP | {"A": [[1, 1]], "row_lower": ["inf"]}, "row_lower[0]: is infinite"),
-    (QP | {"A": [[1, 1]], "row_upper": ["-inf"]}, "row_upper[0]: is minus infinity"),
-    (QP | {"A": [[1, 1]], "b": ["two"]}, "b[0]: is the text 'two'"),
-    (QP | {"constant": "a"}, "constant: is the text 'a'"),
-    (QP | {"constant": "inf"}, "constant: is not a finite number"),
-    (QP | {"free": ["2"]}, "free[0]: is 2"),
-    (QP | {"free": ["1/2"]}, "free[0]: is 0.5"),
-    (QP | {"rows": [1]}, "rows[0]: is a number"),
-    (QP | {"P": None}, "P: and Q belong to two ways"),
-    (QPSOLVERS | {"q": None}, "q: is missing"),
-    (QPSOLVERS | {"G": [["1", "1"]], "h": None}, "h: is missing"),
-    (QPSOLVERS | {"G": [["1", "1"]], "h": ["-inf"]}, "h[0]: is minus infinity"),
-    (QPSOLVERS | {"G": None, "h": ["1"]}, "G: is missing"),
-    (QPSOLVERS | {"A": [["1", "1"]], "b": [None]}, "b[0]: is null"),
-    (QPSOLVERS | {"A": [["1", "1"]], "b": ["inf"]}, "b[0]: is not a finite number"),
-    (QPSOLVERS | {"lb": ["inf", 0]}, "lb[0]: is infinite"),
-    (QPSOLVERS | {"ub": "Minus"}, "ub: is the text 'Minus'"),
-    (QPSOLVERS | {"lb": "1", "ub": "0"}, "lb[0]: is 1, above ub[0] = 0"),
-    (OSQP | {"l": ["inf"], "u": [None]}, "l[0]: is infinite"),
-    (OSQP | {"l": ["x"], "u": [None]}, "l[0]: is the text 'x'"),
-    (OSQP | {"l": None, "u": None}, "l: is missing"),
-    # games
-    (GAME | {"A": [["3", "x"], [0, 2]]}, "A[0][1]: is the text 'x'"),
-    (GAME | {"A": [["3", "1/0"], [0, 2]]}, "A[0][1]: is the text '1/0'"),
-    (GAME | {"A": [["3", "inf"], [0, 2]]}, "A[0][1]: is not a finite number"),
-    (GAME | {"A": [["3", None], [0, 2]]}, "A[0][1]: is null"),
-    (GAME | {"B": None}, "B: is missing"),
-    (GAME | {"sense": "least"}, "sense: is 'least'"),
-]
-
-# The content of a CSV file.
-CSV = [
-    ("2,1,-5\n1,1/0,-6\n", "line 2, column 2: is '1/0', a division by 0"),
-    ("2,1,-5\n1,1.5/2,-6\n", "line 2, column 2: is '1.5/2', not a number"),
-    ("2,1,-5\n1,1/x,-6\n", "line 2, column 2: is '1/x', not a number"),
-    ("2,1,-5\n1,inf,-6\n", "line 2, column 2: is 'inf'"),
-    ("x,y,q,upper\n2,1,-5,big\n1,2,-6,1\n", "line 2, column 4: is 'big'"),
-]
-
 
 def archive(**arrays):
     np.savez(file := io.BytesIO(), **arrays)
@@ -132,18 +35,6 @@ NPZ = [
     ({"M": objects(None), "q": np.ones(2)}, "M: is missing"),
     ({"M": np.eye(2), "q": np.ones(2), "bound": objects(None)}, "bound: is not a key"),
 ]
-
-
-@pytest.mark.parametrize(("fields", "words"), JSON, ids=[words for _, words in JSON])
-def test_object_in_json(fields, words, lcp, in_folder):
-    (in_folder / "bad.json").write_text(json.dumps(fields))
-    assert_refused(lcp("solve bad.json"), "lcp: bad.json: ", words)
-
-
-@pytest.mark.parametrize(("text", "words"), CSV, ids=[words for _, words in CSV])
-def test_table(text, words, lcp, in_folder):
-    (in_folder / "bad.csv").write_text(text)
-    assert_refused(lcp("solve bad.csv"), f"lcp: bad.csv: {words}")
 
 
 @pytest.mark.parametrize(("arrays", "words"), NPZ, ids=[words for _, words in NPZ])

@@ -243,6 +243,151 @@ SPARSE = contents(
     made=lambda parts: f'{{"M": {{{changed(BY_ENTRIES, parts)}}}, "q": [-1, -1]}}',
 )
 
+# Numbers may be texts; texts that are no numbers, and null, are named by their places.
+TEXTS = contents(
+    "bad.json",
+    r"""
+{"M": [[2, "x"], [1, 2]], "q": [-5, -6]} => M[0][1]: {IS:the text 'x'}; {REAL}{FROM_0}
+{"M": [["1/0", 1], [1, 2]], "q": [-5, -6]}
+    => M[0][0]: {IS:the text '1/0'}; {REAL}{FROM_0}
+{"M": [["1.5/2", 1], [1, 2]], "q": [-5, -6]}
+    => M[0][0]: {IS:the text '1.5/2'}; {REAL}{FROM_0}
+{"M": [["0,5", 1], [1, 2]], "q": [-5, -6]} => M[0][0]: is the text '0,5'; {REAL}{FROM_0}
+{"M": [["", 1], [1, 2]], "q": [-5, -6]} => M[0][0]: {IS:the text ''}; {REAL}{FROM_0}
+{"M": [["inf", 1], [1, 2]], "q": [-5, -6]} => M[0][0]: {NOT_FINITE}; {FINITE}{FROM_0}
+{"M": [["1e999", 1], [1, 2]], "q": [-5, -6]} => M[0][0]: {NOT_FINITE}; {FINITE}{FROM_0}
+{"M": [["nan", 1], [1, 2]], "q": [-5, -6]}
+    => M[0][0]: {IS:the text 'nan'}; {REAL}{FROM_0}
+{"M": [[null, 1], [1, 2]], "q": [-5, -6]} => M[0][0]: {IS:null}; {REAL}{FROM_0}
+{"M": "2", "q": [-5, -6]} => M: {IS:a number}; {A_LIST_OF_ROWS}
+{"M": "two", "q": [-5, -6]} => M: {IS:the text 'two'}; {A_LIST_OF_ROWS}
+{"M": [[2, 1], [1, 2]], "q": ["-5", "-6x"]} => q[1]: {IS:the text '-6x'}; {REAL}{FROM_0}
+{"M": [[2, 1], [1, 2]], "q": ["-5", "-Infinity"]}
+    => q[1]: {NOT_FINITE}; {FINITE}{FROM_0}
+{"M": [[2, 1], [1, 2]], "q": "-5"} => q: {IS:a number}; {A_LIST}
+{"M": [[2, 1], [1, 2]], "q": null} => {NO_Q:2 x 2}; {ADD_Q}
+{"M": null, "q": [-5, -6]} => M: {MISSING}; add the key M
+{"M": [[2, 1], [1, 2]], "q": [-5, -6], "x0": ["1", "one"]}
+    => x0[1]: {IS:the text 'one'}; {REAL}{FROM_0}
+{"M": [[2, 1], [1, 2]], "q": [-5, -6], "x0": ["1"]}
+    => x0: {ENTRIES:1 entry|2 unknowns}; {AGREE}
+{"M": [[2, 1], [1, 2]], "q": [-5, -6], "solution": [["1", "2"], ["3", "x"]]}
+    => solution[1][1]: {IS:the text 'x'}; {REAL}{FROM_0}
+{"M": [[2, 1], [1, 2]], "q": [-5, -6], "names": ["a", null]}
+    => names[1]: {IS:null}; {A_TEXT}{FROM_0}
+{"M": {"format": "coo", "shape": [2, 2], "rows": [0, 1], "cols": [0, 1], \
+"values": ["2", "b"]}, "q": [-5, -6]}
+    => M.values[1]: {IS:the text 'b'}; {REAL}{FROM_0}
+{"M": {"format": "coo", "shape": ["2", "2.5"], "rows": [0, 1], "cols": [0, 1], \
+"values": [2, 2]}, "q": [-5, -6]}
+    => M.shape: {SHAPE_BESIDE:2 x 2.5|q|2 entries}; {AGREE}
+{"M": {"format": "coo", "shape": [2, 2], "rows": ["0", "5"], "cols": [0, 1], \
+"values": [2, 2]}, "q": [-5, -6]}
+    => M.rows[1]: {ENTRY_OUTSIDE:(5, 1)|2 x 2}; {WHOLE_FROM_TO:0|1}
+{"M": {"format": "coo", "shape": [2, 2], "rows": [0, 1], "cols": ["0", null], \
+"values": [2, 2]}, "q": [-5, -6]}
+    => M.cols[1]: {IS:null}; {REAL}{FROM_0}
+{"M": [[2, 1], [1, 2]], "q": [-5, -6], "lower": "none"}
+    => lower: {IS:the text 'none'}; {ONE_OR_A_LIST}
+{"M": [[2, 1], [1, 2]], "q": [-5, -6], "lower": ["0", "zero"]}
+    => lower[1]: {IS:the text 'zero'}; {REAL}{FROM_0}
+{"M": [[2, 1], [1, 2]], "q": [-5, -6], "lower": "inf"}
+    => lower[0]: {IS:infinite}; {NO_BOUND_BELOW}{FROM_0}
+{"M": [[2, 1], [1, 2]], "q": [-5, -6], "upper": "-inf"}
+    => upper[0]: {IS:minus infinity}; {NO_BOUND_ABOVE}{FROM_0}
+{"M": [[2, 1], [1, 2]], "q": [-5, -6], "upper": ["1", "-Infinity"]}
+    => upper[1]: {IS:minus infinity}; {NO_BOUND_ABOVE}{FROM_0}
+{"M": [[2, 1], [1, 2]], "q": [-5, -6], "lower": "2", "upper": "1/2"}
+    => lower[0]: {ABOVE:2|upper[0]|0.5}; {IN_ORDER}{FROM_0}
+{"M": [[2, 1], [1, 2]], "q": [-5, -6], "lower": [null]}
+    => lower: {ENTRIES:1 entry|2 unknowns}; {AGREE}
+{"M": [[2, 1], [1, 2]], "q": [-5, -6], "lower": true}
+    => lower: {IS:true}; {ONE_OR_A_LIST}
+{"M": [[2, 1], [1, 2]], "q": [-5, -6], "lower": [[0, 0]]}
+    => lower[0]: {IS:a list}; {REAL}{FROM_0}
+{"Q": [[2, 1], [0, 2]], "c": [-2, -4]}
+    => Q[0][1]: {TWO_VALUES:1|Q[1][0] is 0, so that Q is not symmetric}; for a minimum
+    give (Q + Q') / 2; for a variational inequality call it H and c h, in Python
+    from_avi: see lcp help equilibria{FROM_0}
+{"Q": [["2", "1/3"], ["0.3", 2]], "c": [-2, -4]}
+    => Q[0][1]: {TWO_VALUES:0.333333333333333|Q[1][0] is 0.3, so that Q is not
+    symmetric}; for a minimum give (Q + Q') / 2; for a variational inequality call it H
+    and c h, in Python from_avi: see lcp help equilibria{FROM_0}
+{"Q": [[2, "x"], [0, 2]], "c": [-2, -4]} => Q[0][1]: {IS:the text 'x'}; {REAL}{FROM_0}
+{"Q": [[2, 0], [0, 2]], "c": null} => c: {MISSING}; add the objective, c'x
+{"Q": [[2, 0], [0, 2]], "c": ["-2", null]} => c[1]: {IS:null}; {REAL}{FROM_0}
+{"Q": [[2, 0], [0, 2]], "c": [-2, -4], "A": null, "row_lower": ["1"]}
+    => A: {MISSING}; {LEAVE_BOTH_OUT:row_lower}
+{"Q": [[2, 0], [0, 2]], "c": [-2, -4], "A": [["1", "1"]]}
+    => row_lower: {MISSING}; {LEAVE_BOTH_OUT:A}
+{"Q": [[2, 0], [0, 2]], "c": [-2, -4], "A": [[1, 1]], "row_lower": ["inf"]}
+    => row_lower[0]: {IS:infinite}; {NO_BOUND_BELOW}{FROM_0}
+{"Q": [[2, 0], [0, 2]], "c": [-2, -4], "A": [[1, 1]], "row_upper": ["-inf"]}
+    => row_upper[0]: {IS:minus infinity}; {NO_BOUND_ABOVE}{FROM_0}
+{"Q": [[2, 0], [0, 2]], "c": [-2, -4], "A": [[1, 1]], "b": ["two"]}
+    => b[0]: {IS:the text 'two'}; {REAL}{FROM_0}
+{"Q": [[2, 0], [0, 2]], "c": [-2, -4], "constant": "a"}
+    => constant: {IS:the text 'a'}; {A_NUMBER}
+{"Q": [[2, 0], [0, 2]], "c": [-2, -4], "constant": "inf"}
+    => constant: {IS:not a finite number}; {FINITE}
+{"Q": [[2, 0], [0, 2]], "c": [-2, -4], "free": ["2"]}
+    => free[0]: {IS:2}; indices are integers from 0 to 1
+{"Q": [[2, 0], [0, 2]], "c": [-2, -4], "free": ["1/2"]}
+    => free[0]: {IS:0.5}; indices are integers from 0 to 1
+{"Q": [[2, 0], [0, 2]], "c": [-2, -4], "rows": [1]}
+    => rows[0]: {IS:a number}; {A_TEXT}{FROM_0}
+{"Q": [[2, 0], [0, 2]], "c": [-2, -4], "P": null}
+    => P: {TWO_WAYS:Q}; {WAYS_TO_WRITE_PROGRAMS}
+{"P": [[2, 0], [0, 2]], "q": null} => q: {MISSING}; add the objective, q'x
+{"P": [[2, 0], [0, 2]], "q": [-2, -4], "G": [["1", "1"]], "h": null}
+    => h: {MISSING}; {LEAVE_BOTH_OUT:G}
+{"P": [[2, 0], [0, 2]], "q": [-2, -4], "G": [["1", "1"]], "h": ["-inf"]}
+    => h[0]: {IS:minus infinity}; {NO_BOUND_ABOVE}{FROM_0}
+{"P": [[2, 0], [0, 2]], "q": [-2, -4], "G": null, "h": ["1"]}
+    => G: {MISSING}; {LEAVE_BOTH_OUT:h}
+{"P": [[2, 0], [0, 2]], "q": [-2, -4], "A": [["1", "1"]], "b": [null]}
+    => b[0]: {IS:null}; {REAL}{FROM_0}
+{"P": [[2, 0], [0, 2]], "q": [-2, -4], "A": [["1", "1"]], "b": ["inf"]}
+    => b[0]: {NOT_FINITE}; {FINITE}{FROM_0}
+{"P": [[2, 0], [0, 2]], "q": [-2, -4], "lb": ["inf", 0]}
+    => lb[0]: {IS:infinite}; {NO_BOUND_BELOW}{FROM_0}
+{"P": [[2, 0], [0, 2]], "q": [-2, -4], "ub": "Minus"}
+    => ub: {IS:the text 'Minus'}; {ONE_OR_A_LIST}
+{"P": [[2, 0], [0, 2]], "q": [-2, -4], "lb": "1", "ub": "0"}
+    => lb[0]: {ABOVE:1|ub[0]|0}; {IN_ORDER}{FROM_0}
+{"P": [[2, 0], [0, 2]], "q": [-2, -4], "A": [[1, 1]], "l": ["inf"], "u": [null]}
+    => l[0]: {IS:infinite}; {NO_BOUND_BELOW}{FROM_0}
+{"P": [[2, 0], [0, 2]], "q": [-2, -4], "A": [[1, 1]], "l": ["x"], "u": [null]}
+    => l[0]: {IS:the text 'x'}; {REAL}{FROM_0}
+{"P": [[2, 0], [0, 2]], "q": [-2, -4], "A": [[1, 1]], "l": null, "u": null}
+    => l: {MISSING}; {LEAVE_BOTH_OUT:A}
+{"A": [["3", "x"], [0, 2]], "B": [[2, 0], [0, 3]]}
+    => A[0][1]: {IS:the text 'x'}; {REAL}{FROM_0}
+{"A": [["3", "1/0"], [0, 2]], "B": [[2, 0], [0, 3]]}
+    => A[0][1]: {IS:the text '1/0'}; {REAL}{FROM_0}
+{"A": [["3", "inf"], [0, 2]], "B": [[2, 0], [0, 3]]}
+    => A[0][1]: {NOT_FINITE}; {FINITE}{FROM_0}
+{"A": [["3", null], [0, 2]], "B": [[2, 0], [0, 3]]}
+    => A[0][1]: {IS:null}; {REAL}{FROM_0}
+{"A": [[3, 0], [0, 2]], "B": null} => B: {MISSING}; add the key B, -A in a zero-sum game
+{"A": [[3, 0], [0, 2]], "B": [[2, 0], [0, 3]], "sense": "least"}
+    => sense: {IS:'least'}; give "max" for payoffs or "min" for costs
+""",
+)
+TEXTS += contents(
+    "bad.csv",
+    r"""
+2,1,-5\n1,1/0,-6\n => line 2, column 2: is '1/0', a division by 0; {A_NUMBER}
+2,1,-5\n1,1.5/2,-6\n
+    => line 2, column 2: is '1.5/2', not a number; write integers, as in 15/29
+2,1,-5\n1,1/x,-6\n
+    => line 2, column 2: is '1/x', not a number; write integers, as in 15/29
+2,1,-5\n1,inf,-6\n
+    => line 2, column 2: is 'inf'; give a finite number in double precision
+x,y,q,upper\n2,1,-5,big\n1,2,-6,1\n => line 2, column 4: is 'big', not a number; {REAL}
+""",
+)
+
 ORIGINS = contents(
     "bad.json",
     r"""
@@ -1181,6 +1326,7 @@ solve p.json --lower 1 => --lower: {FOR_M_AND_Q:a program}; {BOUNDS_IN_FILE}
 
 
 REFUSALS = [
+    *TEXTS,
     *(*NAMED, *CSV, *JSON, *LONG_INTEGER, *KEYS, *SPARSE, *ORIGINS),
     *(*MATRIX_MARKET, *LONG_ENTRY, *TWO_FILES, *LABELS, *FOREIGN, *NOTHING, *CONTACTS),
     *(*PROGRAMS, *CHANGED_PROGRAMS, *MORE_KEYS, *FROM_QP, *TWO_FORMS),
