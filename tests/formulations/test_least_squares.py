@@ -13,7 +13,6 @@ from scipy import optimize
 from scipy.sparse import csr_array
 
 import lcpcli
-from lcpcli.errors import ProblemError
 from lcpcli.formulations.least_squares.active_set import (
     Minimizer,
     are_clear,
@@ -25,6 +24,7 @@ from lcpcli.linalg.doubles import EPS
 from lcpcli.model.box import BASIC
 
 from .. import exact
+from ..refusals import calls, raised
 from ..seeds import few_of
 
 PEAKS = {
@@ -231,22 +231,23 @@ def test_no_measurements_or_no_coefficients_are_a_fit(
     assert lcpcli.read(str(tmp_path / "fit.npz")).n == problem.n
 
 
-@pytest.mark.parametrize(
-    ("given", "line"),
-    [
-        (([[1, 2]], [1, 2]), "b: has 2 entries for 1 row of A; make them agree"),
-        (([[1, 2], [3]], [1, 2]), "A[1]: has 1 entry where A[0] has 2; make all "),
-        (([[1, float("nan")]], [1]), "A[0][1]: is not a finite number"),
-        (([[]], [1, 2]), "b: has 2 entries for 1 row of A; make them agree"),
-        (([[1]], [1], 2, 1), "lower[0]: is 2, above upper[0] = 1; make every lower "),
-        (([[1]], [1], 0, 1, [[1]]), "d: is missing, though there is E; add it, or "),
-        (([[1]], [1], 0, 1, [1, 1], 1), "E: has 2 columns for 1 coefficient; make "),
-    ],
+WRONG = calls(
+    "ProblemError",
+    r"""
+lsq([[1, 2]], [1, 2]) => b: {ENTRIES:2 entries|1 row of A}; {AGREE}
+lsq([[1, 2], [3]], [1, 2]) => A[1]: {ENTRIES_WHERE:1 entry|A[0]|2}; {ALIKE_ROWS}{FROM_0}
+lsq([[1, nan]], [1]) => A[0][1]: {NOT_FINITE}; {FINITE}{FROM_0}
+lsq([[]], [1, 2]) => b: {ENTRIES:2 entries|1 row of A}; {AGREE}
+lsq([[1]], [1], 2, 1) => lower[0]: {ABOVE:2|upper[0]|1}; {IN_ORDER}{FROM_0}
+lsq([[1]], [1], 0, 1, [[1]]) => d: is missing, though there is E; add it, or leave E out
+lsq([[1]], [1], 0, 1, [1, 1], 1) => E: {ENTRIES:2 columns|1 coefficient}; {AGREE}
+""",
 )
-def test_bad_input_gets_a_line_that_names_the_argument(given, line):
-    with pytest.raises(ProblemError) as caught:
-        lcpcli.lsq(*given)
-    assert str(caught.value).startswith(line)
+
+
+@pytest.mark.parametrize("refusal", WRONG, ids=str)
+def test_bad_input_gets_a_line_that_names_the_argument(refusal):
+    assert raised(refusal.command, {}) == refusal.line
 
 
 @pytest.mark.parametrize("suffix", ["json", "npz", "mat"])

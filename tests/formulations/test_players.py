@@ -9,8 +9,9 @@ import numpy as np
 import pytest
 
 import lcpcli
-from lcpcli.errors import ProblemError
 from lcpcli.solving import driver
+
+from ..refusals import contents
 
 INF = np.inf
 # Three producers with costs 1, 2, 3 and 4, 3, 2 a unit, at a price of 20 less all that
@@ -260,50 +261,50 @@ def test_check_takes_fractions_of_all_players(lcp, tmp_path):
     assert lcp(f"check {file} 2,1,1").code == 1
 
 
-@pytest.mark.parametrize(
-    ("changed", "where", "fault"),
-    [
-        ({"sizes": [1, 1]}, "sizes", "have the sum 2 and c has 3 entries"),
-        ({"sizes": []}, "sizes", "is empty"),
-        ({"sizes": 3}, "sizes", "is a number"),
-        ({"sizes": [1, 1, 0]}, "sizes[2]", "is 0"),
-        ({"sizes": [1.5, 1, 1]}, "sizes[0]", "is 1.5"),
-        ({"sizes": ["a", 1, 1]}, "sizes[0]", "is the text 'a'"),
-        ({"sizes": None}, "sizes", "is null"),
-        ({"c": []}, "c", "is empty"),
-        ({"H": [[1, 2, 3]]}, "H", "is 1 x 3"),
-        ({"sizes": [2, 1], "players": []}, "H[0][1]", "is 1"),
-        (
-            {"H": [[-1, 1, 1], [1, 2, 1], [1, 1, 2]]},
-            "H",
-            "makes the cost of Ann not convex in the variables of this player",
-        ),
-        ({"owner": [0]}, "owner", "has 1 entry for 0 rows"),
-        ({"owner": 3}, "owner", "is a number"),
-        (
-            {"A": [[1, 1, 1]], "b": [1], "owner": ["Dan"]},
-            "owner[0]",
-            "is the text 'Dan'",
-        ),
-        ({"A": [[1, 1, 1]], "b": [1], "owner": [3]}, "owner[0]", "is 3"),
-        ({"A": [[1, 1, 1]], "b": [1], "owner": [0.5]}, "owner[0]", "is 0.5"),
-        ({"A": [[1, 1, 1]], "b": [1], "owner": [True]}, "owner[0]", "is true"),
-        ({"shared": "some"}, "shared", "is the text 'some'"),
-        ({"shared": 3}, "shared", "is a number"),
-        ({"players": ["Ann"]}, "players", "has 1 name for 3 players"),
-        ({"free": [0]}, "free", "is not a key of a game of players"),
-    ],
+WRONG = contents(
+    "game.json",
+    r"""
+"sizes": [1, 1] => sizes: have the sum 2 and c has 3 entries; {AGREE}
+"sizes": [] => sizes: {EMPTY}; give a number of unknowns for each player
+"sizes": 3 => sizes: {IS:a number}; give a number of unknowns for each player
+"sizes": [1, 1, 0] => sizes[2]: {IS:0}; {FROM_ONE}{FROM_0}
+"sizes": [1.5, 1, 1] => sizes[0]: {IS:1.5}; {FROM_ONE}{FROM_0}
+"sizes": ["a", 1, 1] => sizes[0]: {IS:the text 'a'}; {FROM_ONE}{FROM_0}
+"sizes": null => sizes: {IS:null}; give its numbers
+"c": [] => c: {EMPTY}; {ONE_VARIABLE}
+"H": [[1, 2, 3]] => H: {SHAPE:1|3}; {SQUARE}
+"sizes": [2, 1], "players": [], "H": [[2, 1, 1], [3, 2, 1], [1, 1, 2]]
+    => H[0][1]: {TWO_VALUES:1|H[1][0] is 3, so that the part of player 1 is not
+    symmetric}; give the gradient of its cost, with a symmetric part{FROM_0}
+"H": [[-1, 1, 1], [1, 2, 1], [1, 1, 2]]
+    => H: makes the cost of Ann not convex in the variables of this player; its part of
+    H has to be positive semidefinite
+"owner": [0] => owner: {ENTRIES:1 entry|0 rows}; {AGREE}
+"owner": 3 => owner: {IS:a number}; give a player for each row
+"A": [[1, 1, 1]], "b": [1], "owner": ["Dan"]
+    => owner[0]: {IS:the text 'Dan'}; give a player by its name, by its number from 0 to
+    2, or null
+"A": [[1, 1, 1]], "b": [1], "owner": [3]
+    => owner[0]: {IS:3}; give a player by its name, by its number from 0 to 2, or null
+"A": [[1, 1, 1]], "b": [1], "owner": [0.5]
+    => owner[0]: {IS:0.5}; give a player by its name, by its number from 0 to 2, or null
+"A": [[1, 1, 1]], "b": [1], "owner": [true]
+    => owner[0]: {IS:true}; give a player by its name, by its number from 0 to 2, or
+    null
+"shared": "some" => shared: {IS:the text 'some'}; give common or each
+"shared": 3 => shared: {IS:a number}; give common or each
+"players": ["Ann"] => players: {ENTRIES:1 name|3 players}; {AGREE}
+"free": [0]
+    => free: {NO_KEY:a game of players}; the keys are sizes, H, c, A, b, row_lower,
+    row_upper, lower, upper, owner, shared, players, columns, rows, name, source, note
+""",
+    made=lambda keys: json.dumps(MARKET | json.loads(f"{{{keys}}}")),
 )
-def test_what_is_wrong_is_named(changed, where, fault, tmp_path):
-    data = {**MARKET, **changed}
-    if where == "H[0][1]":
-        data["H"] = [[2, 1, 1], [3, 2, 1], [1, 1, 2]]
-    file = tmp_path / "game.json"
-    file.write_text(json.dumps(data))
-    with pytest.raises(ProblemError) as error:
-        lcpcli.read(str(file))
-    assert error.value.parts[-1] == where
-    assert fault in error.value.fault
+
+
+@pytest.mark.parametrize("refusal", WRONG, ids=str)
+def test_what_is_wrong_is_named(refusal, refused):
+    assert refused(refusal.command, refusal.files) == refusal.line
 
 
 PENNIES, OTHER = [[1, -1], [-1, 1]], [[-1, 1], [1, -1]]
@@ -423,62 +424,53 @@ def test_strategies_in_text_json_and_csv(lcp, tmp_path):
     assert lcp(f"check {file} 1,0,1,0,1,0").code == 1
 
 
-@pytest.mark.parametrize(
-    ("changed", "where", "fault"),
-    [
-        ({"payoffs": None}, "payoffs", "is null"),
-        ({"payoffs": []}, "payoffs", "is a list"),
-        ({"payoffs": {}}, "payoffs", "is empty"),
-        ({"payoffs": {"Ann": [[1]]}}, "payoffs[Ann]", "is no pair"),
-        ({"payoffs": {"Ann": {"Dan": [[1]]}}}, "payoffs[Ann][Dan]", "no player 'Dan'"),
-        ({"payoffs": {"Ann": {"Ann": [[1]]}}}, "payoffs[Ann][Ann]", "against itself"),
-        ({"payoffs": {"Ann": {"Bob": 3}}}, "payoffs[Ann][Bob]", "is no matrix"),
-        ({"payoffs": {"Ann": {"Bob": []}}}, "payoffs[Ann][Bob]", "is empty"),
-        ({"payoffs": {"Ann": {"Bob": [[]]}}}, "payoffs[Ann][Bob]", "is no matrix"),
-        (
-            {"payoffs": {"Ann": {"Bob": [[1], [1, 2]]}}},
-            "payoffs[Ann][Bob][1]",
-            "has 2 entries and row 0 has 1",
-        ),
-        (
-            {"payoffs": {"Ann": {"Bob": [["x"]]}}},
-            "payoffs[Ann][Bob][0][0]",
-            "is the text 'x'",
-        ),
-        (
-            {"payoffs": {"Ann": {"Bob": [["inf"]]}}},
-            "payoffs[Ann][Bob][0][0]",
-            "is the text 'inf'",
-        ),
-        (
-            {"payoffs": {"Ann": {"Bob": [[1e301]]}}},
-            "payoffs[Ann][Bob][0][0]",
-            "is too large for doubles",
-        ),
-        (
-            {"payoffs": {"Ann": {"Bob": [[1]]}, "Bob": {"Ann": [[1, 2]]}}},
-            "payoffs[Bob][Ann]",
-            "has 2 actions of player 0, not 1",
-        ),
-        (
-            {"payoffs": {"Ann": {"Bob": [[1]]}}},
-            "payoffs",
-            "has no pair of player 'Cid'",
-        ),
-        ({"actions": 3}, "actions", "is a number"),
-        ({"actions": [["a", "b"]]}, "actions", "has 1 list for 3 players"),
-        ({"actions": [["a"], ["b"], ["c"]]}, "actions[0]", "has 1 name for 2 actions"),
-        ({"players": "Ann"}, "players", "is the text 'Ann'"),
-        ({"sense": "min"}, "sense", "is not a key of a polymatrix game"),
-    ],
+WRONG_PAYOFFS = contents(
+    "game.json",
+    r"""
+"payoffs": null => payoffs: {IS:null}; give matrices by pairs
+"payoffs": []
+    => payoffs: {IS:a list}; give an object of matrices by players, and by those they
+    play against
+"payoffs": {} => payoffs: {EMPTY}; give a matrix for a pair of players
+"payoffs": {"Ann": [[1]]}
+    => payoffs[Ann]: {IS:no pair}; give two players, by name or by index
+"payoffs": {"Ann": {"Dan": [[1]]}}
+    => payoffs[Ann][Dan]: has no player 'Dan'; give two players, by name or by index
+"payoffs": {"Ann": {"Ann": [[1]]}}
+    => payoffs[Ann][Ann]: has a player against itself; give two players, by name or by
+    index
+"payoffs": {"Ann": {"Bob": 3}}
+    => payoffs[Ann][Bob]: {IS:no matrix}; give its rows, each a list of payoffs
+"payoffs": {"Ann": {"Bob": []}}
+    => payoffs[Ann][Bob]: {EMPTY}; give its rows, each a list of payoffs
+"payoffs": {"Ann": {"Bob": [[]]}}
+    => payoffs[Ann][Bob]: {IS:no matrix}; give its rows, each a list of payoffs
+"payoffs": {"Ann": {"Bob": [[1], [1, 2]]}}
+    => payoffs[Ann][Bob][1]: has 2 entries and row 0 has 1; {AGREE}{FROM_0}
+"payoffs": {"Ann": {"Bob": [["x"]]}}
+    => payoffs[Ann][Bob][0][0]: {IS:the text 'x'}; {A_NUMBER}
+"payoffs": {"Ann": {"Bob": [["inf"]]}}
+    => payoffs[Ann][Bob][0][0]: {IS:the text 'inf'}; {A_NUMBER}
+"payoffs": {"Ann": {"Bob": [[1e+301]]}}
+    => payoffs[Ann][Bob][0][0]: {IS:too large for doubles}; {SCALE_PAYOFFS}
+"payoffs": {"Ann": {"Bob": [[1]]}, "Bob": {"Ann": [[1, 2]]}}
+    => payoffs[Bob][Ann]: has 2 actions of player 0, not 1; {AGREE}{FROM_0}
+"payoffs": {"Ann": {"Bob": [[1]]}} => payoffs: has no pair of player 'Cid'; add one
+"actions": 3 => actions: {IS:a number}; give a list of names for each player
+"actions": [["a", "b"]] => actions: {ENTRIES:1 list|3 players}; {AGREE}
+"actions": [["a"], ["b"], ["c"]] => actions[0]: {ENTRIES:1 name|2 actions}; {AGREE}
+"players": "Ann" => players: {IS:the text 'Ann'}; {A_LIST_OF_NAMES}
+"sense": "min"
+    => sense: {NO_KEY:a polymatrix game}; the keys are payoffs, players, actions, name,
+    source, note
+""",
+    made=lambda keys: json.dumps(RING | json.loads(f"{{{keys}}}")),
 )
-def test_what_is_wrong_with_payoffs_is_named(changed, where, fault, tmp_path):
-    file = tmp_path / "game.json"
-    file.write_text(json.dumps(RING | changed))
-    with pytest.raises(ProblemError) as error:
-        lcpcli.read(str(file))
-    assert error.value.parts[-1] == where
-    assert fault in error.value.fault
+
+
+@pytest.mark.parametrize("refusal", WRONG_PAYOFFS, ids=str)
+def test_what_is_wrong_with_payoffs_is_named(refusal, refused):
+    assert refused(refusal.command, refusal.files) == refusal.line
 
 
 def test_check_of_exact_numbers_is_exact():

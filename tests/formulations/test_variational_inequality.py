@@ -8,8 +8,9 @@ import pytest
 from scipy.optimize import linprog
 
 import lcpcli
-from lcpcli.errors import ProblemError
 from lcpcli.model.problem import Problem
+
+from ..refusals import contents
 
 TURN = [[0, 1], [-1, 0]]  # H + H' = 0
 INDEFINITE = [[-1, 0], [0, -1]]
@@ -200,31 +201,35 @@ def test_its_answer_in_text_json_and_csv(lcp, tmp_path):
     ]
 
 
-@pytest.mark.parametrize(
-    ("changed", "where", "fault"),
-    [
-        ({"H": None}, "H", "is null"),
-        ({"H": [[1, 2]]}, "H", "is 1 x 2"),
-        ({"H": [[1]]}, "H", "is 1 x 1 but h has 2 entries"),
-        ({"h": []}, "h", "is empty"),
-        ({"h": ["x", 1]}, "h[0]", "is"),
-        ({"A": [[1]]}, "A", "has 1 column for 2 variables"),
-        ({"A": None}, "A", "is missing"),
-        ({"row_upper": None}, "row_lower", "is missing"),
-        ({"row_lower": 3}, "row_lower[0]", "is 3, above row_upper[0] = 2"),
-        ({"b": 1, "row_lower": 0}, "b", "is short for row_lower"),
-        ({"upper": [1]}, "upper", "has 1 entry for 2 variables"),
-        ({"upper": -1}, "lower[0]", "is 0, above upper[0] = -1"),
-        ({"rows": ["a", "b"]}, "rows", "has 2 names for 1 row"),
-        ({"columns": ["a"]}, "columns", "has 1 name for 2 variables"),
-        ({"sense": "max"}, "sense", "is not a key of a variational inequality"),
-        ({"Q": [[1]]}, "Q", "is not a key of a variational inequality"),
-    ],
+WRONG = contents(
+    "avi.json",
+    r"""
+"H": null => H: {IS:null}; give its numbers
+"H": [[1, 2]] => H: {SHAPE:1|2}; {SQUARE}
+"H": [[1]] => H: {SHAPE_BESIDE:1 x 1|h|2 entries}; {AGREE}
+"h": [] => h: {EMPTY}; {ONE_VARIABLE}
+"h": ["x", 1] => h[0]: {IS:the text 'x'}; {REAL}{FROM_0}
+"A": [[1]] => A: {ENTRIES:1 column|2 variables}; {AGREE}
+"A": null => A: {MISSING}; {LEAVE_BOTH_OUT:row_upper}
+"row_upper": null => row_lower: {MISSING}; {LEAVE_BOTH_OUT:A}
+"row_lower": 3 => row_lower[0]: {ABOVE:3|row_upper[0]|2}; {IN_ORDER}{FROM_0}
+"b": 1, "row_lower": 0
+    => b: is short for row_lower, which is passed too; {LEAVE_ONE_OUT}
+"upper": [1] => upper: {ENTRIES:1 entry|2 variables}; {AGREE}
+"upper": -1 => lower[0]: {ABOVE:0|upper[0]|-1}; {IN_ORDER}{FROM_0}
+"rows": ["a", "b"] => rows: {ENTRIES:2 names|1 row}; {AGREE}
+"columns": ["a"] => columns: {ENTRIES:1 name|2 variables}; {AGREE}
+"sense": "max"
+    => sense: {NO_KEY:a variational inequality}; the keys are H, h, A, b, row_lower,
+    row_upper, lower, upper, rows, columns, name, source, note
+"Q": [[1]]
+    => Q: {NO_KEY:a variational inequality}; the keys are H, h, A, b, row_lower,
+    row_upper, lower, upper, rows, columns, name, source, note
+""",
+    made=lambda keys: json.dumps(DATA | json.loads(f"{{{keys}}}")),
 )
-def test_what_is_wrong_is_named(changed, where, fault, tmp_path):
-    file = tmp_path / "avi.json"
-    file.write_text(json.dumps(DATA | changed))
-    with pytest.raises(ProblemError) as error:
-        lcpcli.read(str(file))
-    assert error.value.parts[-1] == where
-    assert fault in error.value.fault
+
+
+@pytest.mark.parametrize("refusal", WRONG, ids=str)
+def test_what_is_wrong_is_named(refusal, refused):
+    assert refused(refusal.command, refusal.files) == refusal.line
