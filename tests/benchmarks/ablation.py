@@ -31,7 +31,7 @@ import textwrap
 import time
 import tokenize
 from collections import defaultdict
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable
 from itertools import chain
 from pathlib import Path
 from statistics import median
@@ -95,7 +95,7 @@ class Switch(NamedTuple):
     is_constant: bool = False
 
 
-def constants() -> Iterator[Switch]:
+def constants():
     """Two switches for each number that a module of the package names: half and double.
 
     Of an integer, half is rounded down, and 0 and others that would not change are left
@@ -139,39 +139,39 @@ def constants() -> Iterator[Switch]:
                 )
 
 
-def never(_: Any) -> Any:
+def never(_):
     """A condition that does not hold."""
     return lambda *_, **__: False
 
 
-def nothing(_: Any) -> Any:
+def nothing(_):
     """A function that has no answer."""
     return lambda *_, **__: None
 
 
-def constant(value: Any) -> Callable[[Any], Any]:
+def constant(value):
     return lambda _: value
 
 
-def lacking(*numbers: int) -> Callable[[Any], Any]:
+def lacking(*numbers):
     """A table without rows of these numbers."""
     return lambda table: tuple(row for i, row in enumerate(table) if i not in numbers)
 
 
-def empty(_: Any) -> Any:
+def empty(_):
     """A generator of nothing."""
     return lambda *_, **__: iter(())
 
 
-def first(_: Any) -> Any:
+def first(_):
     """A function that returns its first argument."""
     return lambda value, *_, **__: value
 
 
-def fails(_: Any) -> Any:
+def fails(_):
     """A stage that ends at once."""
 
-    def stage(*_: Any, **__: Any) -> Any:
+    def stage(*_, **__):
         from lcpcli.methods.stages import Breakdown
 
         yield from ()
@@ -180,10 +180,10 @@ def fails(_: Any) -> Any:
     return stage
 
 
-def stalls(_: Any) -> Any:
+def stalls(_):
     """A stage that leaves the problem to the next one."""
 
-    def stage(*_: Any, **__: Any) -> Any:
+    def stage(*_, **__):
         from lcpcli.methods.stages import Stalled
 
         yield from ()
@@ -192,40 +192,40 @@ def stalls(_: Any) -> Any:
     return stage
 
 
-def passes(_: Any) -> Any:
+def passes(_):
     """`finish` without what it adds to its stage."""
 
-    def finish(_: Any, __: Any, stage: Any) -> Any:
+    def finish(_, __, stage):
         return (yield from stage)
 
     return finish
 
 
-def prop(value: Any) -> Callable[[Any], Any]:
+def prop(value):
     """A property of this value."""
     return lambda _: property(lambda _: value)
 
 
-def edited(*changes: tuple[str, str]) -> Callable[[Any], Any]:
+def edited(*changes):
     """The function with other words in its source."""
 
-    def off(function: Any) -> Any:
+    def off(function):
         plain = inspect.unwrap(getattr(function, "func", function))
         source = textwrap.dedent(inspect.getsource(plain))
         for before, after in changes:
             assert source.count(before) == 1, f"{before!r} in {plain.__qualname__}"
             source = source.replace(before, after)
-        names: dict[str, Any] = {}
+        names = {}
         exec("from __future__ import annotations\n" + source, plain.__globals__, names)
         return names[plain.__name__]
 
     return off
 
 
-def without(*fields: str) -> Callable[[Any], Any]:
+def without(*fields):
     """A table without its row that begins with these words, or has this key."""
 
-    def off(table: Any) -> Any:
+    def off(table):
         if isinstance(table, dict):
             return {key: table[key] for key in table if key not in fields}
         left = tuple(row for row in table if row[: len(fields)] != fields)
@@ -235,30 +235,30 @@ def without(*fields: str) -> Callable[[Any], Any]:
     return off
 
 
-def _units(M: Any) -> Any:
+def _units(M):
     from lcpcli.linalg.units import units
 
     return units(M)
 
 
-def _confirmed(z: Any, basis: Any) -> Any:
+def _confirmed(z, basis):
     from lcpcli.verify.final_states import VerifiedPoint
 
     return VerifiedPoint(z, basis)
 
 
-def _in_range(problem: Any, y: Any) -> Any:
+def _in_range(problem, y):
     from lcpcli.verify import certificate
 
     return certificate._in_range(problem, y)
 
 
-def _no_improvement(*_: Any) -> Any:
+def _no_improvement(*_):
     yield from ()
     return False
 
 
-def begun(row: Any) -> Callable[..., Any]:
+def begun(row):
     """Return the function that is called where an attempt of auto begins."""
     for cell in row.begin.__closure__ or ():
         if isinstance(cell.cell_contents, str):
@@ -268,7 +268,7 @@ def begun(row: Any) -> Callable[..., Any]:
     return row.begin
 
 
-def rows() -> Iterator[Switch]:
+def rows():
     """A switch for each row of the table of auto, and for each rule of presolve."""
     from lcpcli.auto import attempts
     from lcpcli.presolve import presolve
@@ -306,7 +306,7 @@ def rows() -> Iterator[Switch]:
 
 
 U, P, J = "linalg.units", "verify.point:", "methods.josephy_newton:_JosephyNewton."
-SWITCHES: tuple[Switch, ...] = (
+SWITCHES = (
     # The units of rows and columns, by six routes.
     Switch(
         "units of a band",
@@ -647,18 +647,18 @@ SWITCHES: tuple[Switch, ...] = (
 )
 
 
-def place(target: str) -> tuple[Any, str]:
+def place(target):
     """Return the module or class that has the target, and its name there."""
     module, _, names = target.partition(":")
     *outer, name = names.split(".")
-    found: Any = importlib.import_module(f"lcpcli.{module}")
+    found = importlib.import_module(f"lcpcli.{module}")
     for each in outer:
         found = getattr(found, each)
     return found, name
 
 
 @contextlib.contextmanager
-def switched(target: str, off: Callable[[Any], Any]) -> Iterator[None]:
+def switched(target, off):
     """Replace the target in all modules of the package that have imported it."""
     owner, name = place(target)
     before = inspect.getattr_static(owner, name)
@@ -679,7 +679,7 @@ def switched(target: str, off: Callable[[Any], Any]) -> Iterator[None]:
             setattr(each, name, before)
 
 
-def tokens(target: str) -> int:
+def tokens(target):
     """Return the tokens of a function, class or constant of a module; 0 for one of a
     module that needs a package which is missing."""
     try:
@@ -711,7 +711,7 @@ class Sampled:
     calls : the functions of the package that its run calls, as (file, first line).
     """
 
-    def __init__(self, population: Any, case: Any) -> None:
+    def __init__(self, population, case):
         self.key = f"{population.__name__} {case.key}"
         self._population, self._case = population, case
         self._pickled: bytes | None = None
@@ -719,7 +719,7 @@ class Sampled:
         self.entry: dict[str, Any] = {}
         self.seconds = np.inf
 
-    def run(self) -> tuple[dict[str, Any], float]:
+    def run(self):
         """Return the outcome and the processor time, without that of making the
         problem."""
         if self._pickled is None:
@@ -736,15 +736,15 @@ class Sampled:
             entry = {"status": f"{type(error).__name__}: {error}"}
         return entry, time.process_time() - start
 
-    def begin(self, known: dict[str, Any]) -> None:
+    def begin(self, known):
         """Run it with a list of the functions called, and again for the time, or take
         what is known of an earlier sample."""
         if self.key in known:
             self.__dict__.update(known[self.key])
             return
-        called: set[tuple[str, int]] = set()
+        called = set()
 
-        def note(frame: Any, event: str, _: Any) -> None:
+        def note(frame, event, _):
             if event == "call":
                 code = frame.f_code
                 called.add((code.co_filename, code.co_firstlineno))
@@ -761,7 +761,7 @@ class Sampled:
         self.calls = frozenset(each for each in called if each[0].startswith(PACKAGE))
         self.seconds = min(self.run()[1] for _ in range(2))
 
-    def known(self) -> dict[str, Any]:
+    def known(self):
         """Return what another process need not find again."""
         return {key: value for key, value in vars(self).items() if key not in NOT_KEPT}
 
@@ -778,10 +778,10 @@ class Bench:
 
     __name__ = "bench"
 
-    def __init__(self, folder: Path) -> None:
+    def __init__(self, folder):
         self.rows = bench_rows.rows(folder, [])
 
-    def cases(self, _: int) -> list[Row]:
+    def cases(self, _):
         large = [
             Row(f"large {family} {n}", bench_rows.of_family(family, n))
             for family, n in LARGE
@@ -792,16 +792,14 @@ class Bench:
             if not name.startswith(("start-up", "on request"))
         ]
 
-    def outcome(self, _: Row, call: Any) -> dict[str, Any]:
+    def outcome(self, _, call):
         found = call()
         if not hasattr(found, "status"):
             return {"status": "done"}
         return {"status": found.status.word, "iterations": found.iterations}
 
 
-def sample(
-    folder: Path, data: Path | None, of_a_kind: int, file: Path | None
-) -> list[Sampled]:
+def sample(folder, data, of_a_kind, file):
     """Return problems of all kinds, each of which takes at most SLOWEST. file : where
     what is known of them is kept."""
     known = pickle.loads(file.read_bytes()) if file and file.exists() else {}
@@ -829,18 +827,18 @@ def sample(
     return [each for each in found if each.calls]
 
 
-def kind_of(key: str) -> str:
+def kind_of(key):
     """Return the kind of a case: the folder of a file, or two words of the key."""
     if key.startswith("file "):
         return key.rpartition("/")[0]
     return " ".join([word for word in key.split() if not word.isdigit()][:2])
 
 
-def is_verdict(entry: dict[str, Any]) -> bool:
+def is_verdict(entry):
     return entry["status"] == "solved" or bool(entry.get("proof"))
 
 
-def used_by(switch: Switch, sampled: Sequence[Sampled]) -> list[Sampled]:
+def used_by(switch, sampled):
     """Return the problems whose run calls what the switch turns off, or what goes with
     it; all of them if it names no function."""
     if switch.is_constant:
@@ -860,7 +858,7 @@ def used_by(switch: Switch, sampled: Sequence[Sampled]) -> list[Sampled]:
     return [each for each in sampled if not codes or each.calls & codes]
 
 
-def ratio(each: Sampled, switch: Switch) -> float:
+def ratio(each, switch):
     """Return the ratio of time, off over on, the median of pairs."""
     ratios = []
     for _ in range(PAIRS):
@@ -872,7 +870,7 @@ def ratio(each: Sampled, switch: Switch) -> float:
     return median(ratios)
 
 
-def row(switch: Switch, sampled: Sequence[Sampled], most: int) -> str:
+def row(switch, sampled, most):
     """Return the row of the table for a switch."""
     used = used_by(switch, sampled)
     chosen = used
@@ -914,7 +912,7 @@ def row(switch: Switch, sampled: Sequence[Sampled], most: int) -> str:
     return f"| {switch.name} | {cells} | {times} | {worst:.2f} {key} | {words} |"
 
 
-def tried(switch: Switch, sampled: Sequence[Sampled], most: int) -> str:
+def tried(switch, sampled, most):
     """Return its row, or why it cannot be switched off."""
     try:
         return row(switch, sampled, most)
@@ -928,7 +926,7 @@ HEAD = (
 )
 
 
-def main() -> None:
+def main():
     parser = argparse.ArgumentParser(
         description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
     )
@@ -940,9 +938,7 @@ def main() -> None:
     parser.add_argument("--most", type=int, default=400, help="problems of a switch")
     parser.add_argument("-o", "--output", type=Path, help="the table is added to it")
     asked = parser.parse_args()
-    switches: Sequence[Switch] = (
-        list(constants()) if asked.constants else [*SWITCHES, *rows()]
-    )
+    switches = list(constants()) if asked.constants else [*SWITCHES, *rows()]
     switches = [each for each in switches if each.name.startswith(tuple(asked.only))]
     if not asked.constants:
         switches.sort(key=lambda each: -sum(map(tokens, each.goes or (each.target,))))

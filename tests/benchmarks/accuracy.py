@@ -13,7 +13,7 @@ import math
 import statistics
 import sys
 from collections import Counter
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from fractions import Fraction
 from itertools import groupby, product
 from operator import itemgetter
@@ -22,9 +22,8 @@ from typing import NamedTuple
 import numpy as np
 
 from lcpcli.bench import record as records
-from lcpcli.bench.record import BenchRecord, Measurement
 from lcpcli.bench.report import sheet
-from lcpcli.bench.suites import Case, prepare
+from lcpcli.bench.suites import prepare
 from lcpcli.errors import count
 from lcpcli.linalg import definite_systems, matrices
 from lcpcli.linalg.doubles import EPS, ROW_ROUNDING
@@ -35,9 +34,8 @@ from lcpcli.model.problem import Problem
 from lcpcli.rational import elimination
 from lcpcli.rational.numbers import in_integers, rounded
 from lcpcli.report import wording
-from lcpcli.report.document import Document, Section, typeset
+from lcpcli.report.document import Document, typeset
 from lcpcli.report.wording import LEVELS
-from lcpcli.typing import Indices, Matrix, Vector
 
 STRUCTURES = {"beam", "plate", "frame"}  # families of the gallery
 # The suites whose families are in order of stiffness.
@@ -62,7 +60,7 @@ LARGEST_CONDITION = 1e-3 / EPS
 Curve = Sequence[tuple[int, float, float | None]]
 
 
-def reached(record: BenchRecord) -> Section:
+def reached(record):
     """Return the time that each method needs to reach an error of LISTED_LEVEL on each
     problem."""
     times = {
@@ -89,9 +87,7 @@ def reached(record: BenchRecord) -> Section:
     return sheet(title, ["problem", *record.methods], [rows])
 
 
-def competing(
-    record: BenchRecord,
-) -> Iterator[tuple[str, dict[str, dict[float, float]]]]:
+def competing(record):
     """Yield the problems with a known solution on which at least two methods ran: the
     name, and the seconds of each method until each level of error, by the iterates that
     the record has."""
@@ -113,7 +109,7 @@ def competing(
             )
 
 
-def firsts_of(curve: Curve, size: float) -> Iterator[tuple[float, float]]:
+def firsts_of(curve, size):
     """Yield each level of error that a run reaches, with the seconds until then. size :
     of the solution."""
     for level in LEVELS:
@@ -126,7 +122,7 @@ def firsts_of(curve: Curve, size: float) -> Iterator[tuple[float, float]]:
             yield level, times[0]
 
 
-def condition(problem: object) -> float | None:
+def condition(problem):
     """Return the condition of the only solution of a linear problem, its `sensitivity`
     over its largest component; None if it is unknown, or 0."""
     if (
@@ -139,7 +135,7 @@ def condition(problem: object) -> float | None:
     return found / problem.size_of_solutions if found else None
 
 
-def forward_error(problem: Problem, error: float | None) -> float | None:
+def forward_error(problem, error):
     """Return an error in units of eps times the condition: the effect of rounding the
     data."""
     own = condition(problem)
@@ -151,7 +147,7 @@ def forward_error(problem: Problem, error: float | None) -> float | None:
 
 
 @np.errstate(all="ignore")
-def sensitivity(problem: Problem, z: Vector) -> float | None:
+def sensitivity(problem, z):
     """Return the largest component of |M_PP^-1| (|M| |z| + |q|)_P at the solution z,
     shape (n,), in units of z, for P with l_i < z_i < u_i or w_i = 0; None if M_PP is
     singular or too large, or too ill-conditioned where it is not small."""
@@ -173,7 +169,7 @@ def sensitivity(problem: Problem, z: Vector) -> float | None:
     return None
 
 
-def _inverse(problem: Problem, P: Indices) -> Matrix | None:
+def _inverse(problem, P):
     """Return |M_PP^-1|, shape (k, k); None if M_PP is singular, too large or too
     ill-conditioned."""
     if P.size > MAX_INVERTED:
@@ -205,7 +201,7 @@ def _inverse(problem: Problem, P: Indices) -> Matrix | None:
     )
 
 
-def structures(record: BenchRecord) -> Section:
+def structures(record):
     """Return a row per stiff structure, in order of its condition number: what remains
     of the solution by each solver, and in which time."""
     header = ["problem", "condition", *record.solvers]
@@ -225,9 +221,7 @@ def structures(record: BenchRecord) -> Section:
     return sheet("Error against condition", header, [rows], *notes)
 
 
-def _structures(
-    record: BenchRecord,
-) -> list[tuple[str, float, dict[str, tuple[Measurement, float]]]]:
+def _structures(record):
     """Return the name, the condition number, and by solver the measurement and the
     relative error of each structure, in order of the condition number."""
     found = []
@@ -244,7 +238,7 @@ def _structures(
     return sorted(found, key=itemgetter(1))
 
 
-def _remains(row: tuple[Measurement, float] | None) -> str:
+def _remains(row):
     if row is None:
         return NO_ENTRY
     measured, error = row
@@ -256,7 +250,7 @@ def _remains(row: tuple[Measurement, float] | None) -> str:
     )
 
 
-def draw(record: BenchRecord, path: str) -> None:
+def draw(record, path):
     """Draw the errors of all runs on stiff structures against the condition number, and
     eps times that: what rounding of the data alone does."""
     from matplotlib.figure import Figure
@@ -279,7 +273,7 @@ def draw(record: BenchRecord, path: str) -> None:
     figure.savefig(path)
 
 
-def stability(record: BenchRecord) -> Section:
+def stability(record):
     """Return one row per family and solver, or no rows if the suite is not in order of
     stiffness."""
     groups = (
@@ -299,10 +293,10 @@ def stability(record: BenchRecord) -> Section:
     return sheet("Stability", header, [group for group in groups if group], *notes)
 
 
-def ladders(cases: Sequence[Case]) -> list[tuple[str, str, dict[str, str]]]:
+def ladders(cases):
     """Return the families of the cases, the parameter that varies in each, and its
     values by case, in order of stiffness; a problem in a file belongs to no family."""
-    families: dict[tuple[str, ...], list[Case]] = {}
+    families = {}
     for case in cases:
         if case.family:
             families.setdefault((case.family, *case.parameters), []).append(case)
@@ -324,12 +318,10 @@ def ladders(cases: Sequence[Case]) -> list[tuple[str, str, dict[str, str]]]:
     return found
 
 
-def _rungs(
-    record: BenchRecord, family: str, axis: str, values: dict[str, str]
-) -> list[list[str]]:
+def _rungs(record, family, axis, values):
     """Return up to what stiffness each solver measured on a ladder succeeds, and how it
     ends at the next step."""
-    group: list[list[str]] = []
+    group = []
     cases = {case.name: case for case in record.cases}
     for solver in record.solvers:
         rows = {row.problem: row for row in record.measurements if row.solver == solver}
@@ -362,7 +354,7 @@ def _rungs(
     return group
 
 
-def firsts(record: BenchRecord) -> Section:
+def firsts(record):
     """Return on how many problems each method reached each level of error first;
     methods that tie all count."""
     problems, wins = [own for _, own in competing(record)], Counter[tuple[str, float]]()
@@ -394,7 +386,7 @@ def firsts(record: BenchRecord) -> Section:
     )
 
 
-def rates(record: BenchRecord) -> Section:
+def rates(record):
     """Return the convergence factors of fixed-point, measured and from theory."""
     factors = ("measured", "local", "bound")
     rows = []
@@ -431,7 +423,7 @@ class Contraction(NamedTuple):
     local: float | None
 
 
-def contraction(problem: Problem, x: Vector, omega: float = 1.0) -> Contraction | None:
+def contraction(problem, x, omega=1.0):
     """Return the theoretical factors at the solution x = (z - w) / 2, shape (n,); None
     if omega I + M is singular."""
     box, dense, shift = (
@@ -449,7 +441,7 @@ def contraction(problem: Problem, x: Vector, omega: float = 1.0) -> Contraction 
     return Contraction(float(np.linalg.norm(T, 2)), local)
 
 
-def rate_of_fixed_point(problem: Problem, curve: Curve) -> dict[str, float] | None:
+def rate_of_fixed_point(problem, curve):
     """Return the convergence factors of fixed-point: measured, the local one of theory
     if it exists, and the bound.
 
@@ -474,9 +466,7 @@ def rate_of_fixed_point(problem: Problem, curve: Curve) -> dict[str, float] | No
     return {"measured": factor, **local, "bound": theory.bound}
 
 
-def empirical_rate(
-    k: Sequence[int], errors: Sequence[float], largest: float, smallest: float
-) -> float | None:
+def empirical_rate(k, errors, largest, smallest):
     """Return the reduction of the error per iteration, by least squares on the
     logarithms of the errors, from the first error below `largest` to the last one above
     `smallest`; None for fewer than MIN_ITERATES iterates."""
@@ -491,7 +481,7 @@ def empirical_rate(
     return math.exp(slope)
 
 
-def main(path: str, figure: str = "") -> None:
+def main(path, figure=""):
     record = records.read(path)
     sections = structures, stability, reached, firsts, rates
     tables = [own for own in (each(record) for each in sections) if own.tables[0].rows]

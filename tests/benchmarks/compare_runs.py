@@ -16,13 +16,12 @@ import json
 import math
 import sys
 from collections import Counter
-from collections.abc import Mapping, Sequence
 from contextlib import suppress
 from itertools import chain
 from itertools import count as count_from
 from pathlib import PurePath
 from statistics import geometric_mean
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 from lcpcli.bench import record
 from lcpcli.errors import Exit, LCPError, OptionError, count
@@ -77,7 +76,7 @@ class Change(NamedTuple):
     new: Ending | None
 
     @property
-    def ratio(self) -> float | None:
+    def ratio(self):
         if (
             self.old is None
             or self.new is None
@@ -91,7 +90,7 @@ class Change(NamedTuple):
         )
 
     @property
-    def verdict(self) -> str:
+    def verdict(self):
         """Return what has changed: the ending first, then the time, if the intervals of
         both medians are apart."""
         old, new, ratio = self.old, self.new, self.ratio
@@ -117,7 +116,7 @@ class Change(NamedTuple):
             alike = ALIKE if later.interval[0] > sooner.interval[1] else math.inf
         return SAME if factor <= alike else SLOWER if ratio > 1 else FASTER
 
-    def data(self) -> dict[str, Any]:
+    def data(self):
         pair = {
             name: [getattr(each, name, None) for each in (self.old, self.new)]
             for name in NAMES[3:6]
@@ -129,7 +128,7 @@ class Change(NamedTuple):
         }
 
 
-def changes_between(paths: Sequence[str]) -> list[Change]:
+def changes_between(paths):
     """Return the changes of all runs from one file to another."""
     first, second = map(runs_in, paths)
     old, new = with_unread(first, second), with_unread(second, first)
@@ -139,16 +138,14 @@ def changes_between(paths: Sequence[str]) -> list[Change]:
     return [Change(key, old.get(key), new.get(key)) for key in {**old, **new}]
 
 
-def is_failure(change: Change, limit: float) -> bool:
+def is_failure(change, limit):
     """Return whether a run is worse. limit : the ratio from which a slower one is."""
     return change.verdict in (WORSE, CONTRADICTION) or (
         change.verdict == SLOWER and (change.ratio or 0) >= limit
     )
 
 
-def report(
-    paths: Sequence[str], changes: Sequence[Change], has_failed: bool
-) -> result_formats.Report:
+def report(paths, changes, has_failed):
     """Return the report on the changes, of which only JSON and CSV have the runs that
     are as before."""
     records, counts = (
@@ -166,7 +163,7 @@ def report(
             f"{geometric_mean(ratios):.3g}"
         )
 
-    def made(*_: Any) -> document.Document:
+    def made(*_):
         shown = [_row(change) for change in changes if change.verdict != SAME]
         title = f"{source_name(paths[1])} against {source_name(paths[0])}"
         tables = [document.Table(NAMES, [shown], words=(0, 1, 2, 3))]
@@ -174,7 +171,7 @@ def report(
             title, [document.Section(title, verdict, not has_failed, tables=tables)]
         )
 
-    def rows() -> tuple[Any, tuple[()]]:
+    def rows():
         header = {
             name: [f"old_{name}", f"new_{name}"] if name in NAMES[3:6] else name
             for name in NAMES
@@ -188,7 +185,7 @@ def report(
     return result_formats.Report(made, lambda: records, rows)
 
 
-def runs_in(path: str) -> dict[Key, Ending]:
+def runs_in(path):
     """Return the endings of the runs in a file, by problem and method, "" for a problem
     that could not be read; raise an LCPError if it has none. A last line that was cut
     off counts as not written."""
@@ -199,7 +196,7 @@ def runs_in(path: str) -> dict[Key, Ending]:
             for row in record.parse(text).measurements
             if not row.excluded
         }
-    found: dict[Key, Ending] = {}
+    found = {}
     lines = objects_in(text)
     for number, line in enumerate(lines, 1):
         try:
@@ -218,9 +215,7 @@ def runs_in(path: str) -> dict[Key, Ending]:
     return found
 
 
-def with_unread(
-    runs: Mapping[Key, Ending], others: Mapping[Key, Ending]
-) -> dict[Key, Ending]:
+def with_unread(runs, others):
     """Return the runs with those of others that could not be made, as their problem
     could not be read."""
     unread = {
@@ -233,7 +228,7 @@ def with_unread(
     } | missed
 
 
-def _of_row(row: record.Measurement) -> Ending:
+def _of_row(row):
     interval = record.median_interval(row.seconds) if len(row.seconds) > 1 else None
     return Ending(
         row.status,
@@ -244,7 +239,7 @@ def _of_row(row: record.Measurement) -> Ending:
     )
 
 
-def _of_result(result: Mapping[str, Any]) -> tuple[Key, Ending]:
+def _of_result(result):
     """Return the file of a result, with the number of its item, or its problem; the
     method; and the ending."""
     name = PurePath(result["file"]).name if result["file"] else result["problem"]
@@ -270,7 +265,7 @@ def _of_result(result: Mapping[str, Any]) -> tuple[Key, Ending]:
     return (f"{name}{item}", str(result["label"] or result["method"] or "")), ending
 
 
-def _row(change: Change) -> list[str]:
+def _row(change):
     values = change.data()
     statuses, iterations, seconds = (
         [each for each in values[name] if each is not None] for name in NAMES[3:6]
@@ -284,7 +279,7 @@ def _row(change: Change) -> list[str]:
     ]
 
 
-def main(arguments: Sequence[str] | None = None) -> int:
+def main(arguments=None):
     parser = argparse.ArgumentParser(description=(__doc__ or "").partition("\n")[0])
     parser.add_argument("files", nargs=2, metavar="FILE")
     parser.add_argument("--slower", type=float, default=math.inf, metavar="RATIO")

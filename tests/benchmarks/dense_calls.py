@@ -11,8 +11,6 @@ at 0; if symmetric, eigenvalues from 1 to 10^4, half of the z_i at 0. With `nump
 extra `fast` is not used.
 """
 
-from __future__ import annotations
-
 import sys
 from functools import partial
 from itertools import product
@@ -43,7 +41,7 @@ HEADER = (
 )
 
 
-def planted(n: int, seed: int, symmetric: bool) -> lcpcli.Problem:
+def planted(n, seed, symmetric):
     random = np.random.default_rng([seed, n])
     A, B = random.standard_normal((2, n, n)) / np.sqrt(n)
     if symmetric:
@@ -60,7 +58,7 @@ def planted(n: int, seed: int, symmetric: bool) -> lcpcli.Problem:
     return lcpcli.Problem(M, w - M @ np.where(zero, 0, sizes))
 
 
-def row(n: int, name: str, symmetric: bool, seed: int, compiled: bool) -> list[str]:
+def row(n, name, symmetric, seed, compiled):
     gallery = partial(families.make, "harker-pang", n, seed, symmetric=symmetric)
     problem, results = (
         planted(n, seed, symmetric) if name == "planted" else gallery(),

@@ -6,21 +6,15 @@ residuals in exact integers: J. H. Wilkinson, Rounding Errors in Algebraic Proce
 (1963), chapter 3.
 """
 
-from __future__ import annotations
-
 import math
 import warnings
-from collections.abc import Sequence
 from fractions import Fraction
-from typing import Any
 
 import numpy as np
 
 from lcpcli.linalg.matrices import dense
 from lcpcli.model.box import BASIC, UPPER
-from lcpcli.parametric.path import Family, Path
 from lcpcli.rational.numbers import in_integers
-from lcpcli.typing import BasisStatus, Indices, Vector
 
 BITS = 400  # after the binary point
 # A change this small, relative to the solution, ends the refinement.
@@ -31,7 +25,7 @@ MAX_STEPS = 60  # of refinement; a basis that takes more is too ill-conditioned
 class ExactBreakpoints:
     """The shares s of breakpoints of a family, from the states beside them."""
 
-    def __init__(self, family: Family) -> None:
+    def __init__(self, family):
         self.M = dense(family.problem.M)
         flat, self.exponent = in_integers(self.M.ravel())
         self.rows = np.array(flat, dtype=object).reshape(self.M.shape)
@@ -41,7 +35,7 @@ class ExactBreakpoints:
             _fixed([end[side] for end in ends]) for side in (0, 1)
         )
 
-    def share(self, states: BasisStatus, i: int, after: int) -> Fraction | None:
+    def share(self, states, i, after):
         """Return the s at which component i reaches its end in the basis of these
         states: a basic z_i the bound of its state after that, else w_i 0. None if s is
         not found."""
@@ -58,7 +52,7 @@ class ExactBreakpoints:
         )
         return Fraction(int(first), int(first - last)) if first != last else None
 
-    def _w(self, rows: Indices, z: Any) -> Any:
+    def _w(self, rows, z):
         """Return M z + q in these rows, rounded."""
         used = np.flatnonzero((z != 0).any(axis=1))
         return (
@@ -66,7 +60,7 @@ class ExactBreakpoints:
             + self.q[rows]
         )
 
-    def _solve(self, basic: Indices, b: Any) -> Any:
+    def _solve(self, basic, b):
         from scipy.linalg import lu_factor, lu_solve
 
         block = np.ix_(basic, basic)
@@ -86,11 +80,11 @@ class ExactBreakpoints:
         return None
 
 
-def _scaled(values: Any, exponent: int) -> Any:
+def _scaled(values, exponent):
     return values << exponent if exponent >= 0 else values >> -exponent
 
 
-def _fixed(columns: Sequence[Vector] | Vector) -> Any:
+def _fixed(columns):
     """Return vectors as the columns of a matrix of integers, in units of 2^-BITS, with
     0 for infinite entries."""
     values = [
@@ -100,13 +94,13 @@ def _fixed(columns: Sequence[Vector] | Vector) -> Any:
     return np.array(values, dtype=object).T
 
 
-def _floats(values: Any) -> Vector:
+def _floats(values):
     return np.array(
         [[math.ldexp(float(v), -BITS) for v in row] for row in values.tolist()]
     )
 
 
-def exact_shares(path: Path, most: int) -> list[tuple[int, Fraction]]:
+def exact_shares(path, most):
     """Return the numbers of at most so many breakpoints, evenly spread, and their s to
     a hundred digits.
 

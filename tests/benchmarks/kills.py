@@ -9,8 +9,6 @@ has each problem once. A record of a bench is whole and can be resumed. Kernels 
 without a word about damage.
 """
 
-from __future__ import annotations
-
 import argparse
 import json
 import os
@@ -18,10 +16,8 @@ import random
 import subprocess
 import sys
 import time
-from collections.abc import Callable
 from pathlib import Path
 from tempfile import TemporaryDirectory
-from typing import Any
 
 from lcpcli.bench import record
 
@@ -35,12 +31,12 @@ PATIENCE = 300.0  # seconds until something that must happen has not
 class Kills:
     """Commands that are killed at moments between their start and their usual end."""
 
-    def __init__(self, folder: Path, seed: int) -> None:
+    def __init__(self, folder, seed):
         self.folder, self.random = folder, random.Random(seed)
         self._usual = dict[str, float]()  # seconds of a command, by its first words
         self.killed = 0  # the others had ended
 
-    def run(self, name: str, program: str, *words: str, **environment: str) -> bool:
+    def run(self, name, program, *words, **environment):
         """Kill a process at a random moment; return whether it had ended."""
         longest = self._usual.get(name, 2.0)
         begun = time.monotonic()
@@ -55,17 +51,13 @@ class Kills:
         self._usual[name] = 1.1 * (time.monotonic() - begun)
         return True
 
-    def whole(
-        self, program: str, *words: str, **environment: str
-    ) -> tuple[int, str, str]:
+    def whole(self, program, *words, **environment):
         """Run a process to its end; return its exit code and what it printed."""
         process = self._started(program, words, environment)
         out, err = process.communicate(timeout=PATIENCE)
         return process.returncode, out, err
 
-    def _started(
-        self, program: str, words: tuple[str, ...], environment: dict[str, str]
-    ) -> subprocess.Popen[str]:
+    def _started(self, program, words, environment):
         return subprocess.Popen(
             [sys.executable, "-c", program, *words],
             cwd=self.folder,
@@ -76,7 +68,7 @@ class Kills:
         )
 
 
-def file(kills: Kills) -> None:
+def file(kills):
     """A file that is replaced is the old one, or the new one."""
     path = kills.folder / "out.json"
     old = '{"old": true}'
@@ -86,7 +78,7 @@ def file(kills: Kills) -> None:
     assert text == old or len(json.loads(text)["q"]) > 10_000
 
 
-def log(kills: Kills) -> None:
+def log(kills):
     """A log goes on from what it has, and has each problem once in the end."""
     inputs, path = kills.folder / "many.jsonl", kills.folder / "log.jsonl"
     if not inputs.exists():
@@ -106,7 +98,7 @@ def log(kills: Kills) -> None:
         path.unlink()
 
 
-def bench(kills: Kills) -> None:
+def bench(kills):
     """The record of a bench is whole, and is resumed."""
     path = kills.folder / "bench.json"
     case = "tridiagonal-100", "paper-example-1", "paper-example-2"
@@ -121,16 +113,16 @@ def bench(kills: Kills) -> None:
         path.unlink()
 
 
-def measured(path: Path) -> int:
+def measured(path):
     """The number of measurements in a record, of which a killed bench leaves each but
     the one that it was writing."""
     return len(record.read(str(path)).measurements) if path.exists() else 0
 
 
-def kernels(kills: Kills) -> None:
+def kernels(kills):
     """Kernels load after all, with no word but that they are compiled, and those that
     were there are not compiled again."""
-    own: Any = {"NUMBA_CACHE_DIR": str(kills.folder / "cache")}
+    own = {"NUMBA_CACHE_DIR": str(kills.folder / "cache")}
     if not kills.run("kernels", LOAD, **own) and kills.random.random() < 0.7:
         return
     code, _, err = kills.whole(LOAD, **own)
@@ -141,7 +133,7 @@ def kernels(kills: Kills) -> None:
             path.unlink()
 
 
-KINDS: dict[str, tuple[Callable[[Kills], None], float]] = {
+KINDS = {
     "file": (file, 0.4),
     "log": (log, 0.3),
     "bench": (bench, 0.2),
@@ -149,7 +141,7 @@ KINDS: dict[str, tuple[Callable[[Kills], None], float]] = {
 }
 
 
-def run(number: int, seed: int, names: list[str], tell: Callable[[str], Any]) -> int:
+def run(number, seed, names, tell):
     """Kill so many processes, and examine what they leave; return how many runs were
     killed, as the others had ended before."""
     total = 0
@@ -168,7 +160,7 @@ def run(number: int, seed: int, names: list[str], tell: Callable[[str], Any]) ->
     return total
 
 
-def main() -> None:
+def main():
     parser = argparse.ArgumentParser(
         description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
     )

@@ -1,14 +1,12 @@
 """What the benchmarks share: calls in turns, so that what disturbs one disturbs all;
 processes; rows of tables."""
 
-from __future__ import annotations
-
 import json
 import math
 import subprocess
 import sys
 import time
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable
 from typing import Any
 
 import numpy as np
@@ -18,16 +16,11 @@ Call = Callable[[], Any]
 
 
 def in_turns(
-    *calls: Call,
-    most: int,
-    least: int = 1,
-    budget: float = math.inf,
-    warm_up: int = 1,
-    clock: Callable[[], float] = time.perf_counter,
-) -> list[tuple[float, ...]]:
+    *calls, most, least=1, budget=math.inf, warm_up=1, clock=time.perf_counter
+):
     """The seconds of each call in `least` to `most` rounds, as many as so many seconds
     allow, behind a warm-up."""
-    rounds: list[list[float]] = []
+    rounds = []
     began = time.perf_counter()
     while len(rounds) < warm_up + least or (
         len(rounds) < warm_up + most and time.perf_counter() - began < budget
@@ -40,7 +33,7 @@ def in_turns(
     return [*zip(*rounds[warm_up:], strict=True)]
 
 
-def show(cells: Iterable[Any], widths: Sequence[int]) -> None:
+def show(cells, widths):
     """Print a row of a table, flush right."""
     texts = (f"{cell:.3g}" if isinstance(cell, float) else str(cell) for cell in cells)
     print(
@@ -49,7 +42,7 @@ def show(cells: Iterable[Any], widths: Sequence[int]) -> None:
     )
 
 
-def in_processes(script: str, name: str, sizes: Iterable[int], *measures: str) -> None:
+def in_processes(script, name, sizes, *measures):
     """Print the JSON of `script alone NAME SIZE` for each size, then how these measures
     grow with n."""
     rows = []

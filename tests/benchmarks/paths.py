@@ -10,15 +10,12 @@ the length of the path; the exact ones follow from the states of our path by a
 refinement in integers.
 """
 
-from __future__ import annotations
-
 import os
 
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 
 import sys
 import warnings
-from collections.abc import Callable
 from fractions import Fraction
 from importlib.util import find_spec
 from statistics import median
@@ -29,23 +26,22 @@ from exact_breakpoints import exact_shares
 from measuring import in_turns, show
 
 import lcpcli
-from lcpcli import Path, Problem
-from lcpcli.gallery import families, programs
+from lcpcli import Problem
+from lcpcli.formulations.quadratic_program import families as programs
+from lcpcli.gallery import families
 
 MIN_REPEATS, MAX_REPEATS = 3, 1000
 WIDTHS = (8, 5, 12, 8, 8, 8, 8, 6)
 # Breakpoints of a path whose errors are computed; each may take a tenth of a second.
 MAX_EXACT = 10
 Vector = np.ndarray[Any, np.dtype[np.float64]]
-# The path, and the s of its breakpoints.
-Ours, Theirs = Callable[[], Path], Callable[[], Vector]
 
 
 FRONTIERS = (102, 502)  # unknowns
 LASSOS = ((200, 40), (1000, 200))  # unknowns and samples
 
 
-def turning_points(S: Vector, returns: Vector, most: Vector) -> Vector:
+def turning_points(S, returns, most):
     """The weights on the return at the turning points of an efficient frontier,
     decreasing to 0, by cvxcla: min x'Sx / 2 - weight returns'x for shares 0 <= x <=
     most that add up to 1. Of the package's classes of covariances, this one updates its
@@ -63,7 +59,7 @@ def turning_points(S: Vector, returns: Vector, most: Vector) -> Vector:
     )
 
 
-def penalties(X: Vector, y: Vector) -> Vector:
+def penalties(X, y):
     """The penalties at the breakpoints of the path of min |y - X b|^2 / 2 + penalty
     |b|_1, decreasing to 0, by scikit-learn. Whether it computes X'X is left to it; on
     wide X it does not, and is faster so."""
@@ -74,7 +70,7 @@ def penalties(X: Vector, y: Vector) -> Vector:
         return np.asarray(linear_model.lars_path(X, y, method="lasso")[0] * y.size)
 
 
-def frontier(n: int) -> tuple[Ours, Theirs]:
+def frontier(n):
     """A path of weights on the return from 256 to 0, and both ways to follow it."""
     weight = 256.0
     first, last = (families.make("frontier", n, weight=each) for each in (weight, 0.0))
@@ -86,7 +82,7 @@ def frontier(n: int) -> tuple[Ours, Theirs]:
         upper[: n - 2].copy(),
     )
 
-    def ours() -> Path:
+    def ours():
         problem = Problem(M, q, lower=lower, upper=upper)
         return lcpcli.path(
             problem, Problem(problem.M, last.q, lower=lower, upper=upper)
@@ -95,25 +91,25 @@ def frontier(n: int) -> tuple[Ours, Theirs]:
     return ours, lambda: 1 - turning_points(S, returns, most) / weight
 
 
-def lasso(n: int, samples: int) -> tuple[Ours, Theirs]:
+def lasso(n, samples):
     """A path from the least penalty with a solution of 0 to none, and both ways to
     follow it."""
     X, y = programs.regression(n // 2, 0, samples)
 
-    def ours() -> Path:
+    def ours():
         G, b = X.T @ X, X.T @ y
         c = np.concatenate((-b, b))
         problem = Problem(np.block([[G, -G], [-G, G]]), c + abs(c).max())
         return lcpcli.path(problem, Problem(problem.M, c))
 
-    def theirs() -> Vector:
+    def theirs():
         found = penalties(X, y)
         return np.asarray(1 - found / found[0])
 
     return ours, theirs
 
 
-def error(shares: list[Fraction], exact: list[Fraction]) -> float:
+def error(shares, exact):
     """The largest distance of an exact breakpoint from the nearest of these."""
     return max(
         (float(min(abs(found - share) for found in shares)) for share in exact),
@@ -121,9 +117,7 @@ def error(shares: list[Fraction], exact: list[Fraction]) -> float:
     )
 
 
-def row(
-    name: str, n: int, ours: Ours, theirs: Theirs | None, budget: float
-) -> list[object]:
+def row(name, n, ours, theirs, budget):
     found, calls = ours(), (ours, theirs) if theirs else (ours,)
     assert (found.end, found.verified) == ("reached", True)
     own, *other = in_turns(
@@ -153,7 +147,7 @@ def row(
     ]
 
 
-def main(budget: float) -> None:
+def main(budget):
     show(
         ("path", "n", "breakpoints", "us each", "error", "theirs", "error", "ratio"),
         WIDTHS,

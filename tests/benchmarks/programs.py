@@ -9,11 +9,8 @@ solution; then the geometric means of the ratios. Rows are split into PIQP's equ
 and inequalities within its time, as `from_qp` makes its conditions within ours.
 """
 
-from __future__ import annotations
-
 import sys
 from pathlib import Path
-from typing import Any
 
 import highspy
 import numpy as np
@@ -22,7 +19,6 @@ from measuring import in_turns, show
 from scipy.sparse import csc_array, csr_array
 
 import lcpcli
-from lcpcli.model.block_form import Blocks
 from lcpcli.model.problem import conditions_of
 
 EPS = 1e-9
@@ -34,10 +30,10 @@ HEADER = ("program", "n", "lcp ms", "peer ms", "ratio", "route", "solved", "peer
 class Piqp:
     """PIQP with a program."""
 
-    def __init__(self, data: Blocks) -> None:
+    def __init__(self, data):
         self._data = data
 
-    def solve(self) -> bool:
+    def solve(self):
         data, solver = self._data, piqp.SparseSolver()
         equal, A = data.row_lower == data.row_upper, csr_array(data.A)
         rows = (
@@ -61,10 +57,10 @@ class Piqp:
 class Highs:
     """HiGHS with a linear program."""
 
-    def __init__(self, data: Blocks) -> None:
+    def __init__(self, data):
         self._data, self._columns = data, csc_array(data.A)
 
-    def solve(self) -> bool:
+    def solve(self):
         solver, program, data, A = (
             highspy.Highs(),
             highspy.HighsLp(),
@@ -96,24 +92,24 @@ class Highs:
         return solver.getModelStatus() == highspy.HighsModelStatus.kOptimal
 
 
-def row(path: Path) -> tuple[float, bool]:
+def row(path):
     """Print the row of a program; return the ratio of the times, and whether the
     program is linear."""
     problem = lcpcli.read(path)
     data = problem.origin.blocks(conditions_of(problem))
     Q, A = csc_array(data.Q), csc_array(data.A)
     is_linear = not Q.nnz
-    peer: Any = Highs(data) if is_linear else Piqp(data)
+    peer = Highs(data) if is_linear else Piqp(data)
     ends = {
         "row_lower": data.row_lower,
         "row_upper": data.row_upper,
         "lower": data.lower,
         "upper": data.upper,
     }
-    results: list[lcpcli.Result] = []
-    solved: list[bool] = []
+    results = []
+    solved = []
 
-    def ours() -> None:
+    def ours():
         made = lcpcli.from_qp(None if is_linear else Q, data.c, A, **ends)
         results.append(lcpcli.run(made))
 

@@ -43,7 +43,7 @@ class SequenceStep(NamedTuple):
 Solve = Callable[[SequenceStep], "Vector | None"]
 
 
-def boxes(kind: str, number: int, steps: int, solve: Solve) -> None:
+def boxes(kind, number, steps, solve):
     """Move the boxes of `contact_in_time` by so many steps with contacts; a step
     without a solution has no impulses."""
     scene = contact_in_time(kind, number)
@@ -54,7 +54,7 @@ def boxes(kind: str, number: int, steps: int, solve: Solve) -> None:
         scene.advance(solve(SequenceStep(problem.M, problem.q)))
 
 
-def put(n: int, steps: int, solve: Solve) -> None:
+def put(n, steps, solve):
     """Value an American put on n prices by implicit time steps backwards from expiry,
     over one year.
 
@@ -72,14 +72,14 @@ def put(n: int, steps: int, solve: Solve) -> None:
     M = csr_array(diags_array(diagonals, offsets=[-1, 0, 1], shape=(n, n)))
     fixed = M @ payoff[1:-1]
     fixed[0] -= (a - b) * dt * payoff[0]
-    z: Vector | None = np.zeros(n)
+    z = np.zeros(n)
     for _ in range(steps):
         beyond = z
         z = solve(SequenceStep(M, fixed - payoff[1:-1] - beyond))
         z = beyond if z is None else z
 
 
-def market(hours: int, solve: Solve) -> None:
+def market(hours, solve):
     """Clear an electricity market of 8 regions hour by hour: 24 plants, 12 lines, 8
     free prices.
 
@@ -132,7 +132,7 @@ def market(hours: int, solve: Solve) -> None:
         )
 
 
-def moving_load(m: int, steps: int, solve: Solve) -> None:
+def moving_load(m, steps, solve):
     """Press a membrane on m x m points against the obstacle of `obstacle`, from which a
     load lifts it on its way around a circle in 100 steps."""
     M, h = obstacle(m * m, 0).M, 1 / (m + 1)
@@ -164,7 +164,7 @@ class Ways:
     """The seconds of each step in each way. solver : is made anew where the number of
     unknowns changes."""
 
-    def __init__(self) -> None:
+    def __init__(self):
         self.seconds: dict[str, list[float]] = {
             "run": [],
             "Solver": [],
@@ -172,13 +172,13 @@ class Ways:
         }
         self.steps, self.M, self.solver = 0, np.zeros((0, 0)), None
 
-    def by_itself(self, step: SequenceStep) -> Vector | None:
+    def by_itself(self, step):
         result = lcpcli.run(
             Problem(step.M, step.q, **step.bounds), tol=TOL, time_limit=TIME_LIMIT
         )
         return result.z if result.solved else None
 
-    def from_last_basis(self, step: SequenceStep) -> Vector | None:
+    def from_last_basis(self, step):
         if self.solver is None or self.M.shape != step.M.shape:
             self.solver = Solver(step.M, **step.bounds, tol=TOL, time_limit=TIME_LIMIT)
         elif step.M is not self.M:
@@ -187,14 +187,14 @@ class Ways:
         result = self.solver.solve(step.q, **step.bounds)
         return result.z if result.solved else None
 
-    def by_quantecon(self, step: SequenceStep) -> Vector | None:
+    def by_quantecon(self, step):
         return (
             registry.load("quantecon")
             .solve(Problem(step.M, step.q, **step.bounds), TOL, TIME_LIMIT)
             .z
         )
 
-    def solve(self, step: SequenceStep) -> Vector | None:
+    def solve(self, step):
         ways = {"run": self.by_itself, "Solver": self.from_last_basis}
         peer = registry.load("quantecon")
         if peer.version() and not peer.excludes(Problem(step.M, step.q, **step.bounds)):
@@ -210,7 +210,7 @@ class Ways:
         return found["run"] if found["run"] is not None else found["Solver"]
 
 
-def main(budget: float) -> None:
+def main(budget):
     for name, follow in CASES.items():
         follow(Ways().solve)  # compiles, and warms up
         ways, passes, began = Ways(), 0, time.perf_counter()

@@ -6,16 +6,11 @@ LCP_ORACLE=3000 in the environment sets the number of problems with up to 5 unkn
 here it is fewer, with up to 4.
 """
 
-from __future__ import annotations
-
 import json
 import os
 import re
-from collections.abc import Callable
 from fractions import Fraction
 from itertools import combinations, count
-from pathlib import Path
-from typing import Any
 
 import numpy as np
 import pytest
@@ -26,12 +21,10 @@ from lcpcli.enumeration import bimatrix, pieces
 from lcpcli.enumeration.search import (
     ENOUGH,
     TIME_LIMIT,
-    Solutions,
     SolutionSet,
 )
 from lcpcli.files import contents
 from lcpcli.files.contents import Source
-from lcpcli.formulations.bimatrix_game.nash_subsets import Equilibria
 from lcpcli.rational import double_description
 from lcpcli.rational.exact_problem import ExactProblem, decimal_parts_of
 from lcpcli.report import solutions
@@ -43,7 +36,7 @@ SCALED = np.array([[3.0], [1.0], [7.0], [2.0]] * 5)
 
 
 @pytest.mark.parametrize("kind", ["definite", "scaled", "dominant", "triangular"])
-def test_the_only_solution_is_proved_to_be_the_only_one(kind: str) -> None:
+def test_the_only_solution_is_proved_to_be_the_only_one(kind):
     n, generator = 20, np.random.default_rng(1)
     A, S = generator.integers(-5, 6, (2, n, n)).astype(float)
     definite = A @ A.T + S - S.T + np.eye(n)
@@ -60,12 +53,12 @@ def test_the_only_solution_is_proved_to_be_the_only_one(kind: str) -> None:
     assert ExactProblem.of_floats(problem).is_solution(piece.vertices[0])
 
 
-def test_multipliers_beyond_the_range_of_doubles_prove_the_only_solution() -> None:
+def test_multipliers_beyond_the_range_of_doubles_prove_the_only_solution():
     found = lcpcli.solutions(Problem([[1e200, -1e-250], [-1e-250, 1e-200]], [-1, -1]))
     assert ([piece.is_point for piece in found], found.complete) == ([True], True)
 
 
-def test_semidefinite_problems_have_one_piece_which_is_found_whole() -> None:
+def test_semidefinite_problems_have_one_piece_which_is_found_whole():
     """A linear program with an edge of minima: min -x1 - x2, x1 + x2 <= 2, x1 <= 1, x
     >= 0."""
     M = np.array(
@@ -78,7 +71,7 @@ def test_semidefinite_problems_have_one_piece_which_is_found_whole() -> None:
     assert {vertex[:4] for vertex in piece.vertices} == {(0, 2, 1, 0), (1, 1, 1, 0)}
 
 
-def test_degenerate_points_take_no_time() -> None:
+def test_degenerate_points_take_no_time():
     """All 2^30 complementary sets have the solution 0."""
     generator = np.random.default_rng(0)
     coupling = generator.integers(0, 3, (30, 30)) * (1 - np.eye(30))
@@ -88,7 +81,7 @@ def test_degenerate_points_take_no_time() -> None:
         assert piece.states == (("lower", "basic"),) * 30
 
 
-def test_decimals_count_as_written_if_they_are_given_exactly() -> None:
+def test_decimals_count_as_written_if_they_are_given_exactly():
     third, tenth = Fraction(1, 3), Fraction(1, 10)
     problem = Problem([[1 / 3, 0.1], [0.1, 0.03]], [-1, -0.3])
     exact = ExactProblem(
@@ -102,7 +95,7 @@ def test_decimals_count_as_written_if_they_are_given_exactly() -> None:
     assert all(each.is_point for each in lcpcli.solutions(problem))
 
 
-def test_a_limit_ends_the_list_which_is_then_not_complete() -> None:
+def test_a_limit_ends_the_list_which_is_then_not_complete():
     problem = Problem(-np.eye(12) + 0.01, np.ones(12))
     found = lcpcli.solutions(problem, max_solutions=3)
     assert (len(list(found)), len(found.points), found.complete) == (3, 3, False)
@@ -128,13 +121,13 @@ def test_a_limit_ends_the_list_which_is_then_not_complete() -> None:
     assert (next(late, None), late.complete) == (None, False)
 
 
-def test_a_game_with_upper_bounds_may_have_several_pieces_for_any_sums() -> None:
+def test_a_game_with_upper_bounds_may_have_several_pieces_for_any_sums():
     found = lcpcli.solutions(Problem([[0, 1], [1, 0]], [-1, -1], upper=5))
     assert {each.vertices for each in found} == {((1, 1),), ((5, 0),), ((0, 5),)}
     assert found.complete
 
 
-def test_as_many_as_were_asked_for_are_all_if_a_search_as_long_finds_no_other() -> None:
+def test_as_many_as_were_asked_for_are_all_if_a_search_as_long_finds_no_other():
     problem = Problem([[1, 2], [2, 1]], [-1, -1])
     for most, others in ((2, True), (3, False), (4, False)):
         found = lcpcli.solutions(problem, max_solutions=most)
@@ -151,7 +144,7 @@ def test_as_many_as_were_asked_for_are_all_if_a_search_as_long_finds_no_other() 
     assert (next(ended, None), next(ended, None), ended.others) == (None, None, None)
 
 
-def test_blocks_are_searched_no_further_than_it_takes() -> None:
+def test_blocks_are_searched_no_further_than_it_takes():
     """Two blocks of 2^30 solutions each, and one block without any beside one of
     those."""
     block = -np.eye(30) + np.ones((30, 30)) / 64
@@ -177,9 +170,7 @@ def test_blocks_are_searched_no_further_than_it_takes() -> None:
     ],
     ids=["a point", "a ray", "a line", "a segment", "two points", "a point and a ray"],
 )
-def test_only_a_piece_of_one_point_is_an_isolated_solution(
-    M: Any, q: Any, lower: float, are_points: list[bool]
-) -> None:
+def test_only_a_piece_of_one_point_is_an_isolated_solution(M, q, lower, are_points):
     found = lcpcli.solutions(Problem(M, q, lower=lower))
     assert sorted((piece.is_point for piece in found), reverse=True) == are_points
     assert ("all isolated" in SolutionSet(found, "", 0.0).message) == (
@@ -187,7 +178,7 @@ def test_only_a_piece_of_one_point_is_an_isolated_solution(
     )
 
 
-def test_what_has_been_found_is_printed_and_given_again_by_one_search() -> None:
+def test_what_has_been_found_is_printed_and_given_again_by_one_search():
     found = lcpcli.solutions(Problem([[-1, 0], [0, -1]], [1, 1]))
     assert repr(found) == "<Solutions: 0 pieces, as far as the search has come>"
     first = next(iter(found))
@@ -206,9 +197,7 @@ def test_what_has_been_found_is_printed_and_given_again_by_one_search() -> None:
     assert "hull of (" in repr(faces)
 
 
-def test_pieces_with_many_bases_come_last_but_all_come(
-    monkeypatch: pytest.MonkeyPatch,
-) -> None:
+def test_pieces_with_many_bases_come_last_but_all_come(monkeypatch):
     problems = [Problem(-np.ones((n, n)), np.ones(n), lower=0, upper=2) for n in (2, 3)]
     expected = [
         {str(piece) for piece in lcpcli.solutions(problem)} for problem in problems
@@ -221,9 +210,7 @@ def test_pieces_with_many_bases_come_last_but_all_come(
         assert {str(piece) for piece in found} == own
 
 
-def test_point_beyond_its_bounds_or_with_w_of_the_wrong_sign_at_one_is_no_piece() -> (
-    None
-):
+def test_point_beyond_its_bounds_or_with_w_of_the_wrong_sign_at_one_is_no_piece():
     for z, w in (((-1, 2), 0), ((3, 0), 0), ((4, -1), 0), ((0, 1), -1), ((2, 1), 1)):
         q = [w - sum(z), -sum(z)]
         data = ExactProblem.of_floats(
@@ -239,9 +226,7 @@ LISTS = COUNT // 10  # lists that are cut, of each kind
 MOST = 5 if "LCP_ORACLE" in os.environ else 4
 
 
-def agrees(
-    M: np.ndarray, q: np.ndarray, lower: np.ndarray, upper: np.ndarray
-) -> list[oracle.Hull]:
+def agrees(M, q, lower, upper):
     """The pieces of a problem, each once, which are those of the oracle."""
     found = lcpcli.solutions(lcpcli.Problem(M, q, lower=lower, upper=upper))
     pieces = [
@@ -258,7 +243,7 @@ def agrees(
     return pieces
 
 
-def test_the_pieces_are_the_maximal_polyhedra_of_all_choices_of_states() -> None:
+def test_the_pieces_are_the_maximal_polyhedra_of_all_choices_of_states():
     generator = np.random.default_rng(17)
     sets = [agrees(*oracle.random_problem(generator, MOST)) for _ in range(COUNT)]
     assert sum(not pieces for pieces in sets) > 0.05 * COUNT
@@ -271,7 +256,7 @@ def test_the_pieces_are_the_maximal_polyhedra_of_all_choices_of_states() -> None
     assert sum(any(hull.lines for hull in pieces) for pieces in sets) > 0.02 * COUNT
 
 
-def test_unknowns_between_two_bounds() -> None:
+def test_unknowns_between_two_bounds():
     """Of each w_i one sign is asked for at one bound and the other one at the other:
     nothing that is chosen for one branch of the tree holds in another one."""
     generator, count = np.random.default_rng(5), COUNT // 5
@@ -288,10 +273,7 @@ def test_unknowns_between_two_bounds() -> None:
     assert sum(len(pieces) > 1 for pieces in sets) > 0.2 * count
 
 
-Whole = set[oracle.Hull]
-
-
-def random_game(generator: np.random.Generator) -> lcpcli.Problem:
+def random_game(generator):
     """A game of up to 3 x 3 strategies with few different payoffs, so that most have
     ties."""
     shape = tuple(generator.integers(1, 4, 2).tolist())
@@ -300,7 +282,7 @@ def random_game(generator: np.random.Generator) -> lcpcli.Problem:
     )
 
 
-def whole_of(found: Solutions) -> Whole:
+def whole_of(found):
     data = found.problem
     rows = [
         tuple(Fraction(row.get(j, 0), d) for j in range(data.n))
@@ -312,9 +294,9 @@ def whole_of(found: Solutions) -> Whole:
     return oracle.maximal(oracle.Data(rows, q, list(data.lower), list(data.upper)))
 
 
-def connected(hulls: Whole) -> int:
+def connected(hulls):
     """The number of components: parts that share no vertex."""
-    parts: list[set[Any]] = []
+    parts = []
     for hull in hulls:
         apart = [part for part in parts if not part & hull.vertices]
         joined = set(hull.vertices).union(
@@ -324,7 +306,7 @@ def connected(hulls: Whole) -> int:
     return len(parts)
 
 
-def check(found: Solutions, whole: Whole, ended: str) -> tuple[bool, bool | None]:
+def check(found, whole, ended):
     """Compare all that a list says with the whole; whether it is complete, and whether
     there are others."""
     pieces = [
@@ -370,7 +352,7 @@ def check(found: Solutions, whole: Whole, ended: str) -> tuple[bool, bool | None
     return found.complete, found.others
 
 
-def check_words(message: str, found: Solutions, isolated: int, whole: Whole) -> None:
+def check_words(message, found, isolated, whole):
     number = len(found.pieces)
     if not number:
         assert ("no solution: " in message) == (found.complete and not whole)
@@ -394,7 +376,7 @@ def check_words(message: str, found: Solutions, isolated: int, whole: Whole) -> 
             assert found.complete or word != "components"
 
 
-def check_game(found: Solutions, whole: Whole, held: dict[str, Any]) -> None:
+def check_game(found, whole, held):
     """Extreme equilibria, subsets, components, degeneracy and indices of a game."""
     game, equilibria = found.problem.problem.origin, found.equilibria
     assert {k for subset in equilibria.subsets for k in subset.extreme} == set(
@@ -414,7 +396,7 @@ def check_game(found: Solutions, whole: Whole, held: dict[str, Any]) -> None:
     )
     if found.complete:
         assert len(held["components"]) == connected(whole)
-    A, B = game.payoffs()  # type: ignore[union-attr]
+    A, B = game.payoffs()
     for each in equilibria.extreme:
         by_row = [oracle.dot(tuple(row), each.column) for row in A]
         by_column = [oracle.dot(column, each.row) for column in zip(*B, strict=True)]
@@ -438,9 +420,7 @@ def check_game(found: Solutions, whole: Whole, held: dict[str, Any]) -> None:
 
 @pytest.mark.parametrize("kind", ["game", "mixed"])
 @pytest.mark.parametrize("cut", ["number", "time"])
-def test_cut_list_says_nothing_that_is_false(
-    kind: str, cut: str, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_cut_list_says_nothing_that_is_false(kind, cut, monkeypatch):
     generator, said = np.random.default_rng(31), list[tuple[bool, bool | None]]()
     for _ in range(LISTS):
         if kind == "game":
@@ -470,11 +450,11 @@ def test_cut_list_says_nothing_that_is_false(
     )
 
 
-def all_of(A: Any, B: Any) -> Equilibria:
+def all_of(A, B):
     return checked(lcpcli.from_game(A, B))
 
 
-def checked(problem: Problem) -> Equilibria:
+def checked(problem):
     """The equilibria of a game, all of which are pairs of best replies."""
     found = lcpcli.solutions(problem)
     pieces = list(found)
@@ -495,7 +475,7 @@ def checked(problem: Problem) -> Equilibria:
     return found.equilibria
 
 
-def texts(found: Equilibria) -> list[tuple[str, str]]:
+def texts(found):
     return [
         (" ".join(map(str, each.row)), " ".join(map(str, each.column)))
         for each in found.extreme
@@ -503,9 +483,7 @@ def texts(found: Equilibria) -> list[tuple[str, str]]:
 
 
 @pytest.mark.parametrize("n", [2, 3, 6])
-def test_coordination_games_have_one_equilibrium_for_each_set_of_strategies(
-    n: int,
-) -> None:
+def test_coordination_games_have_one_equilibrium_for_each_set_of_strategies(n):
     found = all_of(np.eye(n), np.eye(n))
     assert len({each.row for each in found.extreme}) == len(found.extreme) == 2**n - 1
     assert sum(each.pure for each in found.extreme) == n
@@ -519,14 +497,12 @@ def test_coordination_games_have_one_equilibrium_for_each_set_of_strategies(
     ("name", "extreme", "components"),
     [("coordination-4", 15, 15), ("winkels", 12, 1), ("von-stengel-75", 75, 75)],
 )
-def test_shipped_games_have_the_known_number_of_equilibria(
-    name: str, extreme: int, components: int
-) -> None:
+def test_shipped_games_have_the_known_number_of_equilibria(name, extreme, components):
     found = checked(lcpcli.read(contents.shipped_path(f"games/{name}.nfg")))
     assert (len(found.extreme), len(found.components)) == (extreme, components)
 
 
-def test_a_game_whose_payoffs_sum_to_a_constant_has_one_subset() -> None:
+def test_a_game_whose_payoffs_sum_to_a_constant_has_one_subset():
     """The one piece of its LCP, given without its origin."""
     generator, faces = np.random.default_rng(9), 0
     for _ in range(16):
@@ -543,9 +519,7 @@ def test_a_game_whose_payoffs_sum_to_a_constant_has_one_subset() -> None:
 
 
 @pytest.mark.parametrize("entries", [10**9, 1000, 0])
-def test_branch_and_bound_finds_the_same_equilibria_as_vertices(
-    entries: int, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_branch_and_bound_finds_the_same_equilibria_as_vertices(entries, monkeypatch):
     """Also if it is stopped after some of them, or after the first node, and the others
     come from vertices."""
     generator, faces = np.random.default_rng(12), 0
@@ -567,9 +541,7 @@ def test_branch_and_bound_finds_the_same_equilibria_as_vertices(
 
 
 @pytest.mark.parametrize("limit", ["MAX_STRATEGIES", "MAX_VERTICES"])
-def test_branch_and_bound_goes_on_where_there_are_too_many_vertices(
-    limit: str, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_branch_and_bound_goes_on_where_there_are_too_many_vertices(limit, monkeypatch):
     problem = lcpcli.from_game(np.eye(5), np.eye(5))
     monkeypatch.setattr(pieces, "MAX_VERTICES_AT_FIRST", 0)
     monkeypatch.setattr(pieces, "ENTRIES_AT_FIRST", 0)
@@ -579,9 +551,7 @@ def test_branch_and_bound_goes_on_where_there_are_too_many_vertices(
     assert listed.complete
 
 
-def test_pieces_of_many_bases_come_from_vertices_if_these_are_few_enough(
-    monkeypatch: pytest.MonkeyPatch,
-) -> None:
+def test_pieces_of_many_bases_come_from_vertices_if_these_are_few_enough(monkeypatch):
     problem = lcpcli.from_game([[1, 1, 0], [1, 1, 0]], [[2, 2, 0], [2, 2, 0]])
     expected = lcpcli.solutions(problem)
     assert {len(piece.vertices) for piece in expected} == {4}
@@ -598,20 +568,18 @@ class Stop(Exception):
     """What `check` raises."""
 
 
-def stopping_after(steps: int) -> Callable[[], None]:
+def stopping_after(steps):
     """Return a `check` that raises Stop after so many calls."""
     left = iter(range(steps))
 
-    def check() -> None:
+    def check():
         if next(left, None) is None:
             raise Stop
 
     return check
 
 
-def test_a_search_stops_at_any_vertex_of_a_piece(
-    monkeypatch: pytest.MonkeyPatch,
-) -> None:
+def test_a_search_stops_at_any_vertex_of_a_piece(monkeypatch):
     """All pairs of pure strategies are the vertices of one piece."""
     data = ExactProblem.of_problem(lcpcli.from_game(*np.zeros((2, 8, 12))))
     steps = count()
@@ -621,7 +589,7 @@ def test_a_search_stops_at_any_vertex_of_a_piece(
     before = next(steps)
     states_of, calls = pieces.states_of, count()
 
-    def counted(*arguments: Any) -> pieces.Words:
+    def counted(*arguments):
         next(calls)
         return states_of(*arguments)
 
@@ -632,9 +600,7 @@ def test_a_search_stops_at_any_vertex_of_a_piece(
 
 
 @pytest.mark.parametrize("shape", [(11, 14), (8, 30)])
-def test_an_equilibrium_of_a_game_with_many_vertices_is_known_before_these_are(
-    shape: tuple[int, int],
-) -> None:
+def test_an_equilibrium_of_a_game_with_many_vertices_is_known_before_these_are(shape):
     """It takes fewer steps than the vertices, of which there are thousands."""
     payoffs = np.random.default_rng(1).integers(-99, 100, (2, *shape))
     data = ExactProblem.of_problem(lcpcli.from_game(*payoffs))
@@ -647,9 +613,7 @@ def test_an_equilibrium_of_a_game_with_many_vertices_is_known_before_these_are(
     assert 2 * next(steps) < next(all_steps)
 
 
-def test_pairs_of_vertices_are_computed_in_parts(
-    monkeypatch: pytest.MonkeyPatch,
-) -> None:
+def test_pairs_of_vertices_are_computed_in_parts(monkeypatch):
     """Between them the search may stop; one row at a time has the same result."""
     data = ExactProblem.of_problem(lcpcli.from_game(np.eye(5), np.eye(5)))
     steps = []
@@ -668,13 +632,13 @@ def test_pairs_of_vertices_are_computed_in_parts(
     assert steps[1] - steps[0] == 30
 
 
-def test_rows_are_combined_only_as_far_as_a_search_goes() -> None:
+def test_rows_are_combined_only_as_far_as_a_search_goes():
     """Each row of a matrix has all columns but one, so that any columns but none and
     all belong to a submatrix without zeros."""
     combined, n = count(), 10
 
     class Bits(int):
-        def __and__(self, other: int) -> int:
+        def __and__(self, other):
             next(combined)
             return int(self) & other
 
@@ -686,7 +650,7 @@ def test_rows_are_combined_only_as_far_as_a_search_goes() -> None:
     assert next(combined) == 600
 
 
-def test_a_game_from_a_tournament_has_many_subsets_of_many_vertices() -> None:
+def test_a_game_from_a_tournament_has_many_subsets_of_many_vertices():
     """The row player wins with a vertex that beats all three of the column player's
     set, who wins if the vertex is in it; the numbers are those of branch and bound."""
     beats = np.triu(np.random.default_rng(0).random((6, 6)) < 0.5, 1)
@@ -699,7 +663,7 @@ def test_a_game_from_a_tournament_has_many_subsets_of_many_vertices() -> None:
 
 
 @pytest.mark.parametrize("sum_is_constant", [True, False])
-def test_a_large_game_has_an_equilibrium_at_once(sum_is_constant: bool) -> None:
+def test_a_large_game_has_an_equilibrium_at_once(sum_is_constant):
     A, B = np.random.default_rng(0).integers(-50, 50, (2, 18, 18))
     found = lcpcli.solutions(
         lcpcli.from_game(A, -A if sum_is_constant else B), max_solutions=1
@@ -707,7 +671,7 @@ def test_a_large_game_has_an_equilibrium_at_once(sum_is_constant: bool) -> None:
     assert (len(list(found)), found.complete) == (1, sum_is_constant)
 
 
-def test_payoffs_are_exact_fractions_also_in_files(tmp_path: Path) -> None:
+def test_payoffs_are_exact_fractions_also_in_files(tmp_path):
     found = all_of([["1/3", 0], [0, Fraction(2, 3)]], [[0.1, 0], [0, 0.3]])
     assert texts(found)[1] == ("3/4 1/4", "2/3 1/3")
     assert found.extreme[1].payoffs == (Fraction(2, 9), Fraction(3, 40))
@@ -730,9 +694,7 @@ def test_payoffs_are_exact_fractions_also_in_files(tmp_path: Path) -> None:
     ],
     ids=["crown", "identity", "zeros and ones", "zero"],
 )
-def test_some_equilibria_are_found_where_there_are_too_many_to_be_listed(
-    payoffs: np.ndarray,
-) -> None:
+def test_some_equilibria_are_found_where_there_are_too_many_to_be_listed(payoffs):
     """The first two have 2^24 - 1 maximal Nash subsets each; of the third some have
     more vertices than can be listed, and come last."""
     found = lcpcli.solutions(lcpcli.from_game(payoffs, payoffs), max_solutions=2)
@@ -747,9 +709,7 @@ def test_some_equilibria_are_found_where_there_are_too_many_to_be_listed(
     assert (held.components is None) == payoffs.any()
 
 
-def test_a_limit_holds_where_there_are_more_subsets_than_can_be_listed(
-    monkeypatch: pytest.MonkeyPatch,
-) -> None:
+def test_a_limit_holds_where_there_are_more_subsets_than_can_be_listed(monkeypatch):
     """By a clock that goes on by 0.1 ms each time it is read, which is before each
     step, on any machine."""
     seconds = count(0.0, 1e-4)

@@ -1,9 +1,6 @@
 """Conflicts: the conditions named cannot hold together, and without any one of them the
 others can, by every combination of states; with proofs that are checked here."""
 
-from __future__ import annotations
-
-from collections.abc import Mapping
 from fractions import Fraction
 from itertools import combinations
 
@@ -12,9 +9,8 @@ import pytest
 
 import lcpcli
 from lcpcli.errors import ProblemError
-from lcpcli.explanation.conditions import COMPLEMENTARITY, LOWER, Condition
+from lcpcli.explanation.conditions import COMPLEMENTARITY, LOWER
 from lcpcli.explanation.report import Explanation
-from lcpcli.rational.exact_problem import ExactProblem
 
 from .brute_force import keys_of, unsolvable
 
@@ -24,9 +20,7 @@ KINDS = pytest.mark.parametrize(
 
 
 @KINDS
-def test_a_conflict_has_no_point_and_without_any_member_it_has_one(
-    most: int, is_mixed: bool
-) -> None:
+def test_a_conflict_has_no_point_and_without_any_member_it_has_one(most, is_mixed):
     kinds = set[bool]()
     for seed, small in unsolvable(30, most, is_mixed):
         found = lcpcli.why(small.problem())
@@ -41,9 +35,7 @@ def test_a_conflict_has_no_point_and_without_any_member_it_has_one(
 
 
 @KINDS
-def test_no_fewer_complementarities_exclude_a_solution(
-    most: int, is_mixed: bool
-) -> None:
+def test_no_fewer_complementarities_exclude_a_solution(most, is_mixed):
     compared = 0
     for seed, small in unsolvable(12, most, is_mixed):
         found = lcpcli.why(small.problem())
@@ -59,7 +51,7 @@ def test_no_fewer_complementarities_exclude_a_solution(
     assert compared > 1
 
 
-def test_what_is_kept_is_never_blamed() -> None:
+def test_what_is_kept_is_never_blamed():
     for seed, small in unsolvable(20, 5, False):
         problem = small.problem()
         blamed = lcpcli.why(problem).conflict
@@ -74,7 +66,7 @@ def test_what_is_kept_is_never_blamed() -> None:
             assert small.is_possible(rest + kept), seed
 
 
-def infeasible_program(seed: int) -> lcpcli.Problem:
+def infeasible_program(seed):
     """A program whose rows hold at a point, but for the last one, which is excluded by
     some of them."""
     random = np.random.default_rng(seed)
@@ -99,9 +91,7 @@ def infeasible_program(seed: int) -> lcpcli.Problem:
     )
 
 
-def _inequality(
-    data: ExactProblem, of: Condition
-) -> tuple[Mapping[int, Fraction], Fraction]:
+def _inequality(data, of):
     """The a and b of a'x >= b, which a bound, or a side of a row, asks for."""
     program = data.problem.block_form
     assert program is not None
@@ -129,7 +119,7 @@ def _inequality(
 
 
 @pytest.mark.parametrize("seed", range(12))
-def test_multipliers_prove_that_rows_of_a_program_conflict(seed: int) -> None:
+def test_multipliers_prove_that_rows_of_a_program_conflict(seed):
     """They add up to 0 >= a positive number, and the rows of no part do so: the system
     of the multipliers has one solution."""
     problem = infeasible_program(seed)
@@ -153,7 +143,7 @@ def test_multipliers_prove_that_rows_of_a_program_conflict(seed: int) -> None:
     assert np.linalg.matrix_rank(rows) == len(rows) - 1
 
 
-def test_an_unbounded_program_has_a_conflict_of_its_conditions_of_optimality() -> None:
+def test_an_unbounded_program_has_a_conflict_of_its_conditions_of_optimality():
     problem = lcpcli.from_qp(None, [-1, 1], [[1, -1]], row_lower=[0])
     found = lcpcli.why(problem)
     assert found.message.startswith(
@@ -163,12 +153,11 @@ def test_an_unbounded_program_has_a_conflict_of_its_conditions_of_optimality() -
         "reduced cost",
         "sign of the multiplier",
     }
-    assert found.repair is not None
     assert found.repair.is_least
     assert found.repair.changes[0].number.what == "cost"
 
 
-def test_rows_that_conflict_up_to_rounding_are_named_beside_a_far_solution() -> None:
+def test_rows_that_conflict_up_to_rounding_are_named_beside_a_far_solution():
     """A third of a row in doubles is another row, so that both hold far away."""
     A = np.array([[1 / 3, 0.6666666666666667], [1, 2]])
     sides = [1, 3.5]
@@ -183,10 +172,10 @@ def test_rows_that_conflict_up_to_rounding_are_named_beside_a_far_solution() -> 
     assert near == [{"name": name, "what": "equation"} for name in "ab"]
 
 
-def test_wrong_problems_and_parameters_are_refused() -> None:
+def test_wrong_problems_and_parameters_are_refused():
     problem = lcpcli.Problem([[-1]], [-1])
     with pytest.raises(ProblemError):
-        lcpcli.why([[1]])  # type: ignore[arg-type]
+        lcpcli.why([[1]])
     for wrong, told in (
         ({"keep": ["z2"]}, "keep: 'z2' names nothing in this problem"),
         ({"change": "upper"}, "change: 'upper' names nothing in this problem"),
@@ -196,16 +185,15 @@ def test_wrong_problems_and_parameters_are_refused() -> None:
         ({"keep": [1]}, 'keep: is not a list of names; write ["z1", "z2"]'),
     ):
         with pytest.raises(lcpcli.errors.OptionError) as refusal:
-            lcpcli.why(problem, **wrong)  # type: ignore[arg-type]
+            lcpcli.why(problem, **wrong)
         assert str(refusal.value).startswith(told)
 
 
-def test_brackets_in_names_stand_for_themselves_and_a_star_for_any_text() -> None:
+def test_brackets_in_names_stand_for_themselves_and_a_star_for_any_text():
     M, q = [[-1, 0], [0, -1]], [-1, -1]
     problem = lcpcli.Problem(M, q, names=["x[1]", "x[2]"])
     both = lcpcli.why(problem, change="x[*] q")
     one = lcpcli.why(problem, change="x[1] q")
-    assert both.repair is not None
     assert both.repair.total == 2
     assert isinstance(one, Explanation)
     assert one.is_impossible

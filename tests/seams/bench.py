@@ -29,7 +29,7 @@ import subprocess
 import sys
 import tempfile
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from pathlib import Path
 from statistics import median
 from typing import Any
@@ -41,13 +41,13 @@ LIMIT = 1.05
 Call = Callable[[], Any]
 
 
-def processor_seconds() -> float:
+def processor_seconds():
     """Processor time of this process and its children that have ended."""
     children = resource.getrusage(resource.RUSAGE_CHILDREN)
     return time.process_time() + children.ru_utime + children.ru_stime
 
 
-def work() -> None:
+def work():
     """Serve measurements: a line [name, repetitions] is answered by the seconds of a
     call."""
     from bench_rows import rows
@@ -59,11 +59,11 @@ def work() -> None:
     folder, *data = map(Path, sys.argv[2:])
     table = rows(folder, data)
 
-    def reply(answer: Any) -> None:
+    def reply(answer):
         print(json.dumps(answer), file=replies, flush=True)
 
     reply({"names": list(table), "path": lcpcli.__file__})
-    prepared: dict[str, Call] = {}
+    prepared = {}
     for line in sys.stdin:
         name, repetitions = json.loads(line)
         try:
@@ -83,7 +83,7 @@ def work() -> None:
             reply(f"{type(error).__name__}: {error}")
 
 
-def calls(call: Call) -> int:
+def calls(call):
     """How many functions, of Python or of C, a call of this function calls."""
     count = itertools.count()
     sys.setprofile(
@@ -99,7 +99,7 @@ def calls(call: Call) -> int:
 class Worker:
     """A process that measures a checkout."""
 
-    def __init__(self, checkout: Path, folder: Path, data: list[Path]) -> None:
+    def __init__(self, checkout, folder, data):
         settings = {
             "PYTHONPATH": str(checkout),
             "OPENBLAS_NUM_THREADS": "1",
@@ -121,24 +121,24 @@ class Worker:
                 f"bench.py: {checkout} has no lcpcli: {first['path']} was imported"
             )
 
-    def ask(self, name: str, repetitions: int) -> Any:
+    def ask(self, name, repetitions):
         """Seconds of a call; for 0 repetitions the number of functions called; a text
         if the case fails."""
         print(json.dumps([name, repetitions]), file=self._process.stdin, flush=True)
         return self._answer()
 
-    def _answer(self) -> Any:
+    def _answer(self):
         line = self._process.stdout.readline()
         if not line:
             sys.exit("bench.py: a process has ended early")
         return json.loads(line)
 
-    def end(self) -> None:
+    def end(self):
         self._process.stdin.close()
         self._process.wait()
 
 
-def interval(ratios: list[float]) -> tuple[float, float]:
+def interval(ratios):
     """Bounds on the median by order statistics, which hold with a probability of at
     least 0.95."""
     ordered, n = sorted(ratios), len(ratios)
@@ -148,9 +148,7 @@ def interval(ratios: list[float]) -> tuple[float, float]:
     return ordered[max(k - 1, 0)], ordered[min(n - k, n - 1)]
 
 
-def pairs(
-    name: str, own: Worker, base: Worker, budget: float
-) -> Iterator[tuple[float, float]]:
+def pairs(name, own, base, budget):
     """Times of both checkouts in turn, each first in half of the pairs, until the time
     is spent."""
     once = max(min(base.ask(name, 1) for _ in range(2)), 1e-6)
@@ -165,14 +163,14 @@ def pairs(
         yield times[own], times[base]
 
 
-def verdict(low: float, high: float) -> str:
+def verdict(low, high):
     """What the interval of the ratio says."""
     if high < LIMIT:
         return "faster" if high < 1 / LIMIT else "same"
     return "slower" if low > LIMIT else "undecided"
 
 
-def row(name: str, own: Worker, base: Worker, budget: float) -> str:
+def row(name, own, base, budget):
     """Measure and print a row; return its verdict."""
     counts = [worker.ask(name, 0) for worker in (own, base)]
     if failures := [count for count in counts if isinstance(count, str)]:
@@ -196,7 +194,7 @@ def row(name: str, own: Worker, base: Worker, budget: float) -> str:
     return word
 
 
-def main() -> int:
+def main():
     """Print the rows that are asked for, and how many have each verdict."""
     parser = argparse.ArgumentParser(
         description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter

@@ -1,12 +1,9 @@
 """What `bench.py` measures: functions that prepare calls, by the names of their rows;
 public functions only."""
 
-from __future__ import annotations
-
 import subprocess
 import sys
 from collections.abc import Callable
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -14,7 +11,7 @@ import numpy as np
 import lcpcli
 
 Call = Callable[[], Any]
-FOLDER: list[Path] = []  # where the problems are kept that the gallery has made
+FOLDER = []  # where the problems are kept that the gallery has made
 PROGRAMS = [
     (name, n)
     for name in ("lp", "qp", "portfolio", "lasso", "control", "transport")
@@ -23,7 +20,7 @@ PROGRAMS = [
 PROGRAMS += [("frontier", n) for n in (20, 60)]
 
 
-def made(family: str, n: int, *parameters: str) -> Any:
+def made(family, n, *parameters):
     """Read a problem of the gallery, which the first process that needs it has
     written."""
     path = FOLDER[0] / f"{'-'.join((family, str(n), *parameters))}.npz"
@@ -45,75 +42,71 @@ def made(family: str, n: int, *parameters: str) -> Any:
     return lcpcli.read(path)
 
 
-def calls(
-    call: Callable[..., Any], make: Callable[..., Any], *given: Any, **options: Any
-) -> Callable[[], Call]:
+def calls(call, make, *given, **options):
     """Prepare calls of a function with what another one has made of some arguments."""
 
-    def prepare() -> Call:
+    def prepare():
         made_before = make(*given)
         return lambda: call(made_before, **options)
 
     return prepare
 
 
-def of_family(
-    family: str, n: int, *parameters: str, **options: Any
-) -> Callable[[], Call]:
+def of_family(family, n, *parameters, **options):
     return calls(lcpcli.run, made, family, n, *parameters, **options)
 
 
-def of_arrays(given: tuple[np.ndarray, np.ndarray], **options: Any) -> Any:
+def of_arrays(given, **options):
     return lcpcli.solve(*given, **options)
 
 
-def of_many(given: tuple[np.ndarray, np.ndarray], **options: Any) -> Any:
+def of_many(given, **options):
     return list(lcpcli.solve_many(*given, **options))
 
 
-def columns(number: int) -> tuple[np.ndarray, np.ndarray]:
+def columns(number):
     return random_lcp(10)[0], np.random.default_rng(1).normal(size=(10, number))
 
 
-def batch() -> list[np.ndarray]:
+def batch():
     return [
         np.array(part)
         for part in zip(*(random_lcp(10, seed) for seed in range(200)), strict=True)
     ]
 
 
-def sequence(family: str, n: int, *parameters: str) -> tuple[Any, np.ndarray]:
+def sequence(family, n, *parameters):
     problem = made(family, n, *parameters)
     return problem.M, problem.q[:, None] * (
         1 + 0.01 * np.random.default_rng(2).normal(size=(problem.n, 20))
     )
 
 
-def in_turn(given: tuple[Any, np.ndarray]) -> None:
+def in_turn(given):
     M, steps = given
     own = lcpcli.Solver(M)
     for q in steps.T:
         own.solve(q)
 
 
-def game(n: int) -> np.ndarray:
+def game(n):
     return np.random.default_rng(n).integers(-50, 51, (2, n, n)).astype(float)
 
 
-def plain(family: str, n: int) -> Any:
+def plain(family, n):
     problem = made(family, n)
     return lcpcli.Problem(problem.M, problem.q)
 
 
-def command(*words: str) -> Callable[[], Call]:
+def command(*words):
     whole = [sys.executable, "-m", "lcpcli", *words]
     return lambda: lambda: subprocess.run(whole, check=True, stdout=subprocess.DEVNULL)
 
 
-def rows(folder: Path, data: list[Path]) -> dict[str, Callable[[], Call]]:
+def rows(folder, data):
     """Functions that prepare what is measured, by name."""
     FOLDER[:] = [folder]
-    table: dict[str, Callable[[], Call]] = {}
+    table = {}
     for n in (4, 10, 50, 300):
         table[f"lcp {n}"] = calls(of_arrays, random_lcp, n)
         table[f"lcp {n} compiled"] = calls(of_arrays, random_lcp, n, compiled=True)
@@ -168,7 +161,7 @@ def rows(folder: Path, data: list[Path]) -> dict[str, Callable[[], Call]]:
     return table
 
 
-def random_lcp(n: int, seed: int = 0) -> tuple[np.ndarray, np.ndarray]:
+def random_lcp(n, seed=0):
     """M positive definite, not symmetric, and q."""
     random = np.random.default_rng(seed)
     A, B = random.normal(size=(2, n, n))

@@ -8,17 +8,13 @@ same. A case is repeated by its population's script with --seed and --only, as p
 which record is right is decided in fractions, where it can be.
 """
 
-from __future__ import annotations
-
 import argparse
 import json
 from collections import Counter
 from importlib import import_module
 from pathlib import Path
-from typing import Any
 
 import truth
-from record import Entry
 
 CLOSE = 1e-6  # relative to each number
 # Relative to the largest number of a vector: below it, numbers count as equal.
@@ -26,7 +22,7 @@ TINY = 1e-12
 SHOWN = 20  # differences that are printed for each field
 
 
-def main() -> None:
+def main():
     parser = argparse.ArgumentParser(
         description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
     )
@@ -44,7 +40,7 @@ def main() -> None:
     if any(header[name] != other[name] for name in ("population", "seed", "data")):
         parser.error("the records are of different populations, seeds or folders")
     made = Remade(header)
-    counts: Counter[str] = Counter()
+    counts = Counter()
     for key in [key for key in before if key in after]:
         fields = [
             field
@@ -68,7 +64,7 @@ def main() -> None:
     raise SystemExit(1 if counts or alone else 0)
 
 
-def read(path: str) -> tuple[dict[str, Any], dict[str, Entry]]:
+def read(path):
     """Return the header of a record, and its entries by key."""
     header, *lines = map(
         json.loads, Path(path).read_text(encoding="utf-8").splitlines()
@@ -76,7 +72,7 @@ def read(path: str) -> tuple[dict[str, Any], dict[str, Entry]]:
     return header, {entry.pop("key"): entry for entry in lines}
 
 
-def differing(a: Entry, b: Entry) -> list[str]:
+def differing(a, b):
     return [
         field
         for field in dict.fromkeys([*a, *b])
@@ -84,7 +80,7 @@ def differing(a: Entry, b: Entry) -> list[str]:
     ]
 
 
-def equal(a: Any, b: Any, largest: float = 0.0) -> bool:
+def equal(a, b, largest=0.0):
     """Return whether two recorded values are the same up to rounding."""
     if isinstance(a, list) and isinstance(b, list):
         numbers = [abs(v) for v in a if isinstance(v, float)]
@@ -103,10 +99,10 @@ def equal(a: Any, b: Any, largest: float = 0.0) -> bool:
 class Remade:
     """The cases of a population, made again to decide which record is right."""
 
-    def __init__(self, header: dict[str, Any]) -> None:
+    def __init__(self, header):
         self._header, self._cases = header, None
 
-    def line(self, key: str, before: Entry, after: Entry, fields: list[str]) -> str:
+    def line(self, key, before, after, fields):
         """Return what differs in a case, what each is worth, and how to repeat it."""
         header = self._header
         changes = (
@@ -124,7 +120,7 @@ class Remade:
         )
         return "\n    ".join(lines)
 
-    def _worth(self, key: str, entry: Entry) -> str:
+    def _worth(self, key, entry):
         if "worth" in entry:
             return str(entry["worth"])
         if self._cases is None:
@@ -142,7 +138,7 @@ class Remade:
         )
 
 
-def _short(value: Any) -> str:
+def _short(value):
     text = str(value)
     return text if len(text) <= 60 else text[:57] + "..."
 

@@ -4,12 +4,12 @@ solve, kernels and Solver."""
 from __future__ import annotations
 
 from functools import cache, partial
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 import populations
 import truth
-from record import GENEROUS_SECONDS, Case, Entry, main, of_result
+from record import GENEROUS_SECONDS, Case, main, of_result
 
 from lcpcli import Problem, Solver, run
 
@@ -25,7 +25,7 @@ class Step(NamedTuple):
     way: str
 
 
-def cases(seed: int) -> list[Case]:
+def cases(seed):
     """Return steps with the contacts of a heap of boxes, at rest and moving, by each
     way."""
     found = []
@@ -40,11 +40,11 @@ def cases(seed: int) -> list[Case]:
 
 
 @cache
-def _contacts(n: int, seed: int) -> Problem:
+def _contacts(n, seed):
     return populations.gallery("rigid-boxes", n, seed)
 
 
-def _step(n: int, kind: str, seed: int, k: int, way: str) -> Step:
+def _step(n, kind, seed, k, way):
     """Return a step: at rest, rows that move have rounding alone in q, and the others
     are loaded as before."""
     like, random = _contacts(n, seed), np.random.default_rng([seed, n, k])
@@ -56,7 +56,7 @@ def _step(n: int, kind: str, seed: int, k: int, way: str) -> Step:
     return Step(Problem(like.M, q * (1 + 0.05 * random.random())), way)
 
 
-def outcome(_: Case, step: Any) -> Entry:
+def outcome(_, step):
     """Return what is compared, and for few unknowns what it is worth."""
     problem, way = step
     if way == "Solver":

@@ -1,22 +1,17 @@
 """Bimatrix games, judged by best responses in fractions, and game trees."""
 
-from __future__ import annotations
-
-from collections.abc import Callable
 from fractions import Fraction
 from functools import partial
-from typing import Any
 
 import numpy as np
 import populations
-from numpy.random import Generator
-from record import GENEROUS_SECONDS, Case, Entry, main, of_result
+from record import GENEROUS_SECONDS, Case, main, of_result
 
-from lcpcli import Problem, from_game, run
+from lcpcli import from_game, run
 
 GAMES, LARGEST, MAX_LARGE = 600, 12, 60
 GAIN = Fraction(1, 10**9)  # relative to the payoffs that are reached
-PAYOFFS: dict[str, Callable[[Generator, tuple[int, ...]], Any]] = {
+PAYOFFS = {
     "normal": lambda random, shape: random.standard_normal(shape),
     "ties": lambda random, shape: random.integers(-1, 2, shape).astype(float),
     "integers": lambda random, shape: random.integers(-50, 51, shape).astype(float),
@@ -28,7 +23,7 @@ PAYOFFS: dict[str, Callable[[Generator, tuple[int, ...]], Any]] = {
 }
 
 
-def cases(seed: int) -> list[Case]:
+def cases(seed):
     """Return games of each kind, some of them large, and trees."""
     kinds = list(PAYOFFS)
     found = [
@@ -44,14 +39,14 @@ def cases(seed: int) -> list[Case]:
     ]
 
 
-def _game(kind: str, seed: int) -> Problem:
+def _game(kind, seed):
     random = np.random.default_rng(seed)
     most = MAX_LARGE if seed % 10 == 0 else LARGEST
     A, B = PAYOFFS[kind](random, (2, *random.integers(2, most + 1, 2)))
     return from_game(A, B)
 
 
-def outcome(case: Case, problem: Problem) -> Entry:
+def outcome(case, problem):
     """Return what is compared; an equilibrium is false if a player gains by another
     strategy."""
     result = run(

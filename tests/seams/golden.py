@@ -14,8 +14,6 @@ commands by the beginnings of their words. The exit code of --compare is 1 if an
 differs.
 """
 
-from __future__ import annotations
-
 import argparse
 import difflib
 import os
@@ -24,7 +22,6 @@ import shlex
 import subprocess
 import sys
 import tempfile
-from collections.abc import Iterator
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
@@ -149,7 +146,7 @@ REFUSED = (
 )
 
 
-def commands() -> Iterator[str]:
+def commands():
     """The commands, without `lcp`."""
     for form in TABLES:
         chosen = f"--format {form}"
@@ -205,7 +202,7 @@ def commands() -> Iterator[str]:
     yield from REFUSED
 
 
-def masked(text: str, folder: str) -> str:
+def masked(text, folder):
     """The text without what changes from run to run."""
     text = text.replace(folder, "FOLDER").replace(str(HERE), "CHECKOUT")
     for pattern, replacement in MASKS:
@@ -216,7 +213,7 @@ def masked(text: str, folder: str) -> str:
     )
 
 
-def output(command: str) -> str:
+def output(command):
     """What a command prints and writes, run in a folder of its own."""
     path = os.environ.get("PYTHONPATH", str(HERE))
     with tempfile.TemporaryDirectory() as folder:
@@ -251,12 +248,12 @@ def output(command: str) -> str:
         return masked("\n".join(parts), folder)
 
 
-def file_name(command: str) -> str:
+def file_name(command):
     """The name of the file for a command."""
     return re.sub(r"[^\w.=,+-]+", "_", command) + ".txt"
 
 
-def compare(old: Path, new: Path) -> int:
+def compare(old, new):
     """Print a short diff of each command that differs, and how many do."""
     names = [{path.name for path in folder.glob("*.txt")} for folder in (old, new)]
     if not names[0] & names[1]:
@@ -282,7 +279,7 @@ def compare(old: Path, new: Path) -> int:
     return int(different > 0)
 
 
-def main() -> int:
+def main():
     """Run the commands, or compare two folders."""
     parser = argparse.ArgumentParser(
         description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter

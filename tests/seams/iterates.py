@@ -1,19 +1,16 @@
 """Iterates of the published methods, bit by bit: shi, fixed-point, newton, lemke and
 interior, with their options."""
 
-from __future__ import annotations
-
 from functools import partial
-from typing import Any
 
 import numpy as np
 import populations
-from record import GENEROUS_SECONDS, Case, Entry, exact, hash_of, main
+from record import GENEROUS_SECONDS, Case, exact, hash_of, main
 
 from lcpcli import Problem, run
 
 STEPS = 300  # at most; the others end by themselves
-CALLS: dict[str, tuple[str, dict[str, Any]]] = {
+CALLS = {
     "newton": ("newton", {}),
     "newton from 1": ("newton", {"z0": 1.0}),
     "lemke": ("lemke", {}),
@@ -44,9 +41,9 @@ RANDOM = 150  # random problems
 TIED = 20  # problems in small integers with q = -e, in which many rows block at once
 
 
-def cases(seed: int) -> list[Case]:
+def cases(seed):
     """Return each call with each problem."""
-    problems: dict[str, Any] = {
+    problems = {
         f"{f} {n}": partial(populations.gallery, f, n, seed)
         for f in FAMILIES
         for n in (5, 20)
@@ -63,13 +60,13 @@ def cases(seed: int) -> list[Case]:
     ]
 
 
-def _tied(seed: int) -> Problem:
+def _tied(seed):
     random = np.random.default_rng(seed)
     n = int(random.integers(3, 9))
     return Problem(random.integers(0, 3, (n, n)) + np.eye(n), -np.ones(n))
 
 
-def outcome(case: Case, problem: Problem) -> Entry:
+def outcome(case, problem):
     """Return a hash of all iterates, and how the run ended."""
     method, options = CALLS[case.key.split(": ")[0]]
     if "z0" in options:

@@ -8,13 +8,13 @@ from functools import partial
 from typing import Any, NamedTuple
 
 import numpy as np
-from record import GENEROUS_SECONDS, Case, Entry, main
+from record import GENEROUS_SECONDS, Case, main
 
 from lcpcli import solve_mcp
 
 NUMBER = 240
 # N and its slopes, component by component.
-TERMS: dict[str, tuple[Callable[[Any], Any], Callable[[Any], Any]]] = {
+TERMS = {
     "cubic": (lambda z: z**3, lambda z: 3 * z**2),
     "exponential": (lambda z: np.exp(z / 2), lambda z: np.exp(z / 2) / 2),
     "logarithm": (lambda z: 2 * np.log(z + 1), lambda z: 2 / (z + 1)),
@@ -35,7 +35,7 @@ class Model(NamedTuple):
     unit: float
 
 
-def cases(seed: int) -> list[Case]:
+def cases(seed):
     """Return models of all kinds, in units from 1e-9 to 1e9."""
     kinds = [(terms, jacobian) for terms in TERMS for jacobian in JACOBIANS]
     found = []
@@ -50,7 +50,7 @@ def cases(seed: int) -> list[Case]:
     return found
 
 
-def _model(terms: str, jacobian: str, seed: int) -> Model:
+def _model(terms, jacobian, seed):
     random = np.random.default_rng(seed)
     n, unit, has_root = (
         int(random.integers(1, 8)),
@@ -73,13 +73,13 @@ def _model(terms: str, jacobian: str, seed: int) -> Model:
     return Model(lambda z: unit * (M @ z + N(z) + c), J, lower, random.random(n), unit)
 
 
-def outcome(_: Case, model: Model) -> Entry:
+def outcome(_, model):
     """Return what is compared; a solution is false if F at z violates a sign by far
     more than the tolerance."""
     result = solve_mcp(
         model.F, model.J, lower=model.lower, x0=model.start, time_limit=GENEROUS_SECONDS
     )
-    entry: Entry = {
+    entry = {
         "status": result.status.word,
         "z": [float(value) for value in result.z],
     }

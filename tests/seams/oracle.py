@@ -7,25 +7,21 @@ arithmetic. The table on standard error counts what became of those that have a
 solution, those that have none, and those with a planted solution, by status.
 """
 
-from __future__ import annotations
-
-from collections.abc import Callable
 from fractions import Fraction
-from typing import Any
 
 import numpy as np
 import populations
 import truth
-from record import GENEROUS_SECONDS, Case, Entry, exact, main, of_result
+from record import GENEROUS_SECONDS, Case, exact, main, of_result
 
-from lcpcli import Problem, run
 from lcpcli import exact as in_fractions
+from lcpcli import run
 
 EACH = 500  # cases of each kind
 PROVED = 10  # one case in so many is also solved by lcpcli.exact
 
 
-def cases(seed: int) -> list[Case]:
+def cases(seed):
     """Return all cases, the kinds in turn."""
     return [
         Case(
@@ -37,7 +33,7 @@ def cases(seed: int) -> list[Case]:
     ]
 
 
-def lcp(random: np.random.Generator, k: int) -> Problem:
+def lcp(random, k):
     """An LCP of one of ten classes."""
     return exact.random_problem(
         int(random.integers(1 << 30)),
@@ -46,7 +42,7 @@ def lcp(random: np.random.Generator, k: int) -> Problem:
     )
 
 
-def extreme(random: np.random.Generator, k: int) -> Problem:
+def extreme(random, k):
     """The same in units over many powers of ten, which are rounded, or of two, with an
     uneven q or not."""
     return populations.in_uneven_units(
@@ -57,7 +53,7 @@ def extreme(random: np.random.Generator, k: int) -> Problem:
     )
 
 
-def mixed(random: np.random.Generator, k: int) -> Problem:
+def mixed(random, k):
     """A problem with bounds of all kinds, in even or uneven units."""
     problem = populations.mixed(
         random, int(random.integers(1, 5)), list(exact.CLASSES)[k % 10]
@@ -69,7 +65,7 @@ def mixed(random: np.random.Generator, k: int) -> Problem:
     )
 
 
-def program(random: np.random.Generator, k: int) -> Problem:
+def program(random, k):
     """A linear or quadratic program with inequalities or equations, in units over many
     powers."""
     problem = populations.program(
@@ -80,7 +76,7 @@ def program(random: np.random.Generator, k: int) -> Problem:
     )
 
 
-def run_off(random: np.random.Generator, k: int) -> Problem:
+def run_off(random, k):
     """A program whose rows contradict each other by 1e-3 to 1e-15, agree, or leave as
     little room."""
     problem = populations.opposed_rows(
@@ -95,14 +91,14 @@ def run_off(random: np.random.Generator, k: int) -> Problem:
     )
 
 
-def planted(random: np.random.Generator, k: int) -> Problem:
+def planted(random, k):
     """A larger problem with a known solution, in units of powers of two."""
     return populations.planted(
         random, int(random.integers(7, 41)), list(exact.CLASSES)[k % 10]
     )
 
 
-KINDS: dict[str, Callable[[np.random.Generator, int], Problem]] = {
+KINDS = {
     "lcp": lcp,
     "extreme": extreme,
     "mixed": mixed,
@@ -112,7 +108,7 @@ KINDS: dict[str, Callable[[np.random.Generator, int], Problem]] = {
 }
 
 
-def outcome(case: Case, problem: Any) -> Entry:
+def outcome(case, problem):
     """Return the recorded outcome with the truth and whether the claim is false."""
     entry = of_result(run(problem, time_limit=GENEROUS_SECONDS))
     if truth.has_few_states(problem):
@@ -127,7 +123,7 @@ def outcome(case: Case, problem: Any) -> Entry:
     return entry
 
 
-def _fault_of_proof(problem: Problem, entry: Entry) -> str:
+def _fault_of_proof(problem, entry):
     """Record what lcpcli.exact proves, and return what is wrong with it, or ""."""
     proved = in_fractions(problem, time_limit=GENEROUS_SECONDS).exact
     entry["exact"] = proved.status.word if proved.status else None

@@ -1,13 +1,10 @@
 """Random problems that several populations share."""
 
-from __future__ import annotations
-
 import subprocess
 import sys
 from tempfile import TemporaryDirectory
 
 import numpy as np
-from numpy.random import Generator
 from record import exact
 
 from lcpcli import Problem, read
@@ -73,9 +70,7 @@ FAMILIES = RANDOM_FAMILIES + FIXED_FAMILIES
 GRID = 4096
 
 
-def in_uneven_units(
-    problem: Problem, random: Generator, decades: int, base: int
-) -> Problem:
+def in_uneven_units(problem, random, decades, base):
     """Return the problem with rows and columns in units of up to 10^+-decades/2, of
     powers of two (then it is exactly as solvable) or of ten, which are rounded."""
     steps = decades / 2 if base == 10 else decades * 1.66
@@ -87,7 +82,7 @@ def in_uneven_units(
     return Problem(R[:, None] * problem.M * C, R * problem.q, **bounds)
 
 
-def bounds_of_all_kinds(random: Generator, n: int) -> tuple[np.ndarray, np.ndarray]:
+def bounds_of_all_kinds(random, n):
     """Return bounds of which any may be missing or equal."""
     lower = random.integers(-3, 3, size=n).astype(float)
     upper = lower + random.integers(0, 4, size=n)
@@ -96,7 +91,7 @@ def bounds_of_all_kinds(random: Generator, n: int) -> tuple[np.ndarray, np.ndarr
     )
 
 
-def mixed(random: Generator, n: int, kind: str) -> Problem:
+def mixed(random, n, kind):
     """Return a problem of a class of matrices with bounds of all kinds."""
     M = np.rint(GRID * exact.CLASSES[kind](random, n)) / GRID
     lower, upper = bounds_of_all_kinds(random, n)
@@ -105,7 +100,7 @@ def mixed(random: Generator, n: int, kind: str) -> Problem:
     )
 
 
-def program(random: Generator, k: int, m: int, is_linear: bool) -> Problem:
+def program(random, k, m, is_linear):
     """Return the conditions of: minimize x'Px / 2 + c'x subject to Ax >= b, or = b, and
     x >= 0; often with a solution and degenerate, sometimes infeasible or unbounded."""
     A = random.integers(-3, 4, size=(m, k)).astype(float)
@@ -126,7 +121,7 @@ def program(random: Generator, k: int, m: int, is_linear: bool) -> Problem:
     )
 
 
-def opposed_rows(random: Generator, room: float) -> Problem:
+def opposed_rows(random, room):
     """Return the conditions of a linear program with a row a'x >= b and the opposed one
     a'x <= b + room, or with the room in a coefficient, and costs of any size."""
     k = int(random.integers(1, 4))
@@ -141,7 +136,7 @@ def opposed_rows(random: Generator, room: float) -> Problem:
     return Problem(M, np.concatenate([c, -b]))
 
 
-def planted(random: Generator, n: int, kind: str) -> Problem:
+def planted(random, n, kind):
     """Return a problem of a class of matrices, with or without bounds, that has a
     solution in small integers, in units of powers of two."""
     M = np.rint(16 * exact.CLASSES[kind](random, n)) / 16
@@ -169,7 +164,7 @@ def planted(random: Generator, n: int, kind: str) -> Problem:
     )
 
 
-def gallery(family: str, n: int, seed: int) -> Problem:
+def gallery(family, n, seed):
     """Return a problem of the gallery, by the command `lcp make`, which stays where it
     is when modules move."""
     with TemporaryDirectory() as folder:

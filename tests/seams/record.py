@@ -20,7 +20,7 @@ import os
 import sys
 import time
 from collections import Counter
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from hashlib import sha256
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -46,11 +46,7 @@ class Case(NamedTuple):
     make: Callable[[], Any]
 
 
-def main(
-    cases: Callable[..., Sequence[Case]],
-    outcome: Callable[[Case, Any], Entry],
-    takes_data: bool = False,
-) -> None:
+def main(cases, outcome, takes_data=False):
     """Run the population's cases as the arguments say, write the record, and report
     what is false on standard error.
 
@@ -96,7 +92,7 @@ def main(
     )
 
 
-def _arguments(takes_data: bool) -> argparse.Namespace:
+def _arguments(takes_data):
     parser = argparse.ArgumentParser(description=sys.modules["__main__"].__doc__)
     parser.add_argument(
         "-o", "--output", help="the file of the record; by default standard output"
@@ -123,7 +119,7 @@ def _arguments(takes_data: bool) -> argparse.Namespace:
     return parser.parse_args()
 
 
-def _outcome(case: Case, outcome: Callable[[Case, Any], Entry]) -> Entry:
+def _outcome(case, outcome):
     try:
         return outcome(case, case.make())
     # What a call raises is what it did: it is recorded and compared like any other
@@ -132,7 +128,7 @@ def _outcome(case: Case, outcome: Callable[[Case, Any], Entry]) -> Entry:
         return {"status": f"{type(error).__name__}: {error}"}
 
 
-def _report(population: str, entries: Sequence[Entry], seconds: float) -> int:
+def _report(population, entries, seconds):
     false = [entry for entry in entries if entry.get("false")]
     for entry in false:
         print(
@@ -153,10 +149,10 @@ def _report(population: str, entries: Sequence[Entry], seconds: float) -> int:
     return 1 if false else 0
 
 
-def of_result(result: Any) -> Entry:
+def of_result(result):
     """Return what is compared of a Result: status, z, the methods that took part, and a
     proof."""
-    entry: Entry = {
+    entry = {
         "status": result.status.word,
         "route": "+".join(result.route),
         "iterations": result.iterations,
@@ -174,7 +170,7 @@ def of_result(result: Any) -> Entry:
     return entry
 
 
-def hash_of(*arrays: Any) -> str:
+def hash_of(*arrays):
     """Return a hash of the bytes of some arrays of doubles, in which -0 counts as 0."""
     digest = sha256()
     for array in arrays:
@@ -182,7 +178,7 @@ def hash_of(*arrays: Any) -> str:
     return digest.hexdigest()[:16]
 
 
-def described(made: Any) -> str:
+def described(made):
     """Return the data of a case in words, small ones in full."""
     if not hasattr(made, "M"):
         return str(made)

@@ -8,7 +8,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 import populations
-from record import Case, Entry, hash_of, main
+from record import Case, hash_of, main
 
 from lcpcli import Problem, Solver, run
 
@@ -32,7 +32,7 @@ class Sequence(NamedTuple):
     q: Any
 
 
-def cases(seed: int) -> list[Case]:
+def cases(seed):
     """Return sequences of each family, with steps of different sizes."""
     found = []
     for k in range(SEQUENCES):
@@ -41,7 +41,7 @@ def cases(seed: int) -> list[Case]:
     return found
 
 
-def _sequence(family: str, n: int, seed: int, k: int) -> Sequence:
+def _sequence(family, n, seed, k):
     like, random = (
         populations.gallery(family, n, seed),
         np.random.default_rng([seed, k]),
@@ -52,7 +52,7 @@ def _sequence(family: str, n: int, seed: int, k: int) -> Sequence:
     return Sequence(like, like.q * (1 + steps))
 
 
-def outcome(_: Case, sequence: Sequence) -> Entry:
+def outcome(_, sequence):
     """Return statuses and states of all steps; a step is false if it ends otherwise
     than the problem alone."""
     like, Q = sequence
@@ -60,7 +60,7 @@ def outcome(_: Case, sequence: Sequence) -> Entry:
     results = [solver.solve(q) for q in Q]
     alone = [run(Problem(like.M, q, lower=like.lower, upper=like.upper)) for q in Q]
     words = [result.status.word for result in results]
-    entry: Entry = {
+    entry = {
         "status": "+".join(sorted(set(words))),
         "words": words,
         "steps": [r.iterations for r in results],

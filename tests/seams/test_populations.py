@@ -1,8 +1,6 @@
 """Populations say the same each time, claim nothing false, and their records show what
 differs."""
 
-from __future__ import annotations
-
 import json
 import subprocess
 import sys
@@ -23,7 +21,7 @@ SAMPLES = {
 }
 
 
-def script(name: str, *arguments: str) -> subprocess.CompletedProcess[str]:
+def script(name, *arguments):
     command = [sys.executable, HERE / f"{name}.py", *arguments]
     return subprocess.run(command, capture_output=True, text=True, check=False)
 

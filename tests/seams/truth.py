@@ -3,9 +3,8 @@ nothing with the package."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from fractions import Fraction
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 from record import exact, exact_measure
@@ -22,7 +21,7 @@ MAX_EXACT = 20  # unknowns up to which the states of z are solved exactly
 NO_SOLUTION = ("infeasible", "unsolvable")
 
 
-def passes(problem: Any, z: Sequence[float]) -> bool:
+def passes(problem, z):
     """Return whether z as it is, put on the bounds, or freed from noise, passes."""
     given, (lower, upper), own = (
         np.asarray(z, dtype=float),
@@ -41,7 +40,7 @@ def passes(problem: Any, z: Sequence[float]) -> bool:
     np.maximum.at(largest, own.column_part, far)
     clean = np.where(far <= NOISE * largest[own.column_part], reference, given)
 
-    def on_bounds(z: np.ndarray) -> np.ndarray:
+    def on_bounds(z):
         w = R * (problem.M @ z + problem.q)
         z = np.where((z - lower) / C < w, lower, z)
         return np.where((upper - z) / C < -w, upper, z)
@@ -63,7 +62,7 @@ class Units(NamedTuple):
     column_part: list[int]
 
     @classmethod
-    def of(cls, problem: Any) -> Units:
+    def of(cls, problem):
         """Return those of the least squares of log|M_ij| + log R_i + log C_j (Curtis
         and Reid)."""
         coo, n = sparse.coo_array(problem.M), problem.n
@@ -82,7 +81,7 @@ class Units(NamedTuple):
         return cls(x[:n], x[n:], part[:n], part[n:])
 
 
-def bounds(problem: Any) -> tuple[np.ndarray, np.ndarray]:
+def bounds(problem):
     lower, upper = (
         np.array(np.broadcast_to(bound, problem.n), dtype=float)
         for bound in (problem.lower, problem.upper)
@@ -90,14 +89,14 @@ def bounds(problem: Any) -> tuple[np.ndarray, np.ndarray]:
     return lower, upper
 
 
-def without_noise(z: list[float]) -> list[float]:
+def without_noise(z):
     """Return z with 0 in place of components that may be rounding of 0 beside the
     largest one."""
     least = NOISE * max(map(abs, z), default=0.0)
     return [value if abs(value) > least else 0.0 for value in z]
 
 
-def judge(problem: Any, entry: dict[str, Any]) -> str:
+def judge(problem, entry):
     """Return what a recorded outcome is worth: "right", "refused", "undecided", or
     "false: ..." with the reason."""
     status = entry["status"]
@@ -124,7 +123,7 @@ def judge(problem: Any, entry: dict[str, Any]) -> str:
     return "right" if has_few_states(problem) else "undecided"
 
 
-def has_few_states(problem: Any) -> bool:
+def has_few_states(problem):
     """Return whether the states of all unknowns can be enumerated."""
     number = 1
     for low, high in zip(*bounds(problem), strict=True):
@@ -134,7 +133,7 @@ def has_few_states(problem: Any) -> bool:
     return number <= MAX_STATES and problem.n <= MAX_ENUMERATED
 
 
-def near_solution(problem: Any, z: Sequence[float]) -> bool:
+def near_solution(problem, z):
     """Return whether z is near an exact solution with its states, in each component."""
     if problem.n > MAX_EXACT or not np.isfinite(z).all():
         return False

@@ -4,15 +4,11 @@ in a folder.
 python tests/seams/verdicts.py --data FOLDER -o record  # also files in and below FOLDER
 """
 
-from __future__ import annotations
-
 from functools import partial
-from pathlib import Path
-from typing import Any
 
 import numpy as np
 import populations
-from record import GENEROUS_SECONDS, Case, Entry, exact, main, of_result
+from record import GENEROUS_SECONDS, Case, exact, main, of_result
 
 from lcpcli import Problem, read, read_nl, run, solve_mcp
 
@@ -43,7 +39,7 @@ SUFFIXES = {
 }
 
 
-def cases(seed: int, data: Path | None) -> list[Case]:
+def cases(seed, data):
     """Return the cases of the gallery, of the folder, and the random ones."""
     found = [
         Case(f"gallery {family} {n}", partial(populations.gallery, family, n, seed))
@@ -68,18 +64,18 @@ def cases(seed: int, data: Path | None) -> list[Case]:
     ]
 
 
-def _read(file: Path) -> Any:
+def _read(file):
     return read_nl(file) if file.suffix == ".nl" else read(file)
 
 
-def _random(kind: str, seed: int, k: int) -> Problem:
+def _random(kind, seed, k):
     random = np.random.default_rng([seed, k])
     if k // len(exact.CLASSES) % 2:
         return populations.mixed(random, int(random.integers(1, 13)), kind)
     return exact.random_problem(int(random.integers(1 << 30)), 12, kind)
 
 
-def outcome(case: Case, problem: Any) -> Entry:
+def outcome(case, problem):
     """Return the status, z, the route and the proof."""
     kind, *_, number = case.key.split()
     if kind == "random":
