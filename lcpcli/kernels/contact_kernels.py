@@ -80,14 +80,13 @@ def _change(M: Any, base: Any, inverses: Any) -> Any:
     infinity if others are 0."""
     if M.shape != base.shape:
         return np.inf
-    square = 0.0
+    square, is_like = 0.0, True
     for i in range(len(M)):
         for j in range(M.shape[1]):
-            if (M[i, j] != 0.0) != (base[i, j] != 0.0):
-                return np.inf
+            is_like &= (M[i, j] != 0.0) == (base[i, j] != 0.0)
             change = (M[i, j] - base[i, j]) * inverses[i, j]
             square += change * change
-    return np.sqrt(square)
+    return np.sqrt(square) if is_like else np.inf
 
 
 @njit(

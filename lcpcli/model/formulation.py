@@ -199,6 +199,7 @@ class Formulation:
     inverse: ClassVar[str] = ""
 
     @classmethod
+    @cache
     def sibling(cls, name: str) -> Any:
         """Return a module in the folder of this class, which is loaded on first use: as
         for the inverse transformation, which reading a file does not need."""

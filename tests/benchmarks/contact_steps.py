@@ -42,11 +42,13 @@ class Contacts:
         self.W, self.q = M[order][:, order], self.lcp.q[order]
         pairs = [(each.first, each.second) for each in scene.contacts]
         self.ids = [(*pair, pairs[:i].count(pair)) for i, pair in enumerate(pairs)]
-
-    def box(self) -> tuple[Vector, Vector, Vector]:
-        places = np.arange(2 * self.k)
-        lower, upper = np.tile([0, -self.mu], self.k), np.tile([inf, self.mu], self.k)
-        return lower, upper, np.where(places % 2, places - 1, -1)
+        self.ids_of_unknowns = [(*each, side) for each in self.ids for side in (0, 1)]
+        positions = np.arange(2 * self.k)
+        self.box = {
+            "lower": np.tile([0, -self.mu], self.k),
+            "upper": np.tile([inf, self.mu], self.k),
+            "findex": np.where(positions % 2, positions - 1, -1),
+        }
 
     def violation(self, x: Vector) -> float:
         most = self.mu * x[::2]
@@ -73,13 +75,11 @@ class ByW:
 
 class ByIndices(ByW):
     def __call__(self, data: Contacts) -> Vector | None:
-        lower, upper, findex = data.box()
-        ids = [(*each, side) for each in data.ids for side in (0, 1)]
         if self.solver is None:
-            first = lcpcli.from_findex(data.W, data.q, lower, upper, findex)
+            first = lcpcli.from_findex(data.W, data.q, **data.box)
             self.solver = lcpcli.Solver(first, compiled=self.compiled)
-        ends = {"lower": lower, "upper": upper, "findex": findex}
-        self.solver.update(A=data.W, b=data.q, ids=ids, **ends)
+        ids = data.ids_of_unknowns
+        self.solver.update(A=data.W, b=data.q, ids=ids, **data.box)
         result = self.solver.solve()
         return result.answer.x if result.solved else None
 

@@ -7,7 +7,6 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Hashable, Mapping, Sequence
 from dataclasses import dataclass, replace
-from dataclasses import fields as fields_of
 from fractions import Fraction
 from functools import cached_property, lru_cache
 from operator import add
@@ -54,6 +53,8 @@ MAX_FACETS = 1000  # with as many, friction is too small by 5e-6
 ROUNDING = 64 * EPS
 NAME_NORMAL = f"give the index of a normal unknown, or {NONE} for none {FROM_0}"
 FROM_ZERO = f"give a number from 0 {FROM_0}"
+# What a contact stores that depends on A and b.
+OF_A_AND_B = "_form", "last_motion", "last_system"
 FILE_KEYS = {
     "findex": ("A", "b", "lo", "hi", "findex"),
     "W": ("W", "q", "mu", "dimension", "facets", "restitution", "before"),
@@ -267,12 +268,13 @@ class Contact(Formulation):
             impact = {"restitution": law.restitution, "before": law.before}
             return fields | {"q": law.q} | impact
         bounds = {"lo": self.lower, "hi": self.upper}
-        return {"A": self.A, "b": self.b, **bounds, "findex": self.findex}
+        findex = self.findex.astype(np.float64)
+        return {"A": self.A, "b": self.b, **bounds, "findex": findex}
 
     @cached_property
-    def findex(self) -> Vector:
-        """Return the friction indices as numbers for a file."""
-        findex = np.full(self.b.size, float(NONE))
+    def findex(self) -> Indices:
+        """Return the friction indices."""
+        findex = np.full(self.b.size, NONE)
         findex[self.friction.tangents[:, 0]] = self.friction.normals
         findex.setflags(write=False)
         return findex
@@ -303,10 +305,13 @@ class Contact(Formulation):
         return self.friction.normals.size
 
     def having(self, **fields: Any) -> Contact:
-        """Return the same contacts with other values of these fields, which nothing
-        validates, before anything is computed."""
-        contact, values = Contact.__new__(Contact), vars(self)
-        vars(contact).update({name: values[name] for name in FIELDS}, **fields)
+        """Return the same contacts with another A, b and ids, which nothing validates,
+        before anything is computed of them."""
+        contact = Contact.__new__(Contact)
+        values = vars(contact)
+        values.update(vars(self), **fields)
+        for name in OF_A_AND_B:
+            values.pop(name, None)
         return contact
 
     def has_positions_of(self, other: Contact) -> bool:
@@ -561,9 +566,6 @@ class Contact(Formulation):
         followed = self.sibling("states").followed
         proposal: Proposal | None = followed(self, problem, states, tol, fast)
         return proposal
-
-
-FIELDS = tuple(each.name for each in fields_of(Contact))
 
 
 def of_findex(

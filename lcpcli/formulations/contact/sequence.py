@@ -88,7 +88,7 @@ def _with(before: Contact, data: Mapping[str, Any], has_kernels: bool) -> Contac
     A, b = data.get(of_A, before.A), data.get(of_b, law.q if law else before.b)
     if _has_same_law(before, data):
         if has_kernels and _has_form_of(A, before.A) and _has_form_of(b, before.b):
-            A, b = np.array(A, order="C"), np.array(b)
+            A, b = A.copy(), b.copy()
             A.setflags(write=False)
             b.setflags(write=False)
             return before.having(A=A, b=b)
@@ -118,7 +118,7 @@ def _has_same_law(before: Contact, data: Mapping[str, Any]) -> bool:
     """Return whether these data have the bounds and the friction of before, and no
     restitution."""
     if before.key == "findex":
-        defaults = before.lower, before.upper, before.findex
+        defaults: tuple[Any, ...] = before.lower, before.upper, before.findex
         pairs = zip(map(data.get, KEYS["findex"][2:]), defaults, strict=False)
         return all(value is None or _is_same(value, old) for value, old in pairs)
     law, mu = (before.impact, *map(data.get, KEYS["W"][3:5])), data.get("mu")
@@ -131,13 +131,14 @@ def _has_same_law(before: Contact, data: Mapping[str, Any]) -> bool:
     return has_mu and law == (None, None, None)
 
 
-def _is_same(value: Any, before: Vector) -> bool:
+def _is_same(value: Any, before: Any) -> bool:
     """Return whether a value is an array with these numbers."""
-    return value is before or (
-        type(value) is np.ndarray
-        and value.dtype.kind in "fi"
-        and are_equal(value, before)
-    )
+    if type(value) is not np.ndarray or value.dtype.kind not in "fi":
+        return False
+    # This takes a third of the time of the comparison by numbers.
+    if value.dtype == before.dtype and value.tobytes() == before.tobytes():
+        return bool(value.shape == before.shape)
+    return are_equal(value, before)
 
 
 def _single(values: Vector) -> Vector | float:
