@@ -17,7 +17,14 @@ from lcpcli.errors import OptionError
 from lcpcli.kernels.loading import load
 from lcpcli.linalg.matrices import dense, is_sparse
 from lcpcli.linalg.units import Base, Units
-from lcpcli.methods.direct import CERTAIN, MAX_COMPILED, DirectAnswer
+from lcpcli.methods.direct import (
+    CERTAIN,
+    DOUBTFUL,
+    MAX_COMPILED,
+    NOTHING,
+    DirectAnswer,
+    without_doubtful_terms,
+)
 from lcpcli.methods.lemke import MIN_REFRESHED, seeded_cover
 from lcpcli.model.box import of_masks
 from lcpcli.model.problem import Problem, conditions_of
@@ -78,7 +85,11 @@ def direct(
     verdict_code, steps, z = solve_one(
         M, problem.q, start, basic is not None, problem.largest, tol
     )
-    return DirectAnswer(z, verdict_code == CERTAIN, steps) if verdict_code else None
+    if verdict_code == NOTHING:
+        return None
+    answer = DirectAnswer(z, verdict_code == CERTAIN, steps)
+    is_doubtful = verdict_code == DOUBTFUL
+    return without_doubtful_terms(problem, answer) if is_doubtful else answer
 
 
 def lemke(

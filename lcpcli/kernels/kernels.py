@@ -26,7 +26,7 @@ from lcpcli.linalg.matrices import TINY_TERMS
 from lcpcli.methods import direct
 from lcpcli.methods.newton import MAX_LEAST_INDEX_STEPS
 from lcpcli.model.box import BASIC, LOWER, UPPER
-from lcpcli.verify.enclosure import open_signs, regular_change
+from lcpcli.verify.enclosure import are_open, open_signs, regular_change
 from lcpcli.verify.final_states import HIDDEN_TERM, LONG_NUMBER, SURE_DIGITS
 from lcpcli.verify.measure import CERTAIN, FEW_UNKNOWNS
 
@@ -39,7 +39,8 @@ OPTIONS = {
 compiled = njit(**OPTIONS)
 # For functions that one kernel calls once: numba compiles in half the time.
 inlined = njit(inline="always", **OPTIONS)
-register_jitable(nogil=True, error_model="numpy")(regular_change)
+for function in (regular_change, are_open):
+    register_jitable(nogil=True, error_model="numpy")(function)
 _safeguarded, _is_hopeless, _open_signs = map(
     compiled, (direct.safeguarded, direct.is_hopeless, open_signs)
 )
@@ -325,7 +326,7 @@ def solve_one(
     is_open = n <= FEW_UNKNOWNS and (
         is_long or (_hides_terms(q, largest, z) and not _is_sure(M, q, k, P, z))
     )
-    return direct.NOTHING if is_open else verdict_code, steps, z
+    return direct.DOUBTFUL if is_open else verdict_code, steps, z
 
 
 @njit(
@@ -345,9 +346,11 @@ def solve_rows(M: Any, Q: Any, largest: Any, tol: float, Z: Any, outcomes: Any) 
     """
     for i in range(Q.shape[0]):
         row_of_M = min(i, M.shape[0] - 1)
-        outcomes[i, 0], outcomes[i, 1], z = solve_one(
+        verdict_code, outcomes[i, 1], z = solve_one(
             M[row_of_M], Q[i], Q[i] < 0.0, False, largest[row_of_M], tol
         )
+        is_open = verdict_code == direct.DOUBTFUL
+        outcomes[i, 0] = direct.NOTHING if is_open else verdict_code
         for j in range(z.size):
             Z[i, j] = z[j]
 

@@ -38,11 +38,13 @@ from lcpcli.typing import BasisStatus, Indices, Mask, Matrix, Vector
 from lcpcli.verify.final_states import (
     HIDDEN_TERM,
     LONG_NUMBER,
+    are_signs_clear,
     hides_term_of_row,
+    may_hide_term,
     verified_or_exact,
     without_rounding,
 )
-from lcpcli.verify.measure import FEW_UNKNOWNS, FINEST, Measure, least_caps
+from lcpcli.verify.measure import FEW_UNKNOWNS, FINEST, Measure, least_cap, least_caps
 from lcpcli.verify.point import Point
 
 MAX_UNKNOWNS = 100
@@ -67,11 +69,12 @@ FAR_FROM_DIAGONAL = 8
 MIN_FOR_PIQP = 50
 # Unknowns of a mixed problem up to which Lemke's path is followed first if compiled.
 MAX_COMPILED = 400
-# Answers of kernels: none, one to be tested, or a solution up to a proved rounding
-# bound.
+# Answers of kernels: none, one to be tested, a solution up to a proved rounding bound,
+# or one with a row in which rounding may hide a term.
 NOTHING = 0
 CANDIDATE = 1
 CERTAIN = 2
+DOUBTFUL = 3
 # The infeasible fraction at a start: above it, the basis is not close to that of a
 # solution.
 MAX_WRONG = 0.25
@@ -98,7 +101,8 @@ class DirectAnswer(NamedTuple):
     computed. method : the method that did. evaluations : as this method counts them.
     end : the basis, if z does not show it. point : z with its measures, if they are
     known.
-    is_single : whether a single pivot led to it.
+    is_single : whether a single pivot led to it. is_clear : whether rounding is known
+    to hide no term of a row that matters.
     """
 
     z: Vector
@@ -109,6 +113,7 @@ class DirectAnswer(NamedTuple):
     end: BasisStatus | None = None
     point: Point | None = None
     is_single: bool = False
+    is_clear: bool = False
 
 
 def safeguarded(
@@ -278,11 +283,11 @@ def basic_zeros(problem: Problem) -> Mask | None:
     M, q = problem.M, problem.q
     if not number_of(q == 0.0) or not number_of(q < 0.0):
         return None
-    if not problem.box.is_orthant or not M.diagonal().min(initial=1.0) > 0:
-        return None
-    basic = np.asarray(q <= 0)
+    basic = q <= 0.0
     # The first such row excludes almost all other problems, before rows are copied.
-    if not is_sparse(M) and np.count_nonzero(M[int(basic.argmax())] > 0) > 1:
+    if not is_sparse(M) and number_of(M[basic.argmax()] > 0.0) > 1:
+        return None
+    if not problem.box.is_orthant or not M.diagonal().min(initial=1.0) > 0:
         return None
     rows = M if basic.all() else M[basic]
     entries = rows.data if is_sparse(rows) else rows
@@ -326,7 +331,7 @@ def exchanges(
         if not P.size:
             wrong = q < 0.0
             if not number_of(wrong):
-                return DirectAnswer(z, True, steps)
+                return DirectAnswer(z, True, steps, is_clear=True)
             w, is_start = q, False
         else:
             # These functions take a fraction of the time of operators.
@@ -352,8 +357,8 @@ def exchanges(
             continue
         is_start = False
         if not count:
-            is_sure = _refine_and_test(problem, solution, P, block, residual, tol)
-            return DirectAnswer(z, is_sure, steps, is_single=is_single)
+            system = P, block, residual
+            return _refined_and_tested(problem, solution, system, steps, tol)
         if guard is None and count < min_infeasible:
             min_infeasible = count
         elif not (
@@ -450,7 +455,7 @@ def _refine_within_bounds(
         return False
     if problem.reference_z is not None:
         size = np.minimum(np.abs(problem.q_ref), FINEST * row_magnitudes)
-    return _is_sure(size, errors, residual_sizes, tol)
+    return _is_sure(min(size.tolist()), errors, residual_sizes, tol)
 
 
 def _gives_up(guard: Safeguard, problem: Problem) -> bool:
@@ -460,17 +465,19 @@ def _gives_up(guard: Safeguard, problem: Problem) -> bool:
     return guard.single and bool(problem.M.diagonal().min() <= 0.0)
 
 
-def _refine_and_test(
+def _refined_and_tested(
     problem: Problem,
     solution: Made,
-    P: Indices,
-    block: Vector,
-    residual: Vector,
+    system: tuple[Indices, Vector, Vector],
+    steps: int,
     tol: float,
-) -> bool:
-    """Refine z of a basic solution once, overwriting it, if its residual w_P is more
-    than rounding, w being 0 there; return whether it is proved to solve the problem."""
-    z, w, _ = solution
+) -> DirectAnswer:
+    """Return the answer of block pivoting for a basic solution, whose z is refined
+    once, and overwritten, if its residual w_P is more than rounding, w being 0 there.
+
+    system : the indices P, M_PP and the residual."""
+    z, w, is_single = solution
+    P, block, residual = system
     M, q = problem.M, problem.q
     size, absolute = np.abs(q), np.abs(M)
     row_magnitudes = absolute.dot(z)
@@ -484,22 +491,36 @@ def _refine_and_test(
         residual = w[P]
         row_magnitudes = absolute.dot(z)
         row_magnitudes += size
-    elif _is_sure(size, errors, violations, tol):
-        return True
+    elif _is_sure(min(size.tolist()), errors, violations, tol) or (
+        # The violations and errors of each row are then at most tol times its terms.
+        tol >= 2 * ROW_ROUNDING
+        and _is_sure(least_cap(problem, absolute), errors, violations, tol)
+    ):
+        is_clear = not may_hide_term(problem, z)
+        if not is_clear:
+            w[P] = np.inf
+            violations += errors[P]
+            scaled = block * z[P]
+            is_clear = are_signs_clear(problem, scaled, violations, w, row_magnitudes)
+        return DirectAnswer(z, True, steps, is_single=is_single, is_clear=is_clear)
     np.negative(w, out=w)
     w[P] = np.abs(residual)
     w += row_errors(M, z, row_magnitudes)
     undecided_rows = np.logical_not(w <= tol * size).nonzero()[0]
-    return _are_small(problem, z, w, row_magnitudes, undecided_rows, tol)
+    is_small = _are_small(problem, z, w, row_magnitudes, undecided_rows, tol)
+    return DirectAnswer(z, is_small, steps, is_single=is_single)
 
 
-def _is_sure(size: Vector, errors: Vector, violations: Vector, tol: float) -> bool:
+def _is_sure(min_size: float, errors: Vector, violations: Vector, tol: float) -> bool:
     """Return whether violations, of basic rows, and rounding errors in w are together
-    at most tol times the smallest of these sizes of rows, which the magnitudes of the
-    rows and their caps exceed."""
-    min_size = min(size.tolist())
-    max_error = max(errors.tolist()) + max(violations.tolist(), default=0.0)
-    return bool(min_size > TINY_TERMS and max_error <= tol * min_size)
+    at most tol times a size that the caps of all rows reach.
+
+    errors : ROW_ROUNDING times the magnitudes of the rows."""
+    row_errors = errors.tolist()
+    max_error = max(row_errors) + max(violations.tolist(), default=0.0)
+    return bool(
+        min(row_errors) > ROW_ROUNDING * TINY_TERMS and max_error <= tol * min_size
+    )
 
 
 def _are_small(

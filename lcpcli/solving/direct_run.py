@@ -488,7 +488,7 @@ def _answer_of_exchanges(
     if answer is None:
         session.lost = made if is_continued else ()
         return None
-    if may_hide_term(problem, answer.z):
+    if not answer.is_clear and may_hide_term(problem, answer.z):
         answer = direct.without_doubtful_terms(problem, answer)
     if answer is not None and not is_continued:
         yield from made

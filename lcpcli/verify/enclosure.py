@@ -104,40 +104,45 @@ def regular_change(B: Vector, size: Vector) -> Vector:
     errors; infinite if B is not proved to be nonsingular. The function is compiled as
     well.
     """
-    k, nothing = size.size, np.full(size.size, np.inf)
+    k = size.size
     try:
         R = np.ascontiguousarray(np.linalg.inv(B))
     except Exception:  # numba catches no other: B is singular
-        return nothing
+        return np.full(k, np.inf)
     absolute, rounding = np.abs(R), 4 * (k + 2)
-    terms = absolute @ np.abs(B)
-    errors = np.abs(np.eye(k) - R @ B) + rounding * (EPS * terms + SMALLEST_NORMAL)
-    a = 2.0 * (errors @ np.ones(k)).max()
-    change: Vector = 2.0 * (absolute @ size + rounding * SMALLEST_NORMAL)
-    return change + 2.0 * a * change.max() if a < 0.5 else nothing
+    errors = np.abs(np.dot(R, B) - np.eye(k))
+    errors += (rounding * EPS) * np.dot(absolute, np.abs(B))
+    a = 2.0 * (errors.sum(axis=1).max() + rounding * k * SMALLEST_NORMAL)
+    change: Vector = 2.0 * (np.dot(absolute, size) + rounding * SMALLEST_NORMAL)
+    return change + 2.0 * a * change.max() if a < 0.5 else np.full(k, np.inf)
 
 
 def open_signs(M: Vector, q: Vector, B: Indices, z: Vector, digits: float) -> Mask:
     """Return where rounding errors may hide the sign of w_i for the exact solution with
-    the basic variables B of z, of an LCP with dense M. All entries are True if that
-    solution is not proved to exist within a relative distance `digits` of each z_i. It
-    uses floating-point arithmetic only, and is compiled as well.
+    the basic variables B of z >= 0, of an LCP with dense M. All entries are True if
+    that solution is not proved to exist within a relative distance `digits` of each
+    z_i. It uses floating-point arithmetic only, and is compiled as well.
     """
-    y, columns = z[B], M[:, B]
-    sizes, w = np.abs(columns), columns @ y + q
-    terms = sizes @ y + np.abs(q)
-    is_open = np.ones(q.size, np.bool_)
-    is_plain = ((terms > TINY_TERMS) | (terms == 0.0)).all()
-    if not (is_plain and (y > 0.0).all() and np.isfinite(terms).all()):
-        return is_open
-    error = ROW_ROUNDING * terms
-    if B.size:
-        distance = y * regular_change(columns[B] * y, np.abs(w[B]) + error[B])
-        if not (distance <= digits * y).all():
-            return is_open
-        error += 2.0 * (sizes @ distance)
-    is_open = w < error
-    is_open[B] = False
+    w, terms = M @ z + q, np.abs(M) @ z + np.abs(q)
+    is_plain = terms.min() > TINY_TERMS or ((terms > TINY_TERMS) | (terms == 0.0)).all()
+    if not (is_plain and terms.max() < np.inf):
+        return np.ones(q.size, np.bool_)
+    violations, errors = np.abs(w[B]), ROW_ROUNDING * terms
+    w[B] = np.inf
+    return are_open(M[B][:, B] * z[B], violations + errors[B], w, terms, digits)
+
+
+def are_open(
+    scaled: Vector, residual: Vector, w: Vector, terms: Vector, digits: float
+) -> Mask:
+    """Return `open_signs` for rows that are known, with w infinite where basic.
+
+    scaled : M_BB diag(z_B). residual : bounds on |w_B|. terms : |M| |z| + |q|.
+    """
+    change = regular_change(scaled, residual).max() if residual.size else 0.0
+    if not change <= digits:
+        return np.ones(w.size, np.bool_)
+    is_open: Mask = w < (ROW_ROUNDING + 2.0 * change) * terms
     return is_open
 
 

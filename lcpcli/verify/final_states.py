@@ -22,6 +22,7 @@ from lcpcli.linalg.doubles import (
     ROW_ROUNDING,
     SIGN_ROUNDING,
     is_finite,
+    number_of,
     sizes,
 )
 from lcpcli.linalg.matrices import is_sparse
@@ -60,14 +61,31 @@ def may_hide_term(problem: Problem, z: Vector) -> bool:
     (least_z, largest_z), (least_q, largest_q) = sizes(z), problem.sizes_of_q
     largest_term = max(problem.largest * largest_z, largest_q)
     least_term = min(problem.largest * least_z, least_q)
-    is_long = max(problem.largest, largest_q) > LONG_NUMBER
-    return is_long or least_term < HIDDEN_TERM * largest_term
+    return has_long_number(problem) or least_term < HIDDEN_TERM * largest_term
+
+
+def has_long_number(problem: Problem) -> bool:
+    """Return whether integers may have been rounded."""
+    return max(problem.largest, problem.sizes_of_q[1]) > LONG_NUMBER
+
+
+def are_signs_clear(
+    problem: Problem, scaled: Vector, residual: Vector, w: Vector, terms: Vector
+) -> bool:
+    """Return whether bounds on rounding errors show that an exact solution with the
+    basis of a z differs from it only in its last digits, for rows as in
+    `enclosure.are_open`."""
+    if has_long_number(problem):
+        return False
+    with imports:
+        from lcpcli.verify.enclosure import are_open
+    return not number_of(are_open(scaled, residual, w, terms, SURE_DIGITS))
 
 
 def hides_term_of_row(problem: Problem, z: Vector) -> bool:
     """Return whether rounding hides a term of a row at z, or integers may have been
     rounded."""
-    if max(problem.largest, problem.sizes_of_q[1]) > LONG_NUMBER:
+    if has_long_number(problem):
         return True
     terms = np.abs(np.column_stack((matrices.dense(problem.M) * z, problem.q)))
     hidden = terms.min(
@@ -115,7 +133,7 @@ def verified_or_exact(
         return unchanged
     with imports:
         from lcpcli.verify.enclosure import open_signs, why_unproved
-    is_long = max(problem.largest, problem.sizes_of_q[1]) > LONG_NUMBER
+    is_long = has_long_number(problem)
     # Bounds in floating-point arithmetic take less time than the search for the term.
     if not (is_long or is_sparse(problem.M)) and problem.box.is_orthant:
         B = z.nonzero()[0]

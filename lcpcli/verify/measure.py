@@ -504,6 +504,14 @@ def _fails_worst_row(
     return bool(excess[row] - error > max(tol, ROUNDING) * terms[0])
 
 
+def least_cap(problem: Problem, absolute: Vector) -> float:
+    """Return a lower bound on the caps of all rows of an LCP with a dense M and a
+    negative q_i, from |M|: the ratio of the geometric means of two rows is at least
+    that of the extreme entries; 0 if M has a zero."""
+    least = np.minimum.reduce(absolute, axis=None)
+    return float(CERTAIN * -min(problem.q.tolist()) * least / problem.largest)
+
+
 def least_caps(problem: Problem, violations: Vector, rows: Indices) -> Vector | None:
     """Return lower bounds on the caps of these rows, for a dense M without zeros or
     close to one before in a sequence, and the violations at the reference point;

@@ -32,7 +32,7 @@ from lcpcli.kernels.compiled import (
     surely_solves,
 )
 from lcpcli.kernels.kernels import solve_one
-from lcpcli.methods.direct import CERTAIN, NOTHING
+from lcpcli.methods.direct import CERTAIN, DOUBTFUL, NOTHING
 from lcpcli.methods.lemke import LemkePath, reduced
 from lcpcli.verify.point import Criterion, Point
 
@@ -186,7 +186,7 @@ def test_only_small_numbers_that_may_decide_a_state_are_left_to_fractions() -> N
         np.array([[3.0, 0, 0], [1, 1, 0], [0, 0, 1]]),
         np.array([-1.0, -1 / 3, 1e-17]),
     )
-    assert solve_one(M, q, q < 0, False, 3.0, 1e-10)[0] == NOTHING
+    assert solve_one(M, q, q < 0, False, 3.0, 1e-10)[0] == DOUBTFUL
     assert lemke(Problem(M, q), 1e-10).z.tolist() == [1 / 3, 0, 0]
 
 

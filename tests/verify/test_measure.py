@@ -14,7 +14,7 @@ from lcpcli import Problem, Status, check, from_qp, run
 from lcpcli.gallery import families
 from lcpcli.model.right_hand_sides import Columns
 from lcpcli.verify.acceptance import BY_CRITERION, accepted
-from lcpcli.verify.measure import NEGLIGIBLE_ROUNDING, Measure
+from lcpcli.verify.measure import NEGLIGIBLE_ROUNDING, Measure, least_cap
 from lcpcli.verify.nearby_solutions import is_run_off
 from lcpcli.verify.point import Criterion, Point
 
@@ -49,6 +49,16 @@ def small_problem(random):
         random.random(n) < 0.5, np.inf, np.where(np.isfinite(lower), lower, 0) + high
     )
     return Problem(M, q, lower=lower, upper=upper)
+
+
+@pytest.mark.parametrize("seed", range(20))
+def test_extreme_entries_bound_the_caps_of_all_rows(seed: int) -> None:
+    random = np.random.default_rng(seed)
+    M, q = random.standard_normal((6, 6)), random.standard_normal(6)
+    q[random.integers(6, size=3)] = 0.0
+    problem = Problem(M * np.exp2(random.integers(-9, 10, 6)), q - np.eye(6)[0])
+    cap = least_cap(problem, np.abs(problem.M))
+    assert 0 < cap <= Measure(problem).caps(np.zeros(6)).min()
 
 
 @pytest.mark.parametrize("seed", range(80))
