@@ -212,9 +212,9 @@ def _dense(M: Vector) -> Units | None:
     """Return the scaling factors of a dense M; None if conjugate gradients need more
     than DENSE_CG_STEPS.
 
-    For few rows, the singular normal equations are solved directly: they become regular
-    if s s' is added for each connected component, where s is 1 in its rows and -1 in
-    its columns, which spans the null space.
+    For few rows, the singular normal equations, from which rho is eliminated, are
+    solved directly: they become regular if v v' is added for each connected component,
+    where v is 1 in its columns, which spans the null space.
     """
     n, used = M.shape[0], M != 0
     entries = used.astype(np.float64)
@@ -226,23 +226,26 @@ def _dense(M: Vector) -> Units | None:
     if n > MAX_DENSE:
         scaled = entries / np.multiply.outer(*map(_roots, counts))
         times = [scaled.__matmul__, scaled.T.__matmul__]
-        *fitted, has_converged = _by_gradients(
+        rho, gamma, has_converged = _by_gradients(
             [*sums], [*counts], times, DENSE_CG_STEPS
         )
         if not has_converged:
             return None
-    row_part, column_part, n_components = _components(used, entries)
-    component_of = np.concatenate((row_part, column_part))
+    row_part, column_part, n_components = _components(used)
     if n <= MAX_DENSE:
-        signs = np.repeat((1.0, -1.0), n)
-        N = (component_of[:, np.newaxis] == component_of) * np.outer(
-            signs, signs
-        ) + np.diag(counts.ravel())
-        N[:n, n:] += entries
-        N[n:, :n] += entries.T
-        fitted = [np.linalg.solve(N, -sums.ravel())]
+        of_rows = np.maximum(counts[0], 1.0)
+        shares = entries.T / of_rows
+        N = (column_part[:, np.newaxis] == column_part) - shares @ entries
+        N[range(n), range(n)] += counts[1]
+        gamma = np.linalg.solve(N, shares @ sums[0] - sums[1])
+        rho = -(sums[0] + entries @ gamma) / of_rows
     return Units(
-        *_centred(np.concatenate(fitted), counts, component_of, n_components),
+        *_centred(
+            np.concatenate((rho, gamma)),
+            counts,
+            np.concatenate((row_part, column_part)),
+            n_components,
+        ),
         row_part,
         column_part,
         n_components,
@@ -537,24 +540,30 @@ def _banded(
     return x.ravel()
 
 
-def _components(used: Mask, entries: Vector) -> tuple[Indices, Indices, int]:
-    """Return the connected components of rows and of columns of a dense matrix, and the
-    number of components: by breadth-first search or, for few rows, by repeatedly
-    squaring the matrix of rows that share a column.
-
-    used : the mask of nonzero entries; entries : the same as numbers.
+def _components(used: Mask) -> tuple[Indices, Indices, int]:
+    """Return the connected components of rows and of columns of a dense matrix with
+    this mask of nonzero entries, and the number of components: by breadth-first search
+    or, for few rows, by integers whose bits are the columns of a component.
     """
     n, count = used.shape[0], 0
     rows, columns = np.full((2, n), -1, dtype=np.intp)
     if n <= MAX_DENSE:
-        linked, before = entries @ entries.T + np.eye(n) > 0, -1
-        while before != (before := int(np.count_nonzero(linked))):
-            numbers = linked.astype(np.float64)  # BLAS multiplies them, not booleans
-            linked = numbers @ numbers > 0
-        first = linked.argmax(axis=1)
-        roots = first == np.arange(n)
-        rows, count = (np.cumsum(roots) - 1)[first], int(np.count_nonzero(roots))
-        columns = np.where(used.any(axis=0), rows[used.argmax(axis=0)], -1)
+        parts = list[int]()
+        for row in np.packbits(used, axis=1, bitorder="little"):
+            part = int.from_bytes(row.tobytes(), "little")
+            for other in parts:
+                if other & part:
+                    part |= other
+            parts = [other for other in parts if not other & part]
+            if part:
+                parts.append(part)
+        count = len(parts)
+        for i, rest in enumerate(parts):
+            while rest:
+                lowest = rest & -rest
+                columns[lowest.bit_length() - 1] = i
+                rest ^= lowest
+        rows = np.where(used.any(axis=1), columns[used.argmax(axis=1)], -1)
     for i in range(n if n > MAX_DENSE else 0):
         if rows[i] >= 0:
             continue
@@ -565,9 +574,11 @@ def _components(used: Mask, entries: Vector) -> tuple[Indices, Indices, int]:
             columns[reached] = count
             front = (used[:, reached].any(axis=1) & (rows < 0)).nonzero()[0]
         count += 1
-    alone = (columns < 0).nonzero()[0]
-    columns[alone] = np.arange(count, count + alone.size)
-    return rows, columns, count + alone.size
+    for each in (rows, columns):
+        alone = (each < 0).nonzero()[0]
+        each[alone] = np.arange(count, count + alone.size)
+        count += alone.size
+    return rows, columns, count
 
 
 def equilibrate(
