@@ -536,7 +536,7 @@ def with_infinity(bound: Vector, infinity: float) -> Vector:
 
 def as_bound(field: str, values: Any, n: int, of: str, absent: float) -> Vector:
     """Return a bound of shape (n,) from one number or n, possibly infinite; None means
-    `absent`, no bound."""
+    `absent`, no bound, or is refused, as of numbers that are no bounds, if it is nan."""
     if values is None:
         return np.full(n, absent)
     expected = "a number, or a list of numbers"
@@ -555,7 +555,7 @@ def as_bound(field: str, values: Any, n: int, of: str, absent: float) -> Vector:
         raise ProblemError(
             f"{field}[{is_nan.argmax()}]",
             "is not a number",
-            f"give inf for no bound {FROM_0}",
+            f"give {'a number' if math.isnan(absent) else 'inf for no bound'} {FROM_0}",
         )
     return v
 

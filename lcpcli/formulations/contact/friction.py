@@ -674,7 +674,7 @@ def of_delassus(
 
 def _of_contacts(field: str, values: Any, contacts: int) -> Vector:
     """Return a finite number for each contact from one for all, or from a list."""
-    return as_vector(field, as_bound(field, values, contacts, "contact", math.inf))
+    return as_vector(field, as_bound(field, values, contacts, "contact", math.nan))
 
 
 @lru_cache(maxsize=16)  # as in a sequence mu is often the same
