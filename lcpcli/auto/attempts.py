@@ -741,7 +741,9 @@ LATER = (
         "a short path",
         "pivots cost little, though the path may terminate without a solution",
         lambda s: (
-            (s.prefers_lemke or s.is_unsure) and s.problem.n <= MAX_PIVOTED_BY_NUMPY
+            (s.prefers_lemke or s.is_unsure)
+            and s.problem.n <= MAX_PIVOTED_BY_NUMPY
+            and not (s.is_semidefinite or s.game)
         ),
         lemke,
         lambda s: 2 * s.problem.n,
@@ -797,7 +799,10 @@ LATER = (
         "",
         "its path may be long, or terminate without a solution",
         lambda s: (
-            (s.prefers_lemke or s.is_unsure) and s.problem.n > MAX_PIVOTED_BY_NUMPY
+            (s.prefers_lemke or s.is_unsure)
+            and (
+                s.problem.n > MAX_PIVOTED_BY_NUMPY or s.is_semidefinite or bool(s.game)
+            )
         ),
         lemke,
         lambda s: s.problem.n,
