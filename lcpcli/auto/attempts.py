@@ -285,6 +285,20 @@ class Structure:
         )
 
     @property
+    def may_end_on_ray(self) -> bool:
+        """Return whether Lemke's path may terminate without a solution, or has done so
+        when it was followed first."""
+        return self.prefers_lemke or self.is_unsure
+
+    @property
+    def has_short_pivots(self) -> bool:
+        """Return whether a whole path costs less than a few nodes of branch and bound,
+        and no method is known that is faster on such problems."""
+        return self.problem.n <= MAX_PIVOTED_BY_NUMPY and not (
+            self.problem.is_mixed or self.is_semidefinite or self.game
+        )
+
+    @property
     def is_path_sure(self) -> bool:
         """Return whether Lemke's path is sure to lead to a solution if there is one."""
         return self.is_semidefinite or self.is_frictional
@@ -740,11 +754,7 @@ LATER = (
         "lemke",
         "a short path",
         "pivots cost little, though the path may terminate without a solution",
-        lambda s: (
-            (s.prefers_lemke or s.is_unsure)
-            and s.problem.n <= MAX_PIVOTED_BY_NUMPY
-            and not (s.is_semidefinite or s.game)
-        ),
+        lambda s: s.may_end_on_ray and s.has_short_pivots,
         lemke,
         lambda s: 2 * s.problem.n,
     ),
@@ -798,12 +808,7 @@ LATER = (
         "lemke",
         "",
         "its path may be long, or terminate without a solution",
-        lambda s: (
-            (s.prefers_lemke or s.is_unsure)
-            and (
-                s.problem.n > MAX_PIVOTED_BY_NUMPY or s.is_semidefinite or bool(s.game)
-            )
-        ),
+        lambda s: s.may_end_on_ray and not s.has_short_pivots,
         lemke,
         lambda s: s.problem.n,
         first_round=2,
