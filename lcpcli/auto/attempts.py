@@ -291,7 +291,7 @@ class Structure:
         return self.prefers_lemke or self.is_unsure
 
     @property
-    def has_short_pivots(self) -> bool:
+    def has_cheap_path(self) -> bool:
         """Return whether a whole path costs less than a few nodes of branch and bound,
         and no method is known that is faster on such problems."""
         return self.problem.n <= MAX_PIVOTED_BY_NUMPY and not (
@@ -754,7 +754,7 @@ LATER = (
         "lemke",
         "a short path",
         "pivots cost little, though the path may terminate without a solution",
-        lambda s: s.may_end_on_ray and s.has_short_pivots,
+        lambda s: s.may_end_on_ray and s.has_cheap_path,
         lemke,
         lambda s: 2 * s.problem.n,
     ),
@@ -808,7 +808,7 @@ LATER = (
         "lemke",
         "",
         "its path may be long, or terminate without a solution",
-        lambda s: s.may_end_on_ray and not s.has_short_pivots,
+        lambda s: s.may_end_on_ray and not s.has_cheap_path,
         lemke,
         lambda s: s.problem.n,
         first_round=2,

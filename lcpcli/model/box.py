@@ -536,7 +536,7 @@ def with_infinity(bound: Vector, infinity: float) -> Vector:
 
 def as_bound(field: str, values: Any, n: int, of: str, absent: float) -> Vector:
     """Return a bound of shape (n,) from one number or n, possibly infinite; None means
-    `absent`, no bound, or is refused, as of numbers that are no bounds, if it is nan."""
+    `absent`: no bound or, for numbers that are no bounds, nan, which is refused."""
     if values is None:
         return np.full(n, absent)
     expected = "a number, or a list of numbers"
