@@ -671,8 +671,7 @@ from_contact(A, B, -0.5) => mu[0]: {IS:-0.5}; give a number from 0{FROM_0}
 from_contact(A, B, None)
     => mu[0]: is not a finite number in double precision; give a finite number{FROM_0}
 from_contact(A, B, 1, restitution=[None], before=B)
-    => restitution[0]: is not a finite number in double precision; give a finite \
-number{FROM_0}
+    => restitution[0]: is not a number; give a number (indices count from 0)
 from_contact(A, B, [1, 1]) => mu: {ENTRIES:2 entries|1 contact}; {AGREE}
 from_contact([[1, 2]], B, 0.5) => W: {SHAPE:1|2}; {SQUARE}
 from_contact(A, [1, 2, 3], 0.5)
