@@ -134,15 +134,15 @@ def like_with(
     """Return a problem like another one, with a validated q and bounds, quickly: with
     its M and all that is computed of it, or with another M.
 
-    M : read-only, of the same shape and kind, with entries that need not be finite;
-        None for that of the other problem. facts, sizes_of_q : those of M and q, if
+    M : read-only, of the same kind, with entries that need not be finite; None for that
+        of the other problem. facts, sizes_of_q : those of M and q, if
         they are known.
     """
     smallest, largest = sizes_of_q or sizes(q)
     fields = like.fields_of_M()
     if M is not None:
         facts = facts or Facts(M, like.block_form)
-        fields.update(M=M, facts=facts, largest=facts.largest)
+        fields.update(M=M, n=M.shape[0], facts=facts, largest=facts.largest)
         fields.pop("latest", None)
     is_moderate = (
         fields["facts"].has_moderate_rows

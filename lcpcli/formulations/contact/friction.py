@@ -40,11 +40,12 @@ from lcpcli.model.formulation import (
     Proposal,
 )
 from lcpcli.model.formulations import TEXTS
-from lcpcli.model.problem import Facts, Problem
+from lcpcli.model.problem import LABELS, Facts, Problem
 from lcpcli.model.right_hand_sides import like_with
 from lcpcli.rational.numbers import rounded, shortest_decimal, zeros
 from lcpcli.typing import BasisStatus, BoundLike, Indices, Matrix, Vector, VectorLike
 
+NO_MATRIX = np.zeros((0, 0))
 NONE = -1  # in findex: an unknown that is not tangential
 FACETS = 8
 MAX_FACETS = 1000  # with as many, friction is too small by 5e-6
@@ -53,8 +54,9 @@ MAX_FACETS = 1000  # with as many, friction is too small by 5e-6
 ROUNDING = 64 * EPS
 NAME_NORMAL = f"give the index of a normal unknown, or {NONE} for none {FROM_0}"
 FROM_ZERO = f"give a number from 0 {FROM_0}"
-# What a contact stores that depends on A and b.
+# What a contact stores that depends on A and b, and on its friction.
 OF_A_AND_B = "_form", "last_motion", "last_system"
+OF_FRICTION = "findex", "contacts"
 FILE_KEYS = {
     "findex": ("A", "b", "lo", "hi", "findex"),
     "W": ("W", "q", "mu", "dimension", "facets", "restitution", "before"),
@@ -304,14 +306,18 @@ class Contact(Formulation):
             return self.b.size
         return self.friction.normals.size
 
-    def having(self, **fields: Any) -> Contact:
-        """Return the same contacts with another A, b and ids, which nothing validates,
-        before anything is computed of them."""
+    def having(self, law: Law | None = None, **fields: Any) -> Contact:
+        """Return the same contacts with another A, b and ids, and perhaps another law,
+        which nothing validates, before anything is computed of them."""
         contact = Contact.__new__(Contact)
         values = vars(contact)
         values.update(vars(self), **fields)
         for name in OF_A_AND_B:
             values.pop(name, None)
+        if law is not None and law.friction is not self.friction:
+            values.update(friction=law.friction, lower=law.lower, upper=law.upper)
+            for name in OF_FRICTION:
+                values.pop(name, None)
         return contact
 
     def has_positions_of(self, other: Contact) -> bool:
@@ -320,6 +326,12 @@ class Contact(Formulation):
         friction, before = self.friction, other.friction
         is_like = self.b.size == other.b.size and self.facets == other.facets
         return is_like and are_equal(friction.tangents, before.tangents)
+
+    def has_law_of(self, other: Contact) -> bool:
+        """Return whether the friction and the bounds are those of another one."""
+        parts = (*self.friction, self.lower, self.upper)
+        others = (*other.friction, other.lower, other.upper)
+        return all(map(are_equal, parts, others))
 
     @property
     def is_dense_plane(self) -> bool:
@@ -331,18 +343,22 @@ class Contact(Formulation):
     def _problem_by_kernel(
         self, like: Problem, before: Contact, fast: ModuleType
     ) -> Problem | None:
-        """Return the problem after another one, of contacts before that differ in A and
-        b alone, with the M that a kernel computes; None if a number is not finite, or
-        the kernel cannot be loaded."""
+        """Return the problem after another one, with the M that a kernel computes; None
+        if a number is not finite, or the kernel cannot be loaded."""
         facts: Facts = like.facts
         contacts = self.A, self.b, *self.friction
-        form = fast.compact_form(contacts, before.A, facts.near_base)
+        has_law = self.has_law_of(before)
+        A_before = before.A if has_law else NO_MATRIX
+        form = fast.compact_form(contacts, A_before, facts.near_base)
         if form is None:
             return None
         M, q, (*sizes_of_M, smallest_q, largest_q, change) = form
         next_facts = None if M is None else facts.after(M, sizes_of_M, change)
         sizes_of_q = smallest_q, largest_q
         problem = like_with(like, q, like.box, M, next_facts, sizes_of_q)
+        if not has_law:
+            for label in LABELS:
+                vars(problem).pop(label, None)
         vars(problem)["origin"] = self
         return problem
 
@@ -352,20 +368,17 @@ class Contact(Formulation):
         """Return the problem after another one, of the contacts before: with its M and
         all cached facts about M if they differ at most in b.
 
-        fast : the module of the kernels for an LCP of contacts in the plane with dense
-            A, whose A and b need not have been validated; else None."""
-        is_like = self.is_dense_plane and self.friction is before.friction
-        if fast is not None and is_like:
+        fast : the module of the kernels for contacts in the plane with dense A, with
+            the conditions of an LCP, whose A and b are not validated; else None."""
+        if fast is not None:
             problem = self._problem_by_kernel(like, before, fast)
             if problem is not None:
                 return problem
             refuse_infinite(self.fields_of_A_and_b[1], self.b)
             refuse_infinite(self.fields_of_A_and_b[0], self.A)
         vars(self)["last_system"] = [*before.last_system]
-        parts = (*self.friction, self.lower, self.upper)
-        others = (*before.friction, before.lower, before.upper)
         is_dense = type(self.A) is type(before.A) is np.ndarray
-        if not (is_dense and all(map(are_equal, parts, others))):
+        if not (is_dense and self.has_law_of(before)):
             return self.problem()
         origin: Any = like.formulation
         if are_equal(self.A, before.A):
@@ -581,6 +594,23 @@ def of_findex(
     b = as_vector("b", b)
     n = b.size
     matrix = readonly_matrix(as_square("A", A, n, "b")[0], A)
+    law = _law_of_findex(bounds, findex, fields, n)
+    return Contact(matrix, b, law.lower, law.upper, law.friction, 2, "findex")
+
+
+class Law(NamedTuple):
+    """Friction, and the bounds of all unknowns. is_lcp : whether unknowns that are not
+    tangential have the bounds 0 and infinity."""
+
+    friction: Friction
+    lower: Vector
+    upper: Vector
+    is_lcp: bool
+
+
+def _law_of_findex(
+    bounds: tuple[Any, Any], findex: Any, fields: tuple[str, str], n: int
+) -> Law:
     normal_of = _friction_indices(findex, n)
     tangents = np.flatnonzero(normal_of >= 0)
     normals = normal_of[tangents]
@@ -589,7 +619,18 @@ def of_findex(
     for t, f in zip(tangents.tolist(), normals.tolist(), strict=True):
         _refuse_friction(t, f, lower, upper, fields)
     friction = Friction(normals, tangents[:, np.newaxis], upper[tangents])
-    return Contact(matrix, b, lower, upper, friction, 2, "findex")
+    others = normal_of < 0
+    is_lcp = not lower[others].any() and bool((upper[others] == math.inf).all())
+    return Law(friction, lower, upper, is_lcp)
+
+
+@lru_cache(maxsize=16)  # as in a sequence they are often the same
+def law_of_bytes(lower: bytes, upper: bytes, findex: bytes, kind: str) -> Law:
+    """Return the law of arrays with these bytes: two of doubles, and one of a kind of
+    numbers, as numpy names it."""
+    bounds = np.frombuffer(lower), np.frombuffer(upper)
+    indices = np.frombuffer(findex, np.dtype(kind))
+    return _law_of_findex(bounds, indices, ("lower", "upper"), indices.size)
 
 
 def _refuse_friction(
@@ -659,15 +700,15 @@ def of_delassus(
         reason = f"has {count(q.size, 'entry')} for contacts of {width} each"
         raise ProblemError("q", reason, MAKE_AGREE)
     matrix = readonly_matrix(as_square("W", W, q.size)[0], W)
-    coefficients = same_coefficients(mu, contacts) if type(mu) is float else None
-    if coefficients is None:
+    if isinstance(mu, float) and 0 <= mu < math.inf:
+        friction, lower, upper, _ = law_of_coefficient(mu, contacts, width)
+    else:
         coefficients = _of_contacts("mu", mu, contacts)
         for k in np.flatnonzero(coefficients < 0)[:1].tolist():
             raise ProblemError(f"mu[{k}]", f"is {coefficients[k]:g}", FROM_ZERO)
-    normals, tangents, lower, upper = _unknowns(contacts, width)
-    friction = Friction(normals, tangents, coefficients)
+        friction, lower, upper, _ = _law_of_contacts(coefficients, width)
     edges = 2 if width == 2 else edges
-    impact = _impact(q, normals, *law)
+    impact = _impact(q, friction.normals, *law)
     b = q if impact is None else as_vector("q", q + impact.shift)
     return Contact(matrix, b, lower, upper, friction, edges, "W", impact=impact)
 
@@ -677,28 +718,21 @@ def _of_contacts(field: str, values: Any, contacts: int) -> Vector:
     return as_vector(field, as_bound(field, values, contacts, "contact", math.nan))
 
 
-@lru_cache(maxsize=16)  # as in a sequence mu is often the same
-def same_coefficients(mu: float, contacts: int) -> Vector | None:
-    """Return the coefficient of all contacts as a vector, read-only; None if it is
-    none."""
-    if not 0 <= mu < math.inf:
-        return None
-    coefficients = np.full(contacts, mu)
-    coefficients.setflags(write=False)
-    return coefficients
+@lru_cache(maxsize=16)  # as in a sequence mu and the number of contacts are often equal
+def law_of_coefficient(mu: float, contacts: int, width: int) -> Law:
+    """Return the law of contacts of this width, which have the same mu >= 0."""
+    return _law_of_contacts(readonly_copy(np.full(contacts, mu), []), width)
 
 
-@lru_cache(maxsize=16)  # as in a sequence the number of contacts is often the same
-def _unknowns(contacts: int, width: int) -> tuple[Indices, Indices, Vector, Vector]:
-    """Return the normal and the tangential unknowns of contacts, read-only, and the
-    bounds of all, of which those of friction are infinite."""
-    unknowns = np.arange(contacts * width).reshape(contacts, width)
+def _law_of_contacts(coefficients: Vector, width: int) -> Law:
+    """Return the law of contacts, read-only: the bounds of friction are infinite."""
+    unknowns = np.arange(coefficients.size * width).reshape(-1, width)
     normals, tangents = unknowns[:, 0].copy(), unknowns[:, 1:].copy()
     lower, upper = np.zeros(unknowns.size), np.full(unknowns.size, math.inf)
     lower[tangents] = -math.inf
     for array in (normals, tangents, lower, upper):
         array.setflags(write=False)
-    return normals, tangents, lower, upper
+    return Law(Friction(normals, tangents, coefficients), lower, upper, True)
 
 
 def _impact(

@@ -4,6 +4,7 @@ contacts that persist.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Hashable, Iterable, Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
@@ -18,15 +19,17 @@ from lcpcli.errors import (
 )
 from lcpcli.formulations.contact.friction import (
     Contact,
+    Law,
+    law_of_bytes,
+    law_of_coefficient,
     of_delassus,
     of_findex,
-    same_coefficients,
 )
 from lcpcli.linalg.matrices import are_equal
 from lcpcli.model.arrays import as_square, as_vector, readonly_matrix
 from lcpcli.model.box import BASIC, LOWER, UPPER
 from lcpcli.model.problem import Problem
-from lcpcli.typing import BasisStatus, Indices, Vector
+from lcpcli.typing import BasisStatus, Vector
 
 if TYPE_CHECKING:
     from types import ModuleType
@@ -35,6 +38,7 @@ KEYS = {
     "W": ("W", "q", "mu", "restitution", "before", "ids"),
     "findex": ("A", "b", "lower", "upper", "findex", "ids"),
 }
+LAW = KEYS["findex"][2:5]
 ABSENT = -1  # the position of an unknown that does not exist
 
 
@@ -50,9 +54,8 @@ def following(
     with the same id, and statuses without impulse for new ones.
     """
     refuse_unknown("", data, KEYS[before.key], "the data of contacts")
-    if not (before.is_dense_plane and like.box.is_orthant):
-        fast = None
-    contact = _with(before, data, has_kernels=fast is not None)
+    has_kernels = fast is not None and before.is_dense_plane and like.box.is_orthant
+    contact, is_validated = _with(before, data, has_kernels)
     number = contact.number_of_ids
     ids = data.get("ids")
     if ids is not None:
@@ -69,7 +72,7 @@ def following(
         states = None
     if contact.ids != ids:
         contact = contact.having(ids=ids)
-    problem = contact.problem_after(like, before, fast)
+    problem = contact.problem_after(like, before, None if is_validated else fast)
     if states is None or (ids == before.ids and contact.has_positions_of(before)):
         return problem, states
     both = [
@@ -79,66 +82,86 @@ def following(
     return problem, _transferred_states(before, contact, problem, states, both)
 
 
-def _with(before: Contact, data: Mapping[str, Any], has_kernels: bool) -> Contact:
-    """Return the contacts with other data, each by default as before. has_kernels :
-    whether a kernel is to find numbers that are not finite.
-    """
-    friction, law = before.friction, before.impact
-    of_A, of_b = KEYS[before.key][:2]
-    A, b = data.get(of_A, before.A), data.get(of_b, law.q if law else before.b)
-    if _has_same_law(before, data):
-        if has_kernels and _has_form_of(A, before.A) and _has_form_of(b, before.b):
-            A, b = A.copy(), b.copy()
-            A.setflags(write=False)
-            b.setflags(write=False)
-            return before.having(A=A, b=b)
-        vector = as_vector(of_b, b)
-        if vector.size == before.b.size:
-            matrix = as_square(of_A, A, vector.size, of_b)[0]
-            return before.having(A=readonly_matrix(matrix, A), b=vector)
+def _with(
+    before: Contact, data: Mapping[str, Any], has_kernels: bool
+) -> tuple[Contact, bool]:
+    """Return the contacts with other data, each by default as before, and whether A and
+    b are validated: not where kernels do that, as they read all numbers anyway."""
+    of_A, of_b = before.fields_of_A_and_b
+    impact = before.impact
+    A, b = data.get(of_A, before.A), data.get(of_b, impact.q if impact else before.b)
+    is_raw = has_kernels and _are_plain(A, b)
+    vector = b if is_raw else as_vector(of_b, b)
+    law = _law(before, data, vector.size)
+    if law is None:
+        return _validated(before, data, A, b), True
+    if is_raw and law.is_lcp:
+        A, b = A.copy(), b.copy()
+        A.setflags(write=False)
+        b.setflags(write=False)
+        return before.having(law, A=A, b=b), False
+    matrix = readonly_matrix(as_square(of_A, A, vector.size, of_b)[0], A)
+    return before.having(law, A=matrix, b=as_vector(of_b, vector)), True
+
+
+def _are_plain(A: Any, b: Any) -> bool:
+    """Return whether these are arrays of doubles of shapes (n, n) and (n,)."""
+    if not type(A) is type(b) is np.ndarray or not A.dtype == b.dtype == np.float64:
+        return False
+    return A.shape == (b.size, b.size) and b.ndim == 1 and b.size > 0
+
+
+def _validated(before: Contact, data: Mapping[str, Any], A: Any, b: Any) -> Contact:
+    """Return the contacts as the functions for single problems do."""
+    friction, impact = before.friction, before.impact
     if before.key == "W":
         width = 1 + friction.tangents.shape[1]
         mu = data.get("mu")
         mu = _single(friction.coefficients) if mu is None else mu
-        e = data.get("restitution", _single(law.restitution) if law else None)
-        velocities = data.get("before", law.before if law else None)
+        e = data.get("restitution", _single(impact.restitution) if impact else None)
+        velocities = data.get("before", impact.before if impact else None)
         return of_delassus(A, b, mu, width, before.facets, (e, velocities))
-    defaults = {"lower": before.lower, "upper": before.upper, "findex": before.findex}
-    lower, upper, findex = (data.get(name, defaults[name]) for name in defaults)
+    lower, upper, findex = (data.get(name, getattr(before, name)) for name in LAW)
     return of_findex(A, b, (lower, upper), findex, ("lower", "upper"))
 
 
-def _has_form_of(value: Any, before: Vector) -> bool:
-    """Return whether a value is an array of doubles of this shape."""
-    is_array = type(value) is np.ndarray and value.dtype == np.float64
-    return is_array and value.shape == before.shape
-
-
-def _has_same_law(before: Contact, data: Mapping[str, Any]) -> bool:
-    """Return whether these data have the bounds and the friction of before, and no
-    restitution."""
+def _law(before: Contact, data: Mapping[str, Any], n: int) -> Law | None:
+    """Return the law of n unknowns if it needs no validation, or is stored; None with
+    restitution, and for other data than arrays and a float."""
     if before.key == "findex":
-        defaults: tuple[Any, ...] = before.lower, before.upper, before.findex
-        pairs = zip(map(data.get, KEYS["findex"][2:]), defaults, strict=False)
-        return all(value is None or _is_same(value, old) for value, old in pairs)
-    law, mu = (before.impact, *map(data.get, KEYS["W"][3:5])), data.get("mu")
-    coefficients = before.friction.coefficients
-    has_mu = mu is None or (
-        same_coefficients(mu, coefficients.size) is coefficients
-        if type(mu) is float
-        else _is_same(mu, coefficients)
-    )
-    return has_mu and law == (None, None, None)
+        given = ((data.get(name), getattr(before, name)) for name in LAW)
+        arrays = [old if value is None else value for value, old in given]
+        are_arrays = (
+            type(each) is np.ndarray and each.shape == (n,) for each in arrays
+        )
+        if not (n and all(are_arrays)):
+            return None
+        lower, upper, findex = arrays
+        are_doubles = lower.dtype == upper.dtype == np.float64
+        if not (are_doubles and findex.dtype.kind in "fi"):
+            return None
+        contents = (each.tobytes() for each in arrays)
+        return law_of_bytes(*contents, findex.dtype.str)
+    restitution = before.impact, data.get("restitution"), data.get("before")
+    width = 1 + before.friction.tangents.shape[1]
+    if restitution != (None, None, None) or n % width:
+        return None
+    mu, coefficients = data.get("mu"), before.friction.coefficients
+    if isinstance(mu, float) and 0 <= mu < math.inf:
+        return law_of_coefficient(mu, n // width, width)
+    has_size = coefficients.size * width == n
+    if not (has_size and (mu is None or _is_same(mu, coefficients))):
+        return None
+    return Law(before.friction, before.lower, before.upper, is_lcp=True)
 
 
-def _is_same(value: Any, before: Any) -> bool:
+def _is_same(value: Any, before: Vector) -> bool:
     """Return whether a value is an array with these numbers."""
-    if type(value) is not np.ndarray or value.dtype.kind not in "fi":
-        return False
-    # This takes a third of the time of the comparison by numbers.
-    if value.dtype == before.dtype and value.tobytes() == before.tobytes():
-        return bool(value.shape == before.shape)
-    return are_equal(value, before)
+    return value is before or (
+        type(value) is np.ndarray
+        and value.dtype.kind in "fi"
+        and are_equal(value, before)
+    )
 
 
 def _single(values: Vector) -> Vector | float:
@@ -156,33 +179,32 @@ def _refuse_equal(ids: tuple[Hashable, ...], number: int, key: str) -> None:
     first_positions: dict[Hashable, int] = {}
     for i, each in enumerate(ids):
         try:
-            hash(each)
+            first = first_positions.setdefault(each, i)
         except TypeError:
             raise ProblemError(
                 f"ids[{i}]", f"is {kind(each)}", "give a number or a text"
             ) from None
-        first = first_positions.setdefault(each, i)
         if first != i:
             reason = f"is {each!r}, as ids[{first}] is"
             raise ProblemError(f"ids[{i}]", reason, f"give each {of} another one")
 
 
-def _positions_of_contacts(contact: Contact) -> Indices:
+def _positions_of_contacts(contact: Contact) -> list[list[int]]:
     """Return the positions in z of the unknowns of each contact, or with friction
-    indices of each unknown: a row for each, with ABSENT if it has fewer.
-    """
+    indices of each unknown, with ABSENT for one that does not exist."""
     n, friction = contact.b.size, contact.friction
-    k = friction.normals.size
-    if contact.key == "findex":
-        slips = np.full(n, ABSENT)
-        slips[friction.tangents[:, 0]] = n + np.arange(k)
-        return np.column_stack((np.arange(n), slips))
-    if contact.is_planar:
-        slips = n + np.arange(k)
-        return np.column_stack((friction.normals, friction.tangents, slips))
-    m = contact.facets
-    betas = k + np.arange(k * m).reshape(k, m)
-    return np.column_stack((np.arange(k), betas, k + k * m + np.arange(k)))
+    normals, k = friction.normals.tolist(), friction.normals.size
+    if not contact.is_planar:
+        m = contact.facets
+        betas = np.arange(k, k + k * m).reshape(k, m).tolist()
+        return [[i, *betas[i], k + k * m + i] for i in range(k)]
+    tangents = friction.tangents[:, 0].tolist()
+    if contact.key == "W":
+        return [*map(list, zip(normals, tangents, range(n, n + k), strict=True))]
+    slips = [ABSENT] * n
+    for slip, t in enumerate(tangents, n):
+        slips[t] = slip
+    return [*map(list, enumerate(slips))]
 
 
 def _transferred_states(
@@ -194,19 +216,18 @@ def _transferred_states(
 ) -> BasisStatus:
     """Return the basis of a problem from that of the problem before.
     ids : those of before, and of now."""
-    low, high = problem.box.vectors(problem.n)
-    new = np.full(problem.n, LOWER, dtype=np.int8)
-    new[low == -np.inf] = UPPER
-    new[(low == -np.inf) & (high == np.inf)] = BASIC
+    new, statuses = [LOWER] * problem.n, states.tolist()
+    if not problem.box.is_orthant:
+        low, high = problem.box.vectors(problem.n)
+        without_lower = np.where(high == np.inf, BASIC, UPPER)
+        new = np.where(low == -np.inf, without_lower, LOWER).tolist()
     position_of = {each: i for i, each in enumerate(ids[0])}
-    pairs = [
-        (position_of[each], i) for i, each in enumerate(ids[1]) if each in position_of
-    ]
-    if not pairs:
-        return new
-    old_rows, new_rows = np.array(pairs).T
-    source = _positions_of_contacts(before)[old_rows]
-    target = _positions_of_contacts(contact)[new_rows]
-    both = (source != ABSENT) & (target != ABSENT)
-    new[target[both]] = states[source[both]]
-    return new
+    sources = _positions_of_contacts(before)
+    for each, targets in zip(ids[1], _positions_of_contacts(contact), strict=True):
+        i = position_of.get(each)
+        if i is None:
+            continue
+        for source, target in zip(sources[i], targets, strict=True):
+            if source != ABSENT != target:
+                new[target] = statuses[source]
+    return np.array(new, dtype=np.int8)
