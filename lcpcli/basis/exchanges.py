@@ -269,25 +269,25 @@ class CorrectedSolutions(BasicSolutions):
 
     @np.errstate(all="ignore")
     def at(self, basis: BasisStatus) -> BasicSolution:
-        z = self.box.nonbasic(basis)
-        B = (basis == BASIC).nonzero()[0]
-        initial_guess = self.initial_guess
-        reference = (
-            np.zeros(z.size)
-            if self._problem.reference_z is None
-            else self._problem.reference_z
-        )
-        q, start = self._problem.q_ref, z if initial_guess is None else initial_guess
-        if (
-            B.size
-            and not solve_basic(self._M, q, reference, z, B, start)
-            and initial_guess is None
-        ):
-            raise SingularMatrix
-        z = z if initial_guess is None else np.where(np.isfinite(z), z, initial_guess)
+        z = self.z_at(basis)
         return self._with_infeasibilities(
             basis, z, np.where(basis == BASIC, 0.0, self._problem.w(z))
         )
+
+    @np.errstate(all="ignore")
+    def z_at(self, basis: BasisStatus) -> Vector:
+        """Return z of the basic solution of a basis."""
+        z = self.box.nonbasic(basis)
+        B = (basis == BASIC).nonzero()[0]
+        initial_guess = self.initial_guess
+        q, reference = self._problem.q_ref, self._problem.reference_point
+        start = z if initial_guess is None else initial_guess
+        is_regular = not B.size or solve_basic(self._M, q, reference, z, B, start)
+        if initial_guess is not None:
+            return np.where(np.isfinite(z), z, initial_guess)
+        if not is_regular:
+            raise SingularMatrix
+        return z
 
 
 def solve_basic(

@@ -352,7 +352,7 @@ class Reduction:
         self.M = M
         self.n = M.shape[0]
         self.box = box
-        self.corner = np.broadcast_to(box.corner, self.n)
+        self.corner = np.zeros(self.n) if box.is_orthant else box.corner
         lower, upper = box.vectors(self.n)
         self._nonfixed = nonfixed_variables(M, lower, upper)
         A, self.variable_indices, self.reflection_signs, self.bounded, self.free = (

@@ -88,11 +88,12 @@ def tableau_of(M: Vector, q: Vector, d: Vector, cover: Vector) -> Tableau:
     )
 
 
-def exchange(T: Vector, row: int, column: int) -> None:
-    """Pivot: the nonbasic variable of a column enters the basis, that of a row
-    leaves."""
+def exchange(T: Vector, row: int, column: int) -> float:
+    """Pivot: the nonbasic variable of a column enters the basis, that of a row leaves;
+    return the largest entry of this row before, relative to the pivot."""
     pivot, others = T[row, column], T[:, column].copy()
     pivot_row = T[row] / -pivot
+    largest = np.maximum.reduce(np.abs(pivot_row))
     others[row], pivot_row[column] = 0.0, 0.0
     rows = others.nonzero()[0]
     if 2 * rows.size < others.size:
@@ -102,6 +103,7 @@ def exchange(T: Vector, row: int, column: int) -> None:
     T[row] = pivot_row
     T[:, column] = others / pivot
     T[row, column] = 1.0 / pivot
+    return float(largest)
 
 
 def choose(
@@ -146,7 +148,7 @@ def choose(
     if lexicographic:
         row = lexicographic_minimum(tableau, np.nonzero(tied)[0], change)
     else:
-        row = int(np.where(tied, rate, 0.0).argmax())
+        row = int((tied * rate).argmax())
     return row, ratios[row]
 
 
@@ -197,9 +199,8 @@ def move(
         leaving = int(tableau.basic[row])
         change = float(tableau.T[row, entering]) * step_sign
         is_y = n <= variable < 2 * n
-        growth = fastest / abs(change) * np.abs(tableau.T[row]).max()
+        growth = fastest * exchange(tableau.T, row, entering)
         tableau.growth[0] = max(tableau.growth[0], growth)
-        exchange(tableau.T, row, entering)
         tableau.noise[row] = NOISE * step
         tableau.values[row] = (
             d[variable - n] if is_y and at_upper[variable - n] else 0.0

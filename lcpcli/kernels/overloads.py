@@ -39,6 +39,7 @@ def _exchange(T: Any, row: Any, column: Any) -> Any:  # noqa: ARG001
     def exchange(T: Any, row: Any, column: Any) -> Any:
         pivot, pivot_row = T[row, column], T[row].copy()
         pivot_row /= -pivot
+        largest = np.abs(pivot_row).max()
         pivot_row[column] = 0.0
         for i in range(T.shape[0]):
             other, factor = T[i], T[i, column]
@@ -48,6 +49,7 @@ def _exchange(T: Any, row: Any, column: Any) -> Any:  # noqa: ARG001
                 other[column] = factor / pivot
         T[row] = pivot_row
         T[row, column] = 1.0 / pivot
+        return largest
 
     return exchange
 

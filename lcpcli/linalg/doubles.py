@@ -117,7 +117,7 @@ def sizes(values: Vector) -> tuple[float, float]:
     positive = np.abs(values)
     smallest = float(positive.min())
     if not smallest > 0:
-        smallest = float(positive.min(where=positive > 0, initial=math.inf))
+        smallest = float(np.where(positive > 0, positive, math.inf).min())
     return smallest, float(positive.max())
 
 

@@ -116,6 +116,9 @@ def row_and_column_maxima(
             return sizes, sizes
         np.maximum.at(columns, M.indices, entries)
         return sizes, columns
+    if M.size <= MAX_COPIED_ENTRIES:
+        entries = scale(np.abs(M), R[:, np.newaxis], C)
+        return entries.max(axis=1, initial=0.0), entries.max(axis=0, initial=0.0)
     for part, block in row_blocks(M):
         entries = scale(block, R[part, np.newaxis], C)
         rows[part] = entries.max(axis=1)
@@ -299,8 +302,8 @@ def _scaler(R: Vector, C: Vector) -> Callable[[Vector, Vector, Vector], Vector]:
 
     If the product itself overflows, the result is the largest finite number.
     """
-    smallest = min(R.min(initial=1.0), C.min(initial=1.0))
-    largest = max(R.max(initial=1.0), C.max(initial=1.0))
+    factors = np.concatenate((R, C))
+    smallest, largest = factors.min(initial=1.0), factors.max(initial=1.0)
     if smallest >= 1 / MODERATE_FACTOR and largest <= MODERATE_FACTOR:
         return lambda entries, left, right: left * entries * right
 
@@ -597,7 +600,9 @@ def row_errors(M: Matrix, z: Vector, row_magnitudes: Vector) -> Vector:
     """
     errors: Vector = ROW_ROUNDING * row_magnitudes
     tiny = row_magnitudes <= TINY_TERMS
-    if np.count_nonzero(tiny) and may_underflow(M, z):
+    if np.count_nonzero(tiny) and may_underflow(
+        M if is_sparse(M) or z.ndim > 1 else M[tiny], z
+    ):
         errors += np.where(tiny, SMALLEST_NORMAL * products(M, z), 0.0)
     return errors
 

@@ -150,8 +150,10 @@ def lemke_stage(
         if certificate.vector is not None and certificate.is_clear(problem):
             return NoSolution(certificate)
     if path.cover_value <= VANISHED * np.abs(path.k).max():
-        z, w, _ = path.point()
-        yield Iterate(problem.box.x_of(z, w), None, "", path.pivots, signs_final=False)
+        z, _ = path.point()
+        yield Iterate(
+            problem.box.x_of(z, path.w()), None, "", path.pivots, signs_final=False
+        )
     return Stalled("the path does not lead to a solution")
 
 
@@ -162,7 +164,7 @@ def end_of_path(problem: Problem, follow: Follow) -> Stage:
     and the solution of its basis would cost another factorization.
     """
     path = path_to_end(problem, follow, reduced(problem))
-    z, _, basis = path.point()
+    z, basis = path.point()
     yield _at(problem, z, path.pivots, basis)
     return Finished()
 
@@ -186,7 +188,7 @@ def path_to_end(
 
 def _end_of(problem: Problem, path: LemkePath) -> tuple[Vector, BasisStatus]:
     """Return x and the basis of the solution to which the path leads."""
-    z_on_path, _, basis = path.point()
+    z_on_path, basis = path.point()
     z, is_accurate = solution_of_basis(problem, path.reduction.M, z_on_path, basis)
     if not is_accurate:
         z = refine_small_components(problem, z, path.follow)
@@ -224,7 +226,7 @@ def _along(problem: Problem, path: LemkePath, is_published: bool) -> Stage:
     is_named = n == path.k.size  # the bounded variables are those of the problem
     variables = _variables(n, 2 * n, path.row) if is_named else UNNAMED
     while path.end == PAUSED:
-        z, w, _ = path.point()
+        z, w = path.point()[0], path.w()
         yield _iterate(
             problem.box.x_of(z, w),
             problem.w(z) - w,
@@ -390,16 +392,21 @@ class LemkePath:
         )
         self.age = 0
 
-    def point(self) -> tuple[Vector, Vector, BasisStatus]:
-        """Return the current z and w of the original problem, and the basis."""
+    def point(self) -> tuple[Vector, BasisStatus]:
+        """Return the current z of the original problem, and the basis."""
         t, m = self.tableau, self.k.size
-        is_y = (t.basic >= m) & (t.basic < 2 * m)
+        rows = ((t.basic >= m) & (t.basic < 2 * m)).nonzero()[0]
+        variables = t.basic[rows] - m
         y, basic = np.where(t.at_upper, self.reduction.d, 0.0), np.zeros(m, np.bool_)
-        y[t.basic[is_y] - m], basic[t.basic[is_y] - m] = t.values[is_y], True
-        w = np.zeros(m)
-        w[t.basic[t.basic < m]] = t.values[t.basic < m]
-        z, basis = self.reduction.recover(y, basic, t.at_upper)
-        return z, self.reduction.recover_w(w), basis
+        y[variables], basic[variables] = t.values[rows], True
+        return self.reduction.recover(y, basic, t.at_upper)
+
+    def w(self) -> Vector:
+        """Return the current w of the original problem."""
+        basic, w = self.tableau.basic, np.zeros(self.k.size)
+        rows = (basic < w.size).nonzero()[0]
+        w[basic[rows]] = self.tableau.values[rows]
+        return self.reduction.recover_w(w)
 
     @property
     def cover_value(self) -> float:
@@ -435,15 +442,14 @@ def solution_of_basis(
     LITERAL_STEPS steps. If none of these leads to a feasible basis, z is that of the
     first one.
     """
-    system, first = CorrectedSolutions(problem, M, initial_guess), initial_guess
-    for steps, basic_solution in enumerate(
-        islice(system.block_principal_pivoting(basis), LITERAL_STEPS + 1)
+    system = CorrectedSolutions(problem, M, initial_guess)
+    first = problem.box.project(system.z_at(basis))
+    if not violations(problem, first)[2].any():
+        return first, True
+    for basic_solution in islice(
+        system.block_principal_pivoting(basis), LITERAL_STEPS + 1
     ):
         z = system.initial_guess = problem.box.project(basic_solution.z)
-        if not steps:
-            first = z
-            if not violations(problem, z)[2].any():
-                return z, True
         if not system.count_violations(basic_solution):
             return z, False
     return first, False
@@ -546,7 +552,7 @@ def refine_small_components(problem: Problem, z: Vector, follow: Follow) -> Vect
         try:
             remainder = Problem(problem.M, q, lower=lower, upper=upper)
             path = path_to_end(remainder, follow, reduced(remainder))
-            z_on_path, _, basis = path.point()
+            z_on_path, basis = path.point()
             d = (
                 solution_of_basis(remainder, path.reduction.M, z_on_path, basis)[0]
                 if path.end == SOLVED

@@ -171,7 +171,9 @@ class Box:
 
     def vectors(self, n: int) -> tuple[Vector, Vector]:
         """Return both bounds of n variables as vectors."""
-        return np.broadcast_to(self.lower, n), np.broadcast_to(self.upper, n)
+        if self.is_orthant:
+            return np.zeros(n), np.full(n, np.inf)
+        return self.lower, self.upper
 
     def z_of(self, x: Vector) -> Vector:
         """Return z = mid(l, u, 2x), for an LCP |x| + x."""
