@@ -422,15 +422,15 @@ def exchanges_within_bounds(
         steps, count = steps + 1, number_of(wrong)
         if not count:
             is_sure = _refine_within_bounds(problem, z, P, block, residual, tol)
-            return DirectAnswer(box.project(z), is_sure, steps, is_single=is_single)
+            nearest = z if is_sure else box.project(z)
+            return DirectAnswer(nearest, is_sure, steps, is_single=is_single)
         yield z, w, is_single
-        guard.choose(wrong, count)
+        if not guard.choose(wrong, count) and _gives_up(guard, problem):
+            return None
         # A bound on the magnitude of all rows, without reading M.
-        max_magnitude = problem.largest * np.add.reduce(np.abs(z))
+        max_magnitude = problem.largest * sum(map(abs, z.tolist()))
         max_magnitude += problem.sizes_of_q[1]
-        violation = np.maximum.reduce(violations)
-        may_be_rounding = violation <= ROW_ROUNDING * max_magnitude
-        if may_be_rounding or _gives_up(guard, problem):
+        if max(violations.tolist()) <= ROW_ROUNDING * max_magnitude:
             return None
         basic ^= wrong
         above = z > upper
