@@ -19,7 +19,6 @@ import warnings
 from fractions import Fraction
 from importlib.util import find_spec
 from statistics import median
-from typing import Any
 
 import numpy as np
 from exact_breakpoints import exact_shares
@@ -34,7 +33,6 @@ MIN_REPEATS, MAX_REPEATS = 3, 1000
 WIDTHS = (8, 5, 12, 8, 8, 8, 8, 6)
 # Breakpoints of a path whose errors are computed; each may take a tenth of a second.
 MAX_EXACT = 10
-Vector = np.ndarray[Any, np.dtype[np.float64]]
 
 
 FRONTIERS = (102, 502)  # unknowns
