@@ -240,7 +240,8 @@ def refused(lcp, tmp_path_factory, monkeypatch):
         before = entries_of(folder)
         outcome = lcp(command)
         line = outcome.err.removesuffix("\n")
-        assert (outcome.code, outcome.err) == (2, f"{line}\n")
+        assert outcome.code == 2
+        assert outcome.err == f"{line}\n"
         made = [json.loads(text) for text in outcome.out.splitlines()]
         said = [line.removeprefix("lcp: ")] if ASKS_FOR_JSON.search(command) else []
         assert [each["message"] for each in made] == said
@@ -249,7 +250,8 @@ def refused(lcp, tmp_path_factory, monkeypatch):
         assert len(line) <= LONGEST_LINE
         own_words = OURS.sub("", line)
         assert [word for word in FOREIGN_WORDS if word in own_words] == [], line
-        assert (entries_of(folder), solved) == (before, [])
+        assert entries_of(folder) == before
+        assert solved == []
         return line.removeprefix("lcp: ").replace(str(folder), "FOLDER")
 
     return run

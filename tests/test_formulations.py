@@ -98,19 +98,25 @@ def test_lcps_need_no_formulation(alone, line):
 def test_a_file_without_its_formulation_gets_one_line(alone, file, what, folder):
     done = run(alone, f"solve {file}")
     told = f"lcp: {file}: {MISSING.format(what, folder)}\n"
-    assert (done.returncode, done.stdout, done.stderr) == (2, "", told)
+    assert done.returncode == 2
+    assert done.stdout == ""
+    assert done.stderr == told
 
 
 def test_a_word_without_its_formulation_gets_one_line(alone):
     done = run(alone, "model.nl -AMPL")
     told = f"lcp: {MISSING.format('-AMPL', 'nonlinear_model')}\n"
-    assert (done.returncode, done.stdout, done.stderr) == (2, "", told)
+    assert done.returncode == 2
+    assert done.stdout == ""
+    assert done.stderr == told
 
 
 def test_tables_without_their_formulation_get_one_line(alone):
     done = run(alone, "solve A.csv A.csv --game")
     told = f"lcp: {MISSING.format('--game', 'bimatrix_game')}\n"
-    assert (done.returncode, done.stdout, done.stderr) == (2, "", told)
+    assert done.returncode == 2
+    assert done.stdout == ""
+    assert done.stderr == told
 
 
 def test_two_tables_without_a_formulation_are_refused_without_a_hint_at_it(alone):

@@ -40,11 +40,9 @@ def test_result_and_inspection_are_what_the_command_writes(lcp):
     assert json.loads(result.to_json()) == ours
     assert "\n" not in result.to_json()
     assert list(ours) == list(theirs)
-    assert (ours["z"], ours["status"], ours["options"]) == (
-        theirs["z"],
-        theirs["status"],
-        theirs["options"],
-    )
+    assert ours["z"] == theirs["z"]
+    assert ours["status"] == theirs["status"]
+    assert ours["options"] == theirs["options"]
     assert len(ours["trace"]) == result.iterations + 1
     assert (
         repr(lcpcli.inspect(result.problem))
@@ -204,7 +202,8 @@ def told(it, folder, code):
     done = subprocess.run(
         command, cwd=folder, capture_output=True, text=True, check=False
     )
-    assert (done.stderr, done.returncode) == ("", 0)
+    assert done.stderr == ""
+    assert done.returncode == 0
     return done.stdout
 
 

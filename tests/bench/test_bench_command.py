@@ -47,7 +47,8 @@ def keys(record):
 
 def test_record_holds_what_was_measured(bench):
     outcome, record = bench("one two three none", "--method", "shi")
-    assert (outcome.code, outcome.err) == (0, "lcp: 7 of 8 measurements succeeded\n")
+    assert outcome.code == 0
+    assert outcome.err == "lcp: 7 of 8 measurements succeeded\n"
     assert keys(record) == [
         (f"{p}.json", m)
         for p in ("one", "two", "three", "none")
@@ -60,7 +61,9 @@ def test_record_holds_what_was_measured(bench):
         rows["none.json", "shi"],
     )
     assert (auto.success, auto.false_success, auto.claimed) == (True, False, True)
-    assert (auto.status, auto.kind, auto.curve_of) == ("solved", "method", "error")
+    assert auto.status == "solved"
+    assert auto.kind == "method"
+    assert auto.curve_of == "error"
     assert auto.error is not None
     assert auto.error < 1e-9
     assert auto.curve
@@ -75,7 +78,8 @@ def test_record_holds_what_was_measured(bench):
         False,
     )
     assert record.versions["numpy"] == np.__version__
-    assert (record.machine.cores, record.options.accept) == (os.cpu_count(), 1e-6)
+    assert record.machine.cores == os.cpu_count()
+    assert record.options.accept == 1e-6
 
 
 def test_other_solvers_may_lie_take_some_problems_or_be_missing(
@@ -93,11 +97,13 @@ def test_other_solvers_may_lie_take_some_problems_or_be_missing(
     bench_problems.install(monkeypatch, "picky", solve, excludes)
     bench_problems.install(monkeypatch, "absent", bench_problems.silent, version=None)
     outcome, record = bench("one none", "--peer", "picky", "--peer", "absent")
-    assert (outcome.code, outcome.err.splitlines()[0]) == (
-        0,
-        "lcp: not installed, left out: absent; pip install absent",
+    assert outcome.code == 0
+    assert (
+        outcome.err.splitlines()[0]
+        == "lcp: not installed, left out: absent; pip install absent"
     )
-    assert (record.peers, record.missing) == (["picky"], ["absent"])
+    assert record.peers == ["picky"]
+    assert record.missing == ["absent"]
     row = record.measurements[-1]
     assert (row.status, row.statement, row.seconds, row.claimed) == (
         "excluded",
@@ -120,7 +126,8 @@ def test_other_solvers_may_lie_take_some_problems_or_be_missing(
         for line in reversed(shown.out.splitlines())
         if line.strip()
     }
-    assert (scores["liar"], scores["picky"]) == (["0", "3", "3"], ["2", "2", "0"])
+    assert scores["liar"] == ["0", "3", "3"]
+    assert scores["picky"] == ["2", "2", "0"]
     assert shown.out.count("wrong: fine") == 3
     assert "takes no verdicts" in shown.out
 
@@ -145,7 +152,8 @@ def test_interrupted_bench_keeps_its_rows(bench, output, lcp, monkeypatch):
 
     bench_problems.install(monkeypatch, "impatient", impatient)
     outcome, done = bench("one two three", "--peer", "impatient")
-    assert (outcome.code, kept) == (130, [1, 3])
+    assert outcome.code == 130
+    assert kept == [1, 3]
     assert "interrupted after 3 of 6 measurements" in outcome.err
     assert keys(done) == [
         ("one.json", "auto"),
@@ -212,7 +220,9 @@ def test_progress_is_shown_on_a_terminal_alone(tmp_path, lcp, monkeypatch):
         if word not in shown
     ] == []
     quiet = lcp(f"{line} -q")
-    assert (quiet.code, quiet.out, quiet.err) == (0, "", "")
+    assert quiet.code == 0
+    assert quiet.out == ""
+    assert quiet.err == ""
 
 
 def test_a_lock_that_cannot_be_removed_stays(tmp_path, monkeypatch):

@@ -182,10 +182,8 @@ def test_json_is_the_record(record):
 def test_lines_are_no_wider_than_asked_for(record, width):
     text = render(record, "table", width, False)
     assert max(len(line) for line in text.splitlines()) <= (width or 80)
-    assert ("\x1b[" in text, "\x1b[" in render(record, "table", width, True)) == (
-        False,
-        True,
-    )  # colours
+    assert "\x1b[" not in text
+    assert "\x1b[" in render(record, "table", width, True)  # colours
     narrow = [line.split() for line in text.splitlines()]
     heads = [
         cells
@@ -194,10 +192,8 @@ def test_lines_are_no_wider_than_asked_for(record, width):
     ]
     # That repeat the problems.
     in_parts = [["problem", "auto", "lemke", "liar"], ["problem", "picky"]]
-    assert (heads == in_parts, ["harker-pang", "100", "-"] in narrow) == (
-        width == 40,
-        width == 40,
-    )
+    assert (heads == in_parts) == (width == 40)
+    assert (["harker-pang", "100", "-"] in narrow) == (width == 40)
 
 
 @pytest.mark.slow("draws a figure in every form")
@@ -224,11 +220,9 @@ def test_peer_is_a_point_in_the_picture_and_nothing_is_drawn_of_what_is_excluded
     curves = {curve.name: curve for curve in panel.curves}
     assert list(curves) == ["auto", "lemke", "liar"]
     assert list(curves["auto"].k) == [0, 1]
-    assert (curves["liar"].k, curves["liar"].seconds, curves["liar"].errors) == (
-        (None,),
-        (1.0,),
-        (1.25e-11,),
-    )
+    assert curves["liar"].k == (None,)
+    assert curves["liar"].seconds == (1.0,)
+    assert curves["liar"].errors == (1.25e-11,)
     assert [curve.solved for curve in panel.curves] == [True, False, True]
 
 
@@ -294,7 +288,8 @@ RUNS = {
 def test_runs_are_as_many_as_times_and_curve_need(name):
     machine, budget, expected, curves = RUNS[name]
     answer, times = machine.measure(budget)
-    assert (times, machine.curves) == (expected, curves)
+    assert times == expected
+    assert machine.curves == curves
     assert answer.setup_seconds == times[0] / 2
     assert (
         answer.curve is None
@@ -337,10 +332,15 @@ def test_median_is_stable_where_its_interval_is_narrow(times, stable):
 
 def test_median_and_quartiles_by_hand():
     found = summary([5.0, 1.0, 2.0, 4.0, 3.0])
-    assert (found.lower, found.median, found.upper, found.repeats) == (2.0, 3.0, 4.0, 5)
+    assert found.lower == 2.0
+    assert found.median == 3.0
+    assert found.upper == 4.0
+    assert found.repeats == 5
     assert found.spread == pytest.approx(1 / 3)
     found = summary([1.0, 2.0, 3.0, 4.0])
-    assert (found.lower, found.median, found.upper) == (1.75, 2.5, 3.25)
+    assert found.lower == 1.75
+    assert found.median == 2.5
+    assert found.upper == 3.25
     assert summary([2.5]).spread is None
 
 

@@ -75,7 +75,8 @@ def test_at_most_ten_violations_are_listed(lcp, tmp_path):
     found = record(
         lcp(f"check {tmp_path / 'p.json'} {tmp_path / 'z.txt'} --format json")
     )
-    assert (found["violated"], len(found["violations"])) == (30, 10)
+    assert found["violated"] == 30
+    assert len(found["violations"]) == 10
     assert (
         "the worst 10 of 30"
         in lcp(f"check {tmp_path / 'p.json'} {tmp_path / 'z.txt'} --exact").out
@@ -110,7 +111,8 @@ def test_what_is_missing_to_the_minimum_is_said_exactly_where_a_short_step_leads
 def test_gain_that_is_small_beside_the_terms_of_the_objective_is_none(size):
     verification = lcpcli.check(lcpcli.from_qp([[2 * size]], [-2 * size]), [1 + 1e-6])
     statement = "x is feasible to the tolerance 1e-10, but not shown to be a minimizer"
-    assert (verification.accepted, verification.statement) == (False, statement)
+    assert not verification.accepted
+    assert verification.statement == statement
 
 
 @pytest.mark.parametrize(
@@ -126,7 +128,8 @@ def test_x_alone_and_x_with_its_multipliers_are_accepted_and_a_changed_one_is_no
     answer = minimum(problem)
     alone = lcpcli.check(problem, answer.x)
     both = lcpcli.check(problem, np.concatenate((answer.x, answer.y)))
-    assert (alone.accepted, both.accepted) == (True, True)
+    assert alone.accepted
+    assert both.accepted
     assert lcpcli.check(problem, np.concatenate((answer.x, alone.multipliers))).accepted
     changed = lcpcli.check(problem, answer.x + 0.01)
     assert not changed.accepted
@@ -169,17 +172,13 @@ def test_multipliers_of_a_maximum_have_either_sign_and_wrong_ones_are_told():
         answer = minimum(problem)
         for y in (answer.y, -answer.y):
             found = lcpcli.check(problem, np.concatenate((answer.x, y)))
-            assert (found.accepted, found.statement) == (
-                True,
-                "x is a maximizer of the linear program",
-            )
+            assert found.accepted
+            assert found.statement == "x is a maximizer of the linear program"
     found = lcpcli.check(
         lcpcli.read(PORTFOLIO), [13 / 62, 41 / 124, 57 / 124, 0.1, 0.2]
     )
-    assert (found.accepted, found.statement) == (
-        False,
-        f"{UNIQUE}, but with other multipliers",
-    )
+    assert not found.accepted
+    assert found.statement == f"{UNIQUE}, but with other multipliers"
 
 
 def test_the_tolerance_is_told_that_accepts_what_was_rounded_of_a_maximum(checked):
@@ -257,7 +256,8 @@ def test_a_wrong_argument_costs_one_line_beside_a_wrong_known_solution(
     (in_folder / "p.json").write_text(json.dumps(problem))
     assert_refused(lcp(command))
     told = lcp("solve p.json -q")
-    assert (told.code, told.err) == (0, "")
+    assert told.code == 0
+    assert told.err == ""
     assert "is ignored" in lcp("solve p.json").err
     assert "is ignored" in lcp("check p.json 1").err
 
@@ -282,5 +282,6 @@ def test_x_at_which_a_row_overflows_is_refused_without_warnings(lcp, folder):
         "A": [[1e308, 1e308]], "row_lower": [1]}"""
     (folder / "p.json").write_text(program)
     outcome = lcp("check p.json 1,1")
-    assert (outcome.code, outcome.err) == (1, "")
+    assert outcome.code == 1
+    assert outcome.err == ""
     assert "z does not solve the problem" in outcome.out

@@ -216,7 +216,8 @@ def test_bench_times_from_the_arrays(monkeypatch):
 
     monkeypatch.setattr(Problem, "anew", counted)
     answer = run_method("auto", PROBLEM, 1e-10, np.inf, True)
-    assert (len(made), made[0] is PROBLEM) == (1, False)
+    assert len(made) == 1
+    assert made[0] is not PROBLEM
     assert answer.curve[-1][1] <= answer.seconds
 
 
@@ -284,7 +285,8 @@ def test_the_fastest_repetition_counts_and_long_pauses_in_the_others_are_told(
 
     (result,) = driver.repeated(once, compared=True, is_shown=True)
     assert runs == [False] + [True] * MAX_REPETITIONS
-    assert (result.seconds, result.parts) == (whole.seconds, whole.parts)
+    assert result.seconds == whole.seconds
+    assert result.parts == whole.parts
     assert result.trace.rows[-1].seconds <= result.seconds
     assert result.spread == pytest.approx(1 + pause / 2)
     assert bool(outcome.spread([result])) == (pause == 100.0)

@@ -156,7 +156,9 @@ def test_a_word_is_completed_and_help_is_shown_without_numpy(words):
         env=dict(os.environ) if is_help else os.environ | asked,
     )
     *lines, loaded = done.stdout.splitlines()
-    assert (done.returncode, done.stderr, loaded) == (0, "", "[]")
+    assert done.returncode == 0
+    assert done.stderr == ""
+    assert loaded == "[]"
     assert lines
 
 
@@ -174,7 +176,8 @@ def test_script_is_printed_for_each_shell_and_works_in_bash(tmp_path, monkeypatc
     is typed."""
     for shell in SHELLS:
         outcome = run("completion", shell)
-        assert (outcome.code, outcome.err) == (0, "")
+        assert outcome.code == 0
+        assert outcome.err == ""
         assert (
             f"{VARIABLE}={shell}_complete" in outcome.out
             or f"{VARIABLE} {shell}_complete" in outcome.out
@@ -194,7 +197,8 @@ def test_script_is_printed_for_each_shell_and_works_in_bash(tmp_path, monkeypatc
         timeout=60,
     )
     shown = ["newton", "files", "sparse", "speed", "files", ""]
-    assert (done.stdout.splitlines(), done.stderr) == (shown, "")
+    assert done.stdout.splitlines() == shown
+    assert done.stderr == ""
 
 
 KINDS = {

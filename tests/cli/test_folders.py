@@ -180,7 +180,8 @@ def test_interrupted_sequence_goes_on_from_its_log(lcp, monkeypatch):
         patch.setattr(solver.Solver, "next", interrupted)
         outcome = lcp("solve steps --sequence -o log.jsonl")
     told = "lcp: 2 problems: 2 solved; interrupted; continue with --resume log.jsonl\n"
-    assert (outcome.code, outcome.err) == (130, told)
+    assert outcome.code == 130
+    assert outcome.err == told
     assert_refused(
         lcp("solve steps --resume log.jsonl"),
         "sequence True, but here it is none",

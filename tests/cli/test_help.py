@@ -89,7 +89,8 @@ def name(request):
 def help_of(lcp, name):
     """The whole help, with all options."""
     outcome = lcp(f"help {name} --all") if name else lcp("--help")
-    assert (outcome.code, outcome.err) == (0, "")
+    assert outcome.code == 0
+    assert outcome.err == ""
     return outcome.out
 
 
@@ -245,7 +246,8 @@ def words(text):
 
 def test_topics_and_commands_are_listed_with_their_meanings(lcp):
     outcome = lcp("help")
-    assert (outcome.code, outcome.err) == (0, "")
+    assert outcome.code == 0
+    assert outcome.err == ""
     for topic, meaning in TOPICS.items():
         assert f"\n  {topic} " in outcome.out
         assert source(topic).startswith(f"# {meaning}\n\n")
@@ -342,11 +344,9 @@ def test_a_page_that_is_not_installed_is_named_in_a_line(page, lcp):
     assert (root / path).is_file()
     assert f'exclude = ["{path}"]' in (root / "pyproject.toml").read_text()
     outcome = lcp(f"help {page}")
-    assert (outcome.code, outcome.out, outcome.err) == (
-        0,
-        f"{page}: {path} of the source is this page\n",
-        "",
-    )
+    assert outcome.code == 0
+    assert outcome.out == f"{page}: {path} of the source is this page\n"
+    assert outcome.err == ""
 
 
 def test_a_word_that_is_no_topic_is_looked_for_on_all_pages(lcp):
@@ -401,7 +401,8 @@ def test_words_of_the_field_lead_to_a_page_or_to_what_comes_nearest(words, page,
     """Whether the shell has passed them as one word or as several."""
     for given in ([words], words.split()):
         outcome = lcp("help", *given)
-        assert (outcome.code, outcome.err) == (0, "")
+        assert outcome.code == 0
+        assert outcome.err == ""
         assert f"lcp help {page}" in outcome.out
 
 
@@ -465,7 +466,9 @@ def test_page_fits_a_terminal_with_every_word_and_every_line_of_code_whole(topic
 def test_terminal_shows_the_page_formatted(color, lcp, monkeypatch):
     monkeypatch.setattr(command, "terminal", lambda: (200, color))
     shown = lcp("help statuses").out
-    assert ("```" in shown, "**" in shown, "\x1b[" in shown) == (False, False, color)
+    assert "```" not in shown
+    assert "**" not in shown
+    assert ("\x1b[" in shown) == color
     plain = re.sub(r"\x1b\[[\d;]*m", "", shown)
     assert 80 < max(len(line.rstrip()) for line in plain.splitlines()) <= 100
 

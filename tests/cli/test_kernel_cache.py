@@ -108,7 +108,8 @@ def test_what_a_killed_process_has_compiled_is_kept(cache, files):
         path.touch()
     os.utime(old, (0, 0))
     with cache.compiling("kernels", None):
-        assert (old.exists(), new.exists()) == (False, True)
+        assert not old.exists()
+        assert new.exists()
 
 
 def test_one_process_at_a_time_compiles_a_module(cache, monkeypatch):
@@ -179,15 +180,19 @@ def test_where_there_is_no_room_for_kernels_a_run_goes_on_without_them(
     done = python(program, "solve", str(file), "--format", "json", env=own)
     assert (done.returncode, json.loads(done.stdout)["solved"]) == (0, True)
     assert done.stderr.startswith("lcpcli: continuing without compiled kernels: ")
-    assert (fault in done.stderr, done.stderr.count("\n")) == (True, 1)
+    assert fault in done.stderr
+    assert done.stderr.count("\n") == 1
     many = tmp_path / "many.jsonl"
     many.write_text(f"{GOOD}\n" * 20)
     done = python(program, "solve", str(many), "--jobs", "2", "-q", env=own)
     told = done.stderr.splitlines()
     assert (done.returncode, len(told)) == (0, 1), done.stderr
     done = python(program, "kernels", env=own)
-    assert (done.returncode, done.stdout, done.stderr.count("\n")) == (2, "", 1)
-    assert (done.stderr.startswith("lcp: "), fault in done.stderr) == (True, True)
+    assert done.returncode == 2
+    assert done.stdout == ""
+    assert done.stderr.count("\n") == 1
+    assert done.stderr.startswith("lcp: ")
+    assert fault in done.stderr
 
 
 @pytest.fixture
@@ -226,7 +231,8 @@ def test_damaged_kernels_are_compiled_again_in_one_run_which_says_so(
     for told in (f"{loading.DAMAGED}\n", ""):
         # Elsewhere, so that it imports the package that has the copied kernels.
         done = python(MAIN, *command, env=own, cwd=tmp_path)
-        assert (done.returncode, done.stderr) == (0, told)
+        assert done.returncode == 0
+        assert done.stderr == told
         assert json.loads(done.stdout)["solved"]
     assert path.exists()
 
@@ -249,4 +255,5 @@ print(measure_kernels.on_bounds.stats.cache_misses.total())
     assert sorted(each.communicate()[0] for each in together) == ["0\n", "1\n"]
     assert [each.returncode for each in together] == [0, 0]
     done = python(program, env=own)
-    assert (done.stdout, done.stderr) == ("0\n", "")
+    assert done.stdout == "0\n"
+    assert done.stderr == ""

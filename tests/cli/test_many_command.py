@@ -178,7 +178,8 @@ def test_the_first_problem_of_a_stream_does_not_wait_for_the_second_line(monkeyp
     monkeypatch.setattr(sys, "stdin", Stream)
     work = next(inputs(["-"], streams=True))
     assert isinstance(work, Input)
-    assert (work.line, work.read().n) == (2, 2)
+    assert work.line == 2
+    assert work.read().n == 2
 
 
 @pytest.mark.usefixtures("folder")
@@ -189,7 +190,8 @@ def test_a_problem_alone_is_a_stream_of_one(option, lcp, monkeypatch):
 
     monkeypatch.setattr(sys, "stdin", Stream)
     outcome = lcp(f"solve - {option}")
-    assert (outcome.code, outcome.err) == (0, "lcp: 1 problem: 1 solved\n")
+    assert outcome.code == 0
+    assert outcome.err == "lcp: 1 problem: 1 solved\n"
 
 
 @pytest.mark.parametrize(
@@ -207,11 +209,9 @@ def test_output_to_a_file_that_is_read_is_refused(command, tmp_path):
         timeout=60,
         check=False,
     )
-    assert (done.returncode, len(done.stderr.splitlines()), own.read_bytes()) == (
-        2,
-        1,
-        LINE * 2,
-    )
+    assert done.returncode == 2
+    assert len(done.stderr.splitlines()) == 1
+    assert own.read_bytes() == LINE * 2
 
 
 @pytest.mark.skipif(not Path("/dev/full").exists(), reason="the full disk of Linux")
@@ -269,11 +269,9 @@ def test_a_log_goes_on_where_it_was_cut_off_and_counts_what_it_had(lcp, folder):
     for cut in cuts:
         path.write_text(cut)
         outcome = lcp(f"solve {files} --resume log.jsonl")
-        assert (outcome.code, outcome.out, outcome.err) == (
-            0,
-            "",
-            "lcp: 7 problems: 7 solved\n",
-        )
+        assert outcome.code == 0
+        assert outcome.out == ""
+        assert outcome.err == "lcp: 7 problems: 7 solved\n"
         places, expected = (
             [
                 tuple(each[key] for key in ("file", "item", "problem", "z"))
@@ -286,10 +284,8 @@ def test_a_log_goes_on_where_it_was_cut_off_and_counts_what_it_had(lcp, folder):
     path.unlink()
     lcp("solve bad.json good.json -o log.jsonl")
     outcome = lcp("solve bad.json good.json none.json --resume log.jsonl")
-    assert (outcome.code, outcome.err) == (
-        2,
-        "lcp: 3 problems: 1 bad input, 1 solved, 1 infeasible\n",
-    )
+    assert outcome.code == 2
+    assert outcome.err == "lcp: 3 problems: 1 bad input, 1 solved, 1 infeasible\n"
     assert len(path.read_text().splitlines()) == 3
 
 
@@ -499,7 +495,8 @@ def test_columns_may_be_added_to_a_resumed_run_but_not_changed_with_their_matrix
     assert lcp(f"{line} -o log.jsonl").code == 0
     (folder / "Q.csv").write_text("a,new,b\n-1,5,-2\n-1,-1,1\n")
     outcome = lcp(f"{line} --resume log.jsonl")
-    assert (outcome.code, outcome.err) == (0, "lcp: 3 problems: 3 solved\n")
+    assert outcome.code == 0
+    assert outcome.err == "lcp: 3 problems: 3 solved\n"
     text = (folder / "log.jsonl").read_text()
     assert [record["problem"] for record in records_of(text)] == ["a", "b", "new"]
     (folder / "M.csv").write_text("3,1\n1,3\n")
@@ -535,4 +532,5 @@ def test_summary_of_an_interrupted_run_says_how_many_have_a_result(
         "lcp: 1 problem: 1 solved; interrupted; with -o FILE.jsonl it could be "
         "resumed\n"
     )
-    assert (outcome.code, outcome.err) == (130, told)
+    assert outcome.code == 130
+    assert outcome.err == told

@@ -104,10 +104,8 @@ def items(log):
 
 
 def assert_all_solved(process, told, log):
-    assert (process.returncode, told.decode()) == (
-        0,
-        f"lcp: {MANY} problems: {MANY} solved\n",
-    )
+    assert process.returncode == 0
+    assert told.decode() == f"lcp: {MANY} problems: {MANY} solved\n"
     assert sorted(items(log)) == list(range(1, MANY + 1))
 
 
@@ -143,7 +141,8 @@ def test_ended_program_leaves_what_is_solved_and_no_process_and_goes_on_from_its
         others = started_by(process.pid)
         process.send_signal(number)
         _, told = process.communicate(timeout=PATIENCE)
-    assert (process.returncode, len(others)) == (code, 2 if jobs == "2" else 0)
+    assert process.returncode == code
+    assert len(others) == (2 if jobs == "2" else 0)
     expected = (
         "" if code == -9 else f"lcp: .*; interrupted; continue with --resume {log}\n"
     )
@@ -338,7 +337,8 @@ def test_cluster_without_workers_is_told_of_once(monkeypatch, capfd):
         pool = pools.Cluster("tcp://here:1")
     for now[0] in (100.0, 105.0):
         pool.check_alive()
-    assert (pool.size, capfd.readouterr().err) == (1, "")
+    assert pool.size == 1
+    assert capfd.readouterr().err == ""
     for now[0] in (110.0, 120.0):
         pool.check_alive()
     line = (

@@ -644,5 +644,6 @@ def test_a_command_line_that_cannot_be_run_is_refused(refusal, refused):
 )
 def test_a_name_of_thousands_of_letters_is_cut_in_the_line(command, refused):
     line = refused(command.format("a" * 5000), GOOD)
-    assert ("a" * 40 in line, "a" * 41 in line) == (True, False)
+    assert "a" * 40 in line
+    assert "a" * 41 not in line
     assert len(line) < 300

@@ -137,7 +137,8 @@ def test_a_start_and_a_known_solution_may_round_to_0(options, lcp, in_folder):
     text = '{"M": [[1]], "q": [1], "x0": [1e-400], "solution": [1e-400]}'
     (in_folder / "t.json").write_text(text)
     outcome = lcp("solve", "t.json", "-f", "json", *options)
-    assert (outcome.err, record(outcome)["z"]) == ("", [0.0])
+    assert outcome.err == ""
+    assert record(outcome)["z"] == [0.0]
     assert lcp("convert t.json -o copy.json").code == 0
     assert '"x0": [1E-400]' in (in_folder / "copy.json").read_text()
 
@@ -154,13 +155,15 @@ def test_exact_arithmetic_has_numbers_that_doubles_have_not(files, lcp, in_folde
     for name, text in files.items():
         (in_folder / name).write_text(text)
     solved = record(lcp("solve", "--exact", *files, "-f", "json"))
-    assert (solved["status"], solved["exact"]["z"]) == ("solved", [str(10**400)])
+    assert solved["status"] == "solved"
+    assert solved["exact"]["z"] == [str(10**400)]
 
 
 def test_a_subnormal_number_is_no_0(lcp, in_folder):
     (in_folder / "t.json").write_text('{"M": [[1e-320]], "q": [-1e-320]}')
     solved = record(lcp("solve t.json -f json"))
-    assert (solved["status"], solved["z"]) == ("solved", [1.0])
+    assert solved["status"] == "solved"
+    assert solved["z"] == [1.0]
 
 
 @pytest.mark.parametrize("table", ["-5,-1e-200\n-6,-3\n", "a1e-400,b\n-5,-6\n-3,-2\n"])
@@ -168,6 +171,7 @@ def test_several_q_with_small_numbers_are_solved(table, lcp, in_folder):
     (in_folder / "M.csv").write_text("2,1\n1,2\n")
     (in_folder / "Q.csv").write_text(table)
     told = lcp("solve M.csv Q.csv -f json")
-    assert (told.code, told.out.count('"status": "solved"')) == (0, 2)
+    assert told.code == 0
+    assert told.out.count('"status": "solved"') == 2
     (in_folder / "Q.csv").write_text("-5,-1e-400\n-6,-3\n")
     assert "is 0 in double precision" in lcp("solve M.csv Q.csv").err

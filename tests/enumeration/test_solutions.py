@@ -49,13 +49,15 @@ def test_the_only_solution_is_proved_to_be_the_only_one(kind):
     problem = Problem(M, -generator.integers(1, 100, n).astype(float))
     found = lcpcli.solutions(problem)
     (piece,) = found
-    assert (piece.is_point, found.complete) == (True, True)
+    assert piece.is_point
+    assert found.complete
     assert ExactProblem.of_floats(problem).is_solution(piece.vertices[0])
 
 
 def test_multipliers_beyond_the_range_of_doubles_prove_the_only_solution():
     found = lcpcli.solutions(Problem([[1e200, -1e-250], [-1e-250, 1e-200]], [-1, -1]))
-    assert ([piece.is_point for piece in found], found.complete) == ([True], True)
+    assert [piece.is_point for piece in found] == [True]
+    assert found.complete
 
 
 def test_semidefinite_problems_have_one_piece_which_is_found_whole():
@@ -98,27 +100,31 @@ def test_decimals_count_as_written_if_they_are_given_exactly():
 def test_a_limit_ends_the_list_which_is_then_not_complete():
     problem = Problem(-np.eye(12) + 0.01, np.ones(12))
     found = lcpcli.solutions(problem, max_solutions=3)
-    assert (len(list(found)), len(found.points), found.complete) == (3, 3, False)
+    assert len(list(found)) == 3
+    assert len(found.points) == 3
+    assert not found.complete
     assert list(found) == found.pieces
     stopped = lcpcli.solutions(problem)
     next(stopped)
     stopped.stop()
-    assert (list(stopped), len(stopped.pieces), stopped.complete) == (
-        stopped.pieces,
-        1,
-        False,
-    )
+    assert list(stopped) == stopped.pieces
+    assert len(stopped.pieces) == 1
+    assert not stopped.complete
     unbegun = lcpcli.solutions(problem)
     unbegun.stop()
-    assert (list(unbegun), unbegun.complete) == ([], False)
+    assert list(unbegun) == []
+    assert not unbegun.complete
     segments = lcpcli.solutions(
         Problem(np.kron(np.eye(40), np.ones((2, 2))), -np.ones(80)), time_limit=0.2
     )
     # One piece with 2^40 vertices.
-    assert (list(segments), segments.complete) == ([], False)
+    assert list(segments) == []
+    assert not segments.complete
     late = lcpcli.solutions(problem, time_limit=1e-9)
-    assert (list(late), late.complete) == ([], False)
-    assert (next(late, None), late.complete) == (None, False)
+    assert list(late) == []
+    assert not late.complete
+    assert next(late, None) is None
+    assert not late.complete
 
 
 def test_a_game_with_upper_bounds_may_have_several_pieces_for_any_sums():
@@ -131,17 +137,17 @@ def test_as_many_as_were_asked_for_are_all_if_a_search_as_long_finds_no_other():
     problem = Problem([[1, 2], [2, 1]], [-1, -1])
     for most, others in ((2, True), (3, False), (4, False)):
         found = lcpcli.solutions(problem, max_solutions=most)
-        assert (len(list(found)), found.others, found.complete) == (
-            min(most, 3),
-            others,
-            not others,
-        )
+        assert len(list(found)) == min(most, 3)
+        assert found.others == others
+        assert found.complete == (not others)
         assert ("not all" in repr(found)) == others
     ended = lcpcli.solutions(problem, max_solutions=2)
     assert [next(ended), next(ended)] == ended.pieces
     assert ended.others is None
     ended.stop()
-    assert (next(ended, None), next(ended, None), ended.others) == (None, None, None)
+    assert next(ended, None) is None
+    assert next(ended, None) is None
+    assert ended.others is None
 
 
 def test_blocks_are_searched_no_further_than_it_takes():
@@ -155,7 +161,8 @@ def test_blocks_are_searched_no_further_than_it_takes():
     M = np.zeros((32, 32))
     M[:30, :30], M[30:, 30:] = block, [[0, 1], [1, 0]]
     none = lcpcli.solutions(Problem(M, [*np.ones(30), -1, 1]))
-    assert (list(none), none.complete) == ([], True)
+    assert list(none) == []
+    assert none.complete
 
 
 @pytest.mark.parametrize(
@@ -186,7 +193,8 @@ def test_what_has_been_found_is_printed_and_given_again_by_one_search():
         "<Solutions: 1 piece, as far as the search has come: ("
     )
     pieces = list(found)
-    assert (pieces[0] is first, len(pieces)) == (True, 4)
+    assert pieces[0] is first
+    assert len(pieces) == 4
     assert repr(found).startswith("<Solutions: 4 pieces, all of them: (")
     assert all(one is other for one, other in zip(found, found, strict=True)), (
         "loops that take turns"
@@ -326,11 +334,9 @@ def check(found, whole, ended):
             "json"
         )
     )
-    assert (held["complete"], held["others"], len(held["pieces"])) == (
-        found.complete,
-        found.others,
-        len(pieces),
-    )
+    assert held["complete"] == found.complete
+    assert held["others"] == found.others
+    assert len(held["pieces"]) == len(pieces)
     assert (held["status"] == ended) == (not found.complete)
     vertices = {vertex for piece in found.pieces for vertex in piece.vertices}
     assert {tuple(map(Fraction, each["z"])) for each in held["solutions"]} == vertices
@@ -499,7 +505,8 @@ def test_coordination_games_have_one_equilibrium_for_each_set_of_strategies(n):
 )
 def test_shipped_games_have_the_known_number_of_equilibria(name, extreme, components):
     found = checked(lcpcli.read(contents.shipped_path(f"games/{name}.nfg")))
-    assert (len(found.extreme), len(found.components)) == (extreme, components)
+    assert len(found.extreme) == extreme
+    assert len(found.components) == components
 
 
 def test_a_game_whose_payoffs_sum_to_a_constant_has_one_subset():
@@ -547,7 +554,8 @@ def test_branch_and_bound_goes_on_where_there_are_too_many_vertices(limit, monke
     monkeypatch.setattr(pieces, "ENTRIES_AT_FIRST", 0)
     monkeypatch.setattr(bimatrix if limit == "MAX_STRATEGIES" else pieces, limit, 0)
     listed = lcpcli.solutions(problem)
-    assert (len(set(map(str, listed))), len(listed.pieces)) == (31, 31)
+    assert len(set(map(str, listed))) == 31
+    assert len(listed.pieces) == 31
     assert listed.complete
 
 
@@ -659,7 +667,8 @@ def test_a_game_from_a_tournament_has_many_subsets_of_many_vertices():
     A = np.array([[beats[i, list(each)].all() for each in sets] for i in range(6)])
     B = np.array([[i in each for each in sets] for i in range(6)])
     found = all_of(A.astype(float), B.astype(float))
-    assert (len(found.subsets), len(found.extreme)) == (134, 130)
+    assert len(found.subsets) == 134
+    assert len(found.extreme) == 130
 
 
 @pytest.mark.parametrize("sum_is_constant", [True, False])
@@ -668,7 +677,8 @@ def test_a_large_game_has_an_equilibrium_at_once(sum_is_constant):
     found = lcpcli.solutions(
         lcpcli.from_game(A, -A if sum_is_constant else B), max_solutions=1
     )
-    assert (len(list(found)), found.complete) == (1, sum_is_constant)
+    assert len(list(found)) == 1
+    assert found.complete == sum_is_constant
 
 
 def test_payoffs_are_exact_fractions_also_in_files(tmp_path):
@@ -717,5 +727,6 @@ def test_a_limit_holds_where_there_are_more_subsets_than_can_be_listed(monkeypat
     # More than 2^20.
     found = lcpcli.solutions(lcpcli.from_game(*2 * [1 - np.eye(20)]), time_limit=0.5)
     pieces = list(found)
-    assert (len(pieces) > 1, found.complete) == (True, False)
+    assert len(pieces) > 1
+    assert not found.complete
     assert next(seconds) < 0.75

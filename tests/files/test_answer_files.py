@@ -98,10 +98,8 @@ def test_figure_can_be_redrawn_from_the_trace(lcp, folder, monkeypatch):
         own = {int(row["k"]): row for row in rows if row["method"] == curve.label}
         for k, seconds, error in zip(curve.k, curve.seconds, curve.errors, strict=True):
             assert k is not None
-            assert (seconds, error) == (
-                float(own[k]["seconds"]),
-                float(own[k]["error"]),
-            )
+            assert seconds == float(own[k]["seconds"])
+            assert error == float(own[k]["error"])
         assert curve.solved == (list(own.values())[-1]["status"] == "solved")
 
 
@@ -125,11 +123,9 @@ def test_each_solution_of_a_list_is_checked(name, form, exact, lcp, folder):
         "both": 3,
         "transport": 2,
     }[name]
-    assert (outcome.code, outcome.err, len(outcome.out.splitlines())) == (
-        0,
-        "",
-        vertices,
-    )
+    assert outcome.code == 0
+    assert outcome.err == ""
+    assert len(outcome.out.splitlines()) == vertices
 
 
 @pytest.mark.parametrize(
@@ -149,7 +145,8 @@ def test_wrong_solution_among_others_in_csv_is_told_apart(
     (folder / "all.csv").write_text("\n".join(lines))
     outcome = lcp(f"check {name}.json all.csv --format json")
     correct = [json.loads(line)["accepted"] for line in outcome.out.splitlines()]
-    assert (outcome.code, correct.count(False)) == (1, 1)
+    assert outcome.code == 1
+    assert correct.count(False) == 1
 
 
 def test_a_table_of_equilibria_that_lacks_a_player_is_refused_in_a_line(lcp, folder):
@@ -161,7 +158,9 @@ def test_a_table_of_equilibria_that_lacks_a_player_is_refused_in_a_line(lcp, fol
         "lcp: all.csv: has an equilibrium with the strategy of one player alone; "
         "give both strategies\n"
     )
-    assert (outcome.code, outcome.out, outcome.err) == (2, "", fault)
+    assert outcome.code == 2
+    assert outcome.out == ""
+    assert outcome.err == fault
 
 
 LISTS = {

@@ -283,7 +283,9 @@ def test_a_closed_standard_input_is_refused(lcp, monkeypatch):
     monkeypatch.setattr(sys, "stdin", None)
     outcome = lcp("solve -")
     assert "standard input" in outcome.err
-    assert (outcome.code, outcome.out, outcome.err.count("\n")) == (2, "", 1)
+    assert outcome.code == 2
+    assert outcome.out == ""
+    assert outcome.err.count("\n") == 1
 
 
 def test_a_missing_file_in_a_folder_that_cannot_be_listed_is_refused(
@@ -295,7 +297,9 @@ def test_a_missing_file_in_a_folder_that_cannot_be_listed_is_refused(
     monkeypatch.setattr(Path, "iterdir", refuse)
     outcome = lcp(f"solve {tmp_path / 'good.json'}")
     assert NO_SUCH_FILE in outcome.err
-    assert (outcome.code, outcome.out, outcome.err.count("\n")) == (2, "", 1)
+    assert outcome.code == 2
+    assert outcome.out == ""
+    assert outcome.err.count("\n") == 1
 
 
 def array(values):

@@ -128,7 +128,8 @@ def test_number_as_a_text_is_that_number_and_exactly_so(text, value, tmp_path):
         problem = read(file)
         assert problem.M[0, 0] == problem.q[1] == problem.box.upper[0] == float(value)
         exact = read_exact(str(file))
-        assert (exact.M[0][0], exact.upper) == (value, [value, None])
+        assert exact.M[0][0] == value
+        assert exact.upper == [value, None]
         assert Fraction(exact.constants[1], exact.scales[1]) == value
 
 
@@ -223,7 +224,8 @@ def test_word_for_infinity_means_no_bound_alone_and_in_a_list(word, is_list, tmp
     file = tmp_path / "p.json"
     file.write_text(json.dumps(fields))
     problem = read(file)
-    assert (problem.box.lower, problem.box.upper) == (-np.inf, np.inf)
+    assert problem.box.lower == -np.inf
+    assert problem.box.upper == np.inf
     assert lcpcli.run(problem).z.tolist() == [-3]
 
 
@@ -242,7 +244,8 @@ def test_games_starts_and_solutions_have_numbers_as_texts(lcp):
     problem |= {"x0": ["1", "1/2"], "solution": ["4/3", "7/3"]}
     Path("p.json").write_text(json.dumps(problem))
     found = read("p.json")
-    assert (found.x0.tolist(), found.solutions[0][0]) == ([1, 0.5], 4 / 3)
+    assert found.x0.tolist() == [1, 0.5]
+    assert found.solutions[0][0] == 4 / 3
     Path("z.json").write_text('{"z": ["4/3", "7/3"], "w": ["0", 0]}')
     assert lcp("solve p.json --z0 z.json --exact").code == 0
     assert lcp("check p.json z.json --exact").code == 0

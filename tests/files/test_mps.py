@@ -66,7 +66,8 @@ def test_rows_ranges_bounds_names_constant_and_sense_are_read(tmp_path):
     problem = read(written(tmp_path, FEATURES))
     origin, data = program(problem)
     assert problem.name == "features"
-    assert (origin.sense, origin.constant) == ("max", 7)
+    assert origin.sense == "max"
+    assert origin.constant == 7
     assert origin.columns == ("x", "y", "z")
     assert origin.rows == ("low", "high", "equal", "equal2")
     assert (-data.c).tolist() == [1.5, -0.25, 0]
@@ -84,8 +85,10 @@ def test_fixed_format_with_spaces_in_names(tmp_path):
     lines += ["    COL ONE   COST               1.0   ROW ONE            2.0", "RHS"]
     lines += ["    RHS       ROW ONE            6.0", "ENDATA", ""]
     origin, data = program(read(written(tmp_path, "\n".join(lines))))
-    assert (origin.columns, origin.rows) == (("COL ONE",), ("ROW ONE",))
-    assert (data.A[0, 0], data.row_lower[0]) == (2, 6)
+    assert origin.columns == ("COL ONE",)
+    assert origin.rows == ("ROW ONE",)
+    assert data.A[0, 0] == 2
+    assert data.row_lower[0] == 6
 
 
 def test_the_lp_format_is_read(tmp_path):
@@ -109,16 +112,13 @@ def test_the_lp_format_is_read(tmp_path):
     origin, data = program(
         read(written(tmp_path, "\n".join(lines).replace("5\n", "5 + 0 z\n", 1), "p.lp"))
     )
-    assert (origin.sense, origin.constant) == ("max", 5)
+    assert origin.sense == "max"
+    assert origin.constant == 5
     assert (-np.array(data.Q)).tolist() == [[-2, 1, 0], [1, -4, 0], [0, 0, 0]]
-    assert (data.row_lower.tolist(), data.row_upper.tolist()) == (
-        [1, -INF, -INF],
-        [INF, 4, INF],
-    )
-    assert (data.lower.tolist(), data.upper.tolist()) == (
-        [-INF, 0, -INF],
-        [INF, 9e19, INF],
-    )
+    assert data.row_lower.tolist() == [1, -INF, -INF]
+    assert data.row_upper.tolist() == [INF, 4, INF]
+    assert data.lower.tolist() == [-INF, 0, -INF]
+    assert data.upper.tolist() == [INF, 9e19, INF]
 
 
 def test_exact_answers_are_of_the_decimals_in_the_file(tmp_path, lcp):

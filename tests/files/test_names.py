@@ -112,11 +112,9 @@ def test_a_header_names_the_unknowns_unless_it_is_a_title_or_numbers(
 ):
     (folder / "p.csv").write_text(text)
     problem = read("p.csv")
-    assert (list(problem.names), problem.M.tolist(), problem.q.tolist()) == (
-        names,
-        [[2, 1], [1, 2]],
-        [-5, -6],
-    )
+    assert list(problem.names) == names
+    assert problem.M.tolist() == [[2, 1], [1, 2]]
+    assert problem.q.tolist() == [-5, -6]
 
 
 def test_a_workspace_may_have_other_names_and_a_program_has_its_own():

@@ -283,11 +283,9 @@ def test_common_expressions_in_text_and_in_binary(binary):
     expressions = [("sum", ("*", 2.5, "v0"), "v3", "v4"), ("*", "v4", "v2")]
     z = np.array([0.4, 1.3])
     check_functions(problem, expressions, z, common)
-    assert (problem.x0.tolist(), problem.lower.tolist(), problem.upper.tolist()) == (
-        [0, 0.5],
-        [0, -1],
-        [np.inf, 2],
-    )
+    assert problem.x0.tolist() == [0, 0.5]
+    assert problem.lower.tolist() == [0, -1]
+    assert problem.upper.tolist() == [np.inf, 2]
 
 
 def test_free_variables_match_equations_by_size_and_fixed_ones_are_constant():
@@ -329,11 +327,9 @@ def test_linear_model_is_a_linear_problem_with_its_decimals(tmp_path):
     file.write_bytes(model(2, rows, [NONNEGATIVE, FREE]))
     problem = read(file)
     assert dense(problem.M) == pytest.approx(np.array([[0.3, 1], [-1, -0.1]]))
-    assert (problem.q.tolist(), problem.name, list(problem.names)) == (
-        [-0.3, 0.7],
-        "model",
-        ["v0", "v1"],
-    )
+    assert problem.q.tolist() == [-0.3, 0.7]
+    assert problem.name == "model"
+    assert list(problem.names) == ["v0", "v1"]
     exact = read_exact(str(file))
     assert [Fraction(row[0], row[1]) for row in exact.rows] == [Fraction(3, 10), 10]
 
@@ -384,11 +380,9 @@ def test_objective_has_its_decimals_and_its_constant():
     objective = ("+", ("*", 0.1, "v0"), ("-", 0.3, "v1"))
     rows, bounds = [*LINEAR, (EQUATION, {1: 1}, 0)], [NONNEGATIVE, FREE]
     found = InputFile("m.nl", model(2, rows, bounds, objective=objective)).objective
-    assert (found.costs, found.sense, found.constant) == (
-        [Fraction(1, 10), -1],
-        "min",
-        Fraction(3, 10),
-    )
+    assert found.costs == [Fraction(1, 10), -1]
+    assert found.sense == "min"
+    assert found.constant == Fraction(3, 10)
     constant = model(1, LINEAR, [NONNEGATIVE], objective=7)
     assert InputFile("m.nl", constant).objective is None
 

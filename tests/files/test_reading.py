@@ -84,10 +84,12 @@ def test_every_safe_spelling_is_read_from_a_file_and_from_standard_input(
     for suffix in ("csv", "txt", *(["json"] if spelling.startswith("json") else [])):
         (tmp_path / f"problem.{suffix}").write_bytes(SPELLINGS[spelling])
         problem = read(tmp_path / f"problem.{suffix}")
-        assert (numbers(problem), problem.name) == ((M, Q), "problem")
+        assert numbers(problem) == (M, Q)
+        assert problem.name == "problem"
     feed(monkeypatch, SPELLINGS[spelling])
     problem = read("-")
-    assert (numbers(problem), problem.name) == ((M, Q), "standard input")
+    assert numbers(problem) == (M, Q)
+    assert problem.name == "standard input"
 
 
 VECTORS = {
@@ -115,7 +117,8 @@ def test_q_and_a_start_are_read_from_a_file(tmp_path, content, monkeypatch):
     feed(monkeypatch, content)
     for q in (str(tmp_path / "q.csv"), "-"):
         problem = read(str(tmp_path / "M.csv"), q)
-        assert (numbers(problem), problem.name) == ((M, Q), "M")
+        assert numbers(problem) == (M, Q)
+        assert problem.name == "M"
     assert read_start("--x0", str(tmp_path / "q.csv"), 2).tolist() == Q
 
 
@@ -129,7 +132,8 @@ def test_a_start_is_taken_from_a_file_or_hundreds_of_typed_numbers(lcp, tmp_path
         assert trace[number]["z"] == [0, 0.5]
     write(Problem(2 * sparse.eye_array(300, format="csr"), np.full(300, -1.0)), file)
     outcome = lcp("solve", file, "--x0", ",".join(["0.25"] * 300), "-q")
-    assert (outcome.code, outcome.err) == (0, "")
+    assert outcome.code == 0
+    assert outcome.err == ""
 
 
 def test_one_solution_or_several_are_read_from_json(tmp_path):
@@ -197,7 +201,8 @@ def test_two_files_are_one_problem_in_every_command(lcp, files):
         "check {} 0.5,0",
     ):
         outcome = lcp(line.format(files))
-        assert (outcome.code, outcome.err) == (0, "")
+        assert outcome.code == 0
+        assert outcome.err == ""
 
 
 def test_a_file_that_holds_M_alone_takes_exactly_the_next_one(folder, lcp):
@@ -250,11 +255,9 @@ def test_numbers_are_typed_in_any_usual_way_unless_a_file_has_their_name(lcp):
         1 / 3,
     ]
     Path("1").write_text("5")
-    assert (
-        beside.typed_numbers("--x0", "1"),
-        beside.typed_numbers("--x0", "2"),
-        beside.typed_numbers("--x0", "p.csv"),
-    ) == (None, ["2"], None)
+    assert beside.typed_numbers("--x0", "1") is None
+    assert beside.typed_numbers("--x0", "2") == ["2"]
+    assert beside.typed_numbers("--x0", "p.csv") is None
 
 
 SHEET = archive("[Content_Types].xml", "xl/workbook.xml")
@@ -291,7 +294,9 @@ def test_what_is_not_read_is_refused_by_name(tmp_path, lcp, name, content, words
     (tmp_path / name).write_bytes(content)
     outcome = lcp(f"solve {tmp_path / name}")
     assert outcome.err.startswith(f"lcp: {tmp_path / name}: {words}"), outcome.err
-    assert (outcome.code, outcome.out, outcome.err.count("\n")) == (2, "", 1)
+    assert outcome.code == 2
+    assert outcome.out == ""
+    assert outcome.err.count("\n") == 1
 
 
 FOLDER = Path(contents.shipped_path("paper-example-1.json")).parent

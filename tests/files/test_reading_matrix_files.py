@@ -103,7 +103,8 @@ def test_q_is_read_from_matrix_market_beside_any_format(tmp_path, text):
     (tmp_path / "q.mtx").write_text(f"{BANNER} {text}")
     for first in ("M.csv", "M.mtx.gz", "M.npz"):
         problem = read(str(tmp_path / first), str(tmp_path / "q.mtx"))
-        assert (numbers(problem), problem.name) == ((M, Q), "M")
+        assert numbers(problem) == (M, Q)
+        assert problem.name == "M"
 
 
 MATRIX, VECTOR = np.array(M), np.array(Q)

@@ -236,7 +236,8 @@ def test_boxes_under_a_ceiling_that_comes_down_are_jammed():
 def test_without_contacts_there_is_an_answer():
     result = lcpcli.run(lcpcli.from_contact(np.zeros((0, 0)), [], 0.5))
     assert result.solved
-    assert (result.answer.x.size, result.answer.contacts) == (0, [])
+    assert result.answer.x.size == 0
+    assert result.answer.contacts == []
 
 
 @pytest.mark.parametrize("dimension", [2, 3])
@@ -346,7 +347,8 @@ def test_a_step_with_the_data_of_the_one_before_takes_one_system():
         assert solver.solve().solved
         solver.update(W=W, q=q)
         result = solver.solve()
-        assert (result.route, result.iterations) == (("newton",), 1)
+        assert result.route == ("newton",)
+        assert result.iterations == 1
 
 
 def test_redundant_contacts_take_no_branch_and_bound():
@@ -468,7 +470,8 @@ def as_dense(M):
 def test_an_exact_answer_has_fractions(tmp_path, lcp):
     problem = lcpcli.from_findex(A, B, LOWER, UPPER, FINDEX)
     x, w = lcpcli.exact(problem).answer.exact.values()
-    assert (abs(x[1]) == x[0] / 2, w[0]) == (True, 0)  # of the doubles, in fractions
+    assert abs(x[1]) == x[0] / 2
+    assert w[0] == 0  # of the doubles, in fractions
     (tmp_path / "slide.json").write_text(json.dumps(SLIDE))
     out = lcp(f"solve {tmp_path / 'slide.json'} --exact -f json").out
     exact = json.loads(out)["answer"]["exact"]
@@ -480,7 +483,9 @@ def test_numbers_are_exact_as_decimals():
     problem = lcpcli.from_findex([[1.1, 0.3], [0.3, 1.3]], B, LOWER, UPPER, FINDEX)
     rows, q, lower, upper = problem.formulation.exact_conditions()
     assert rows[0][0] == Fraction(11, 10) - Fraction(1, 2) * Fraction(3, 10)
-    assert (q[0], lower[0], upper[0]) == (-1, 0, None)
+    assert q[0] == -1
+    assert lower[0] == 0
+    assert upper[0] is None
 
 
 EXACTLY = [

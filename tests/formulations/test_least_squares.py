@@ -221,7 +221,8 @@ def test_no_measurements_or_no_coefficients_are_a_fit(
     result = lcpcli.lsq(A, b, 0, **equation)
     answer = result.answer
     assert result.solved
-    assert (answer.norm, answer.proved) == (np.linalg.norm(b), proved)
+    assert answer.norm == np.linalg.norm(b)
+    assert answer.proved == proved
     assert answer.x.tolist() == x or np.array(equation["E"]) @ answer.x == 4
     problem = lcpcli.from_lsq(A, b, 0, **equation)
     assert lcpcli.run(problem).answer.norm == answer.norm
@@ -361,7 +362,8 @@ def test_two_tables_are_a_fit_whose_bounds_are_those_of_the_coefficients(lcp):
 def test_tables_that_are_no_fit_get_a_line(lcp, arguments, line):
     Path("c.csv").write_text("1\n2\n")
     done = lcp(f"solve --lsq {arguments}")
-    assert (done.code, done.out) == (2, "")
+    assert done.code == 2
+    assert done.out == ""
     assert done.err.removeprefix("lcp: ").startswith(line)
 
 
@@ -399,7 +401,8 @@ def test_the_figure_of_a_fit_needs_no_iterates(lcp):
 def test_numbers_far_below_others_in_A_leave_a_fit_solved(lcp):
     done = lcp("solve --lsq A.csv b.csv --lower 0 -f json")
     record = json.loads(done.out)
-    assert (record["status"], record["route"]) == ("solved", ["least-squares"])
+    assert record["status"] == "solved"
+    assert record["route"] == ["least-squares"]
 
 
 def test_the_figure_of_a_fit_has_the_data_the_curve_and_its_parts():

@@ -69,7 +69,8 @@ def test_a_cost_without_slope_but_for_rounding_refutes_no_equilibrium(slope):
     nobody_gains = (
         "an equilibrium: by a best response player 1 would gain 0, player 2 0"
     )
-    assert (exact.statement, exact.gains) == (nobody_gains, (0, 0))
+    assert exact.statement == nobody_gains
+    assert exact.gains == (0, 0)
     x = exact.exact["strategies"]
     check = lcpcli.check(problem, [x[0][0], x[1][0]])
     assert check.message.endswith(f"; as strategies, {nobody_gains}")
@@ -132,7 +133,8 @@ def test_a_shared_row_has_one_price_for_all_or_one_for_each():
     data = {**MARKET, "A": [[1, 1, 1]], "row_upper": 4}
     common = lcpcli.from_players(**data)
     each = lcpcli.from_players(**data, shared="each")
-    assert (common.n, each.n) == (4, 6)
+    assert common.n == 4
+    assert each.n == 6
     variational = list(lcpcli.solutions(common))
     general = list(lcpcli.solutions(each))
     assert len(variational) == 1
@@ -358,7 +360,8 @@ def test_the_best_equilibrium_of_a_player():
     problem = lcpcli.from_polymatrix(payoffs, ["Ann", "Bob", "Cid"])
     for player, best in (("Ann", 2), ("Bob", 2), ("Cid", 0)):
         found = lcpcli.optimum(problem, f'"payoff of {player}"', sense="max")
-        assert (found.status, found.value) == ("optimal", best)
+        assert found.status == "optimal"
+        assert found.value == best
     assert len(list(lcpcli.solutions(problem))) == 3
 
 

@@ -217,10 +217,8 @@ def test_odd_problems_are_inspected_without_a_warning(problem):
         assert text.count("\n") == 1
         shown = json.loads(text, parse_constant=lambda word: pytest.fail(word))
         assert shown.keys() == OBJECT.keys()
-        assert (shown["classes"].keys(), shown["methods"].keys()) == (
-            CLASSES.keys(),
-            METHODS.keys(),
-        )
+        assert shown["classes"].keys() == CLASSES.keys()
+        assert shown["methods"].keys() == METHODS.keys()
         assert (
             max(
                 map(len, inspection_text.inspection_report(found).render().splitlines())
@@ -233,7 +231,8 @@ def test_command_shows_or_writes_a_table_of_80_columns_or_one_json_object(
     lcp, tmp_path
 ):
     table = lcp(f"inspect {EXAMPLE}")
-    assert (table.code, table.err) == (0, "")
+    assert table.code == 0
+    assert table.err == ""
     assert "P-matrix               yes: it is positive definite" in table.out
     assert len(table.out.splitlines()) <= 28
     assert (

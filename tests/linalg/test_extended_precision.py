@@ -99,7 +99,8 @@ def test_bands_solve_what_dense_matrices_do(is_symmetric, is_shuffled):
     M, random = band_of(5, is_symmetric, is_shuffled), np.random.default_rng(6)
     n = M.shape[0]
     band = Banded(M)
-    assert (band.is_symmetric, band.width) == (is_symmetric, band.width)
+    assert band.is_symmetric == is_symmetric
+    assert band.width == band.width
     assert band.width <= 4
     d, b, basic = random.random(n), random.normal(size=n), random.random(n) < 0.6
     b_of_basis = np.where(basic, b, 0.0)

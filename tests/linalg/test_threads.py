@@ -234,7 +234,8 @@ else:
     raise AssertionError
 """
     done = python(code)
-    assert (done.returncode, done.stderr) == (0, "")
+    assert done.returncode == 0
+    assert done.stderr == ""
 
 
 @pytest.mark.slow("a process of its own")

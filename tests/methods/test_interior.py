@@ -159,7 +159,8 @@ def test_a_cut_off_in_a_factorization_leaves_the_best_iterate(
     monkeypatch.setattr(RefinedShiftedSolver, "factorize", cut_off)
     problem = gallery.make("control", 200)
     result = run(problem, "interior", interrupts="return")
-    assert (result.status, result.iterations) == (status, max(at - 2, 0))
+    assert result.status == status
+    assert result.iterations == max(at - 2, 0)
     assert ("memory" in result.message) == (cut is MemoryError)
     assert result.residual == pytest.approx(natural_residual(problem, result.z))
 

@@ -123,11 +123,9 @@ LONG = pytest.param("tridiagonal-100", marks=pytest.mark.slow("15 seconds"))
 )
 def test_shipped_problem_is_solved_to_rounding(file):
     result = run(read(contents.shipped_path(f"{file}.json")), "milp")
-    assert (
-        result.solved,
-        result.relative_residual <= 1e-15,
-        result.error <= 1e-14,
-    ) == (True, True, True)
+    assert result.solved
+    assert result.relative_residual <= 1e-15
+    assert result.error <= 1e-14
 
 
 @pytest.mark.slow("many problems, each against exact arithmetic")
@@ -188,7 +186,8 @@ def test_time_limit_is_kept_and_called_so(monkeypatch):
     monkeypatch.setattr("time.perf_counter", lambda: next(seconds))
     result = run(problem, "milp", time_limit=30.0)
     assert next(seconds) < 60
-    assert (result.status, "time limit" in result.message) == (Status.TIME_LIMIT, True)
+    assert result.status == Status.TIME_LIMIT
+    assert "time limit" in result.message
 
 
 def test_a_set_neither_solved_nor_excluded_leaves_open_whether_one_solves():
@@ -378,7 +377,8 @@ def test_reflections_claim_nothing_without_a_solution_or_without_units():
     result = solve(
         [[-1.0, 0.0], [0.0, 1.0]], [-1.0, -1.0], "reflections", max_iterations=50
     )
-    assert (result.status, result.certificate) == (Status.ITERATION_LIMIT, None)
+    assert result.status == Status.ITERATION_LIMIT
+    assert result.certificate is None
     assert solve([[0.0]], [-1.0], "reflections").status is Status.BREAKDOWN
 
 

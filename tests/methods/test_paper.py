@@ -402,7 +402,8 @@ def test_small_large_and_sparse_matrices_give_the_same_iterates(n):
         run(Problem(M, q), "fixed-point")
         for M in (line(n, 4.0).toarray(), line(n, 4.0))
     )
-    assert (dense.solved, sparse.solved) == (True, True)
+    assert dense.solved
+    assert sparse.solved
     assert dense.iterations == sparse.iterations
     assert np.allclose(dense.z, sparse.z, rtol=0, atol=1e-13)
 
@@ -443,7 +444,9 @@ def test_auto_omega_and_anderson_each_save_iterations_on_the_obstacle_problem():
         ({}, {"omega": "auto"}, {"omega": "auto", "anderson": 5}),
     )
     published, plain, fast = (run(problem, "fixed-point", **each) for each in options)
-    assert (published.solved, plain.solved, fast.solved) == (True, True, True)
+    assert published.solved
+    assert plain.solved
+    assert fast.solved
     assert plain.iterations < published.iterations
     assert 2 * fast.iterations < plain.iterations
     assert np.allclose(fast.z, plain.z, rtol=0, atol=1e-9)

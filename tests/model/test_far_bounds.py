@@ -53,7 +53,8 @@ def test_programs_with_far_bounds_have_the_minima_of_those_without_in_as_many_st
     program = random_program(seed, 20 + 3 * seed)
     plain = run(from_qp(**program))
     far = run(from_qp(**with_far_bounds(program, size)), time_limit=60)
-    assert (plain.solved, far.solved) == (True, True)
+    assert plain.solved
+    assert far.solved
     assert far.answer.objective == pytest.approx(
         plain.answer.objective, rel=1e-9, abs=1e-9
     )
@@ -98,12 +99,11 @@ def test_sparse_programs_names_senses_and_starts_stay_what_they_are():
     }
     changed = with_infinity(replace(given, **known), 1e20)
     assert same(changed, from_qp(**parts, **names, infinity=1e20))
-    assert (changed.origin.sense, changed.origin.columns, changed.origin.ranges) == (
-        "max",
-        ("x", "y"),
-        0,
-    )
-    assert (changed.name, changed.verdict) == ("far", "")
+    assert changed.origin.sense == "max"
+    assert changed.origin.columns == ("x", "y")
+    assert changed.origin.ranges == 0
+    assert changed.name == "far"
+    assert changed.verdict == ""
     assert changed.x0.tolist() == z[:6].tolist()
     assert [each.tolist() for each in changed.solutions] == [
         z[:6].tolist(),

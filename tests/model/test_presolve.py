@@ -191,10 +191,8 @@ def test_solutions_and_proofs_come_back_from_what_was_pickled():
         )
         assert again.back(x).tolist() == change.back(x).tolist()
         assert again.multipliers(x).tolist() == change.multipliers(x).tolist()
-        assert (again.is_exact, again.has_new_rows) == (
-            change.is_exact,
-            change.has_new_rows,
-        )
+        assert again.is_exact == change.is_exact
+        assert again.has_new_rows == change.has_new_rows
 
 
 def test_ratios_of_mirror_images_that_underflow_are_no_factors():

@@ -73,11 +73,9 @@ def test_ties_leave_no_gap_and_no_cycle(make):
 def test_a_sparse_matrix_has_the_same_path(make):
     for seed in range(6):
         dense, sparse = path(*make(seed)), path(*sparsely(make(seed)))
-        assert (dense.end, sparse.end, dense.t.size) == (
-            sparse.end,
-            dense.end,
-            sparse.t.size,
-        )
+        assert dense.end == sparse.end
+        assert sparse.end == dense.end
+        assert dense.t.size == sparse.t.size
         assert sparse.verified
         assert sparse.z == pytest.approx(dense.z, abs=1e-10)
 
@@ -139,7 +137,8 @@ def test_limits_end_a_path_and_what_is_known_of_it_is_verified():
         4,
     )
     late = path(first, last, time_limit=1e-9)
-    assert (late.end, late.complete) == ("time_limit", False)
+    assert late.end == "time_limit"
+    assert not late.complete
 
 
 def test_a_wrong_point_on_a_path_is_not_verified(monkeypatch):
@@ -176,7 +175,8 @@ def test_t_begins_and_ends_exactly_where_it_is_asked_to(start, stop):
     """In doubles, 0.7 + (3.4 - 0.7) is not 3.4."""
     problem, to = Problem([[2]], [1]), Problem([[2]], [-1])
     found = path(problem, to, start=start, stop=stop)
-    assert (found.t[0], found.t[-1]) == (start, stop)
+    assert found.t[0] == start
+    assert found.t[-1] == stop
     assert found(stop).tolist() == [0.5]
 
 
@@ -213,7 +213,8 @@ def test_a_jump_is_no_slope_however_short(bound):
     )
     jump = path(first, last)
     assert jump.verified
-    assert (jump(0.25).tolist(), jump(0.75).tolist()) == ([-bound], [bound])
+    assert jump(0.25).tolist() == [-bound]
+    assert jump(0.75).tolist() == [bound]
 
 
 def test_paths_of_bounds_that_move_through_zero_are_verified():
@@ -580,7 +581,8 @@ ENDS = {
 def test_ends_of_paths(name):
     M, q, last, options, end, words, z = ENDS[name]
     found = path(Problem(M, q), Problem(M, last), **options)
-    assert (found.end, found.complete) == (end, end in ("reached", "ray"))
+    assert found.end == end
+    assert found.complete == (end in ("reached", "ray"))
     assert found.message.endswith(words)
     assert (found.certificate is not None) == (end in ("ray", "infeasible"))
     assert found.z[[0, -1][: 2 * found.t.size]].tolist() == z

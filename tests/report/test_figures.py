@@ -67,7 +67,9 @@ def test_the_figure_of_the_most_problems_fits_on_a_page(lcp, tmp_path):
     assert figure.get_figheight() <= 11.69
     one_more = [EXAMPLE] * (figures.MAX_PANELS + 1)
     outcome = lcp("compare", *one_more, "--plot", str(tmp_path / "figure.svg"))
-    assert (outcome.code, outcome.out, outcome.err.count("\n")) == (2, "", 1)
+    assert outcome.code == 2
+    assert outcome.out == ""
+    assert outcome.err.count("\n") == 1
     assert "8 problems" in outcome.err
 
 

@@ -40,11 +40,9 @@ def test_paths_are_the_iterates_of_the_methods_where_z_is_zero_too():
     made = data(SKEW)
     M, q = made.problem.M, made.problem.q
     fixed_point, shi = made.curves
-    assert (fixed_point.k[0], fixed_point.x[0], shi.x[0]) == (
-        0,
-        [-2.0, -1.0],
-        [-2.0, -1.0],
-    )
+    assert fixed_point.k[0] == 0
+    assert fixed_point.x[0] == [-2.0, -1.0]
+    assert shi.x[0] == [-2.0, -1.0]
     for before, after in zip(fixed_point.x[:20], fixed_point.x[1:21], strict=True):
         image = np.linalg.solve(np.eye(2) + M, (np.eye(2) - M) @ np.abs(before) - q)
         assert after == pytest.approx(image, rel=1e-12)
@@ -101,11 +99,9 @@ def test_quadrants_have_the_names_of_their_cones():
         figure = plane_figures.draw_paths([data(TWO)])
     corners = {text.get_text(): text.xy for text in figure.axes[0].texts[:4]}
     (left, bottom), (right, top) = corners["$w_1$, $w_2$"], corners["$z_1$, $z_2$"]
-    assert (left < right, bottom < top, corners["$z_1$, $w_2$"]) == (
-        True,
-        True,
-        (right, bottom),
-    )
+    assert left < right
+    assert bottom < top
+    assert corners["$z_1$, $w_2$"] == (right, bottom)
 
 
 @pytest.fixture
@@ -126,10 +122,11 @@ def test_a_list_of_solutions_writes_the_picture_of_the_cones(lcp, folder):
 def test_both_commands_write_the_picture(lcp, folder):
     assert lcp("solve two.json --paths one.png --quiet").code == 0
     outcome = lcp("compare two.json --paths both.pdf --plot errors.svg")
-    assert (outcome.code, sorted(outcome.err.splitlines())) == (
-        0,
-        ["lcp: wrote both.pdf", "lcp: wrote errors.svg"],
-    )
+    assert outcome.code == 0
+    assert sorted(outcome.err.splitlines()) == [
+        "lcp: wrote both.pdf",
+        "lcp: wrote errors.svg",
+    ]
     for name, magic in (
         ("one.png", b"\x89PNG"),
         ("both.pdf", b"%PDF-1."),
@@ -234,9 +231,11 @@ def test_iterates_are_drawn_from_the_start_to_the_solution():
     panel = data(TWO)
     figure = drawn(plane_figures.draw_paths, [panel])
     plane_of_x, scale = figure.axes
-    assert (plane_of_x.get_xlabel(), plane_of_x.get_ylabel()) == ("$x_1$", "$x_2$")
+    assert plane_of_x.get_xlabel() == "$x_1$"
+    assert plane_of_x.get_ylabel() == "$x_2$"
     assert plane_of_x.get_title("left") == "two"
-    assert (scale.get_ylabel(), scale.get_yscale()) == (r"$\|F(x)\|_2$", "log")
+    assert scale.get_ylabel() == r"$\|F(x)\|_2$"
+    assert scale.get_yscale() == "log"
     for curve, points in zip(panel.curves, curves(plane_of_x), strict=True):
         assert points == pytest.approx(np.array(curve.x))
     *_, start, one, other = marks(plane_of_x)

@@ -95,7 +95,8 @@ def test_what_lies_beyond_the_axes_stands_at_their_edge_in_a_ring():
     (by_time,), (by_k,) = curves(over_time), curves(over_k)
     (left, _), (low, _) = over_time.get_xlim(), over_time.get_ylim()
     assert by_time[1].tolist() == [1.0, 0.1]
-    assert (by_time[0, 1], by_time[2, 0]) == (1.0, 2.0)
+    assert by_time[0, 1] == 1.0
+    assert by_time[2, 0] == 2.0
     assert left < by_time[0, 0] < 1
     assert low < by_time[2, 1] == by_k[2, 1] < 0.1
     assert by_k[:2].tolist() == [[0, 1], [1, 0.1]]
@@ -256,7 +257,8 @@ def test_a_path_has_the_chosen_unknowns_alone_and_multipliers_too():
     ends = (Problem(M, q, names=names) for q in ([-2, -3, -3], [5, 5, 4]))
     figure = of_path(lcpcli.path(*ends), "flow")
     ((first, *_),) = curves(figure.axes[0])
-    assert (named(figure), first.tolist()) == (["flow"], [0, 1])
+    assert named(figure) == ["flow"]
+    assert first.tolist() == [0, 1]
     programs = (
         lcpcli.from_qp(
             [[2, 0], [0, 2]], [-2, -5], [[1, 2]], row_upper=[b], rows=["steel"]
@@ -265,7 +267,8 @@ def test_a_path_has_the_chosen_unknowns_alone_and_multipliers_too():
     )
     figure = of_path(lcpcli.path(*programs), "y steel")
     ((first, *_),) = curves(figure.axes[0])
-    assert (named(figure), first.tolist()) == (["y steel"], [1, -2])
+    assert named(figure) == ["y steel"]
+    assert first.tolist() == [1, -2]
 
 
 def test_a_jump_and_a_turn_are_drawn_as_the_path_takes_them():
@@ -286,7 +289,8 @@ def test_many_components_are_thin_lines_without_a_legend():
     for k, points in enumerate(curves(axes), 1):
         assert points[-1] == pytest.approx([1, k])
     assert len(curves(axes)) == 40
-    assert (named(figure), marks(axes)) == ([], [])
+    assert named(figure) == []
+    assert marks(axes) == []
 
 
 def test_a_program_has_its_x_and_its_objective_over_t():
@@ -294,7 +298,8 @@ def test_a_program_has_its_x_and_its_objective_over_t():
         lcpcli.path(*(portfolio(0.05, c=c) for c in ([0, 0, 0], [0, 0.01, 0.02])))
     )
     shares, objective = figure.axes
-    assert (labels(shares), labels(objective)) == (("$t$", "x"), ("$t$", "objective"))
+    assert labels(shares) == ("$t$", "x")
+    assert labels(objective) == ("$t$", "objective")
     assert len(curves(shares)) == 3
     assert named(figure) == ["shares", "bonds", "cash"]
     for points in zip(*curves(shares), strict=True):
@@ -310,15 +315,14 @@ def test_a_program_has_its_x_and_its_objective_over_t():
 def test_a_frontier_has_the_risk_across_and_the_return_up():
     figure = of_path(frontier())
     shares, risk = figure.axes
-    assert (labels(shares), labels(risk)) == (("return", "x"), ("objective", "return"))
+    assert labels(shares) == ("return", "x")
+    assert labels(risk) == ("objective", "return")
     returns = [x for x, _ in curves(shares)[0]]
     assert (returns[0], returns[-1]) == pytest.approx((0.05, 0.1))
     assert [y for _, y in marks(risk)] == pytest.approx(returns)
     (line,) = curves(risk)
-    assert (line[0].tolist(), line[-1].tolist()) == (
-        pytest.approx([0.0103125, 0.05]),
-        pytest.approx([0.025, 0.1]),
-    )
+    assert line[0].tolist() == pytest.approx([0.0103125, 0.05])
+    assert line[-1].tolist() == pytest.approx([0.025, 0.1])
     assert (np.diff(line, axis=0) >= -1e-12).all()
 
 

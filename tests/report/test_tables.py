@@ -119,12 +119,11 @@ def test_a_bound_is_shown_where_it_is_asked_for(lcp, tmp_path):
         json.loads(lcp("solve", file, "--format", "json", *o).out)
         for o in ([], ["--bound"])
     )
-    assert (plain["error_bound"], plain["error_bound_source"]) == (None, None)
+    assert plain["error_bound"] is None
+    assert plain["error_bound_source"] is None
     expected = error_bound(read(file), np.array(bounded["z"]))
-    assert (bounded["error_bound"], bounded["error_bound_source"]) == (
-        expected.value,
-        expected.source,
-    )
+    assert bounded["error_bound"] == expected.value
+    assert bounded["error_bound_source"] == expected.source
     lines = lcp(
         "compare", contents.shipped_path("paper-example-2.json"), "--bound"
     ).out.splitlines()
@@ -282,7 +281,8 @@ def test_sizes_of_the_environment_may_be_none(size, lcp, monkeypatch):
     for variable in ("COLUMNS", "LINES"):
         monkeypatch.setenv(variable, size)
     ran = lcp(COMMANDS["solve, large"])
-    assert (bool(ran.out), ran.err) == (True, "")
+    assert bool(ran.out)
+    assert ran.err == ""
 
 
 @pytest.mark.parametrize(("width", "numbers"), [(100, {3}), (66, {1, 2}), (50, {1})])

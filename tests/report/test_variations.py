@@ -75,7 +75,8 @@ def test_runs_are_those_of_a_sweep_in_json_and_csv(lcp):
         *("shi:k-star=1", "shi:k-star=20", "shi:sigma=0.5")
     ]
     for own, other in zip(varied, swept, strict=False):
-        assert (own["z"], own["iterations"]) == (other["z"], other["iterations"])
+        assert own["z"] == other["z"]
+        assert own["iterations"] == other["iterations"]
     lines = lcp(f"{asked} --vary k-star=1,20 -f csv").out.splitlines()
     assert [line.split(",")[:2] for line in lines if line[0] != "#"][1:] == [
         [EXAMPLE, "shi:k-star=1"],

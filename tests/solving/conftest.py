@@ -27,11 +27,9 @@ def way(request, monkeypatch):
 
 def assert_same(ours, theirs):
     """A result of many and one of the problem alone, but for the time."""
-    assert (ours.status, ours.method, ours.message) == (
-        theirs.status,
-        theirs.method,
-        theirs.message,
-    )
+    assert ours.status == theirs.status
+    assert ours.method == theirs.method
+    assert ours.message == theirs.message
     assert np.allclose(
         ours.z, theirs.z, rtol=1e-9, atol=1e-10 * float(np.abs(theirs.z).max())
     )

@@ -73,7 +73,8 @@ def test_what_is_given_is_never_changed(method):
         )
     z = np.array(Z)
     result = lcpcli.solve(M, Q, z0=z)
-    assert (result.iterations, z.tolist()) == (0, Z)
+    assert result.iterations == 0
+    assert z.tolist() == Z
     assert result.z is not z
 
 
@@ -82,7 +83,8 @@ def test_solve_and_run_take_the_same_options():
         partial(lcpcli.solve, M, Q),
         partial(lcpcli.run, lcpcli.Problem(M, Q)),
     ):
-        assert (call().method, call().trace) == ("auto", None)
+        assert call().method == "auto"
+        assert call().trace is None
         assert call(max_iterations=0).status is Status.ITERATION_LIMIT
         assert call(time_limit=1e-9).status is Status.TIME_LIMIT
         assert call(method="shi", tol=0.5).iterations < call(method="shi").iterations
@@ -184,7 +186,8 @@ def test_every_method_solves_it_before_its_first_iteration(method):
     for M in (NONE, SPARSE):
         result = lcpcli.solve(M, [], method, trace=True)
         assert is_solved(result)
-        assert (result.route, result.iterations) == ((method,), 0)
+        assert result.route == (method,)
+        assert result.iterations == 0
         if METHODS[method].iterates:
             assert is_solved(lcpcli.solve(M, [], method, scale=True, finish=True))
 
@@ -208,14 +211,14 @@ def test_the_empty_vector_is_the_only_solution_and_the_matrix_is_described(M):
         lcpcli.check(problem, []),
         lcpcli.inspect(problem),
     )
-    assert (bound.value, checked.accepted, checked.residual) == (0, True, 0)
+    assert bound.value == 0
+    assert checked.accepted
+    assert checked.residual == 0
     assert not lcpcli.check(problem, y=[]).accepted
     assert {verdict.word for verdict in inspected.classes.values()} == {"yes"}
-    assert (inspected.condition, inspected.spectrum, inspected.published) == (
-        None,
-        None,
-        None,
-    )
+    assert inspected.condition is None
+    assert inspected.spectrum is None
+    assert inspected.published is None
     assert repr(inspected).startswith("problem: n = 0\n")
     assert (path.end, path.verified, path.z.shape, path(0.5).shape) == (
         "reached",
@@ -232,7 +235,9 @@ def test_the_empty_vector_is_the_only_solution_and_the_matrix_is_described(M):
     assert lcpcli.plan(problem)[0].method == "newton"
     pytest.importorskip("flint")
     proved = lcpcli.exact(problem).exact
-    assert (proved.z, proved.w, proved.status) == ([], [], lcpcli.Status.SOLVED)
+    assert proved.z == []
+    assert proved.w == []
+    assert proved.status == lcpcli.Status.SOLVED
 
 
 @BOTH

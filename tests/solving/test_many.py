@@ -120,12 +120,10 @@ def test_problems_are_read_and_solved_as_they_are_asked_for():
     results = lcpcli.solve_many(stream, "lemke", tol=1e-9)
     assert read == []
     first = next(results)
-    assert (read, first.method, first.tol, first.z.tolist()) == (
-        [-2.0],
-        "lemke",
-        1e-9,
-        [1.0],
-    )
+    assert read == [-2.0]
+    assert first.method == "lemke"
+    assert first.tol == 1e-9
+    assert first.z.tolist() == [1.0]
     assert [result.z.tolist() for result in results] == [[0.0], [3.0]]
 
 
@@ -144,15 +142,14 @@ def test_options_mean_what_they_mean_to_solve_and_nothing_given_is_changed():
     ):
         for result, q in zip(lcpcli.solve_many(M, Q, **options), Q.T, strict=True):
             alone = lcpcli.solve(M, q, **options)
-            assert (result.status, result.method, result.limits) == (
-                alone.status,
-                alone.method,
-                alone.limits,
-            )
+            assert result.status == alone.status
+            assert result.method == alone.method
+            assert result.limits == alone.limits
             assert (result.trace is None) is (alone.trace is None)
             assert result.options == alone.options
             result.z[:] = result.w[:] = 7.0
-    assert (M.tolist(), Q.tolist()) == (before[0].tolist(), before[1].tolist())
+    assert M.tolist() == before[0].tolist()
+    assert Q.tolist() == before[1].tolist()
     assert next(lcpcli.solve_many(M, Q.astype(np.float32))).solved
     for k in (0, 1, 2):
         assert [
@@ -265,12 +262,10 @@ def test_methods_options_and_limits_are_those_of_run():
 
 def test_no_problems_are_an_empty_batch_and_those_without_unknowns_are_solved():
     batch = lcpcli.solve_many(np.zeros((0, 3, 3)), np.zeros((0, 3)))
-    assert (len(batch), list(batch), batch.z.shape, batch.w.shape) == (
-        0,
-        [],
-        (0, 3),
-        (0, 3),
-    )
+    assert len(batch) == 0
+    assert list(batch) == []
+    assert batch.z.shape == (0, 3)
+    assert batch.w.shape == (0, 3)
     assert batch.gradient(np.zeros((0, 3))).M.shape == (0, 3, 3)
     for bounds in (
         {},
@@ -320,4 +315,5 @@ def test_numbers_far_from_one_are_left_to_the_run_of_each_problem(factor):
         np.array([2.0, -1.0, -2.0]),
     )
     one, other = lcpcli.solve_many([M], [q])[0], lcpcli.run(Problem(M, q))
-    assert (one.z.tolist(), one.route) == (other.z.tolist(), other.route)
+    assert one.z.tolist() == other.z.tolist()
+    assert one.route == other.route

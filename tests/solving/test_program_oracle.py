@@ -218,7 +218,9 @@ def proved(p):
         )
         assert ("one of several" in answer.statement) == has_other(p, x, u)
         return "several" if "one of several" in answer.statement else "solved"
-    assert (answer.x, answer.y, answer.objective) == (None, None, None)
+    assert answer.x is None
+    assert answer.y is None
+    assert answer.objective is None
     if "infeasible:" in answer.statement:
         assert excludes(p, whole(answer.certificate))
         return "infeasible"

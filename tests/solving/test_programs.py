@@ -44,7 +44,8 @@ def test_strategies_that_are_not_an_equilibrium_are_reported_as_such():
     wrong = replace(
         result, point=Point(Criterion(result.problem), np.array([1.0, 0.0, 0.0, 1.0]))
     ).answer
-    assert (wrong.payoffs, wrong.gains) == ((0, 0), (2, 2))
+    assert wrong.payoffs == (0, 0)
+    assert wrong.gains == (2, 2)
     words = (
         "not an equilibrium to the tolerance: by a best response the row player "
         "would gain 2, the column player 2"
@@ -86,12 +87,10 @@ def test_at_a_limit_the_best_x_of_a_program_is_given_with_its_residual(options, 
     assert answer.objective == pytest.approx(
         answer.x @ Q @ answer.x / 2 + c @ answer.x + 7
     )
-    assert (answer.proved, answer.exact, answer.ray, answer.certificate) == (
-        None,
-        None,
-        None,
-        None,
-    )
+    assert answer.proved is None
+    assert answer.exact is None
+    assert answer.ray is None
+    assert answer.certificate is None
     size = f"{result.relative_residual:.1e}"
     words = (
         "x does not solve the program: it is the best iterate, with a relative "
@@ -99,17 +98,13 @@ def test_at_a_limit_the_best_x_of_a_program_is_given_with_its_residual(options, 
     )
     assert answer.statement == f"{words} {size}"
     record = json.loads(result.to_json())["answer"]
-    assert (record["x"], record["objective"], record["proved"]) == (
-        answer.x.tolist(),
-        answer.objective,
-        None,
-    )
+    assert record["x"] == answer.x.tolist()
+    assert record["objective"] == answer.objective
+    assert record["proved"] is None
     game = run(from_game(*BATTLE), "shi", max_iterations=1).answer
-    assert (game.row, game.payoffs, game.statement) == (
-        None,
-        None,
-        "not solved, so there are no strategies",
-    )
+    assert game.row is None
+    assert game.payoffs is None
+    assert game.statement == "not solved, so there are no strategies"
 
 
 def test_costs_are_exact_decimals_within_a_factor_of_two():
@@ -297,7 +292,8 @@ def test_qpsolvers_learns_of_no_solution_and_gets_no_stationary_point():
     )
     given = {"P": np.array([[-2.0]]), "q": np.array([1.0])}
     answer = lcpcli.run(lcpcli.from_qpsolvers(**given)).answer
-    assert (answer.proved, answer.x.tolist()) == ("stationary", [0.5])
+    assert answer.proved == "stationary"
+    assert answer.x.tolist() == [0.5]
     assert answer.statement.startswith(
         "x is a stationary point and need not be a minimizer"
     )
@@ -378,7 +374,8 @@ def test_a_maximum_is_the_minimum_of_the_opposite_in_fractions_too():
         answer = lcpcli.exact(
             from_qp(None, [-3 * sign, -2 * sign], [[1, 1]], row_upper=4, sense=sense)
         ).answer
-        assert (answer.exact["x"], answer.exact["y"]) == ([4, 0], [-3 * sign])
+        assert answer.exact["x"] == [4, 0]
+        assert answer.exact["y"] == [-3 * sign]
         assert answer.y.tolist() == [-3 * sign]
 
 
@@ -422,7 +419,8 @@ def test_component_is_found_by_the_name_that_the_problem_or_the_program_gives_it
     result = run(
         from_qp([[2.0, 0.0], [0.0, 2.0]], [-2.0, -4.0], columns=["bread", "wine"])
     )
-    assert (round(result["bread"], 9), round(result["wine"], 9)) == (1.0, 2.0)
+    assert round(result["bread"], 9) == 1.0
+    assert round(result["wine"], 9) == 2.0
     with pytest.raises(KeyError):
         solve(M, q)["bread"]
 

@@ -59,11 +59,9 @@ def test_answers_are_those_of_calls_that_ask_for_the_kernels(name, way):
     ):
         assert result.solved
         assert np.array_equal(result.z, other.z)
-        assert (result.route, result.options, result.basis) == (
-            other.route,
-            other.options,
-            other.basis,
-        )
+        assert result.route == other.route
+        assert result.options == other.options
+        assert result.basis == other.basis
         assert "compiled" not in usual.options
         assert off.options == usual.options
 
