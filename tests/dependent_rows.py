@@ -58,7 +58,7 @@ class Dependent(NamedTuple):
         Q = [[near(value) for value in row] for row in self.Q]
         Q = [[Q[min(i, j)][max(i, j)] for j in range(n)] for i in range(n)]
         A = []
-        low, high = list[Fraction | None](), list[Fraction | None]()
+        low, high = [], []
         for i, combined in enumerate(self.combined):
             if not combined:
                 A.append([near(value) for value in self.A[i]])
@@ -142,7 +142,7 @@ def dependent_program(seed, most=7, linear=None):
     Q = exact(B.T @ B * 0 if is_linear else B.T @ B + unit * np.eye(n, dtype=int))
     x = exact(numbers(n))
     A = exact(numbers(int(random.integers(1, n)), n))
-    low, high = list[Fraction | None](), list[Fraction | None]()
+    low, high = [], []
     for row in A:
         value, kind = dot(row, x), random.choice(KINDS)
         gap = Fraction(int(random.integers(0, 2)))

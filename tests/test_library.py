@@ -33,10 +33,8 @@ INFEASIBLE = lcpcli.Problem([[-1.0]], [-2.0])
 
 def test_result_and_inspection_are_what_the_command_writes(lcp):
     result = lcpcli.run(lcpcli.read(EXAMPLE), "shi", trace=True)
-    ours, theirs = (
-        result.to_dict(),
-        json.loads(lcp(f"solve {EXAMPLE} --method shi --format json").out),
-    )
+    ours = result.to_dict()
+    theirs = json.loads(lcp(f"solve {EXAMPLE} --method shi --format json").out)
     assert json.loads(result.to_json()) == ours
     assert "\n" not in result.to_json()
     assert list(ours) == list(theirs)

@@ -107,7 +107,7 @@ def sessions(block):
 def comparable(text):
     """Lines as cells, without times and without what `shi` computes, whose last digits
     depend on the machine."""
-    lines, timed, method, times = [], False, "", list[int]()
+    lines, timed, method, times = [], False, "", []
     for line in text.splitlines():
         timed = "time/" in line or (timed and bool(line.strip()))
         cells = ROUNDING.sub("0", TIMES.sub("TIME", line)).split()

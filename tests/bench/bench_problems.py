@@ -18,10 +18,8 @@ PROBLEMS = {
     "none": {"M": [[0, -1], [1, 0]], "q": [-1, -1], "verdict": "infeasible"},
 }
 
-SETTINGS, MACHINE = (
-    Settings(1e-10, 10.0, 1e-6, 1.0),
-    Machine("P_1 & Co", 2, 2**33, "Linux", 1),
-)
+SETTINGS = Settings(1e-10, 10.0, 1e-6, 1.0)
+MACHINE = Machine("P_1 & Co", 2, 2**33, "Linux", 1)
 
 
 def write(folder, *names):

@@ -55,11 +55,9 @@ def test_record_holds_what_was_measured(bench):
         for m in ("auto", "shi")
     ]
     rows = {row.key: row for row in record.measurements}
-    auto, none, unsolved = (
-        rows["one.json", "auto"],
-        rows["none.json", "auto"],
-        rows["none.json", "shi"],
-    )
+    auto = rows["one.json", "auto"]
+    none = rows["none.json", "auto"]
+    unsolved = rows["none.json", "shi"]
     assert (auto.success, auto.false_success, auto.claimed) == (True, False, True)
     assert auto.status == "solved"
     assert auto.kind == "method"

@@ -803,7 +803,7 @@ def sample(folder, data, of_a_kind, file):
     """Return problems of all kinds, each of which takes at most SLOWEST. file : where
     what is known of them is kept."""
     known = pickle.loads(file.read_bytes()) if file and file.exists() else {}
-    random, found = np.random.default_rng(0), list[Sampled]()
+    random, found = np.random.default_rng(0), []
     # Not by one process for each problem.
     populations.gallery = families.make
     bench_rows.made = lambda family, n, *parameters: families.make(
@@ -877,7 +877,7 @@ def row(switch, sampled, most):
     if len(used) > most:
         picked = np.random.default_rng(1).permutation(len(used))[:most]
         chosen = [used[k] for k in sorted(picked)]
-    lost, gained, other, false = (list[str]() for _ in range(4))
+    lost, gained, other, false = ([] for _ in range(4))
     counts, seconds, slow = np.zeros(2), np.zeros(2), []
     changed = 0
     with switched(switch.target, switch.off):

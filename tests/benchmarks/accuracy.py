@@ -154,10 +154,8 @@ def sensitivity(problem, z):
     w = problem.w(z)
     terms = matrices.absolute_product(problem.M, np.abs(z)) + np.abs(problem.q)
     box = problem.box
-    between, vanishing = (
-        (z > box.lower) & (z < box.upper),
-        ~box.fixed & (np.abs(w) <= ROW_ROUNDING * terms),
-    )
+    between = (z > box.lower) & (z < box.upper)
+    vanishing = ~box.fixed & (np.abs(w) <= ROW_ROUNDING * terms)
     for active in (between | vanishing, between):
         P = np.flatnonzero(active)
         if not P.size:
@@ -178,10 +176,8 @@ def _inverse(problem, P):
     A = matrices.dense(units.problem.M[P][:, P])
     if P.size <= MAX_INVERTED_EXACTLY:
         whole, power = in_integers(A.ravel())
-        rows, unit = (
-            np.array(whole, dtype=object).reshape(A.shape).tolist(),
-            Fraction(2) ** -power,
-        )
+        rows = np.array(whole, dtype=object).reshape(A.shape).tolist()
+        unit = Fraction(2) ** -power
         columns = [
             elimination.particular(rows, each)
             for each in np.eye(P.size, dtype=int).tolist()
@@ -426,11 +422,9 @@ class Contraction(NamedTuple):
 def contraction(problem, x, omega=1.0):
     """Return the theoretical factors at the solution x = (z - w) / 2, shape (n,); None
     if omega I + M is singular."""
-    box, dense, shift = (
-        problem.box,
-        matrices.dense(problem.M),
-        omega * np.eye(problem.n),
-    )
+    box = problem.box
+    dense = matrices.dense(problem.M)
+    shift = omega * np.eye(problem.n)
     kinks = ((2 * x == box.lower) | (2 * x == box.upper)) & ~box.fixed
     S = np.where(box.basis_of(x) == BASIC, 1.0, -1.0)
     try:

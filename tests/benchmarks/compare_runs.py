@@ -35,14 +35,12 @@ from lcpcli.solving.result import Status
 ALIKE = 1.1
 # The same for runs that were made once, which other programs may have disturbed.
 ALIKE_ONCE = 2.0
-WORSE, SLOWER, BETTER, FASTER, OTHER, SAME = (
-    "worse",
-    "slower",
-    "better",
-    "faster",
-    "other status",
-    "as before",
-)
+WORSE = "worse"
+SLOWER = "slower"
+BETTER = "better"
+FASTER = "faster"
+OTHER = "other status"
+SAME = "as before"
 GONE, NEW, CHANGED = "gone", "new", "another problem"
 # One run solved the problem, the other one proved that it has no solution.
 CONTRADICTION = "contradiction"
@@ -148,10 +146,8 @@ def is_failure(change, limit):
 def report(paths, changes, has_failed):
     """Return the report on the changes, of which only JSON and CSV have the runs that
     are as before."""
-    records, counts = (
-        [change.data() for change in changes],
-        Counter(change.verdict for change in changes),
-    )
+    records = [change.data() for change in changes]
+    counts = Counter(change.verdict for change in changes)
     ratios = [change.ratio for change in changes if change.ratio]
     verdict = (
         f"{count(len(changes), 'run')}: "

@@ -49,10 +49,8 @@ def planted(n, seed, symmetric):
         M, active = (Q * np.geomspace(1, 1e4, n)) @ Q.T, 0.5
         M = (M + M.T) / 2
     else:
-        M, active = (
-            A.T @ A + (B - B.T) / 2 + 0.1 * np.eye(n),
-            ACTIVE[seed % len(ACTIVE)],
-        )
+        M = A.T @ A + (B - B.T) / 2 + 0.1 * np.eye(n)
+        active = ACTIVE[seed % len(ACTIVE)]
     sizes, zero = random.uniform(0, 1, n), random.random(n) < active
     w = np.where(zero, sizes * (100 if symmetric else 1), 0)
     return lcpcli.Problem(M, w - M @ np.where(zero, 0, sizes))
@@ -60,10 +58,8 @@ def planted(n, seed, symmetric):
 
 def row(n, name, symmetric, seed, compiled):
     gallery = partial(families.make, "harker-pang", n, seed, symmetric=symmetric)
-    problem, results = (
-        planted(n, seed, symmetric) if name == "planted" else gallery(),
-        list[lcpcli.Result](),
-    )
+    problem = planted(n, seed, symmetric) if name == "planted" else gallery()
+    results = []
     M, P, v = problem.M, np.flatnonzero(lcpcli.run(problem).z), np.ones(n)
     P = P if P.size else np.zeros(1, dtype=np.intp)  # z = 0
     block = M[np.ix_(P, P)]

@@ -33,7 +33,7 @@ class Kills:
 
     def __init__(self, folder, seed):
         self.folder, self.random = folder, random.Random(seed)
-        self._usual = dict[str, float]()  # seconds of a command, by its first words
+        self._usual = {}  # seconds of a command, by its first words
         self.killed = 0  # the others had ended
 
     def run(self, name, program, *words, **environment):

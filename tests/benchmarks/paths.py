@@ -74,11 +74,9 @@ def frontier(n):
     first, last = (families.make("frontier", n, weight=each) for each in (weight, 0.0))
     # M writable, as the arrays of users are.
     M, q, lower, upper = first.M.copy(), first.q, first.lower, first.upper
-    S, returns, most = (
-        M[: n - 2, : n - 2].copy(),
-        -q[: n - 2] / weight,
-        upper[: n - 2].copy(),
-    )
+    S = M[: n - 2, : n - 2].copy()
+    returns = -q[: n - 2] / weight
+    most = upper[: n - 2].copy()
 
     def ours():
         problem = Problem(M, q, lower=lower, upper=upper)
@@ -133,10 +131,8 @@ def row(name, n, ours, theirs, budget):
     ]
     if not theirs:
         return [*cells, "", "", ""]
-    others, ratios = (
-        theirs().tolist(),
-        [one / another for one, another in zip(own, other[0], strict=True)],
-    )
+    others = theirs().tolist()
+    ratios = [one / another for one, another in zip(own, other[0], strict=True)]
     return [
         *cells,
         1e6 * median(other[0]) / len(others),

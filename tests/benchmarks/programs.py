@@ -61,12 +61,10 @@ class Highs:
         self._data, self._columns = data, csc_array(data.A)
 
     def solve(self):
-        solver, program, data, A = (
-            highspy.Highs(),
-            highspy.HighsLp(),
-            self._data,
-            self._columns,
-        )
+        solver = highspy.Highs()
+        program = highspy.HighsLp()
+        data = self._data
+        A = self._columns
         for option, value in (
             ("output_flag", False),
             ("threads", 1),
@@ -117,10 +115,8 @@ def row(path):
         ours, lambda: solved.append(peer.solve()), most=MOST, least=LEAST, budget=BUDGET
     )
     own, other = (1e3 * min(seconds) for seconds in times)
-    route, claims = (
-        ", ".join(results[-1].route)[:24],
-        ([each.solved for each in results], solved),
-    )
+    route = ", ".join(results[-1].route)[:24]
+    claims = ([each.solved for each in results], solved)
     numbers = (path.stem[:12], problem.n, own, other, own / other, route)
     show((*numbers, *("yes" if all(each) else "no" for each in claims)), WIDTHS)
     return own / other, is_linear

@@ -106,10 +106,8 @@ def market(hours, solve):
     M[:k, k:] = -M[k:, :k].T
     is_wind, costs = np.arange(plants) < regions, random.uniform(10, 60, plants)
     costs[is_wind] = 0.0
-    demand, most = (
-        random.uniform(60, 120, regions),
-        np.where(is_wind, 60.0, np.where(np.arange(plants) < 16, 50, 200)),
-    )
+    demand = random.uniform(60, 120, regions)
+    most = np.where(is_wind, 60.0, np.where(np.arange(plants) < 16, 50, 200))
     wind = random.uniform(0.2, 0.8, regions)
     lower = np.concatenate(
         (np.zeros(plants), np.full(lines, -30.0), np.full(regions, -np.inf))
@@ -138,10 +136,8 @@ def moving_load(m, steps, solve):
     M, h = obstacle(m * m, 0).M, 1 / (m + 1)
     X, Y = np.meshgrid(*2 * [h * np.arange(1, m + 1)])
     for step in range(steps):
-        x, y = (
-            0.5 + 0.25 * np.cos(0.02 * np.pi * step),
-            0.5 + 0.25 * np.sin(0.02 * np.pi * step),
-        )
+        x = 0.5 + 0.25 * np.cos(0.02 * np.pi * step)
+        y = 0.5 + 0.25 * np.sin(0.02 * np.pi * step)
         load = 60 * np.exp(-((X - x) ** 2 + (Y - y) ** 2) / 0.02) - 10
         solve(SequenceStep(M, (-h * h * load).ravel()))
 

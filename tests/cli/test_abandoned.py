@@ -257,11 +257,9 @@ def test_no_exact_system_is_begun_that_the_time_limit_does_not_leave_time_for(
     monkeypatch,
 ):
     pytest.importorskip("flint")
-    A, call, begun = (
-        np.random.default_rng(0).standard_normal((450, 450)),
-        subprocess.run,
-        list[float](),
-    )
+    A = np.random.default_rng(0).standard_normal((450, 450))
+    call = subprocess.run
+    begun = []
 
     def limited(*given, **how):
         begun.append(how["timeout"])

@@ -182,10 +182,8 @@ def test_multipliers_of_a_maximum_have_either_sign_and_wrong_ones_are_told():
 
 
 def test_the_tolerance_is_told_that_accepts_what_was_rounded_of_a_maximum(checked):
-    third, problem = (
-        0.33333333,
-        {"c": [1, 1], "A": [[3, 7]], "row_upper": [1], "sense": "max"},
-    )
+    third = 0.33333333
+    problem = {"c": [1, 1], "A": [[3, 7]], "row_upper": [1], "sense": "max"}
     for answer in ([third, 0, -third], {"x": [third, 0], "y": [third]}):
         assert "; --tol 1e-07 accepts it\n" in checked(answer, problem=problem).out
 

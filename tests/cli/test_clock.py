@@ -274,7 +274,7 @@ def test_the_fastest_repetition_counts_and_long_pauses_in_the_others_are_told(
     monkeypatch.setattr(driver, "MAX_REPETITIONS", MAX_REPETITIONS)
     monkeypatch.setattr(driver, "LONGEST_REPEATED", np.inf)
     monkeypatch.setattr(driver, "REPETITION_SECONDS", np.inf)
-    whole, runs = run(PROBLEM, "fixed-point", trace=Trace(), clock=Time()), list[bool]()
+    whole, runs = run(PROBLEM, "fixed-point", trace=Trace(), clock=Time()), []
 
     def once(again):
         runs.append(again)

@@ -228,10 +228,8 @@ def test_what_mps_cannot_hold_is_refused_in_one_line(tmp_path):
     assert list(tmp_path.iterdir()) == []
 
 
-SPARSE, NAMED_GAME = (
-    gallery.make("tridiagonal", 5),
-    from_game([[3, 0], [0, 2]], [[2, 0], [0, 3]], name="Übung"),
-)
+SPARSE = gallery.make("tridiagonal", 5)
+NAMED_GAME = from_game([[3, 0], [0, 2]], [[2, 0], [0, 3]], name="Übung")
 RICH = Problem(
     [[1, 1], [1, 1]],
     [-1, -1],

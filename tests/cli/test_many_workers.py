@@ -315,7 +315,7 @@ def test_killed_worker_of_a_cluster_costs_no_record_and_no_order(tmp_path):
 
 
 def test_cluster_without_workers_is_told_of_once(monkeypatch, capfd):
-    workers, now = dict[str, int](), [100.0]
+    workers, now = {}, [100.0]
 
     class Client:
         def __init__(self, *_, **__): ...

@@ -38,10 +38,8 @@ PROGRAM = contents.shipped_path("programs/portfolio.json")
 SIGNALS = pytest.mark.parametrize(
     ("number", "code"), [(signal.SIGINT, 130), (signal.SIGTERM, 143)]
 )
-SHI, BEST = (
-    "solve paper-example-2 --method shi",
-    """solve game.json --maximize '"payoff of row"' """,
-)
+SHI = "solve paper-example-2 --method shi"
+BEST = """solve game.json --maximize '"payoff of row"' """
 SOLVED, CUT = {"status": "solved", "z": [1, 0, 1, 0]}, {"status": "interrupted"}
 UNFINISHED = CUT | {"complete": False}
 GOOD, WITHOUT_BOUND = {"solved": True}, {"solved": True, "error_bound": None}
@@ -64,11 +62,9 @@ def stopped(lcp, folder, monkeypatch):
     (folder / "murty.json").write_text('{"M": [[1, 2], [2, 1]], "q": [-1, -1]}')
 
     def run(line, place, when, cause):
-        function, number, over = (
-            pkgutil.resolve_name(place),
-            itertools.count(),
-            list[bool](),
-        )
+        function = pkgutil.resolve_name(place)
+        number = itertools.count()
+        over = []
 
         def counted(*given, **named):
             if not over and (
@@ -249,10 +245,8 @@ def test_record_cut_before_its_conclusions_is_made_again_when_the_log_is_resumed
 
 
 def test_path_that_is_stopped_has_its_points_in_a_file_and_says_why(stopped):
-    check, path = (
-        "lcpcli.parametric.following.raise_if_timed_out",
-        "path from.npz to.npz",
-    )
+    check = "lcpcli.parametric.following.raise_if_timed_out"
+    path = "path from.npz to.npz"
     outcome = stopped(f"{path} --at 0.01,1 -o part.csv", check, 20, KeyboardInterrupt)
     assert outcome.code == 130
     assert outcome.err == "lcp: to.npz: interrupted\n"

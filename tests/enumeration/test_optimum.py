@@ -297,12 +297,10 @@ class Program(NamedTuple):
     def problem(self):
         """Return the mixed problem in x, y, the multipliers of the rows, and one
         unknown for each row of the leader."""
-        k, m, outer, n = (
-            len(self.follower),
-            len(self.rows),
-            len(self.limits),
-            len(self.leader),
-        )
+        k = len(self.follower)
+        m = len(self.rows)
+        outer = len(self.limits)
+        n = len(self.leader)
         G, H = np.array(self.rows), np.reshape(self.upper, (outer, n))
         M = np.zeros((n + m + outer, n + m + outer))
         M[n - k : n, :n] = self.curvature or 0

@@ -149,10 +149,8 @@ def test_singular_matrices_are_searched_without_an_error(twins):
     generator, proved = np.random.default_rng(5), 0
     for _ in range(COUNT):
         n = int(generator.integers(11, 25))
-        M, q = (
-            with_ones(generator, n, twins),
-            generator.integers(-3, 4, n).astype(float),
-        )
+        M = with_ones(generator, n, twins)
+        q = generator.integers(-3, 4, n).astype(float)
         proved += (
             pieces.shape_of(ExactProblem.of_floats(Problem(M, q)), lambda: None)
             == pieces.POINT

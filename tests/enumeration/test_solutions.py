@@ -271,10 +271,8 @@ def test_unknowns_between_two_bounds():
     sets = []
     for _ in range(count):
         n = int(generator.integers(2, 5))
-        M, q = (
-            generator.integers(-2, 3, (n, n)).astype(float),
-            generator.integers(-2, 3, n).astype(float),
-        )
+        M = generator.integers(-2, 3, (n, n)).astype(float)
+        q = generator.integers(-2, 3, n).astype(float)
         lower = generator.integers(-1, 1, n).astype(float)
         sets.append(agrees(M, q, lower, lower + generator.integers(1, 3, n)))
     assert min(map(len, sets)) > 0
@@ -427,7 +425,7 @@ def check_game(found, whole, held):
 @pytest.mark.parametrize("kind", ["game", "mixed"])
 @pytest.mark.parametrize("cut", ["number", "time"])
 def test_cut_list_says_nothing_that_is_false(kind, cut, monkeypatch):
-    generator, said = np.random.default_rng(31), list[tuple[bool, bool | None]]()
+    generator, said = np.random.default_rng(31), []
     for _ in range(LISTS):
         if kind == "game":
             problem = random_game(generator)

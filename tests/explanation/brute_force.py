@@ -42,7 +42,7 @@ class Small:
 
     def keys(self):
         """All conditions, by the definition of a mixed problem."""
-        found = list[Key]()
+        found = []
         for i, (low, high) in enumerate(zip(self.lower, self.upper, strict=True)):
             found += [(LOWER, i)] * (low is not None) + [(UPPER, i)] * (
                 high is not None

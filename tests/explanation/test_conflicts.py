@@ -21,7 +21,7 @@ KINDS = pytest.mark.parametrize(
 
 @KINDS
 def test_a_conflict_has_no_point_and_without_any_member_it_has_one(most, is_mixed):
-    kinds = set[bool]()
+    kinds = set()
     for seed, small in unsolvable(30, most, is_mixed):
         found = lcpcli.why(small.problem())
         keys = keys_of(found.conflict)
@@ -127,7 +127,7 @@ def test_multipliers_prove_that_rows_of_a_program_conflict(seed):
     data = found.data
     assert found.irreducible
     assert 1 < len(found.conflict) <= 12
-    total, sums = Fraction(0), dict[int, Fraction]()
+    total, sums = Fraction(0), {}
     for each, multiplier in found.multipliers.items():
         assert multiplier > 0
         row, side = _inequality(data, each)

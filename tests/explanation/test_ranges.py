@@ -37,7 +37,7 @@ def partition_of(data):
     if data is None:
         return None
     pieces = lcpcli.solutions(data)
-    above, below, positive, negative = (set[int]() for _ in range(4))
+    above, below, positive, negative = (set() for _ in range(4))
     fixed = {i for i in range(data.n) if data.lower[i] == data.upper[i] is not None}
     is_solvable = False
     for piece in pieces:

@@ -189,11 +189,9 @@ def pickled_array():
     return file.getvalue()
 
 
-WHOLE_NPZ, WHOLE_MAT, WHOLE_NPY = (
-    archive(M=TWICE, q=MINUS),
-    mat(M=TWICE, q=MINUS[:, None]),
-    npy(TWICE),
-)
+WHOLE_NPZ = archive(M=TWICE, q=MINUS)
+WHOLE_MAT = mat(M=TWICE, q=MINUS[:, None])
+WHOLE_NPY = npy(TWICE)
 MATRIX_MARKET = "%%MatrixMarket matrix array real general\n2 2\n2\n0\n0\n2\n"
 ZIPPED = gzip.compress(MATRIX_MARKET.encode())
 FOREIGN = {

@@ -85,10 +85,8 @@ TWO = TREE + 'p "" 1 1 "" { "a" "b" } 0\n'
 
 
 def test_both_forms_are_only_read_and_complete_formats_keep_payoffs_and_tree(lcp):
-    winkels, kept = (
-        contents.shipped_path("games/winkels.nfg"),
-        game_of(GAME, "g.efg").tree.terminal_nodes,
-    )
+    winkels = contents.shipped_path("games/winkels.nfg")
+    kept = game_of(GAME, "g.efg").tree.terminal_nodes
     assert lcp(f"convert {winkels} -o w.json").code == 0
     assert read("w.json").origin.payoffs()[0][4][0] == Fraction(5, 2)
     for suffix in ("json", "npz", "mat"):

@@ -193,10 +193,8 @@ def test_the_parameter_leaves_m_alone_and_a_verified_path_joins_its_values(
 def test_frontier_has_its_target_as_return_or_more_if_less_risk_has_more():
     problem = gallery.make("frontier", 22, 3)
     returns = problem.M[-1, :20]
-    least, best = (
-        float(returns @ run(problem).z[:20]),
-        float(np.sort(returns)[-5:].mean()),
-    )
+    least = float(returns @ run(problem).z[:20])
+    best = float(np.sort(returns)[-5:].mean())
     for target in (0.0, 0.9 * least, 1.1 * least, best - 1e-6):
         z = run(gallery.make("frontier", 22, 3, target=target)).z
         assert z[:20].sum() == pytest.approx(1)

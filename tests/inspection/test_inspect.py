@@ -100,10 +100,8 @@ def test_estimates_for_large_and_sparse_matrices_agree_with_the_exact_figures():
 def test_measured_rate_of_fixed_point_is_the_local_one_and_below_the_bound(n, kind):
     problem = random_problem(n, n, kind != "other")
     if kind == "bounded":
-        lower, upper = (
-            np.where(np.arange(n) % 3, -0.3, -np.inf),
-            np.where(np.arange(n) % 4, 0.4, np.inf),
-        )
+        lower = np.where(np.arange(n) % 3, -0.3, -np.inf)
+        upper = np.where(np.arange(n) % 4, 0.4, np.inf)
         problem = Problem(problem.M, problem.q, lower=lower, upper=upper)
     problem = with_reference(problem)
     z, box = problem.solutions[0], problem.box if problem.is_mixed else ORTHANT

@@ -176,7 +176,7 @@ def test_condition_and_definiteness_do_not_depend_on_units():
 
 
 def test_a_value_is_deleted_by_the_thread_that_has_made_it():
-    threads = list[threading.Thread | None]()
+    threads = []
 
     class Value:
         def __init__(self):

@@ -208,10 +208,8 @@ def test_sets_of_most_indices_are_solved_for_by_their_complements():
     assert sets[-1].all()
     B, inverse = generator.standard_normal((m, n)), factors.well_conditioned_inverse(M)
     assert inverse is not None
-    ours, plain = (
-        factors.solve_principal(M, sets, B, inverse),
-        factors.solve_principal(M, sets, B),
-    )
+    ours = factors.solve_principal(M, sets, B, inverse)
+    plain = factors.solve_principal(M, sets, B)
     assert np.allclose(ours, plain, rtol=0, atol=1e-12)
     assert np.array_equal(ours != 0, sets)
     assert factors.well_conditioned_inverse(M * np.geomspace(1, 1e9, n)) is None
@@ -334,10 +332,8 @@ def by_both(monkeypatch, *program):
 def test_both_find_the_same_minimum_and_multipliers(seed, form, monkeypatch):
     random = np.random.default_rng(seed)
     A, x = random.integers(-3, 4, (7, 12)).astype(float), random.random(12)
-    low, high = (
-        A @ x - np.array([0, 0, 1, 1, 1, 2, 3]),
-        A @ x + np.array([0, 0, np.inf, np.inf, 1, 2, 3]),
-    )
+    low = A @ x - np.array([0, 0, 1, 1, 1, 2, 3])
+    high = A @ x + np.array([0, 0, np.inf, np.inf, 1, 2, 3])
     low[4] = -np.inf
     bounds = np.where(random.random(12) < 0.2, -5.0, 0.0), np.full(12, 5.0)
     objective = random.standard_normal(12)
@@ -358,10 +354,8 @@ def test_both_find_the_same_minimum_and_multipliers(seed, form, monkeypatch):
     ("c", "high"), [(-1.0, np.inf), (1.0, -1.0)], ids=["unbounded", "infeasible"]
 )
 def test_neither_finds_a_minimum_where_there_is_none(c, high, monkeypatch):
-    ends, bounds = (
-        (np.array([-np.inf]), np.array([high])),
-        (np.zeros(1), np.full(1, np.inf)),
-    )
+    ends = (np.array([-np.inf]), np.array([high]))
+    bounds = (np.zeros(1), np.full(1, np.inf))
     assert by_both(monkeypatch, np.full(1, c), np.eye(1), ends, bounds) == (None, None)
 
 

@@ -169,10 +169,8 @@ def test_products_are_those_of_the_operator_of_scipy_with_its_routine_or_without
         monkeypatch.setitem(sys.modules, "scipy.sparse._sparsetools", None)
     random = np.random.default_rng(0)
     for shape in ((5, 5), (3, 7), (40, 1)):
-        A, v = (
-            random.standard_normal(shape) * (random.random(shape) < 0.3),
-            random.standard_normal(shape[1]),
-        )
+        A = random.standard_normal(shape) * (random.random(shape) < 0.3)
+        v = random.standard_normal(shape[1])
         for M in (A, csr_array(A)):
             times = multiplier(M)
             assert np.array_equal(times(v), times(v))
@@ -209,10 +207,8 @@ def test_columns_become_rows_whatever_their_order_and_the_type_of_indices():
 
 @pytest.mark.parametrize("k", [8, FEW_AS_DENSE])
 def test_programs_by_columns_and_by_rows_have_the_same_conditions(k):
-    A, Q = (
-        random_array((5, k), density=0.5, rng=4),
-        csr_array(np.diag(np.arange(1.0 * k))),
-    )
+    A = random_array((5, k), density=0.5, rng=4)
+    Q = csr_array(np.diag(np.arange(1.0 * k)))
     ends = {"row_lower": [0.0, -1, -np.inf, 2, 3], "row_upper": [1.0, np.inf, 2, 2, 4]}
     made = [
         from_qp(form(Q), np.ones(k), form(A), **ends)

@@ -38,10 +38,8 @@ def solvable(kind, n, random, degenerate=False, sparse=False):
     M = matrix(kind, n, random)
     lower, upper = with_all_bounds(n, random)
     states = random.integers(0, 3, n)
-    at_lower, at_upper = (
-        (states == AT_LOWER) & np.isfinite(lower),
-        (states == AT_UPPER) & np.isfinite(upper),
-    )
+    at_lower = (states == AT_LOWER) & np.isfinite(lower)
+    at_upper = (states == AT_UPPER) & np.isfinite(upper)
     some = random.standard_normal(n)
     z = np.where(
         at_lower, lower, np.where(at_upper, upper, np.clip(some, lower, upper))
@@ -59,8 +57,6 @@ def planted(n, seed, density=1.0):
     M = random.standard_normal((n, n))
     M *= random.random((n, n)) < density
     basic = random.random(n) < 0.5
-    z, w = (
-        np.where(basic, random.random(n) + 0.1, 0),
-        np.where(basic, 0, random.random(n) + 0.1),
-    )
+    z = np.where(basic, random.random(n) + 0.1, 0)
+    w = np.where(basic, 0, random.random(n) + 0.1)
     return M, w - M @ z

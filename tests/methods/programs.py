@@ -45,14 +45,10 @@ def random_program(seed, most=160, kind=""):
         else str(random.choice(["minimum", "minimum", "unbounded", "both"]))
     )
     k = int(np.exp(random.uniform(np.log(14), np.log(most))))
-    m, size = (
-        max(2, int(k * random.uniform(0.2, 1.1))),
-        int(random.choice([1, 5, 100, 1000])),
-    )
-    density, rank = (
-        float(random.choice([1.0, 0.3, 0.1, 3 / k])),
-        int(random.integers(1, k + 1)),
-    )
+    m = max(2, int(k * random.uniform(0.2, 1.1)))
+    size = int(random.choice([1, 5, 100, 1000]))
+    density = float(random.choice([1.0, 0.3, 0.1, 3 / k]))
+    rank = int(random.integers(1, k + 1))
     A, B = (
         random.integers(-size, size + 1, (rows, k))
         * (random.random((rows, k)) < density)
@@ -65,10 +61,8 @@ def random_program(seed, most=160, kind=""):
         lower[random.random(k) < 0.3] = -np.inf
         boxed = random.random(k) < 0.2
         upper[boxed] = x[boxed] + random.integers(0, 4, boxed.sum())
-    forms, gap = (
-        random.choice(4, m, p=(0.25, 0.25, 0.3, 0.2)),
-        random.integers(0, 4, m).astype(float),
-    )
+    forms = random.choice(4, m, p=(0.25, 0.25, 0.3, 0.2))
+    gap = random.integers(0, 4, m).astype(float)
     direction = np.zeros(k)
     if kind in ("unbounded", "both"):
         upper[0] = np.inf
@@ -79,10 +73,8 @@ def random_program(seed, most=160, kind=""):
         )
         A[:, 0], B[:, 0] = A[:, 0] + rise - A @ direction, B[:, 0] - B @ direction
     Q, Ax = B.T @ B, A @ x
-    low, high = (
-        np.where(forms == 2, -np.inf, Ax - gap * (forms > 0)),
-        np.where(forms == 1, np.inf, Ax + gap * (forms > 1)),
-    )
+    low = np.where(forms == 2, -np.inf, Ax - gap * (forms > 0))
+    high = np.where(forms == 1, np.inf, Ax + gap * (forms > 1))
     y = np.where((gap == 0) | (forms == 0), random.integers(1, 5, m), 0) * np.where(
         high == Ax, -1.0, 1.0
     )
@@ -114,10 +106,8 @@ def with_rounded_combination(seed, k=40, m=20):
     """Return a linear program with a Gaussian matrix, whose last row is a combination
     of others, rounded to doubles, with another right-hand side."""
     random = np.random.default_rng(seed)
-    A, x = (
-        random.standard_normal((m, k)) * (random.random((m, k)) < 0.3),
-        random.random(k),
-    )
+    A = random.standard_normal((m, k)) * (random.random((m, k)) < 0.3)
+    x = random.random(k)
     factors = random.integers(0, 3, m).astype(float)
     A = np.vstack((A, factors @ A))
     end = A @ x + np.append(np.zeros(m), -1.0)
@@ -139,10 +129,8 @@ def bounded_program(seed):
     random = np.random.default_rng(seed)
     k = 6
     F = random.integers(-3, 4, (k, k)) / 4
-    inside, A = (
-        random.integers(-2, 3, k).astype(float),
-        random.integers(-3, 4, (4, k)).astype(float),
-    )
+    inside = random.integers(-2, 3, k).astype(float)
+    A = random.integers(-3, 4, (4, k)).astype(float)
     inside[3] = -0.5
     at = A @ inside
     slack = random.integers(1, 4, (2, 4)) / 2

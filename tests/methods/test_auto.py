@@ -276,11 +276,9 @@ def test_chains_and_trees_of_zeros_take_one_system(n, sparse):
         np.arange(n) - 1,
         np.array([int(random.integers(0, max(i, 1))) for i in range(n)]),
     ):
-        M, q, roots = (
-            np.eye(n),
-            np.zeros(n),
-            [0, *random.integers(1, n, size=3).tolist()],
-        )
+        M = np.eye(n)
+        q = np.zeros(n)
+        roots = [0, *random.integers(1, n, size=3).tolist()]
         M[np.arange(1, n), parents[1:]] = -(10.0 ** random.uniform(-3, 3, size=n - 1))
         M[roots] = np.eye(n)[roots]
         q[roots] = -(10.0 ** random.uniform(-3, 3, size=len(roots)))

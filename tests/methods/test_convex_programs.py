@@ -73,7 +73,7 @@ def solved(problem):
 @pytest.mark.parametrize("seed", [2001, 2002, *range(2004, 2008)])
 def test_programs_are_solved_in_all_units_and_with_dependent_rows(seed):
     rows = random_program(seed, kind="minimum")
-    minima = set[float]()
+    minima = set()
     for given in (
         rows,
         spread(rows, 1, seed),
@@ -122,15 +122,11 @@ def test_bounds_of_all_kinds_fixed_variables_and_bounds_that_stand_for_none():
             ]
         )
     )
-    A, Q = (
-        block_diag([csr_array(A)] * 6, format="csr"),
-        block_diag([csr_array(np.diag([0.0, 1, 2, 0, 0, 0]))] * 6, format="csr"),
-    )
+    A = block_diag([csr_array(A)] * 6, format="csr")
+    Q = block_diag([csr_array(np.diag([0.0, 1, 2, 0, 0, 0]))] * 6, format="csr")
     c = np.outer(np.arange(1.0, 7), [1.0, -1, -4, 2, -3, -5]).ravel()
-    lower, upper = (
-        np.tile([0.0, -np.inf, 1, 2, -1e20, -3], 6),
-        np.tile([np.inf, 5, 1, 2, 4, 1e20], 6),
-    )
+    lower = np.tile([0.0, -np.inf, 1, 2, -1e20, -3], 6)
+    upper = np.tile([np.inf, 5, 1, 2, 4, 1e20], 6)
     sides = {
         "row_lower": np.tile([-np.inf, 2, -6, -7], 6),
         "row_upper": np.tile([8, 2, np.inf, 9], 6),
@@ -157,15 +153,11 @@ def test_bounds_of_all_kinds_fixed_variables_and_bounds_that_stand_for_none():
 def test_a_row_without_ends_is_solved_and_nothing_is_printed(capfd):
     """PIQP would print a line about such rows."""
     rows = random_program(2004, kind="minimum")
-    A, low, high = (
-        np.vstack((rows.A, rows.A[:1])),
-        np.append(rows.low, -np.inf),
-        np.append(rows.high, np.inf),
-    )
-    expected, result = (
-        solved(sparse(rows)),
-        solved(sparse(rows._replace(A=A, low=low, high=high))),
-    )
+    A = np.vstack((rows.A, rows.A[:1]))
+    low = np.append(rows.low, -np.inf)
+    high = np.append(rows.high, np.inf)
+    expected = solved(sparse(rows))
+    result = solved(sparse(rows._replace(A=A, low=low, high=high)))
     assert result.route == ("piqp",)
     assert result.answer.objective == pytest.approx(expected.answer.objective, rel=1e-9)
     assert capfd.readouterr() == ("", "")
@@ -197,11 +189,9 @@ def test_options_and_limits_hold():
 def test_fixed_variables_count_as_the_constants_that_they_are(density):
     random = np.random.default_rng(7)
     A = random.integers(-5, 6, (20, 60)) * (random.random((20, 60)) < density)
-    x, c, F = (
-        random.integers(0, 4, 60),
-        random.integers(1, 9, 60),
-        random.integers(-2, 3, (30, 60)),
-    )
+    x = random.integers(0, 4, 60)
+    c = random.integers(1, 9, 60)
+    F = random.integers(-2, 3, (30, 60))
     Q = F.T @ F if density == 1 else np.diag(np.arange(60) % 3)
     fixed = np.arange(60) % 3 == 1
     lower, upper = np.where(fixed, x, 0), np.where(fixed, x, np.inf)
@@ -228,10 +218,8 @@ def test_a_point_that_only_rounding_separates_from_the_solution_needs_no_factori
 ):
     """min |x|^2 / 2 - 2 x_1 with x_1 + x_2 = 1 and x >= 0, in sixty copies: x = (1, 0),
     y = -1."""
-    A, c = (
-        block_diag([csr_array([[1.0, 1.0]])] * 60, format="csr"),
-        np.tile([-2.0, 0.0], 60),
-    )
+    A = block_diag([csr_array([[1.0, 1.0]])] * 60, format="csr")
+    c = np.tile([-2.0, 0.0], 60)
     problem = lcpcli.from_qp(csr_array(np.eye(120)), c, A, row_lower=1, row_upper=1)
     z = np.concatenate((np.tile([1.0, 0.0], 60), np.full(60, -1.0)))
     own = interior.Run(problem, by_units=True)
@@ -247,10 +235,8 @@ def test_a_point_that_only_rounding_separates_from_the_solution_needs_no_factori
 def test_a_point_at_which_piqp_was_stopped_is_used_if_it_is_near(
     moved, is_used, monkeypatch
 ):
-    problem, usual = (
-        sparse(random_program(2001, kind="minimum")),
-        convex_program.convex_minimum,
-    )
+    problem = sparse(random_program(2001, kind="minimum"))
+    usual = convex_program.convex_minimum
 
     def stopped(*given):
         ended = usual(*given)

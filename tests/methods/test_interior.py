@@ -42,7 +42,7 @@ def test_every_kind_of_monotone_problem_is_solved_in_few_steps(
     at a point of the path near it. In other units too. Whether the first basic solution
     counts as exact may hang on its last digit, so that single runs may take twice as
     long."""
-    steps = list[int]()
+    steps = []
     for seed in range(3):
         random = np.random.default_rng(seed)
         problem = solvable(
@@ -69,10 +69,8 @@ def test_programs_without_a_feasible_point_or_a_minimum_are_refuted(sparse):
     for seed in range(4):
         random = np.random.default_rng(seed)
         n, m = 8, 6
-        A, b = (
-            random.integers(-5, 6, (m, n)).astype(float),
-            random.integers(-5, 6, m).astype(float),
-        )
+        A = random.integers(-5, 6, (m, n)).astype(float)
+        b = random.integers(-5, 6, m).astype(float)
         A[-1], b[-1] = -A[:-1].sum(axis=0), 1 - b[:-1].sum()
         M = np.block([[definite(n, random)[0], -A.T], [A, np.zeros((m, m))]])
         lower = np.concatenate((np.full(n, -np.inf), np.zeros(m)))
@@ -197,7 +195,7 @@ def test_a_proof_from_a_diverging_iterate_is_rounded_to_one_that_holds_exactly()
 def test_superlu_takes_the_order_that_qdldl_has_found(monkeypatch):
     """Its own search for one may take longer than all factorizations."""
     pytest.importorskip("qdldl")
-    orders, own = list[str](), linalg.splu
+    orders, own = [], linalg.splu
     monkeypatch.setattr(
         linalg,
         "splu",

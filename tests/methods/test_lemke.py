@@ -71,10 +71,8 @@ def test_number_of_pivots_doubles_with_every_unknown_on_the_worst_cases(n):
 
 def integers(generator, kind):
     n = int(generator.integers(1, 10))
-    square, wide = (
-        generator.integers(-2, 3, (n, n)),
-        generator.integers(-1, 2, (max(1, n // 2), n)),
-    )
+    square = generator.integers(-2, 3, (n, n))
+    wide = generator.integers(-1, 2, (max(1, n // 2), n))
     matrices = {
         "any": square,
         "P": 2 * n * np.eye(n, dtype=int) + square,
@@ -230,10 +228,8 @@ def test_path_of_lemke_says_what_enters_and_leaves_and_has_z0(ties):
 
 
 def test_in_doubles_ties_are_broken_as_in_integers_so_that_a_path_does_not_cycle():
-    M, q = (
-        np.array([[-1.0, 2.0, 0.0], [0.0, 1.0, 1.0], [0.0, -1.0, 0.0]]),
-        np.array([-1.0, -1.0, 0.0]),
-    )
+    M = np.array([[-1.0, 2.0, 0.0], [0.0, 1.0, 1.0], [0.0, -1.0, 0.0]])
+    q = np.array([-1.0, -1.0, 0.0])
     traces = []
     for factor in (1.0, 1 / 3):
         traces.append(Trace())
@@ -314,11 +310,9 @@ def test_a_path_solves_most_programs_with_equations_in_units_of_their_own():
     for seed in range(40):
         rng = np.random.default_rng(seed)
         k, m = int(rng.integers(4, 12)), int(rng.integers(1, 4))
-        G, A, x = (
-            rng.normal(size=(k, k)),
-            rng.normal(size=(m, k)),
-            np.maximum(rng.normal(size=k), 0.0),
-        )
+        G = rng.normal(size=(k, k))
+        A = rng.normal(size=(m, k))
+        x = np.maximum(rng.normal(size=k), 0.0)
         c = (
             np.where(x > 0, 0.0, rng.random(k))
             - G @ (G.T @ x)

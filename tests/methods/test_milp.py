@@ -136,10 +136,8 @@ def test_agrees_with_exact_arithmetic_on_every_kind_of_problem_in_any_units_and_
     random = np.random.default_rng(start)
     for seed in range(start, start + 50):
         problem = exact.random_problem(seed)
-        sparse, scaled = (
-            Problem(csr_array(problem.M), problem.q),
-            exact.rescaled(problem, random),
-        )
+        sparse = Problem(csr_array(problem.M), problem.q)
+        scaled = exact.rescaled(problem, random)
         result = run(problem, "milp")
         assert is_right(problem, result), problem.name
         assert run(sparse, "milp").solved == result.solved, problem.name
@@ -315,10 +313,8 @@ def test_contradiction_hidden_by_rounding_is_said_to_be_one_but_for_rounding(see
 
 
 def test_signs_that_rounding_has_made_wrong_cost_no_proof():
-    own, open_set = (
-        system([[-1.0, 0.0], [0.0, 1.0]], [-1.0, 1.0]),
-        np.full(2, module.OPEN),
-    )
+    own = system([[-1.0, 0.0], [0.0, 1.0]], [-1.0, 1.0])
+    open_set = np.full(2, module.OPEN)
     assert own.refutes(open_set, np.array([1.0, -1e-17]))
     assert not own.refutes(open_set, np.array([-1.0, 0.0]))
 

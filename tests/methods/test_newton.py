@@ -55,10 +55,8 @@ def test_positive_definite_problems_take_a_handful_of_steps(n, symmetric):
     A, B = generator.uniform(-5, 5, (2, n, n))
     M = A.T @ A + np.eye(n) + (0 if symmetric else B - B.T)
     q = generator.uniform(-500, 500, n)
-    dense, sparse = (
-        run(Problem(M, q), "newton"),
-        run(Problem(csr_array(M), q), "newton"),
-    )
+    dense = run(Problem(M, q), "newton")
+    sparse = run(Problem(csr_array(M), q), "newton")
     assert dense.solved
     assert dense.iterations <= 12
     assert np.allclose(
@@ -140,10 +138,8 @@ def test_steps_end_where_states_do_not_settle():
     """M = 0.1 I + A'A + B - B' with B as large as A: the iteration has no reason to
     converge."""
     A, B = np.random.default_rng(0).standard_normal((2, 300, 300)) / np.sqrt(300)
-    M, q = (
-        0.1 * np.eye(300) + A.T @ A + (B - B.T),
-        np.random.default_rng(1).standard_normal(300),
-    )
+    M = 0.1 * np.eye(300) + A.T @ A + (B - B.T)
+    q = np.random.default_rng(1).standard_normal(300)
     stage = newton.projected_gradient(Problem(M, q), np.zeros(300))
     evaluations = [iterate.evaluations for iterate in stage]
     assert len(evaluations) == 1

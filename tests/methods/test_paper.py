@@ -136,10 +136,8 @@ def exact_half_square(M, q, p, x):
     """f = |F~|^2 / 2 in decimal arithmetic of the surrounding context."""
     P = Decimal(p)
     phi = [(1 + (P * t).exp() + (-P * t).exp()).ln() / P for t in x]
-    z, w = (
-        [a + b for a, b in zip(phi, x, strict=True)],
-        [a - b for a, b in zip(phi, x, strict=True)],
-    )
+    z = [a + b for a, b in zip(phi, x, strict=True)]
+    w = [a - b for a, b in zip(phi, x, strict=True)]
     F = [
         sum((m * zj for m, zj in zip(row, z, strict=True)), -wi + qi)
         for row, wi, qi in zip(M, w, q, strict=True)
@@ -149,10 +147,8 @@ def exact_half_square(M, q, p, x):
 
 @pytest.mark.parametrize("p", [0.1, 1.0, 50.0, 1e4])
 def test_gradient_agrees_with_differences_in_high_precision(p):
-    M, q = (
-        [[8, -1, 0, -5], [1, 5, -1, 0], [2, -1, 6, -1], [6, 0, -1, 7]],
-        [1, -2, -3, 4],
-    )
+    M = [[8, -1, 0, -5], [1, 5, -1, 0], [2, -1, 6, -1], [6, 0, -1, 7]]
+    q = [1, -2, -3, 4]
     x = [0.25, -1e-3, 2e-5, -0.75]
     smoothed = Smoothed(Problem(M, q), p)
     gradient = smoothed.gradient(smoothed.at(np.array(x)))
@@ -179,12 +175,10 @@ BOX = Box(
 @pytest.mark.parametrize("mu", [0.0, 1e-3, 1.0])
 def test_slopes_are_the_derivatives(mu):
     random = np.random.default_rng(0)
-    J, z, F, step = (
-        random.normal(size=(5, 5)),
-        np.array([0.3, 2.5, 1.7, -1.0, 2.0]),
-        random.normal(size=5),
-        1e-6,
-    )
+    J = random.normal(size=(5, 5))
+    z = np.array([0.3, 2.5, 1.7, -1.0, 2.0])
+    F = random.normal(size=5)
+    step = 1e-6
     G = slopes(BOX, z, F, J, mu)
     for j in range(4):  # the last variable is fixed
         ends = [
@@ -255,10 +249,8 @@ def test_every_step_meets_both_wolfe_conditions(paper_example, p, rho, sigma):
     assert len(above_rounding) > 10
     for here, there in above_rounding:
         advance = there.x - here.x  # gamma s
-        slope, slope_there = (
-            smoothed.gradient(here) @ advance,
-            smoothed.gradient(there) @ advance,
-        )
+        slope = smoothed.gradient(here) @ advance
+        slope_there = smoothed.gradient(there) @ advance
         assert slope < 0
         assert there.f <= here.f + rho * slope + 1e-13 * here.f
         assert slope_there >= sigma * slope * (1 + 1e-9) - 1e-13 * here.f
@@ -439,10 +431,8 @@ def test_auto_omega_of_other_matrices_is_the_largest_diagonal_entry():
 
 
 def test_auto_omega_and_anderson_each_save_iterations_on_the_obstacle_problem():
-    problem, options = (
-        families.make("obstacle", 400),
-        ({}, {"omega": "auto"}, {"omega": "auto", "anderson": 5}),
-    )
+    problem = families.make("obstacle", 400)
+    options = ({}, {"omega": "auto"}, {"omega": "auto", "anderson": 5})
     published, plain, fast = (run(problem, "fixed-point", **each) for each in options)
     assert published.solved
     assert plain.solved

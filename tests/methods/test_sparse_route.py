@@ -295,7 +295,7 @@ def stopping(n, drift):
 def test_optimal_stopping_with_two_free_boundaries_takes_a_few_passes_on_every_grid(
     drift, monkeypatch
 ):
-    passes = list[None]()
+    passes = []
     monkeypatch.setattr(z_matrix, "raise_if_timed_out", lambda: passes.append(None))
     for n in (201, 2001, 20001):
         passes.clear()
@@ -360,7 +360,7 @@ def test_a_few_positive_entries_leave_elimination_the_right_states(volatility):
 
 
 def test_a_shifted_problem_has_the_units_of_its_matrix_computed_once(monkeypatch):
-    asked = list[object]()
+    asked = []
     units = problems.units
     monkeypatch.setattr(problems, "units", lambda *M: asked.append(M) or units(*M))
     M, payoff = american_put(0.3)
@@ -443,13 +443,13 @@ MAX_GENERATORS = 6
 
 @pytest.mark.parametrize("traced", [False, True])
 def test_an_iterate_passes_few_generators_on_its_way_to_the_loop(traced, monkeypatch):
-    depths, found = list[int](), active_set.Inexact.basic_solution_of
+    depths, found = [], active_set.Inexact.basic_solution_of
 
     def counting(inexact, basis):
         frame = sys._getframe(1)
         if frame.f_code is not active_set.active_set.__code__:
             return found(inexact, basis)  # pivoting with some of the variables
-        flags = list[int]()
+        flags = []
         while frame is not None:
             flags.append(frame.f_code.co_flags & CO_GENERATOR)
             frame = frame.f_back

@@ -289,10 +289,8 @@ def test_far_sides_that_are_met_together_keep_their_ratio(bound):
     A = np.diag([0.5, *np.ones(12)])
     A[1:, 1:] += np.eye(12, k=1) / 2
     upper, low = np.append(bound, np.full(12, 1e13)), np.append(-1e20, np.ones(12))
-    costs, high = (
-        np.append(-1.0, np.arange(1.0, 13)),
-        np.append(1e22, np.full(12, 1e18)),
-    )
+    costs = np.append(-1.0, np.arange(1.0, 13))
+    high = np.append(1e22, np.full(12, 1e18))
     problem = from_qp(None, costs, A, row_lower=low, row_upper=high, upper=upper)
     result = lcpcli.run(problem)
     assert result.solved

@@ -73,10 +73,8 @@ def comes_back(change, z, w):
     assert np.abs(own - (whole - 2 * back)).max() <= 1e-13
     count = change.kept_columns.size
     assert np.array_equal(whole[change.kept_columns], z[:count])
-    inside, there = (
-        (before.basis_of(back) == BASIC)[change.kept_columns],
-        (after.basis_of(x) == BASIC)[:count],
-    )
+    inside = (before.basis_of(back) == BASIC)[change.kept_columns]
+    there = (after.basis_of(x) == BASIC)[:count]
     assert np.array_equal(inside, there)
 
 
@@ -181,14 +179,12 @@ def test_solutions_and_proofs_come_back_from_what_was_pickled():
     problems += [random_problem(generator(seed)) for seed in range(40)]
     changes = [presolved(given, rules) for given in problems for rules in ONE_BY_ONE]
     found = [change for change in changes if change is not None]
-    assert {*ALL} - {DEFINITIONS, SIGNS} == set[str]().union(
+    assert {*ALL} - {DEFINITIONS, SIGNS} == set().union(
         *(change.removed for change in found)
     )
     for change in found:
-        x, again = (
-            generator(1).standard_normal(change.problem.n),
-            pickle.loads(pickle.dumps(change)),
-        )
+        x = generator(1).standard_normal(change.problem.n)
+        again = pickle.loads(pickle.dumps(change))
         assert again.back(x).tolist() == change.back(x).tolist()
         assert again.multipliers(x).tolist() == change.multipliers(x).tolist()
         assert again.is_exact == change.is_exact

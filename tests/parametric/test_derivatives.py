@@ -85,10 +85,8 @@ def test_derivatives_do_not_depend_on_the_method_that_solved_the_problem(method)
 
 
 def test_results_of_columns_are_pickled_with_their_derivatives():
-    M, Q = (
-        np.array([[4.0, 1.0], [1.0, 4.0]]),
-        np.array([[-1.0, 1, 2, -3, 1], [1.0, -2, 3, -4, 5]]),
-    )
+    M = np.array([[4.0, 1.0], [1.0, 4.0]])
+    Q = np.array([[-1.0, 1, 2, -3, 1], [1.0, -2, 3, -4, 5]])
     for result in lcpcli.solve_many(M, Q):
         gradient = result.gradient([1.0, 2.0])
         again = pickle.loads(pickle.dumps(result)).gradient([1.0, 2.0])
@@ -138,10 +136,8 @@ def test_at_kinks_one_sided_derivatives_are_those_of_small_steps(seed, mixed):
     n = int(random.integers(1, 9))
     problem = with_kinks(n, int(random.integers(1, n + 1)), random, mixed)
     result, h = lcpcli.run(problem), 2.0**-30
-    dq, dM = (
-        random.integers(-5, 6, n).astype(float),
-        random.integers(-5, 6, (n, n)).astype(float),
-    )
+    dq = random.integers(-5, 6, n).astype(float)
+    dM = random.integers(-5, 6, (n, n)).astype(float)
     low, high = random.integers(-2, 3, (2, n)) * np.isfinite(problem.box.vectors(n))
     z = exact_z(problem, {}, 0.0)
     for change in (
@@ -206,10 +202,8 @@ def test_kinks_do_not_depend_on_units(scaled):
     result = lcpcli.run(Problem(R[:, np.newaxis] * problem.M * C, R * problem.q))
     known = lcpcli.run(problem)
     assert result.derivative().kinks == known.derivative().kinks != []
-    found, other = (
-        result.derivative(dq=R, one_sided=True),
-        known.derivative(dq=np.ones(40), one_sided=True),
-    )
+    found = result.derivative(dq=R, one_sided=True)
+    other = known.derivative(dq=np.ones(40), one_sided=True)
     assert found.strongly_regular
     assert other.strongly_regular
     assert np.abs(found.z * C - other.z).max() <= 1e-9 * np.abs(other.z).max()
@@ -408,11 +402,9 @@ def test_the_derivative_of_the_force_on_the_body_is_its_difference(seed, method)
     random = np.random.default_rng(seed)
     N, W, v = contacts(random)
     half = random.normal(size=(6, N.shape[1] // 2))
-    dN, A, dv = (
-        np.concatenate((half, half), axis=1),
-        random.normal(size=(6, 6)),
-        random.normal(size=6),
-    )
+    dN = np.concatenate((half, half), axis=1)
+    A = random.normal(size=(6, 6))
+    dv = random.normal(size=6)
     dW, h = A + A.T, 1e-5
     result = solved(N, W, v, method)
     changes = {
@@ -476,10 +468,8 @@ def test_w_is_nan_where_the_solutions_differ_in_it():
 def test_J_z_of_a_regular_solution_is_J_times_the_derivative():
     random = np.random.default_rng(1)
     A = random.normal(size=(5, 5))
-    result, J = (
-        lcpcli.solve(A @ A.T + np.eye(5), random.normal(size=5)),
-        random.normal(size=(3, 5)),
-    )
+    result = lcpcli.solve(A @ A.T + np.eye(5), random.normal(size=5))
+    J = random.normal(size=(3, 5))
     dq, g = random.normal(size=5), random.normal(size=3)
     alone, of_J = result.derivative(dq=dq), result.derivative(dq=dq, J=J)
     assert np.allclose(of_J.z, J @ alone.z, rtol=1e-12)

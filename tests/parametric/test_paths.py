@@ -492,7 +492,7 @@ def test_a_path_verified_in_parts_is_the_same_path(n, exact, monkeypatch):
 
 
 def test_a_path_is_not_verified_if_its_first_part_is_not(monkeypatch):
-    real, made = following.verify, list[bool]()
+    real, made = following.verify, []
 
     def doubtful_at_first(*given):
         *found, is_verified = real(*given)

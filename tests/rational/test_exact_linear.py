@@ -79,10 +79,8 @@ def test_large_systems_of_any_shape_and_rank_are_solved(m, n):
 
 def test_long_call_of_flint_in_another_process_gives_the_same(monkeypatch):
     pytest.importorskip("flint")
-    A, b = (
-        [[int(i == j) * 7 + (i * j) % 5 for j in range(20)] for i in range(20)],
-        list(range(20)),
-    )
+    A = [[int(i == j) * 7 + (i * j) % 5 for j in range(20)] for i in range(20)]
+    b = list(range(20))
     here = elimination.solve(A, b), elimination.solve(A[:18], b[:18])
     monkeypatch.setattr(elimination, "LONG_CALL_SECONDS", -1.0)
     assert (elimination.solve(A, b), elimination.solve(A[:18], b[:18])) == here

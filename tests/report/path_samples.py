@@ -23,10 +23,8 @@ def small(**others):
 
 
 def small_in_fractions():
-    t, z = (
-        [Fraction(0), Fraction(1, 7), Fraction(1, 5), Fraction(1)],
-        [(0, 0), (0, 0), (0, 1), (20, 35)],
-    )
+    t = [Fraction(0), Fraction(1, 7), Fraction(1, 5), Fraction(1)]
+    z = [(0, 0), (0, 0), (0, 1), (20, 35)]
     exact = [[Fraction(a, 15 if k == 3 else 5) for a in row] for k, row in enumerate(z)]
     q = [(1 - 6 * s, 1 - 7 * s) for s in t]
     w = [

@@ -39,7 +39,7 @@ class Page(HTMLParser):
 
     def __init__(self, text):
         super().__init__()
-        self.open, self.tags = list[str](), list[tuple[str, dict[str, str | None]]]()
+        self.open, self.tags = [], []
         self.tables: list[list[list[str]]] = []
         self.feed(text)
         assert self.open == []

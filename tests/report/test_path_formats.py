@@ -134,10 +134,8 @@ def test_a_jump_is_noted_where_it_arrives():
 
 
 def test_a_path_of_one_point_has_it_once():
-    first, last = (
-        lcpcli.Problem(np.zeros((1, 1)), [0]),
-        lcpcli.Problem(np.zeros((1, 1)), [-1]),
-    )
+    first = lcpcli.Problem(np.zeros((1, 1)), [0])
+    last = lcpcli.Problem(np.zeros((1, 1)), [-1])
     path = lcpcli.path(first, last)
     assert path.t.size == 1
     assert Terms(path).at_all([0.0]).t == [0.0]

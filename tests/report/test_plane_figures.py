@@ -69,11 +69,9 @@ def test_solutions_are_the_zeros_of_the_merit_function():
 
 
 def test_the_merit_function_is_that_of_the_equation_of_the_methods():
-    M, q, x = (
-        np.array([[1.0, 3], [-3, 1]]),
-        np.array([-4.0, 3]),
-        np.array([[-2.0, 0.5], [3, -1]]),
-    )
+    M = np.array([[1.0, 3], [-3, 1]])
+    q = np.array([-4.0, 3])
+    x = np.array([[-2.0, 0.5], [3, -1]])
     z, w = np.abs(x) + x, np.abs(x) - x
     F = M @ z - w + q[:, None]
     assert plane_figures.merit(M, q, x) == pytest.approx(np.sqrt((F**2).sum(axis=0)))

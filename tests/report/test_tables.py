@@ -352,10 +352,8 @@ def test_a_table_that_is_cut_says_so_whether_rows_or_variables_are_many(
 
 
 def test_no_number_in_the_row_of_one_of_many_is_cut_off():
-    cells, ways = (
-        ["1000", "iteration limit", "1.2e-10", "538 us", "12345"],
-        ["lemke", "newton", "objective 123.4567"],
-    )
+    cells = ["1000", "iteration limit", "1.2e-10", "538 us", "12345"]
+    ways = ["lemke", "newton", "objective 123.4567"]
     for width in range(40, 140):
         row = Layout.of(["problem" * 9], width).row(
             ProblemRow("problem" * 9, *cells, ways)

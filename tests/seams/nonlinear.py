@@ -52,11 +52,9 @@ def cases(seed):
 
 def _model(terms, jacobian, seed):
     random = np.random.default_rng(seed)
-    n, unit, has_root = (
-        int(random.integers(1, 8)),
-        10.0 ** random.integers(-9, 10),
-        terms != "none",
-    )
+    n = int(random.integers(1, 8))
+    unit = 10.0 ** random.integers(-9, 10)
+    has_root = terms != "none"
     N, slopes = TERMS[terms]
     A = random.standard_normal((n, n)) / n**0.5
     M = A @ A.T + A - A.T + 0.1 * np.eye(n) if has_root else np.zeros((n, n))

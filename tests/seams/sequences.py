@@ -42,10 +42,8 @@ def cases(seed):
 
 
 def _sequence(family, n, seed, k):
-    like, random = (
-        populations.gallery(family, n, seed),
-        np.random.default_rng([seed, k]),
-    )
+    like = populations.gallery(family, n, seed)
+    random = np.random.default_rng([seed, k])
     steps = np.cumsum(random.standard_normal((STEPS, like.n)), axis=0) * 10.0 ** -(
         1 + k % 4
     )

@@ -23,18 +23,14 @@ NO_SOLUTION = ("infeasible", "unsolvable")
 
 def passes(problem, z):
     """Return whether z as it is, put on the bounds, or freed from noise, passes."""
-    given, (lower, upper), own = (
-        np.asarray(z, dtype=float),
-        bounds(problem),
-        Units.of(problem),
-    )
+    given = np.asarray(z, dtype=float)
+    (lower, upper) = bounds(problem)
+    own = Units.of(problem)
     if not np.isfinite(given).all() or (given < lower).any() or (given > upper).any():
         return False
-    R, C, reference = (
-        2.0**own.rows,
-        2.0**own.columns,
-        np.clip(np.zeros(problem.n), lower, upper),
-    )
+    R = 2.0**own.rows
+    C = 2.0**own.columns
+    reference = np.clip(np.zeros(problem.n), lower, upper)
     far = np.abs(given - reference) / C
     largest = np.zeros(2 * problem.n + 1)
     np.maximum.at(largest, own.column_part, far)

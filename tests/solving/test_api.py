@@ -195,22 +195,18 @@ def test_every_method_solves_it_before_its_first_iteration(method):
 @BOTH
 def test_the_empty_vector_is_the_only_solution_and_the_matrix_is_described(M):
     problem = Problem(M, [], names=[], solutions=[[]])
-    result, found, path = (
-        lcpcli.run(problem),
-        lcpcli.solutions(problem),
-        lcpcli.path(problem, problem),
-    )
+    result = lcpcli.run(problem)
+    found = lcpcli.solutions(problem)
+    path = lcpcli.path(problem, problem)
     assert problem.solutions[0].size == result.error == 0
     assert ([piece.vertices for piece in found], found.complete, found.others) == (
         [((),)],
         True,
         False,
     )
-    bound, checked, inspected = (
-        lcpcli.error_bound(problem, []),
-        lcpcli.check(problem, []),
-        lcpcli.inspect(problem),
-    )
+    bound = lcpcli.error_bound(problem, [])
+    checked = lcpcli.check(problem, [])
+    inspected = lcpcli.inspect(problem)
     assert bound.value == 0
     assert checked.accepted
     assert checked.residual == 0

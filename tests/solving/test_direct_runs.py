@@ -130,10 +130,8 @@ def test_zeros_and_tiny_entries_of_q_ask_for_no_units_of_M_and_no_exact_sums(
 def test_its_answer_is_that_of_newton_and_a_nonnegative_q_needs_no_system(way):
     for n in (1, 2, 5, 20, 21, module.MAX_UNKNOWNS):
         problem = definite(n, n)
-        answer, result = (
-            way(problem, TOL),
-            lcpcli.run(problem, "newton", x0=-0.5 * problem.q),
-        )
+        answer = way(problem, TOL)
+        result = lcpcli.run(problem, "newton", x0=-0.5 * problem.q)
         assert answer.steps == result.iterations
         assert np.allclose(answer.z, result.z, rtol=1e-10, atol=1e-12 * result.z.max())
     answer = way(Problem(np.triu(2 * np.ones((5, 5)), 1) + np.eye(5), -np.ones(5)), TOL)
@@ -197,7 +195,7 @@ def test_a_call_with_a_bound_is_judged_without_a_look_at_units_or_rows(monkeypat
     rng = np.random.default_rng(0)
     A = rng.standard_normal((20, 20))
     M = A @ A.T / 20 + np.eye(20)
-    judged = list[object]()
+    judged = []
     rows = Measure.rows
     monkeypatch.setattr(
         Measure, "rows", lambda *given: judged.append(given) or rows(*given)
@@ -377,7 +375,7 @@ def test_it_is_said_once_that_kernels_are_compiled(caplog):
 
 def functions_of(call):
     """The functions of the package through which a call passes."""
-    names = set[str]()
+    names = set()
 
     def note(frame, event, _):
         if event == "call" and "lcpcli" in frame.f_globals.get("__name__", ""):

@@ -234,10 +234,8 @@ def test_trace_of_a_breakdown_or_a_divergence_shows_how_far_it_came():
 
 def test_milestones_are_the_first_iterates_with_a_relative_error_of_each_level():
     problem = Problem(EXAMPLE.M, EXAMPLE.q, x0=EXAMPLE.x0, solutions=EXAMPLE.solutions)
-    trace, curve = (
-        Trace(),
-        Trace(every=10**9, residuals=False, levels=(1e-3, 1e-6, 1e-30)),
-    )
+    trace = Trace()
+    curve = Trace(every=10**9, residuals=False, levels=(1e-3, 1e-6, 1e-30))
     run(problem, "fixed-point", trace=trace, curve=curve)
     for milestone, level in zip(curve.milestones, (1e-3, 1e-6), strict=True):
         first = next(

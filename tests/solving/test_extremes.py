@@ -300,10 +300,8 @@ def test_answer_that_is_there_ends_the_search():
     assert run(families.make("journal-bearing", 2500), "auto").route == ("elimination",)
     for seed in range(8):
         random, n = np.random.default_rng(seed), 30
-        skew, (R, C) = (
-            random.standard_normal((n, n)),
-            10 ** random.uniform(-8, 8, (2, n)),
-        )
+        skew = random.standard_normal((n, n))
+        (R, C) = 10 ** random.uniform(-8, 8, (2, n))
         result = solve(
             R[:, None] * (skew - skew.T + np.eye(n) / 10) * C,
             R * random.standard_normal(n),

@@ -390,7 +390,7 @@ def test_payoffs_are_the_numbers_as_written(number):
 
 
 def test_words_of_a_game_tree_that_come_again_are_read_once(monkeypatch):
-    read = list[str]()
+    read = []
     fraction = tree._fraction
 
     def counted(number):

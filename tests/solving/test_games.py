@@ -41,10 +41,8 @@ def test_costs_of_equal_payoffs_are_one(size):
 def test_payoff_that_is_not_met_hides_no_gain():
     """The costs of the column of 1 are rounded beside 1e16, so that the complementarity
     problem does not know of it."""
-    A, B = (
-        [[5, 0, 0], [0, 1, 0], [0, 0, 1e16]],
-        [[1, 0, 0], [0, 5, 0], [-1e16, -1e16, -1e16]],
-    )
+    A = [[5, 0, 0], [0, 1, 0], [0, 0, 1e16]]
+    B = [[1, 0, 0], [0, 5, 0], [-1e16, -1e16, -1e16]]
     game = lcpcli.from_game(A, B)
     verification = lcpcli.check(game, [0, 0, 1, 0, 1, 0])
     assert not verification.accepted

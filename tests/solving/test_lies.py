@@ -276,12 +276,10 @@ MANY = Problem(
     diags_array([-np.ones(29), 3 * np.ones(30), -np.ones(29)], offsets=[-1, 0, 1]),
     -np.ones(30),
 )
-FREE, BELOW, ABOVE, BOX = (
-    (-math.inf, math.inf),
-    (0.0, math.inf),
-    (-math.inf, 0.0),
-    (0.0, 1.0),
-)
+FREE = (-math.inf, math.inf)
+BELOW = (0.0, math.inf)
+ABOVE = (-math.inf, 0.0)
+BOX = (0.0, 1.0)
 
 
 def farkas(y):

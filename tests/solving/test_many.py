@@ -41,10 +41,8 @@ def test_results_are_those_of_run(n, k):
     M, Q = hidden_definite(n, generator)
     Q = Q[:, :1] + 0.02 * np.cumsum(Q[:, :k], axis=1) if n == 7 else Q
     each = [mixed_problems.with_all_bounds(n, generator) for _ in range(k)]
-    per_column, far = (
-        np.array(each).transpose(1, 2, 0),
-        (each[0][0] + 1e4, each[0][1] + 1e4),
-    )
+    per_column = np.array(each).transpose(1, 2, 0)
+    far = (each[0][0] + 1e4, each[0][1] + 1e4)
     for low, high in (
         (0.0, np.inf),
         (0.0, 1.0),
@@ -298,10 +296,8 @@ def test_each_problem_of_a_batch_that_is_solved_in_parts_has_its_own_matrix():
 def test_pivoting_counts_in_the_time_of_a_problem_that_another_method_ends(monkeypatch):
     # Of the pivoting alone.
     monkeypatch.setattr(many, "seconds", count(step=1e6).__next__)
-    M, q = (
-        [[[2.0, 1.0], [1.0, 2.0]], [[0.0, 0.0], [0.0, 0.0]]],
-        [[-5.0, -6.0], [-1.0, -1.0]],
-    )
+    M = [[[2.0, 1.0], [1.0, 2.0]], [[0.0, 0.0], [0.0, 0.0]]]
+    q = [[-5.0, -6.0], [-1.0, -1.0]]
     batch = lcpcli.solve_many(M, q)
     assert batch.solved.tolist() == [True, False]
     assert min(result.seconds for result in batch) >= 1e6
@@ -310,10 +306,8 @@ def test_pivoting_counts_in_the_time_of_a_problem_that_another_method_ends(monke
 @pytest.mark.usefixtures("way")
 @pytest.mark.parametrize("factor", [1e-61, 1.0, 2.0**300])
 def test_numbers_far_from_one_are_left_to_the_run_of_each_problem(factor):
-    M, q = (
-        factor * np.array([[1.0, 3.0, 2.0], [2.0, 0.0, 3.0], [-2.0, 1.0, 2.0]]),
-        np.array([2.0, -1.0, -2.0]),
-    )
+    M = factor * np.array([[1.0, 3.0, 2.0], [2.0, 0.0, 3.0], [-2.0, 1.0, 2.0]])
+    q = np.array([2.0, -1.0, -2.0])
     one, other = lcpcli.solve_many([M], [q])[0], lcpcli.run(Problem(M, q))
     assert one.z.tolist() == other.z.tolist()
     assert one.route == other.route

@@ -48,10 +48,8 @@ def random_problem(generator, most):
 def is_true(problem):
     """Whether the problem has a solution; it fails if what is said of it is not so, or
     nothing is decided."""
-    solvable, result = (
-        exact.solution(problem) is not None,
-        lcpcli.run(problem, time_limit=120.0),
-    )
+    solvable = exact.solution(problem) is not None
+    result = lcpcli.run(problem, time_limit=120.0)
     if result.solved:
         assert solvable
         assert (
@@ -93,10 +91,8 @@ def linear_program(seed):
         x = np.where(random.random(n) < 0.5, 0.0, random.integers(0, 4, n))
         y = np.where(random.random(m) < 0.4, 0.0, random.integers(-3, 4, m))
         y = np.where(sense == 1, np.abs(y), np.where(sense == 2, -np.abs(y), y))
-        x, y = (
-            spread(random, x) if kind in (0, 2) else x,
-            spread(random, y) if kind in (1, 2) else y,
-        )
+        x = spread(random, x) if kind in (0, 2) else x
+        y = spread(random, y) if kind in (1, 2) else y
         upper = np.where(np.isfinite(upper), np.maximum(upper, x), upper)
         slack = np.where(
             (y != 0) | (sense == 0), 0, random.integers(0, 4, m)
@@ -106,16 +102,12 @@ def linear_program(seed):
             random.integers(0, 4, n),
             np.where(x == upper, -random.integers(0, 4, n), 0),
         )
-        b, c = (
-            A @ x - slack,
-            A.T @ y + (spread(random, reduced) if kind == 3 else reduced),
-        )
+        b = A @ x - slack
+        c = A.T @ y + (spread(random, reduced) if kind == 3 else reduced)
     else:
         b, c = (random.integers(-3, 4, size).astype(float) for size in (m, n))
-        b, c = (
-            spread(random, b) if kind in (0, 2) else b,
-            spread(random, c) if kind in (1, 2) else c,
-        )
+        b = spread(random, b) if kind in (0, 2) else b
+        c = spread(random, c) if kind in (1, 2) else c
     low, high = np.where(sense == 2, -np.inf, b), np.where(sense == 1, np.inf, b)
     return from_qp(None, c, A, row_lower=low, row_upper=high, lower=lower, upper=upper)
 
@@ -144,10 +136,8 @@ def mixed(seed):
     """One to three unknowns, integers, and bounds 1e6 to 1e17 away from 0."""
     random = np.random.default_rng(seed)
     n = int(random.integers(1, 4))
-    M, q = (
-        random.integers(-3, 4, (n, n)).astype(float),
-        random.integers(-4, 5, n).astype(float),
-    )
+    M = random.integers(-3, 4, (n, n)).astype(float)
+    q = random.integers(-4, 5, n).astype(float)
     if random.random() < 0.4:
         M = M @ M.T
     far = 10.0 ** random.integers(6, 18, (2, n))
@@ -215,10 +205,8 @@ def test_units_order_signs_and_shifts_do_not_matter(seed):
             z,
             size,
         )
-    plain, spelt = (
-        lcpcli.solve(M, q),
-        lcpcli.solve(M, q, lower=np.zeros(n), upper=[np.inf] * n),
-    )
+    plain = lcpcli.solve(M, q)
+    spelt = lcpcli.solve(M, q, lower=np.zeros(n), upper=[np.inf] * n)
     assert plain.z.tobytes() == spelt.z.tobytes()
     assert plain.w.tobytes() == spelt.w.tobytes()
     assert plain.relative_residual == spelt.relative_residual
@@ -232,10 +220,8 @@ def crushed(n, seed, decades=0):
     """Boxes in a column, n contacts; in units of rows and columns that spread by so
     many decades."""
     random = np.random.default_rng([n, seed])
-    weights, units = (
-        random.uniform(0.3, 2.0, n - 1),
-        10.0 ** random.uniform(-decades / 2, decades / 2, n),
-    )
+    weights = random.uniform(0.3, 2.0, n - 1)
+    units = 10.0 ** random.uniform(-decades / 2, decades / 2, n)
     diagonal = np.append(0.0, weights) + np.append(weights, 0.0)
     M = np.diag(diagonal) - np.diag(weights, 1) - np.diag(weights, -1)
     q = np.zeros(n)

@@ -308,10 +308,8 @@ def test_a_run_that_gets_stuck_is_given_up_unless_restarts_are_asked_for():
         return np.vstack([-2 * z / n, (M + np.diag(np.cos(z)))[1:]])
 
     x0 = random.random(n)
-    brief, long = (
-        lcpcli.solve_mcp(F, J, x0=x0),
-        lcpcli.solve_mcp(F, J, x0=x0, restarts=1),
-    )
+    brief = lcpcli.solve_mcp(F, J, x0=x0)
+    long = lcpcli.solve_mcp(F, J, x0=x0, restarts=1)
     stopped = ["work limit" in result.message for result in (brief, long)]
     assert stopped == [True, False]
 
@@ -576,7 +574,7 @@ def test_oscillation_that_finer_differences_resolve_is_no_noise(shift, scale):
 
 
 def test_a_given_step_is_taken():
-    seen = list[float]()
+    seen = []
 
     def F(z):
         seen.append(float(z[0]))

@@ -131,10 +131,8 @@ GOOD = Problem([[2, 1], [1, 2]], [-5, -6])
 
 def test_limits_hold_for_every_step():
     problem = families.make("murty", 12)
-    alone, (result,) = (
-        run(problem, max_iterations=3),
-        solve_many([problem], sequence=True, max_iterations=3),
-    )
+    alone = run(problem, max_iterations=3)
+    (result,) = solve_many([problem], sequence=True, max_iterations=3)
     assert (
         result.status
         is Solver(problem.M, max_iterations=3).solve(problem.q).status
@@ -209,11 +207,9 @@ def test_steps_without_solution_or_unknowns_leave_the_others_as_they_are():
 
 
 def test_factors_are_shared_by_columns_with_the_same_active_set(monkeypatch):
-    problem, made, usual = (
-        families.make("obstacle", 2500, 0),
-        [],
-        factors.PrincipalSolver.factorized,
-    )
+    problem = families.make("obstacle", 2500, 0)
+    made = []
+    usual = factors.PrincipalSolver.factorized
     monkeypatch.setattr(
         factors.PrincipalSolver,
         "factorized",
@@ -261,10 +257,8 @@ def test_columns_with_a_singular_set_a_limit_or_large_numbers_end_as_alone():
         lcpcli.solve_many(few.M, np.tile(few.q[:, np.newaxis], 6), max_iterations=0)
     )
     assert {result.status.word for result in results} == {"iteration_limit"}
-    M, q = (
-        csr_array(diags_array([np.full(300, 1e200)], offsets=[0])),
-        np.full(300, -1e200),
-    )
+    M = csr_array(diags_array([np.full(300, 1e200)], offsets=[0]))
+    q = np.full(300, -1e200)
     assert all(
         result.solved for result in lcpcli.solve_many(M, np.array([q, q, q, 2 * q]).T)
     ), "without a warning"

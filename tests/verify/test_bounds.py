@@ -212,10 +212,8 @@ def test_definite_matrix_has_a_bound_after_rows_were_multiplied_by_numbers():
         A @ A.T + np.eye(n) + 0.3 * (S - S.T)
     )
     true = np.maximum(random.normal(size=n), 0.0)
-    problem, z = (
-        Problem(M, np.where(true > 0, 0.0, 0.5) - M @ true),
-        true + 1e-6 * random.normal(size=n),
-    )
+    problem = Problem(M, np.where(true > 0, 0.0, 0.5) - M @ true)
+    z = true + 1e-6 * random.normal(size=n)
     bound = error_bound(problem, z)
     assert np.abs(z - true).max() <= bound.value <= 1e-2
 

@@ -51,10 +51,8 @@ def nearly_infeasible(seed):
     y = random.integers(0, 4, size=n).astype(float)
     i = int(random.integers(n))
     y[i] = 1.0
-    M, q = (
-        random.integers(-3, 4, size=(n, n)).astype(float),
-        random.integers(-2, 3, size=n).astype(float),
-    )
+    M = random.integers(-3, 4, size=(n, n)).astype(float)
+    q = random.integers(-2, 3, size=n).astype(float)
     M[i], q[i] = 0.0, 0.0
     M[i], q[i] = -(y @ M), -1 - y @ q
     return Problem(M * (1 + ULP * random.integers(-2, 3, size=(n, n))), q), y
@@ -360,10 +358,8 @@ def test_each_violation_is_named():
 def tight(random, n):
     """M and q of integers; in half of them row 0 is almost minus a positive combination
     of the others."""
-    M, q = (
-        random.integers(-9, 10, (n, n)) * (random.random((n, n)) < 0.7),
-        random.integers(-9, 10, n),
-    )
+    M = random.integers(-9, 10, (n, n)) * (random.random((n, n)) < 0.7)
+    q = random.integers(-9, 10, n)
     if random.integers(2):
         c, k = random.integers(0, 8, n), int(random.integers(1, 8))
         M, q = k * M, k * q
@@ -450,10 +446,8 @@ def infeasible(seed):
             f"e{rng.randint(-span, span)}"
         )
 
-    M, q = (
-        [[number() for _ in range(n)] for _ in range(n)],
-        [number() for _ in range(n)],
-    )
+    M = [[number() for _ in range(n)] for _ in range(n)]
+    q = [number() for _ in range(n)]
     a, b = rng.randrange(n), rng.randrange(n)
     if a == b:
         M[a] = [-abs(value) for value in M[a]]
@@ -576,19 +570,15 @@ def test_the_tree_of_milp_agrees_with_that_in_rational_arithmetic_for_any_bounds
     random = np.random.default_rng(11)
     for _ in range(40):
         n = int(random.integers(2, 8))
-        M, kind = (
-            random.integers(-3, 4, (n, n)) * (random.random((n, n)) < 0.7),
-            random.integers(0, 5, n),
-        )
+        M = random.integers(-3, 4, (n, n)) * (random.random((n, n)) < 0.7)
+        kind = random.integers(0, 5, n)
         lower = np.where(np.isin(kind, (0, 3)), -0.3, np.where(kind == 4, 0.7, -np.inf))
         upper = np.where(
             kind == 1, 1.1, np.where(kind == 3, 2.3, np.where(kind == 4, 0.7, np.inf))
         )
         problem = Problem(M, random.integers(-4, 5, n), lower=lower, upper=upper)
-        status, z = (
-            run(problem, "milp").status,
-            first_solution(ExactProblem.of_floats(problem), lambda: None),
-        )
+        status = run(problem, "milp").status
+        z = first_solution(ExactProblem.of_floats(problem), lambda: None)
         assert status.name in ({"SOLVED"} if z else {"SOLVED", *NONE})
         assert z or status.name in NONE or run(problem).solved, (
             "a solution but for rounding"
@@ -599,10 +589,8 @@ def test_the_tree_of_milp_agrees_with_that_in_rational_arithmetic_for_any_bounds
 def test_proofs_are_small_integers_where_there_is_room_to_round(decimals):
     random = np.random.default_rng(decimals)
     for n in (5, 15, 30):
-        M, q = (
-            np.round(random.uniform(-5, 3, (n, n)), decimals),
-            np.round(random.uniform(-9, 5, n), decimals),
-        )
+        M = np.round(random.uniform(-5, 3, (n, n)), decimals)
+        q = np.round(random.uniform(-9, 5, n), decimals)
         result = run(Problem(M, q))
         assert result.status.name == "INFEASIBLE"
         y = result.certificate.vector

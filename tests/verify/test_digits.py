@@ -304,10 +304,8 @@ def test_of_many_kinks_there_are_no_digits_either():
 def test_digits_are_those_of_the_mirror_image(q):
     """In which -z and -w take the place of z and w."""
     M = [[2, 0.5], [0.5, 2]]
-    own, image = (
-        run(Problem(M, q, upper=1)),
-        run(Problem(M, [-value for value in q], lower=-1, upper=0)),
-    )
+    own = run(Problem(M, q, upper=1))
+    image = run(Problem(M, [-value for value in q], lower=-1, upper=0))
     assert image.z.tolist() == (0 - own.z).tolist()
     assert own.digits is not None
     assert own.digits == image.digits

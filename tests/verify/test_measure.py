@@ -34,10 +34,8 @@ def small_problem(random):
     """Integers, with bounds of all kinds and sizes, some rows and columns in other
     units."""
     n = int(random.integers(1, 5))
-    M, q = (
-        random.integers(-3, 4, (n, n)).astype(float),
-        random.integers(-4, 5, n).astype(float),
-    )
+    M = random.integers(-3, 4, (n, n)).astype(float)
+    q = random.integers(-4, 5, n).astype(float)
     q *= 10.0 ** random.choice([0, 0, 9, 16], n)
     if random.random() < 0.5:
         return Problem(M * np.exp2(random.integers(-30, 31, n)), q)
@@ -70,10 +68,8 @@ def test_relative_residual_is_what_its_definition_says_in_rational_arithmetic(se
         z = problem.box.project(
             solution * (1 + size * random.standard_normal(problem.n))
         )
-        measured, true = (
-            relative_residual(problem, z),
-            exact_measure.relative_residual(problem, z),
-        )
+        measured = relative_residual(problem, z)
+        true = exact_measure.relative_residual(problem, z)
         assert measured == pytest.approx(true, rel=NEGLIGIBLE_ROUNDING, abs=ROUNDING)
 
 
@@ -88,10 +84,8 @@ def test_other_units_change_nothing_but_the_rounding_of_exponents():
     for seed in range(30):
         random = np.random.default_rng(seed)
         n = int(random.integers(1, 5))
-        M, q = (
-            random.integers(-3, 4, (n, n)) * 1.0,
-            random.integers(-4, 5, n) * 10.0 ** random.choice([0, 16], n),
-        )
+        M = random.integers(-3, 4, (n, n)) * 1.0
+        q = random.integers(-4, 5, n) * 10.0 ** random.choice([0, 16], n)
         z = np.maximum(
             run(Problem(M, q), time_limit=120.0).z
             * (1 + 10.0 ** random.uniform(-12, 0)),
@@ -101,11 +95,9 @@ def test_other_units_change_nothing_but_the_rounding_of_exponents():
             M, q, z, *np.exp2(random.integers(-400, 401, (2, n)).astype(float))
         )
         assert here == pytest.approx(there, rel=0.05, abs=ROUNDING)
-        M, q, z = (
-            random.standard_normal((5, 5)),
-            random.standard_normal(5),
-            random.random(5),
-        )
+        M = random.standard_normal((5, 5))
+        q = random.standard_normal(5)
+        z = random.random(5)
         here, there = in_other_units(
             M, q, z, *10.0 ** random.uniform(-100, 100, (2, 5))
         )
@@ -330,10 +322,8 @@ def test_many_points_together_pass_where_each_does(bounds, condition):
             ]
         )
         assert not (surely & ~each).any()
-        together, alone = (
-            together + np.count_nonzero(surely),
-            alone + np.count_nonzero(each),
-        )
+        together = together + np.count_nonzero(surely)
+        alone = alone + np.count_nonzero(each)
     assert together > 0.6 * alone > 0
 
 

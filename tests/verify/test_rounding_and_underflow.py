@@ -324,7 +324,7 @@ def on_the_floor(slip):
 @pytest.fixture
 def looks(monkeypatch):
     """The exact basic solutions that were computed."""
-    made, at = list[int](), exact_solution.exact_basis
+    made, at = [], exact_solution.exact_basis
 
     def counted(data, basis):
         made.append(basis.size)
