@@ -87,6 +87,16 @@ class Outcome:
     out: str
     err: str
 
+    @property
+    def record(self):
+        """The only object in JSON that was printed."""
+        return json.loads(self.out)
+
+    @property
+    def records(self):
+        """The objects in the lines of JSON that were printed."""
+        return [json.loads(line) for line in self.out.splitlines()]
+
 
 def read_exact(*paths):
     """The problem in one file or two with its numbers as they are written, as the

@@ -34,7 +34,7 @@ INFEASIBLE = lcpcli.Problem([[-1.0]], [-2.0])
 def test_result_and_inspection_are_what_the_command_writes(lcp):
     result = lcpcli.run(lcpcli.read(EXAMPLE), "shi", trace=True)
     ours = result.to_dict()
-    theirs = json.loads(lcp(f"solve {EXAMPLE} --method shi --format json").out)
+    theirs = lcp(f"solve {EXAMPLE} --method shi --format json").record
     assert json.loads(result.to_json()) == ours
     assert "\n" not in result.to_json()
     assert list(ours) == list(theirs)

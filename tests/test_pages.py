@@ -325,9 +325,7 @@ def test_every_key_of_a_result_in_json_is_documented(lcp):
     page = PAGES["json"].partition("\n## ")[0]
     rows = re.findall(r"^\| ((?:`\w+`(?:, )?)+) \|", page, re.MULTILINE)
     shown = [name for row in rows for name in re.findall(r"\w+", row)]
-    keys = json.loads(
-        lcp(f"solve {ROOT / 'problems' / 'bimatrix.json'} --format json").out
-    )
+    keys = lcp(f"solve {ROOT / 'problems' / 'bimatrix.json'} --format json").record
     assert sorted(shown) == sorted(keys)
 
 

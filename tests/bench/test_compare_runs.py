@@ -191,7 +191,7 @@ EXAMPLE = contents.shipped_path("paper-example-1.json")
 def compared(lcp, *arguments):
     outcome = lcp("compare", EXAMPLE, *arguments, "--format", "json")
     assert outcome.err == ""
-    return [json.loads(line) for line in outcome.out.splitlines()]
+    return outcome.records
 
 
 def test_a_variant_is_written_as_read_and_its_options_have_their_kinds():
@@ -256,7 +256,7 @@ def test_every_value_that_is_asked_for_runs(lcp):
         lcp, "--method", "shi:p=10", "--method", "shi:k-star=7", "--p", "50"
     )
     assert [run["options"]["p"] for run in runs] == [10, 50]
-    result = json.loads(lcp(f"solve {EXAMPLE} --method shi:k-star=5 --format json").out)
+    result = lcp(f"solve {EXAMPLE} --method shi:k-star=5 --format json").record
     assert result["options"]["k_star"] == 5
 
 

@@ -1,7 +1,6 @@
 """Shared by the tests of the commands: a folder that is entered, problems in it, and
 what an outcome tells."""
 
-import json
 import subprocess
 import sys
 
@@ -36,22 +35,12 @@ def folder(in_folder):
     return in_folder
 
 
-def records(outcome):
-    """The objects in the lines of JSON that were printed."""
-    return [json.loads(line) for line in outcome.out.splitlines()]
-
-
-def record(outcome):
-    """The only object that was printed."""
-    return json.loads(outcome.out)
-
-
 def assert_refused(outcome, *words):
     """One line on standard error says so, with these words, and that is all, but for a
     record of the same where JSON is asked for."""
     assert (outcome.code, outcome.err.count("\n")) == (2, 1), outcome.err
     if outcome.out:
-        assert f"lcp: {json.loads(outcome.out)['message']}\n" == outcome.err
+        assert f"lcp: {outcome.record['message']}\n" == outcome.err
     assert [word for word in words if word not in outcome.err] == [], outcome.err
 
 

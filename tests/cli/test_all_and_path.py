@@ -10,8 +10,6 @@ from lcpcli.files.inputs import Input
 from lcpcli.interrupts import TimeIsUp
 from lcpcli.report import solutions
 
-from .conftest import record
-
 PROBLEMS = {
     "murty": '{"M": [[1, 2], [2, 1]], "q": [-1, -1]}',
     "both": '{"A": [[2, 2], [2, 1]], "B": [[2, 2], [2, 1]]}',
@@ -34,7 +32,7 @@ def test_list_that_is_stopped_while_numbers_are_read_is_none(most, lcp, monkeypa
     monkeypatch.setattr(Input, "exactly", reading_until_the_limit)
     options = f"--all --time-limit 9 {most} --format json".split()
     late = lcp("solve", "murty.json", *options)
-    assert (late.code, record(late)["status"], record(late)["complete"]) == (
+    assert (late.code, late.record["status"], late.record["complete"]) == (
         1,
         "time_limit",
         False,
@@ -59,7 +57,7 @@ def test_long_table_is_cut_and_says_so(name, lcp, monkeypatch):
 
 
 def test_a_path_of_the_command_is_that_of_python(lcp):
-    found = record(lcp("path first.json last.json --format json"))
+    found = lcp("path first.json last.json --format json").record
     own = lcpcli.path(lcpcli.read("first.json"), lcpcli.read("last.json")).to_dict()
     assert own.keys() == found.keys()
     assert {**found, "file": None, "to_file": None, "seconds": 0} == {

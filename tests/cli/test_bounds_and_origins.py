@@ -17,7 +17,7 @@ from ..conftest import Outcome
 from ..far_bounds import FAR
 from ..files.binary import archive, mat, npy
 from ..wordings import ENDS_TOO_EARLY, OTHER_ORIGIN
-from .conftest import assert_refused, record
+from .conftest import assert_refused
 
 MIXED = (
     '{"M": [[2, 1], [1, 2]], "q": [-5.1, -6], "lower": [-1e20, 0.1], "upper": '
@@ -53,7 +53,7 @@ def test_check_inspect_convert_compare_and_bench_read_the_same_problem_as_solve(
     assert near.n == read("far.json", infinity=1e20).n == 6
     assert not (near.q != from_qp(**FAR, infinity=1e20).q).any()
     assert (
-        record(lcp(f"compare far.json {infinity} --method newton --format json"))["n"]
+        lcp(f"compare far.json {infinity} --method newton --format json").record["n"]
         == 6
     )
     lcp(f"bench far.json {infinity} --method newton --budget 0 -o bench.json -q")
@@ -93,7 +93,7 @@ def bounds(lcp, in_folder):
     )
 
     def given(*options):
-        held = record(lcp("convert", "given.json", *options))
+        held = lcp("convert", "given.json", *options).record
         return held.get("lower", 0), held.get("upper")
 
     return given
@@ -195,5 +195,5 @@ def test_a_comparison_in_csv_says_that_the_file_has_no_iterates(
 def test_a_bound_that_is_0_in_double_precision_alone_is_exact(in_folder, lcp):
     (in_folder / "p.json").write_text('{"M": [[1]], "q": [1]}')
     asked = "solve p.json --lower 1e-400 --exact -f json"
-    (z,) = record(lcp(asked))["exact"]["z"]
+    (z,) = lcp(asked).record["exact"]["z"]
     assert Fraction(z) == Fraction(1, 10**400)

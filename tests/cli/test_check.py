@@ -14,7 +14,7 @@ from lcpcli.files import contents, writing
 from lcpcli.formulations.quadratic_program.answers import Minimum
 
 from ..methods.programs import bounded_program
-from .conftest import assert_refused, record
+from .conftest import assert_refused
 
 # z = (0, 15/29, 17/29, 0), w = (14/29, 0, 0, 99/29)
 EXAMPLE = contents.shipped_path("paper-example-2.json")
@@ -38,8 +38,8 @@ def checked(lcp, tmp_path, monkeypatch):
 
 
 def test_results_of_solve_are_accepted_and_any_changed_digit_is_refused(lcp, checked):
-    solved = record(lcp(f"solve {EXAMPLE} --exact --format json"))
-    found = record(checked(solved, "--exact", "--format", "json"))
+    solved = lcp(f"solve {EXAMPLE} --exact --format json").record
+    found = checked(solved, "--exact", "--format", "json").record
     assert (
         found["accepted"],
         found["residual"],
@@ -72,9 +72,9 @@ def test_results_of_solve_are_accepted_and_any_changed_digit_is_refused(lcp, che
 def test_at_most_ten_violations_are_listed(lcp, tmp_path):
     writing.write(Problem(np.eye(30), -np.arange(1.0, 31.0)), tmp_path / "p.json")
     (tmp_path / "z.txt").write_text("0 " * 30)
-    found = record(
-        lcp(f"check {tmp_path / 'p.json'} {tmp_path / 'z.txt'} --format json")
-    )
+    found = lcp(
+        f"check {tmp_path / 'p.json'} {tmp_path / 'z.txt'} --format json"
+    ).record
     assert found["violated"] == 30
     assert len(found["violations"]) == 10
     assert (
@@ -235,7 +235,7 @@ def test_of_an_ill_posed_problem_the_proof_stands_and_no_solution(
         json.dumps({"M": M.tolist(), "q": [-1.0] + [0.0] * (n - 1)})
     )
     solved = lcp("solve ill.json --format json")
-    result = record(solved)
+    result = solved.record
     assert (solved.code, result["status"], result["solved"]) == (1, "ill_posed", False)
     assert result["certificate"]["kind"] == "farkas"
     assert [
@@ -270,7 +270,7 @@ def test_a_z_beyond_the_range_of_doubles_is_checked_in_fractions(lcp, checked):
     assert checked("[1e400, 1]", "--exact", problem=two).code == 1
     far = {"M": [[1e-300]], "q": [-1e300]}
     assert checked("[1]", problem=far).code == 1
-    solution = record(lcp("solve p.json --exact -f json"))
+    solution = lcp("solve p.json --exact -f json").record
     assert checked(solution, problem=far).code == 2
     assert checked(solution, "--exact", problem=far).code == 0
 

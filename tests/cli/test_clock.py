@@ -21,7 +21,7 @@ from lcpcli.solving import driver
 from lcpcli.solving.driver import run, verified
 from lcpcli.verify.point import Criterion, Point
 
-from .conftest import EXAMPLE, python, record, records
+from .conftest import EXAMPLE, python
 
 PROBLEM = Problem([[2.0, 1.0], [1.0, 2.0]], [-5.0, -6.0])
 MAX_REPETITIONS = driver.MAX_REPETITIONS  # before the tests make it less
@@ -193,9 +193,7 @@ def test_no_part_of_a_call_is_left_out(monkeypatch):
 )
 def test_parts_add_up_in_every_command(command, method, lcp):
     trace = ["--trace"] * (command == "solve")
-    found = record(
-        lcp(command, EXAMPLE, "--method", method, "--format", "json", *trace)
-    )
+    found = lcp(command, EXAMPLE, "--method", method, "--format", "json", *trace).record
     assert found["seconds"] == pytest.approx(
         sum(found[part] for part in PARTS), rel=1e-12
     )
@@ -241,12 +239,12 @@ def runs(monkeypatch):
 
 
 def test_a_first_run_of_a_method_is_made_again_for_one_problem_as_for_many(lcp, runs):
-    shown = record(lcp(f"solve {EXAMPLE} --method newton --format json"))
+    shown = lcp(f"solve {EXAMPLE} --method newton --format json").record
     assert 1 < len(runs) <= 1 + driver.FEW_REPETITIONS
     assert shown["seconds"] == pytest.approx(least_of(runs[1:]))
     assert len({id(run.problem) for run in runs}) == len(runs)
     runs.clear()
-    found = records(lcp(f"solve {EXAMPLE} {EXAMPLE} --method lemke --format json"))
+    found = lcp(f"solve {EXAMPLE} {EXAMPLE} --method lemke --format json").records
     *first, last = runs
     assert [each["seconds"] for each in found] == pytest.approx(
         [least_of(first[1:]), last.seconds]

@@ -195,7 +195,7 @@ def test_what_compiled_code_prints_is_not_in_the_output(files, ending):
 
 def test_program_that_calls_the_command_has_its_output_back(lcp, capfd):
     usual = sys.stdout, sys.__stdout__
-    assert json.loads(lcp(f"solve {EXAMPLE} --format json").out)["solved"]
+    assert lcp(f"solve {EXAMPLE} --format json").record["solved"]
     os.write(1, b"back")
     assert capfd.readouterr().out == "back"
     assert (sys.stdout, sys.__stdout__) == usual

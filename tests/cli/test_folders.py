@@ -11,7 +11,7 @@ import pytest
 from lcpcli.solving import solver
 
 from ..wordings import HOLDS_PROBLEM, NAME_PROBLEM, OTHER_OUTPUT, RESULT
-from .conftest import assert_refused, records
+from .conftest import assert_refused
 
 ONE = '{"M": [[2]], "q": [-1]}'
 FILES = {
@@ -73,7 +73,7 @@ def test_bench_and_compare_take_the_same_files(lcp):
         case["file"] for case in json.loads(Path("r.json").read_text())["cases"]
     ] == INSIDE
     outcome = lcp("compare inside --method newton --format json")
-    assert [record["file"] for record in records(outcome)] == INSIDE
+    assert [record["file"] for record in outcome.records] == INSIDE
     Path("wrong.json").write_text("{")
     assert (
         lcp(
@@ -133,7 +133,7 @@ def step(load, size=1.0):
 
 def test_steps_in_folders_and_columns_have_same_verdicts_in_fewer_pivots(lcp):
     alone, found = (
-        records(lcp("solve", "steps", "--format", "json", *own))
+        lcp("solve", "steps", "--format", "json", *own).records
         for own in ((), ("--sequence",))
     )
     for one, other in zip(alone, found, strict=True):
@@ -160,7 +160,7 @@ def test_steps_in_folders_and_columns_have_same_verdicts_in_fewer_pivots(lcp):
     ]
     np.savetxt("M.csv", CONTACT, delimiter=",")
     np.savetxt("q.csv", [[-1, -1.1, -1.2]] * 2 + [[0.5] * 3], delimiter=",")
-    columns = records(lcp("solve M.csv q.csv --sequence --format json"))
+    columns = lcp("solve M.csv q.csv --sequence --format json").records
     assert [record["item"] for record in columns] == [1, 2, 3]
     assert [record["route"] for record in columns] == [
         ["lemke"],

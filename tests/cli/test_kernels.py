@@ -20,7 +20,7 @@ from lcpcli.options import KERNELS
 from lcpcli.version import VERSION
 
 from .. import kernels_together  # noqa: F401
-from .conftest import MAIN, assert_refused, record, records
+from .conftest import MAIN, assert_refused
 
 numba = pytest.importorskip("numba")
 ahead = pytest.importorskip("lcpcli.kernels.loading")
@@ -39,11 +39,11 @@ def test_records_figures_and_the_version_say_that_a_process_uses_the_kernels(
     )
     for command in (f"solve {files} --format json" for files in commands):
         lcpcli.use_kernels(False)
-        assert {"compiled" in each["options"] for each in records(lcp(command))} == {
+        assert {"compiled" in each["options"] for each in lcp(command).records} == {
             False
         }
         lcpcli.use_kernels()
-        assert {each["options"]["compiled"] for each in records(lcp(command))} == {True}
+        assert {each["options"]["compiled"] for each in lcp(command).records} == {True}
     first = lcp("--version").out.splitlines()[0]
     assert (
         first
@@ -70,7 +70,7 @@ def test_a_bench_records_the_version_of_numba_and_is_not_resumed_without_the_ker
         lcp("bench --resume bench.json"),
         f"was measured with numba {numba.__version__}, not None",
     )
-    assert "numba" not in record(lcp(f"{bench} --format json"))["versions"]
+    assert "numba" not in lcp(f"{bench} --format json").record["versions"]
 
 
 def test_another_value_of_the_variable_is_refused(folder, lcp, kernels_by_default):

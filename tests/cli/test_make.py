@@ -1,7 +1,6 @@
 """lcp make and lcp convert write problems, programs as programs, that are read again,
 and refuse the rest in a line."""
 
-import json
 import subprocess
 import sys
 from itertools import pairwise
@@ -39,7 +38,7 @@ def test_what_is_made_can_be_solved_from_its_file(family, lcp, tmp_path):
     assert problem.note == expected.note
     assert np.array_equal(problem.q, expected.q)
     outcome = lcp(f"solve {file} --format json")
-    status = json.loads(outcome.out)["status"]
+    status = outcome.record["status"]
     assert outcome.code == EXIT_CODES[status]
     # Of which it is not known.
     assert status == (problem.verdict or "solved") or family == "gaussian"
@@ -209,7 +208,7 @@ def test_starting_points_and_solutions_keep_the_conditions(lcp, tmp_path):
         solutions=[solved],
     )
     write(known, tmp_path / "known.json")
-    assert set(json.loads(lcp(f"convert {tmp_path / 'known.json'}").out)) >= {
+    assert set(lcp(f"convert {tmp_path / 'known.json'}").record) >= {
         "M",
         "q",
         "solution",

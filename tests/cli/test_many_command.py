@@ -22,7 +22,7 @@ from lcpcli.solving import proof
 from ..conftest import FACE
 from ..seeds import few_of
 from ..wordings import CANNOT_BE_WRITTEN, EMPTY, ENDS_TOO_EARLY, NO_LOG
-from .conftest import GOOD, INFEASIBLE, assert_refused, interrupt, records
+from .conftest import GOOD, INFEASIBLE, assert_refused, interrupt
 
 MALFORMED = GOOD[:-1]
 
@@ -56,7 +56,7 @@ def test_a_mixture_has_records_a_summary_and_the_exit_code_of_the_worst(
         lines.insert(at, line)
     (files / "all.jsonl").write_text("".join(f"{line}\n" for line in lines))
     outcome = lcp(f"solve all.jsonl --format json --max-iterations 100 --jobs {jobs}")
-    found = records(outcome)
+    found = outcome.records
     assert outcome.code == 2
     assert [(record["file"], record["item"]) for record in found] == [
         ("all.jsonl", k) for k in range(1, 41)
@@ -101,7 +101,7 @@ def test_a_file_of_blank_lines_is_an_input_error(options, lines, lcp, files):
 def test_files_of_M_and_q_and_whole_problems_come_in_any_order(lcp):
     np.save("whole.npy", np.array([[2.0, 1, -5], [1, 2, -6]]))
     given = "M.csv q.csv good.json M.csv q.csv whole.npy"
-    found = records(lcp(f"solve {given} --format json"))
+    found = lcp(f"solve {given} --format json").records
     assert [record["file"] for record in found] == [
         "M.csv",
         "good.json",
@@ -144,7 +144,7 @@ def columns(k):
 )
 def test_several_q_for_one_M_are_the_columns_of_a_file(name, options, lcp):
     problem, Q = columns(4)
-    found = records(lcp(f"solve A.csv {name} --format json {options}"))
+    found = lcp(f"solve A.csv {name} --format json {options}").records
     assert [(record["file"], record["item"]) for record in found] == [
         (name, j) for j in range(1, 5)
     ]
@@ -157,7 +157,7 @@ def test_several_q_for_one_M_are_the_columns_of_a_file(name, options, lcp):
 def test_bounds_are_those_of_every_problem(lcp):
     problem, Q = columns(3)
     for given in ("A.csv Q.csv", "good.json good.json"):
-        found = records(lcp(f"solve {given} --upper 0.1 --format json"))
+        found = lcp(f"solve {given} --upper 0.1 --format json").records
         assert all(max(record["z"]) <= 0.1 for record in found)
         assert "good" in given or np.allclose(
             found[1]["z"], lcpcli.solve(problem.M, Q[:, 1], upper=0.1).z

@@ -16,13 +16,12 @@ from lcpcli.solving.result import Status
 
 from .. import literature
 from ..files.nl_writing import model
-from .conftest import record
 from .models import FILES, PLANT
 
 
 def test_compressed_models_have_their_names(models, lcp):
     (models / "plant.nl.gz").write_bytes(gzip.compress(PLANT))
-    assert record(lcp("solve plant.nl.gz --format json"))["names"] == ["plant"]
+    assert lcp("solve plant.nl.gz --format json").record["names"] == ["plant"]
 
 
 @pytest.fixture(autouse=True)

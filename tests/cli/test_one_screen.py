@@ -7,7 +7,7 @@ import re
 import pytest
 
 from ..wordings import DID_YOU_MEAN
-from .conftest import EXAMPLE, GOOD, assert_refused, record
+from .conftest import EXAMPLE, GOOD, assert_refused
 from .models import LINEAR, MARKET
 
 
@@ -84,7 +84,7 @@ def test_a_program_fits_on_a_screen_and_its_objective_is_in_the_verdict(lcp, fol
 def test_tables_show_0_for_residuals_that_are_rounding_and_json_all_digits(lcp):
     lcp("make harker-pang -n 20 -o rounded.json")
     assert (
-        0 < record(lcp("solve rounded.json --format json"))["relative_residual"] < 1e-14
+        0 < lcp("solve rounded.json --format json").record["relative_residual"] < 1e-14
     )
     shown = lcp("solve rounded.json").out
     assert "residual 0, relative 0\n" in shown

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from scipy import sparse
 
-from .conftest import assert_refused, record
+from .conftest import assert_refused
 
 
 def archive(**arrays):
@@ -117,7 +117,7 @@ def test_a_file_of_doubles_has_no_0_for_another_number(
     for ending in others.replace(" or ", ", ").split(", "):
         assert lcp(f"convert p.json -o o{ending}").code == 0
         files = ["o.mtx", "o.q.mtx"] if ending == ".mtx" else [f"o{ending}"]
-        solved = record(lcp("solve", "--exact", *files, "-f", "json"))
+        solved = lcp("solve", "--exact", *files, "-f", "json").record
         assert solved["exact"]["z"] == [str(1 / Fraction(value)), "1"]
 
 
@@ -138,7 +138,7 @@ def test_a_start_and_a_known_solution_may_round_to_0(options, lcp, in_folder):
     (in_folder / "t.json").write_text(text)
     outcome = lcp("solve", "t.json", "-f", "json", *options)
     assert outcome.err == ""
-    assert record(outcome)["z"] == [0.0]
+    assert outcome.record["z"] == [0.0]
     assert lcp("convert t.json -o copy.json").code == 0
     assert '"x0": [1E-400]' in (in_folder / "copy.json").read_text()
 
@@ -154,14 +154,14 @@ def test_a_q_that_is_0_only_in_double_precision_is_refused(lcp, in_folder):
 def test_exact_arithmetic_has_numbers_that_doubles_have_not(files, lcp, in_folder):
     for name, text in files.items():
         (in_folder / name).write_text(text)
-    solved = record(lcp("solve", "--exact", *files, "-f", "json"))
+    solved = lcp("solve", "--exact", *files, "-f", "json").record
     assert solved["status"] == "solved"
     assert solved["exact"]["z"] == [str(10**400)]
 
 
 def test_a_subnormal_number_is_no_0(lcp, in_folder):
     (in_folder / "t.json").write_text('{"M": [[1e-320]], "q": [-1e-320]}')
-    solved = record(lcp("solve t.json -f json"))
+    solved = lcp("solve t.json -f json").record
     assert solved["status"] == "solved"
     assert solved["z"] == [1.0]
 

@@ -8,7 +8,7 @@ import pytest
 from lcpcli.cli.problems import Runs
 from lcpcli.files.formats import is_result
 
-from .conftest import GOOD, interrupt, records
+from .conftest import GOOD, interrupt
 
 BOTH = "solve good.json none.json"
 
@@ -45,7 +45,7 @@ def test_json_file_of_several_runs_is_one_list_with_the_records_of_the_lines(
 def test_json_file_of_one_run_is_an_object_and_output_to_a_pipe_has_lines(lcp, folder):
     lcp("solve good.json -o out.json")
     assert isinstance(json.loads((folder / "out.json").read_text()), dict)
-    assert len(records(lcp(f"{BOTH} --format json"))) == 2
+    assert len(lcp(f"{BOTH} --format json").records) == 2
 
 
 def test_list_of_results_is_read_where_lines_are(lcp, folder):

@@ -29,7 +29,7 @@ from lcpcli.parametric import following
 from lcpcli.solving import loop
 
 from ..conftest import Outcome
-from .conftest import EXAMPLE, MAIN, interrupt, python, record, records
+from .conftest import EXAMPLE, MAIN, interrupt, python
 
 pytestmark = pytest.mark.skipif(sys.platform == "win32", reason="has no such signals")
 
@@ -205,7 +205,7 @@ def test_signal_leaves_what_is_finished(stage, number, code, stopped, folder):
     assert set(folder.iterdir()) == files
     assert TOLD[stage] in outcome.err if stage in TOLD else outcome.err.strip() == ""
     assert outcome.err.strip().count("\n") == 0
-    for found, facts in zip(records(outcome), expected, strict=True):
+    for found, facts in zip(outcome.records, expected, strict=True):
         assert {key: found[key] for key in facts} == facts
         assert 1 < len(found.get("t", (0, 1))) <= 21
         assert found.get("bound", 0) >= found.get("value", 0)
@@ -257,7 +257,7 @@ def test_path_that_is_stopped_has_its_points_in_a_file_and_says_why(stopped):
     late = stopped(
         f"{path} --time-limit 100 --format json", check, 20, following.TimeIsUp
     )
-    found = record(late)
+    found = late.record
     assert (late.code, found["end"], found["verified"]) == (1, "time_limit", True)
     assert found["message"] == "stopped at the time limit"
     assert 1 < len(found["t"]) <= 21

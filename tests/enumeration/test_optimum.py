@@ -111,7 +111,7 @@ def test_at_a_limit_there_is_the_best_so_far_and_a_proved_gap(lcp, tmp_path):
         f"solve {tmp_path / 'p.json'} --minimize z1 --time-limit 1e-6 --format json"
     )
     assert ended.code == 1
-    assert json.loads(ended.out)["status"] == "time_limit"
+    assert ended.record["status"] == "time_limit"
 
 
 def test_the_best_equilibrium_of_a_player_is_the_least_of_its_costs():

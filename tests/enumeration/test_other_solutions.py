@@ -1,7 +1,6 @@
 """`lcp solve` says whether a solution is the only one, as far as it is proved for the
 numbers as written."""
 
-import json
 import os
 
 import numpy as np
@@ -119,7 +118,7 @@ def test_error_in_the_search_for_others_leaves_the_solution(lcp, monkeypatch, tm
     monkeypatch.setattr(others, "quick_search", broken)
     (tmp_path / "murty.json").write_text('{"M": [[1, 2], [2, 1]], "q": [-1, -1]}')
     outcome = lcp(f"solve {tmp_path / 'murty.json'} --format json")
-    held = json.loads(outcome.out)
+    held = outcome.record
     assert (outcome.code, held["solved"], held["others"]) == (0, True, None)
 
 

@@ -1,7 +1,6 @@
 """Programs in MPS and in the LP format: what is read of each of their features, and
 that nothing is lost on the way."""
 
-import json
 import sys
 
 import numpy as np
@@ -125,7 +124,7 @@ def test_exact_answers_are_of_the_decimals_in_the_file(tmp_path, lcp):
     pytest.importorskip("flint")
     text = "NAME e\nROWS\n N c\n G r\nCOLUMNS\n x c 0.1 r 0.3\nRHS\n b r 0.7\nENDATA\n"
     outcome = lcp(f"solve {written(tmp_path, text)} --exact --format json")
-    assert json.loads(outcome.out)["answer"]["exact"] == {"x": ["7/3"], "y": ["1/3"]}
+    assert outcome.record["answer"]["exact"] == {"x": ["7/3"], "y": ["1/3"]}
 
 
 def test_without_its_reader_the_extra_is_named(tmp_path, monkeypatch):

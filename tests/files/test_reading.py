@@ -128,7 +128,7 @@ def test_a_start_is_taken_from_a_file_or_hundreds_of_typed_numbers(lcp, tmp_path
     Path(start).write_text("-1\n0.25\n")
     for number, option in enumerate(("--x0", "--x1")):
         options = f"{option} {start} --format json --trace --max-iterations 1"
-        trace = json.loads(lcp(f"solve {file} --method shi {options}").out)["trace"]
+        trace = lcp(f"solve {file} --method shi {options}").record["trace"]
         assert trace[number]["z"] == [0, 0.5]
     write(Problem(2 * sparse.eye_array(300, format="csr"), np.full(300, -1.0)), file)
     outcome = lcp("solve", file, "--x0", ",".join(["0.25"] * 300), "-q")
@@ -396,4 +396,4 @@ def test_blanks_around_a_problem_take_no_time(content, lcp, in_folder):
     """Time that grew with the square of their number would be a minute."""
     (in_folder / "problem").write_bytes(content)
     outcome = lcp("solve problem -f json")
-    assert json.loads(outcome.out)["z"] == pytest.approx([4 / 3, 7 / 3])
+    assert outcome.record["z"] == pytest.approx([4 / 3, 7 / 3])

@@ -19,7 +19,7 @@ from lcpcli.formulations.contact.friction import Contact
 from lcpcli.gallery.rigid_bodies import contact_in_time
 from lcpcli.verify.point import Criterion, Point
 
-from ..cli.conftest import assert_refused, record
+from ..cli.conftest import assert_refused
 from ..refusals import calls, contents, raised
 from ..seeds import few_of
 
@@ -511,12 +511,12 @@ def test_an_exact_answer_is_that_of_the_numbers_as_written(
     data, normal, tangential, lcp, in_folder
 ):
     (in_folder / "p.json").write_text(json.dumps(data))
-    solved = record(lcp("solve p.json --exact -f json"))
+    solved = lcp("solve p.json --exact -f json").record
     assert solved["answer"]["exact"]["x"] == [normal, tangential]
     z = ",".join(solved["exact"]["z"])
     for answer in (z, f"{normal},{tangential}"):
         assert lcp(f"check p.json {answer} --exact").code == 0
-    (found,) = record(lcp("solve p.json --all --exact -f json"))["solutions"]
+    (found,) = lcp("solve p.json --all --exact -f json").record["solutions"]
     assert found["z"] == solved["exact"]["z"]
 
 
@@ -575,7 +575,7 @@ def test_a_file_that_is_solved_has_the_answer_in_text_json_and_csv(tmp_path, lcp
     file = str(tmp_path / "slide.json")
     text = lcp(f"solve {file}").out
     assert "1 contact: 1 sliding" in text
-    answer = json.loads(lcp(f"solve {file} -f json").out)["answer"]
+    answer = lcp(f"solve {file} -f json").record["answer"]
     assert answer["contacts"] == [{"normal": 0, "tangential": [1], "state": "sliding"}]
     assert np.allclose(answer["x"], [10 / 11, 5 / 11])
     rows = lcp(f"solve {file} -f csv").out.splitlines()

@@ -293,7 +293,7 @@ def test_the_command_prints_coefficients_with_their_multipliers(lcp):
 @pytest.mark.usefixtures("in_folder")
 def test_fractions_of_a_fit_are_those_of_its_decimals(lcp):
     Path("fit.json").write_text(json.dumps(PEAKS))
-    record = json.loads(lcp("solve fit.json --exact --format json").out)
+    record = lcp("solve fit.json --exact --format json").record
     assert record["answer"]["exact"] == ["17/94", "11/47", "27/47"]
     x = [Fraction(value) for value in record["answer"]["exact"]]
     assert lcp("check", "fit.json", ",".join(map(str, x)), "--exact").code == 0
@@ -340,7 +340,7 @@ def spectrum(in_folder):
 @pytest.mark.usefixtures("spectrum")
 def test_two_tables_are_a_fit_whose_bounds_are_those_of_the_coefficients(lcp):
     done = lcp("solve --lsq A.csv b.csv --lower 0.6,none -f json")
-    answer = json.loads(done.out)["answer"]
+    answer = done.record["answer"]
     assert answer["columns"] == ["level", "peak"]
     assert answer["x"] == pytest.approx([0.6, 0.92])
     assert answer["states"] == ["lower", "basic"]
@@ -400,7 +400,7 @@ def test_the_figure_of_a_fit_needs_no_iterates(lcp):
 @pytest.mark.usefixtures("spectrum")
 def test_numbers_far_below_others_in_A_leave_a_fit_solved(lcp):
     done = lcp("solve --lsq A.csv b.csv --lower 0 -f json")
-    record = json.loads(done.out)
+    record = done.record
     assert record["status"] == "solved"
     assert record["route"] == ["least-squares"]
 

@@ -193,14 +193,14 @@ def test_its_answer_in_text_json_and_csv(lcp, tmp_path):
     text = lcp(f"solve {file} --exact").out
     assert "Ann = (7/3)" in text
     assert "an equilibrium: by a best response Ann would gain 0, Bob 0, Cid 0" in text
-    data = json.loads(lcp(f"solve {file} --format json").out)["answer"]
+    data = lcp(f"solve {file} --format json").record["answer"]
     assert data["players"] == MARKET["players"]
     assert data["costs"] == pytest.approx([-14, -20 / 3, -4 / 3])
     rows = lcp(f"solve {file} --exact --format csv").out.splitlines()
     assert rows[-4].startswith("1,7/3,0,basic")
     listed = lcp(f"solve {file} --all").out
     assert "cost of Ann" in listed
-    record = json.loads(lcp(f"solve {file} --all --exact --format json").out)
+    record = lcp(f"solve {file} --all --exact --format json").record
     (solution,) = record["solutions"]
     assert solution["equilibrium"]["costs"] == ["-14", "-20/3", "-4/3"]
     best = lcp(f"solve {file} --minimize z1").out
@@ -417,7 +417,7 @@ def test_strategies_in_text_json_and_csv(lcp, tmp_path):
     text = lcp(f"solve {file} --exact").out
     assert "Ann = (a 3/5, b 2/5)" in text
     assert "payoffs: Ann 0, Bob 0, Cid 1/5" in text
-    data = json.loads(lcp(f"solve {file} --format json").out)["answer"]
+    data = lcp(f"solve {file} --format json").record["answer"]
     assert data["kind"] == "polymatrix"
     assert data["strategies"][0] == pytest.approx([0.6, 0.4])
     rows = lcp(f"solve {file} --exact --format csv").out.splitlines()

@@ -190,7 +190,7 @@ def test_its_answer_in_text_json_and_csv(lcp, tmp_path):
     text = lcp(f"solve {file} --exact").out
     assert "exact x = (left 1/2, right 3/2)" in text
     assert "x is the only solution: H + H' is positive definite" in text
-    data = json.loads(lcp(f"solve {file} --format json").out)
+    data = lcp(f"solve {file} --format json").record
     assert data["answer"]["kind"] == "avi"
     assert data["answer"]["proved"]["monotone"]["holds"] is True
     rows = lcp(f"solve {file} --exact --format csv").out.splitlines()

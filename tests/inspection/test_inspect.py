@@ -239,7 +239,7 @@ def test_command_shows_or_writes_a_table_of_80_columns_or_one_json_object(
     )
     assert max(map(len, table.out.splitlines())) <= 80
     shown = lcp(f"inspect {EXAMPLE} --format json")
-    assert json.loads(shown.out)["classes"]["m_matrix"]["verdict"] == "yes"
+    assert shown.record["classes"]["m_matrix"]["verdict"] == "yes"
     for name, start in (("out.json", "{"), ("out.txt", "paper-example-1: n = 4")):
         assert lcp(f"inspect {EXAMPLE} -o {tmp_path / name} --quiet") == Outcome(
             0, "", ""
@@ -253,7 +253,7 @@ def test_command_shows_or_writes_a_table_of_80_columns_or_one_json_object(
 def test_a_large_sparse_problem_is_inspected_without_a_dense_matrix(lcp, tmp_path):
     file = tmp_path / "large.npz"
     write(tridiagonal(30_000), str(file))
-    shown = json.loads(lcp(f"inspect {file} --format json").out)
+    shown = lcp(f"inspect {file} --format json").record
     assert [shown["classes"][name]["verdict"] for name in ("m_matrix", "p_matrix")] == [
         "yes",
         "yes",

@@ -6,7 +6,6 @@ reached, and does what the paper says; its endings. The method `fixed-point` is
 Schäfer's iteration, contracts as theory says, and refuses where it is undefined.
 """
 
-import json
 import math
 from decimal import Decimal, localcontext
 from itertools import islice, pairwise
@@ -83,7 +82,7 @@ def rows_of(lcp, number, method, *start):
     )
     return {
         row["k"]: " ".join(f"{z:.7f}" for z in row["z"])
-        for row in json.loads(outcome.out)["trace"]
+        for row in outcome.record["trace"]
     }
 
 

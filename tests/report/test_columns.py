@@ -23,7 +23,7 @@ from lcpcli.methods.registry import METHODS, QUANTITIES
 from lcpcli.report import columns
 from lcpcli.report.wording import components, halves
 
-from ..cli.conftest import assert_refused, record, records
+from ..cli.conftest import assert_refused
 
 EXAMPLES = [f"paper-example-{number}" for number in (1, 2)]
 EPS = 2.0**-52
@@ -85,7 +85,7 @@ STEPS = {
 def test_each_row_of_shi_leads_to_its_x_by_the_formulas_of_the_paper(
     name, options, lcp
 ):
-    found = record(lcp(f"solve {name} --method shi --columns all -f json {options}"))
+    found = lcp(f"solve {name} --method shi --columns all -f json {options}").record
     paper = Paper(problem_of(name), found["options"]["p"])
     rho, sigma = found["options"]["rho"], found["options"]["sigma"]
     rows = found["trace"]
@@ -216,7 +216,7 @@ def test_steps_lead_on_where_the_paper_leaves_them_undefined(kind):
 @pytest.mark.parametrize("name", EXAMPLES)
 def test_each_row_of_fixed_point_is_an_iterate_of_Schäfer(name, options, lcp):
     asked = f"solve {name} -m fixed-point{options} --columns all"
-    rows = record(lcp(f"{asked} -f json"))["trace"]
+    rows = lcp(f"{asked} -f json").record["trace"]
     problem = problem_of(name)
     M, q, omega = np.array(problem.M), np.array(problem.q), rows[1]["omega"]
     identity, last = omega * np.eye(4), None
@@ -330,13 +330,13 @@ def test_with_x_the_start_and_the_selected_point_stand_first(lcp):
     assert selected[:2] == ["1", "selected"]
     _, _, first, *_ = table(lcp(f"{asked} --columns k,step").out)
     assert first == ["shi", "1", "1"]
-    (found,) = records(lcp(f"{asked} --columns x -f json"))
+    (found,) = lcp(f"{asked} --columns x -f json").records
     assert [row["step"] for row in found["trace"][:2]] == [None, "1"]
 
 
 def test_columns_are_the_same_numbers_in_every_format(lcp, in_folder):
     asked = "solve paper-example-2 --method shi --columns k,x,alpha,u"
-    rows = record(lcp(f"{asked} -f json"))["trace"]
+    rows = lcp(f"{asked} -f json").record["trace"]
     text = lcp(f"{asked} -f csv").out
     lines = [line for line in text.splitlines() if not line.startswith("#")]
     listed = list(csv.DictReader(lines))
@@ -365,7 +365,7 @@ def test_rows_of_other_methods_stay_empty_and_all_leaves_out_empty_columns(lcp):
     names = "compare paper-example-1 --every 20 --columns"
     _, *rows = table(lcp(f"{names} k,alpha,factor").out)
     assert [len(row) for row in rows[1:4]] == [3, 2, 2]  # of fixed-point, without alpha
-    found = records(lcp(f"{names} alpha -f json"))
+    found = lcp(f"{names} alpha -f json").records
     assert {row["alpha"] for row in found[0]["trace"]} == {None}
     assert {type(row["alpha"]) for row in found[1]["trace"]} == {float, type(None)}
     head, *_ = table(lcp("solve paper-example-2 -m lemke --columns=all").out)
@@ -378,7 +378,7 @@ def test_rows_of_other_methods_stay_empty_and_all_leaves_out_empty_columns(lcp):
 def test_several_problems_have_columns_in_json(lcp):
     asked = f"solve {' '.join(EXAMPLES)} --method fixed-point -f json"
     for name, found in zip(
-        EXAMPLES, records(lcp(f"{asked} --columns x,factor")), strict=True
+        EXAMPLES, lcp(f"{asked} --columns x,factor").records, strict=True
     ):
         assert found["problem"] == name
         last = found["trace"][-1]
@@ -522,7 +522,7 @@ def test_the_step_of_shi_on_its_page_is_that_of_the_paper_and_of_its_commands(lc
     start = ",".join(str(float(t)) for t in x0), ",".join(str(float(t)) for t in x1)
     asked = f"--method shi --x0 {start[0]} --x1 {start[1]}"
     how = "--max-iterations 2 --columns all -f json"
-    row = record(lcp(f"solve paper-example-1 {asked} {how}"))["trace"][2]
+    row = lcp(f"solve paper-example-1 {asked} {how}").record["trace"][2]
     exactly = {name: own[name] for name in ("d", "u", "v", "s", "xi1", "xi2", "alpha")}
     exactly |= {"x": x2, "f": f2, "slope": slope, "length": gamma}
     for name, value in exactly.items():
@@ -557,7 +557,7 @@ def test_the_step_of_fixed_point_on_its_page_is_Schäfers(lcp):
     assert f"= {factor:.7f}" in " ".join(page.split())
     how = "--max-iterations 1 --columns all -f json"
     asked = f"--method fixed-point --x0 {','.join(map(str, x0))}"
-    row = record(lcp(f"solve paper-example-1 {asked} {how}"))["trace"][1]
+    row = lcp(f"solve paper-example-1 {asked} {how}").record["trace"][1]
     assert row["x"] == pytest.approx([float(t) for t in x1], rel=ACCURACY)
     assert row["factor"] == pytest.approx(factor, rel=ACCURACY)
     assert json.dumps(row)

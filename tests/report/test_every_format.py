@@ -153,10 +153,7 @@ def test_a_page_is_well_formed_has_its_figure_and_every_iterate_and_needs_no_net
     assert [tag for tag, _ in page.tags if tag == "img"]
     summary, iterates = page.tables
     assert [row[0] for row in summary] == ["method", "newton", "fixed-point"]
-    records = [
-        json.loads(line)
-        for line in lcp(f"{asked} --format json --trace").out.splitlines()
-    ]
+    records = lcp(f"{asked} --format json --trace").records
     traces = {record["method"]: record["trace"][1:] for record in records}
     assert [tuple(row[:2]) for row in iterates[1:]] == [
         ("" if k else method, str(row["k"]))

@@ -2,7 +2,6 @@
 columns, widths and colours."""
 
 import csv
-import json
 import re
 from collections.abc import Callable
 from dataclasses import replace
@@ -116,8 +115,7 @@ def test_a_bound_is_shown_where_it_is_asked_for(lcp, tmp_path):
     file = str(tmp_path / "problem.json")
     write(Problem([[2.0, 1.0], [1.0, 2.0]], [-5.0, -6.0]), file)
     plain, bounded = (
-        json.loads(lcp("solve", file, "--format", "json", *o).out)
-        for o in ([], ["--bound"])
+        lcp("solve", file, "--format", "json", *o).record for o in ([], ["--bound"])
     )
     assert plain["error_bound"] is None
     assert plain["error_bound_source"] is None
@@ -171,9 +169,7 @@ def test_csv_of_a_sweep_has_a_row_a_run_with_options_and_costs(lcp):
         ("shi:p=1e3", "1000", ""),
         ("shi:p=1e4", "10000", ""),
     ]
-    records = [
-        json.loads(line) for line in lcp(f"{sweep} --format json").out.splitlines()
-    ]
+    records = lcp(f"{sweep} --format json").records
     for row, record in zip(rows, records, strict=True):
         assert row["status"] == record["status"]
         assert int(row["iterations"]) == record["iterations"]

@@ -2,7 +2,6 @@
 vary one at a time; where neither iteration solves a problem, comparisons say why; and a
 p that smooths nothing is named as such."""
 
-import json
 import math
 import re
 from dataclasses import replace
@@ -21,7 +20,7 @@ from lcpcli.report import plotting
 from lcpcli.report.document import typeset
 from lcpcli.report.variations import document, variations
 
-from ..cli.conftest import assert_refused, records
+from ..cli.conftest import assert_refused
 
 EXAMPLE = "paper-example-1"
 
@@ -69,8 +68,8 @@ def test_error_at_the_end_follows_the_theory_on_a_degenerate_problem(degenerate,
 
 def test_runs_are_those_of_a_sweep_in_json_and_csv(lcp):
     asked = f"compare {EXAMPLE} --method shi"
-    swept = records(lcp(f"{asked} --sweep k-star=1,20 -f json"))
-    varied = records(lcp(f"{asked} --vary k-star=1,20 --vary sigma=0.5 -f json"))
+    swept = lcp(f"{asked} --sweep k-star=1,20 -f json").records
+    varied = lcp(f"{asked} --vary k-star=1,20 --vary sigma=0.5 -f json").records
     assert [found["label"] for found in varied] == [
         *("shi:k-star=1", "shi:k-star=20", "shi:sigma=0.5")
     ]
@@ -236,4 +235,4 @@ def test_p_is_printed_with_what_it_smooths(lcp):
     assert f"shi: p=8.66e+15 {NO_SMOOTHING}, k-star=100" in shown
     assert NO_SMOOTHING in lcp(f"solve {EXAMPLE} -m shi -f csv").out
     assert NO_SMOOTHING not in lcp(f"solve {EXAMPLE} -m shi --p 100").out
-    assert json.loads(lcp(f"solve {EXAMPLE} -m shi -f json").out)["options"]
+    assert lcp(f"solve {EXAMPLE} -m shi -f json").record["options"]

@@ -131,7 +131,7 @@ def test_a_solution_far_from_the_doubles_is_found_by_search_or_not_proved(
     assert lcpcli.exact(Problem(**json.loads(FACE))).exact.status is Status.SOLVED
     monkeypatch.setattr(proof, "EXACT_SEARCH_EFFORT", 0.0)
     outcome = lcp(f"solve {file} --exact --format json")
-    record = json.loads(outcome.out)
+    record = outcome.record
     assert outcome.code == 1
     assert record["status"] == "solved"
     assert record["exact"]["status"] is None
@@ -170,7 +170,7 @@ def test_integers_beyond_those_that_are_doubles_are_read_as_they_are(lcp, tmp_pa
     np.save(tmp_path / "q.npy", q)
     for names in (["p.npz"], ["p.mat"], ["p.npy", "q.npy"]):
         files = [str(tmp_path / name) for name in names]
-        record = json.loads(lcp("solve", *files, "--exact", "--format", "json").out)
+        record = lcp("solve", *files, "--exact", "--format", "json").record
         assert record["exact"]["z"] == [f"1/{largest}"]
         assert record["z"] == [1 / largest]
 

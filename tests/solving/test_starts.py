@@ -21,7 +21,7 @@ EXAMPLE = contents.shipped_path("paper-example-1.json")
 def record(lcp, method, *options):
     outcome = lcp("solve", EXAMPLE, "--method", method, *options, "--format", "json")
     assert outcome.err == ""
-    return json.loads(outcome.out)
+    return outcome.record
 
 
 @pytest.mark.parametrize("method", ["shi", "fixed-point"])
@@ -154,7 +154,7 @@ def test_newton_needs_one_step_from_states_or_from_an_earlier_result(
     Path(states).write_text(json.dumps(first.basis))
     for given in (result, table, states, ",".join(first.basis), " ".join(first.basis)):
         outcome = lcp(f"solve {file} --method newton --format json --basis", given)
-        assert json.loads(outcome.out)["iterations"] == 1
+        assert outcome.record["iterations"] == 1
 
 
 @pytest.mark.parametrize(

@@ -103,9 +103,7 @@ def test_few_digits_are_said(n, said, lcp, tmp_path):
     file.write_text(json.dumps({"M": problem.M.tolist(), "q": problem.q.tolist()}))
     outcome = lcp(f"solve {file} --method newton")
     assert ("the data determine" in outcome.out) is said
-    digits = json.loads(lcp(f"solve {file} --method newton --format json").out)[
-        "digits"
-    ]
+    digits = lcp(f"solve {file} --method newton --format json").record["digits"]
     assert len(digits) == n
     assert (min(count for count in digits if count is not None) < 6) is said
 
@@ -229,7 +227,7 @@ def test_what_is_not_unique_is_named_in_text_and_in_json(lcp, tmp_path):
     corner = {"c": [1, 1], "A": [[1, 0], [0, 1], [1, 1]], "row_upper": [1, 1, 2]}
     file.write_text(json.dumps({"sense": "max", **corner}))
     assert "z3, z4 and z5 are not unique" in lcp(f"solve {file}").out
-    record = json.loads(lcp(f"solve {file} --format json").out)
+    record = lcp(f"solve {file} --format json").record
     assert record["not_unique"] == [2, 3, 4]
     assert record["digits"] == [16, 16, None, None, None]
 
@@ -386,7 +384,7 @@ def test_a_verdict_is_not_believed_by_a_bench_if_there_is_a_solution(tmp_path, l
     file = tmp_path / "p.json"
     file.write_text(ALL_WRONG)
     outcome = lcp(f"bench {file} --method newton --budget 0 --format json")
-    row = json.loads(outcome.out)["measurements"][0]
+    row = outcome.record["measurements"][0]
     assert (outcome.code, row["success"], row["false_success"]) == (0, True, False)
     assert outcome.err.startswith(LINE.format(file, "")), (
         "and the progress of the bench"
