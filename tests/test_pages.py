@@ -384,7 +384,7 @@ def test_page_of_formats_has_those_of_problems_and_of_results():
     rows = [
         f"| `{name}` | `{form.suffix}` |" for name, form in document.FORMATS.items()
     ]
-    assert [row for row in rows if row not in PAGES["formats"]] == []
+    assert not [row for row in rows if row not in PAGES["formats"]]
 
 
 def test_readme_is_short_and_a_problem_of_ones_own_comes_first():
@@ -395,8 +395,8 @@ def test_readme_is_short_and_a_problem_of_ones_own_comes_first():
     links = re.findall(r"(?<!!)\[[^\]]*\]\((.*?)\)", README)
     assert len(links) == 12
     assert all((ROOT / link).is_file() for link in links)
-    assert [
+    assert not [
         topic
         for topic in TOPICS
         if topic != "tasks" and f"`{topic}`" not in README + PAGES["tasks"]
-    ] == []
+    ]

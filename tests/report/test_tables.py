@@ -267,7 +267,7 @@ def test_no_line_is_wider_than_the_screen(name, lcp, monkeypatch):
     monkeypatch.setenv("COLUMNS", "50")
     lines = lcp(COMMANDS[name]).out.splitlines()
     assert lines
-    assert [line for line in lines if len(line) > 50] == []
+    assert not [line for line in lines if len(line) > 50]
 
 
 @pytest.mark.parametrize(
