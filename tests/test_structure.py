@@ -28,107 +28,42 @@ LOOSE = 10  # modules at the root of the package, which every subpackage may use
 
 # Each subpackage with the subpackages that it uses, all of them above it in this table.
 SUBPACKAGES = {
-    "linalg": set(),
-    "model": {"linalg"},
-    "basis": {"linalg", "model"},
-    "presolve": {"linalg", "model"},
-    "rational": {"linalg", "model"},
-    "verify": {"linalg", "model", "basis", "rational"},
-    "methods": {"linalg", "model", "basis", "rational", "verify"},
-    "auto": {"linalg", "model", "basis", "presolve", "rational", "verify", "methods"},
-    "inspection": {
-        "linalg",
-        "model",
-        "presolve",
-        "rational",
-        "verify",
-        "methods",
-        "auto",
-    },
-    "kernels": {"linalg", "model", "basis", "verify", "methods", "auto"},
-    "solving": {
-        "linalg",
-        "model",
-        "basis",
-        "rational",
-        "verify",
-        "methods",
-        "auto",
-        "inspection",
-        "kernels",
-    },
-    "enumeration": {"linalg", "model", "rational", "verify", "methods", "solving"},
-    "parametric": {"linalg", "model", "rational", "verify", "inspection", "solving"},
-    "files": {"linalg", "model", "rational"},
-    "gallery": {"linalg", "model"},
-    "peers": {"linalg", "model"},
-    "report": {
-        "linalg",
-        "model",
-        "presolve",
-        "rational",
-        "verify",
-        "methods",
-        "inspection",
-        "solving",
-        "enumeration",
-        "parametric",
-        "files",
-    },
-    "explanation": {
-        "linalg",
-        "model",
-        "rational",
-        "verify",
-        "inspection",
-        "solving",
-        "enumeration",
-        "parametric",
-        "files",
-        "report",
-    },
-    "bench": {
-        "linalg",
-        "model",
-        "verify",
-        "methods",
-        "solving",
-        "files",
-        "gallery",
-        "peers",
-        "report",
-    },
-    "cli": {
-        "linalg",
-        "model",
-        "rational",
-        "verify",
-        "methods",
-        "inspection",
-        "kernels",
-        "solving",
-        "enumeration",
-        "parametric",
-        "files",
-        "gallery",
-        "peers",
-        "report",
-        "explanation",
-        "bench",
-    },
-    "formulations": {
-        "linalg",
-        "model",
-        "rational",
-        "verify",
-        "methods",
-        "inspection",
-        "solving",
-        "enumeration",
-        "files",
-        "gallery",
-        "report",
-    },
+    name: set(used.split())
+    for name, used in {
+        "linalg": "",
+        "model": "linalg",
+        "basis": "linalg model",
+        "presolve": "linalg model",
+        "rational": "linalg model",
+        "verify": "linalg model basis rational",
+        "methods": "linalg model basis rational verify",
+        "auto": "linalg model basis presolve rational verify methods",
+        "inspection": "linalg model presolve rational verify methods auto",
+        "kernels": "linalg model basis verify methods auto",
+        "solving": "linalg model basis rational verify methods auto inspection kernels",
+        "enumeration": "linalg model rational verify methods solving",
+        "parametric": "linalg model rational verify inspection solving",
+        "files": "linalg model rational",
+        "gallery": "linalg model",
+        "peers": "linalg model",
+        "report": (
+            "linalg model presolve rational verify methods inspection solving "
+            "enumeration parametric files"
+        ),
+        "explanation": (
+            "linalg model rational verify inspection solving enumeration parametric "
+            "files report"
+        ),
+        "bench": "linalg model verify methods solving files gallery peers report",
+        "cli": (
+            "linalg model rational verify methods inspection kernels solving "
+            "enumeration parametric files gallery peers report explanation bench"
+        ),
+        "formulations": (
+            "linalg model rational verify methods inspection solving enumeration "
+            "files gallery report"
+        ),
+    }.items()
 }
 # Libraries that one subpackage alone imports.
 LIBRARIES = {

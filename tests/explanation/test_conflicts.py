@@ -8,10 +8,10 @@ import numpy as np
 import pytest
 
 import lcpcli
-from lcpcli.errors import ProblemError
 from lcpcli.explanation.conditions import COMPLEMENTARITY, LOWER
 from lcpcli.explanation.report import Explanation
 
+from ..refusals import calls, raised
 from .brute_force import keys_of, unsolvable
 
 KINDS = pytest.mark.parametrize(
@@ -173,21 +173,28 @@ def test_rows_that_conflict_up_to_rounding_are_named_beside_a_far_solution():
     assert near == [{"name": name, "what": "equation"} for name in "ab"]
 
 
-def test_wrong_problems_and_parameters_are_refused():
-    problem = lcpcli.Problem([[-1]], [-1])
-    with pytest.raises(ProblemError):
-        lcpcli.why([[1]])
-    for wrong, told in (
-        ({"keep": ["z2"]}, "keep: 'z2' names nothing in this problem"),
-        ({"change": "upper"}, "change: 'upper' names nothing in this problem"),
-        ({"weights": {"z1": 0}}, "weights: is 0 for 'z1'; give a positive number"),
-        ({"weights": {"z1": "a"}}, "weights: is a for 'z1'; give a positive number"),
-        ({"time_limit": 0}, "time_limit: 0 is out of range; it must be: seconds > 0"),
-        ({"keep": [1]}, 'keep: is not a list of names; write ["z1", "z2"]'),
-    ):
-        with pytest.raises(lcpcli.errors.OptionError) as refusal:
-            lcpcli.why(problem, **wrong)
-        assert str(refusal.value).startswith(told)
+WRONG = calls(
+    "ParameterError",
+    r"""
+why(P, keep=["z2"])
+    => keep: 'z2' names nothing in this problem; write a name, or a name and what it is,
+    as in 'z1 lower bound'
+why(P, change="upper")
+    => change: 'upper' names nothing in this problem; write a name, or a name and what
+    it is, as in 'z1 lower bound'
+why(P, weights={"z1": 0}) => weights: {IS:0 for 'z1'}; give a positive number
+why(P, weights={"z1": "a"}) => weights: {IS:a for 'z1'}; give a positive number
+why(P, time_limit=0) => time_limit: {OUT_OF_RANGE:0}; {IT_MUST_BE:seconds > 0}
+why(P, keep=[1]) => keep: {IS:not a list of names}; write ["z1", "z2"]
+""",
+)
+WRONG += calls("ProblemError", r"why([[1]]) => problem: {IS:a list}; {BY_READING}")
+
+
+@pytest.mark.parametrize("refusal", WRONG, ids=str)
+def test_wrong_problems_and_parameters_are_refused(refusal):
+    names = {"P": lcpcli.Problem([[-1]], [-1])}
+    assert raised(refusal.command, names) == refusal.line
 
 
 def test_brackets_in_names_stand_for_themselves_and_a_star_for_any_text():

@@ -13,6 +13,8 @@ from lcpcli.files import writing
 from lcpcli.files.input_file import InputFile
 from lcpcli.files.inputs import Input
 
+from ..refusals import commands
+
 pytestmark = pytest.mark.usefixtures("folder")
 INFEASIBLE = {
     "c": [0.6, 1.5, 2],
@@ -37,38 +39,28 @@ def folder(tmp_path, monkeypatch):
     return tmp_path
 
 
-@pytest.mark.parametrize(
-    ("options", "told"),
-    [
-        (
-            "--keep oil",
-            "--keep: 'oil' names nothing in this problem; write a name, or a name and "
-            "what it is, as in 'bread lower bound'",
-        ),
-        (
-            "--change 'fat lower side'",
-            "--change: 'fat lower side' names nothing in this problem; did you mean "
-            "fat?",
-        ),
-        ("--weights fat=0", "--weights: is 0 for 'fat'; give a positive number"),
-        ("--weights fat", "--weights: 'fat' is not NAME=NUMBER; write z1=2"),
-        ("--weights fat=much", "--weights: has 'much', not a number; give a number"),
-        (
-            "--json",
-            "--json: is not an option of lcp why; did you mean --format json?",
-        ),
-        (
-            "--time-limit 0",
-            "--time-limit: 0.0 is out of range; it must be: seconds > 0",
-        ),
-        ("none.csv", "none.csv: no such file; check the path"),
-    ],
+WRONG = commands(
+    r"""
+why diet.json --keep oil
+    => --keep: 'oil' names nothing in this problem; write a name, or a name and what it
+    is, as in 'bread lower bound'
+why diet.json --change 'fat lower side'
+    => --change: 'fat lower side' names nothing in this problem; {DID_YOU_MEAN:fat}
+why diet.json --weights fat=0 => --weights: {IS:0 for 'fat'}; give a positive number
+why diet.json --weights fat => --weights: 'fat' is not NAME=NUMBER; write z1=2
+why diet.json --weights fat=much => --weights: {HAS_NO_NUMBER:'much'}; {A_NUMBER}
+why diet.json --json => --json: {NO_OPTION:lcp why}; {DID_YOU_MEAN:--format json}
+why diet.json --time-limit 0
+    => --time-limit: {OUT_OF_RANGE:0.0}; {IT_MUST_BE:seconds > 0}
+why diet.json none.csv => none.csv: {NO_SUCH_FILE}; {CHECK_PATH}
+""",
+    {"diet.json": json.dumps(INFEASIBLE)},
 )
-def test_wrong_options_are_told_in_one_line(options, told, lcp):
-    outcome = lcp(f"why diet.json {options}")
-    assert outcome.code == 2
-    assert outcome.out == ""
-    assert outcome.err == f"lcp: {told}\n"
+
+
+@pytest.mark.parametrize("refusal", WRONG, ids=str)
+def test_wrong_options_are_told_in_one_line(refusal, refused):
+    assert refused(refusal.command, refusal.files) == refusal.line
 
 
 def test_json_has_all_keys_for_every_outcome(lcp):

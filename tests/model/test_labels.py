@@ -10,6 +10,8 @@ import pytest
 import lcpcli
 from lcpcli.errors import ProblemError
 
+from ..refusals import calls, raised
+
 
 class Series:
     """What is used of pandas."""
@@ -138,27 +140,32 @@ def test_labels_decide_the_order():
         ), name
 
 
-def test_other_labels_are_refused():
-    labelled, others = Frame(M, "ab", "ab"), "has an index with labels other than"
-    for refused, message in {
-        lambda: lcpcli.solve(
-            labelled, Series(Q, "xy")
-        ): f"^q: {others} the columns of M; .*to_numpy",
-        lambda: lcpcli.solve(
-            Frame(M, "xy", "ab"), Series(Q)
-        ): f"^M: {others} the columns of M; .*to_numpy",
-        lambda: lcpcli.from_qp(
-            labelled, Series(Q, "ac")
-        ): f"^c: {others} the columns of Q; give",
-        lambda: lcpcli.from_game(
-            labelled, Frame(M, "ab", "ax")
-        ): f"^B: {others} the columns of A",
-        lambda: lcpcli.Solver(labelled).solve(
-            Series(Q, "ad")
-        ): f"^q: {others} the names of the unknowns",
-    }.items():
-        with pytest.raises(ProblemError, match=message):
-            refused()
+OTHER_LABELS = calls(
+    "ProblemError",
+    r"""
+solve(Frame(M, "ab", "ab"), Series(Q, "xy"))
+    => q: has an index with labels other than the columns of M; give them the same
+    labels, or arrays, as by to_numpy()
+solve(Frame(M, "xy", "ab"), Series(Q))
+    => M: has an index with labels other than the columns of M; give them the same
+    labels, or arrays, as by to_numpy()
+from_qp(Frame(M, "ab", "ab"), Series(Q, "ac"))
+    => c: has an index with labels other than the columns of Q; give them the same
+    labels, or arrays, as by to_numpy()
+from_game(Frame(M, "ab", "ab"), Frame(M, "ab", "ax"))
+    => B: has an index with labels other than the columns of A; give them the same
+    labels, or arrays, as by to_numpy()
+Solver(Frame(M, "ab", "ab")).solve(Series(Q, "ad"))
+    => q: has an index with labels other than the names of the unknowns; give them the
+    same labels, or arrays, as by to_numpy()
+""",
+)
+
+
+@pytest.mark.parametrize("refusal", OTHER_LABELS, ids=str)
+def test_other_labels_are_refused(refusal):
+    names = {"Frame": Frame, "Series": Series, "M": M, "Q": Q}
+    assert raised(refusal.command, names) == refusal.line
 
 
 def test_labels_of_payoffs_name_the_strategies():

@@ -530,21 +530,6 @@ def test_of_programs_with_rows_that_follow_from_others_x_has_derivatives():
     assert refused > 8
 
 
-def test_a_kink_beside_an_equation_stated_twice_has_one_sided_derivatives():
-    """The projection of (1/2, 1/2, 0) onto x1 + x2 + x3 = 1, x >= 0."""
-    A, b = [[1, 1, 1], [2, 2, 2]], [1, 2]
-    problem = lcpcli.from_qp(
-        np.eye(3), [-0.5, -0.5, 0], A, row_lower=b, row_upper=b, lower=0
-    )
-    result, J = lcpcli.run(problem), np.eye(3, 5)
-    for sign, expected in ((1, (1 / 2, -1 / 2, 0)), (-1, (-2 / 3, 1 / 3, 1 / 3))):
-        found = result.derivative(dq=[-sign, 0, 0, 0, 0], one_sided=True, J=J)
-        assert found.z == pytest.approx(expected, abs=1e-12)
-        assert found.kinks == [2]
-    found = result.derivative(dq=[0, 0, -1, 0, 0], one_sided=True, J=J)
-    assert found.z == pytest.approx((-1 / 3, -1 / 3, 2 / 3), abs=1e-12)
-
-
 @pytest.mark.parametrize("factor", [-1, 1, 2])
 def test_an_equation_stated_twice_is_noticed_whatever_its_place_and_sign(factor):
     """Only the multipliers of the two have no derivatives; the whole solution has none,

@@ -254,16 +254,6 @@ def test_paths_in_fractions_are_solutions_in_fractions(seed):
         assert at(found, Fraction(k, 16)) == exact.solution(found.family.at(k / 16))
 
 
-@pytest.mark.parametrize("seed", range(6))
-def test_both_arithmetics_find_the_same_path(seed):
-    first, last = positive(seed, 5, 12)
-    rounded, proved = path(first, last), path(first, last, exact=True)
-    assert proved.verified
-    assert np.array_equal(rounded.states, proved.states)
-    assert rounded.t == pytest.approx(proved.t, abs=1e-12)
-    assert rounded.z == pytest.approx(proved.z, abs=1e-12 * np.abs(proved.z).max())
-
-
 @pytest.mark.parametrize("make", [integers, boxed])
 def test_ties_in_fractions_leave_no_gap(make):
     for seed in range(24):

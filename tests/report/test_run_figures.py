@@ -336,16 +336,3 @@ def test_objective_of_a_linear_program_stands_over_the_side_that_moves():
         for side in (4, 9)
     )
     assert labels(of_path(lcpcli.path(first, last)).axes[1]) == ("a", "objective")
-
-
-@pytest.mark.parametrize("q", [(-2, 2), (0, -1)], ids=["nothing", "a point"])
-def test_a_path_of_no_or_one_point_is_drawn_too(q):
-    path = lcpcli.path(*(Problem([[-1]], [end]) for end in q))
-    assert len(path.t) <= 1
-    (axes,) = of_path(path).axes
-    assert curves(axes) == []
-
-
-def test_a_panel_of_no_runs_is_drawn_too():
-    figure = convergence(Panel("p", "error", []))
-    assert [list(axes.lines) for axes in figure.axes] == [[], []]
