@@ -706,6 +706,27 @@ def test_a_run_ends_where_the_residual_is_rounding_whatever_the_unit_of_F_is(sca
     assert result.iterations == 1
 
 
+@pytest.mark.parametrize(
+    ("second", "measured"),
+    [(0.0, [[1.0, 0.0]]), (1e-25, [[1.0, 0.0], [1.0, 1e-25]])],
+)
+def test_rounding_of_zeros_is_removed_first_but_not_what_a_row_determines(
+    second, measured
+):
+    points = list[list[float]]()
+
+    def J(z):
+        points.append(z.tolist())
+        return np.eye(2)
+
+    start, z = [3.0, 3.0], np.array([1.0, 1e-25])
+    problem = NonlinearProblem(lambda z: z - [1.0, second], J, lower=-np.inf, x0=start)
+    point = NonlinearCriterion(Evaluations(problem), 1e-10).point(z)
+    assert point.solves()
+    assert point.z.tolist() == measured[-1]
+    assert points == [start, *measured]
+
+
 @pytest.mark.parametrize("is_sparse", [False, True])
 @pytest.mark.parametrize("power", [1, 2])
 def test_linearizations_of_an_affine_F_share_what_is_known_of_their_matrix(
