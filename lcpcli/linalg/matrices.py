@@ -491,7 +491,8 @@ def product(M: Matrix, v: Vector) -> Vector:
     """
     if not isinstance(M, np.ndarray):
         return _product_with(M, M.data, v) if is_sparse(M) else np.asarray(M @ v)
-    flags = M.flags if M.shape[0] >= MIN_SHARED_ROWS else None
+    # BLAS refuses vectors without entries.
+    flags = M.flags if M.shape[0] >= MIN_SHARED_ROWS and M.size else None
     blas = (
         None
         if flags is None or not flags.forc

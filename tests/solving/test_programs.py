@@ -361,6 +361,13 @@ def test_matrices_without_rows_are_no_constraints(form):
         from_qp(Q, c, rows, [1.0])
 
 
+def test_many_variables_without_rows_have_an_answer():
+    """Products with matrices without rows are not for BLAS, which refuses them."""
+    square = np.diag([0.0, *np.ones(99)])
+    result = lcpcli.run(lcpcli.from_qp(square, np.zeros(100), lower=-1, upper=1))
+    assert result.answer.proved == "several_optima"
+
+
 def test_a_maximum_is_the_minimum_of_the_opposite_in_fractions_too():
     p = bounded_program(3)
     least = run(from_qp(**p, constant=2.0)).answer
