@@ -30,6 +30,8 @@ ZERO = 1e-3  # times the noise: values up to this size are set to 0
 # Relative to the largest term of an entry of T so far: entries up to this size are
 # treated as rounding errors of 0.
 SMALL = 1e-12
+# Entries of T up to which selecting the rows that change takes longer than it saves.
+MAX_UNSELECTED = 2000
 TIE = 1e-9  # relative: entries of the lexicographic rule that differ by less are equal
 
 
@@ -95,11 +97,11 @@ def exchange(T: Vector, row: int, column: int) -> float:
     pivot_row = T[row] / -pivot
     largest = np.maximum.reduce(np.abs(pivot_row))
     others[row], pivot_row[column] = 0.0, 0.0
-    rows = others.nonzero()[0]
-    if 2 * rows.size < others.size:
-        T[rows] += np.multiply.outer(others[rows], pivot_row)
-    else:
+    if T.size <= MAX_UNSELECTED or 2 * np.count_nonzero(others) >= others.size:
         T += np.multiply.outer(others, pivot_row)
+    else:
+        rows = others.nonzero()[0]
+        T[rows] += np.multiply.outer(others[rows], pivot_row)
     T[row] = pivot_row
     T[:, column] = others / pivot
     T[row, column] = 1.0 / pivot
@@ -109,18 +111,19 @@ def exchange(T: Vector, row: int, column: int) -> float:
 def choose(
     tableau: Tableau,
     entering: int,
-    step_sign: float,
+    change: Vector,
     cover_row: int,
     lexicographic: bool,
 ) -> tuple[int, float]:
     """Do the ratio test: return the row whose basic variable leaves, and how far the
     entering variable of this column moves.
 
+    change : the rates at which the basic variables move, with their signs.
+
     Of the rows that block within the noise of the values, the one with the largest
     pivot leaves, or the lexicographic minimum, but z_0 before all others.
     """
     n, noise = tableau.values.size, tableau.noise
-    change = tableau.T[:, entering] * step_sign
     rate = np.abs(change)
     slack = np.where(
         change < 0.0, tableau.values - tableau.lower, tableau.upper - tableau.values
@@ -172,10 +175,8 @@ def lexicographic_minimum(tableau: Tableau, rows: Indices, change: Vector) -> in
     return int(rows[0])
 
 
-def shift(tableau: Tableau, entering: int, step_sign: float, step: float) -> float:
-    """Let the variable of a column move, and the basic ones with it; return the largest
-    rate of these."""
-    change = tableau.T[:, entering] * step_sign
+def shift(tableau: Tableau, change: Vector, step: float) -> float:
+    """Let the basic variables move at these rates; return the largest rate."""
     rate, values = np.abs(change), tableau.values
     values += step * change
     np.maximum(tableau.noise, NOISE * step * rate, out=tableau.noise)
@@ -184,20 +185,25 @@ def shift(tableau: Tableau, entering: int, step_sign: float, step: float) -> flo
 
 
 def move(
-    tableau: Tableau, entering: int, step_sign: float, row: int, step: float
+    tableau: Tableau,
+    entering: int,
+    change: Vector,
+    row: int,
+    step: float,
+    step_sign: float,
 ) -> tuple[int, float]:
     """Let the variable of a column enter and that of a row leave, or let the first one
     pass to its other bound; return the column that enters next, with the direction in
     which its variable moves, or NO_ROW once z_0 has left."""
     n, d = tableau.values.size, tableau.d
     at_upper, variable = tableau.at_upper, int(tableau.nonbasic[entering])
-    fastest = shift(tableau, entering, step_sign, step)
+    fastest = shift(tableau, change, step)
     if row == NO_ROW:
         pair = variable - n
         at_upper[pair] = not at_upper[pair]
     else:
         leaving = int(tableau.basic[row])
-        change = float(tableau.T[row, entering]) * step_sign
+        is_growing = change[row] > 0.0
         is_y = n <= variable < 2 * n
         growth = fastest * exchange(tableau.T, row, entering)
         tableau.growth[0] = max(tableau.growth[0], growth)
@@ -215,7 +221,7 @@ def move(
             return NO_ROW, 0.0
         pair = leaving % n
         if leaving >= n:
-            at_upper[pair] = change > 0.0
+            at_upper[pair] = is_growing
     partner = int(tableau.column[pair])
     tableau.column[pair] = entering
     return partner, -1.0 if at_upper[pair] else 1.0
@@ -232,7 +238,8 @@ def begin(
     tied = ~(ratios > min_ratio + (TIE * abs(min_ratio) if lexicographic else 0.0))
     row = int(tied.nonzero()[0][-1])  # the last one is the lexicographic minimum
     n = cover.size
-    entering, step_sign = move(tableau, n, 1.0, row, -float(ratios[row]))
+    change = tableau.T[:, n].copy()
+    entering, step_sign = move(tableau, n, change, row, -float(ratios[row]), 1.0)
     return row, entering, step_sign
 
 
@@ -247,10 +254,11 @@ def follow(
     """Follow the path for at most max_pivots pivots; return how it ended, their number,
     the column that enters next, and the sign of its step."""
     for pivots in range(max_pivots):
-        row, step = choose(tableau, entering, step_sign, cover_row, lexicographic)
+        change = tableau.T[:, entering] * step_sign
+        row, step = choose(tableau, entering, change, cover_row, lexicographic)
         if row == UNBOUNDED:
             return RAY, pivots, entering, step_sign
-        entering, step_sign = move(tableau, entering, step_sign, row, step)
+        entering, step_sign = move(tableau, entering, change, row, step, step_sign)
         if entering == NO_ROW:
             return SOLVED, pivots + 1, entering, step_sign
     return PAUSED, max_pivots, entering, step_sign

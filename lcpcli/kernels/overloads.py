@@ -57,20 +57,18 @@ def _exchange(T: Any, row: Any, column: Any) -> Any:  # noqa: ARG001
 @overload(tableau.shift, jit_options=OPTIONS)
 def _shift(
     tableau: Any,  # noqa: ARG001
-    entering: Any,  # noqa: ARG001
-    step_sign: Any,  # noqa: ARG001
+    change: Any,  # noqa: ARG001
     step: Any,  # noqa: ARG001
 ) -> Any:
     """Return the body of `tableau.shift` that is compiled: one pass."""
 
-    def shift(tableau: Any, entering: Any, step_sign: Any, step: Any) -> Any:
+    def shift(tableau: Any, change: Any, step: Any) -> Any:
         values, noise = tableau.values, tableau.noise
         fastest = 0.0
         for i in range(values.size):
-            change = tableau.T[i, entering] * step_sign
-            rate = abs(change)
+            rate = abs(change[i])
             fastest = max(fastest, rate)
-            values[i] += step * change
+            values[i] += step * change[i]
             noise[i] = max(noise[i], NOISE * step * rate)
             if abs(values[i]) <= ZERO * noise[i]:
                 values[i] = 0.0
@@ -83,7 +81,7 @@ def _shift(
 def _choose(
     tableau: Any,  # noqa: ARG001
     entering: Any,  # noqa: ARG001
-    step_sign: Any,  # noqa: ARG001
+    change: Any,  # noqa: ARG001
     cover_row: Any,  # noqa: ARG001
     lexicographic: Any,  # noqa: ARG001
 ) -> Any:
@@ -92,7 +90,7 @@ def _choose(
     def choose(
         tableau: Any,
         entering: Any,
-        step_sign: Any,
+        change: Any,
         cover_row: Any,
         lexicographic: Any,
     ) -> Any:
@@ -102,19 +100,18 @@ def _choose(
         bound_flip_ratio = d[variable - n] if n <= variable < 2 * n else np.inf
         distances, min_ratio = np.empty(n), bound_flip_ratio
         for i in range(n):
-            change = tableau.T[i, entering] * step_sign
             distance = max(
                 values[i] - tableau.lower[i]
-                if change < 0.0
+                if change[i] < 0.0
                 else tableau.upper[i] - values[i],
                 0.0,
             )
             distances[i] = distance
-            if abs(change) > min_rate:
-                min_ratio = min(min_ratio, distance / abs(change))
+            if abs(change[i]) > min_rate:
+                min_ratio = min(min_ratio, distance / abs(change[i]))
         if min_ratio == np.inf:
             return UNBOUNDED, 0.0
-        fall = -tableau.T[cover_row, entering] * step_sign
+        fall = -change[cover_row]
         if fall > min_rate and values[cover_row] - min_ratio * fall <= noise[cover_row]:
             return cover_row, distances[cover_row] / fall
         if bound_flip_ratio <= min_ratio:
@@ -122,15 +119,13 @@ def _choose(
         row, fastest = 0, 0.0
         tied = np.zeros(n, np.bool_)
         for i in range(n):
-            rate = abs(tableau.T[i, entering])
+            rate = abs(change[i])
             tied[i] = rate > min_rate and distances[i] - min_ratio * rate <= noise[i]
             if tied[i] and rate > fastest:
                 row, fastest = i, rate
         if lexicographic:
-            row = lexicographic_minimum(
-                tableau, np.nonzero(tied)[0], tableau.T[:, entering] * step_sign
-            )
-        return row, distances[row] / abs(tableau.T[row, entering])
+            row = lexicographic_minimum(tableau, np.nonzero(tied)[0], change)
+        return row, distances[row] / abs(change[row])
 
     return choose
 
