@@ -59,9 +59,9 @@ from lcpcli.kernels.measure_kernels import (  # noqa: E402
     SOLVES,
     acceptance_test,
     compressed,
+    dense_units_of,
     on_bounds,
     reference_of,
-    units_of,
 )
 from lcpcli.kernels.measure_kernels import (  # noqa: E402
     surely_solves as surely_solves,
@@ -255,7 +255,7 @@ def compact_form(
     m = contacts[1].size + contacts[-1].size
     M, q = np.empty((m, m)), np.empty(m)
     contacts = tuple(map(np.ascontiguousarray, contacts))
-    compared = (NO_MATRIX, NO_MATRIX) if base is None else (base.M, base.inverses)
+    compared = NO_MATRIX if base is None else np.ascontiguousarray(base.M)
     is_same, *numbers, change = kernels.compact_form(
         contacts, np.ascontiguousarray(before), compared, M, q
     )
@@ -281,7 +281,7 @@ def contact_step(
         return None
     facts = problem.facts
     if facts.near_units is None:
-        _set_units(problem, *units_of(rows_of(problem)))
+        _set_units(problem, *dense_units_of(np.ascontiguousarray(problem.M)))
     units, near = (LOWEST[:0], NO_PARTS, 0.0), facts.near_units
     if near is not None:
         of_rows, digits = near

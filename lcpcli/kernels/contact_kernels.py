@@ -75,7 +75,7 @@ def _range(M: Any) -> Any:
 
 
 @compiled
-def _change(M: Any, base: Any, inverses: Any) -> Any:
+def _change(M: Any, base: Any) -> Any:
     """Return the Euclidean norm of the relative changes of the entries of a matrix;
     infinity if others are 0."""
     if M.shape != base.shape:
@@ -84,14 +84,14 @@ def _change(M: Any, base: Any, inverses: Any) -> Any:
     for i in range(len(M)):
         for j in range(M.shape[1]):
             is_like &= (M[i, j] != 0.0) == (base[i, j] != 0.0)
-            change = (M[i, j] - base[i, j]) * inverses[i, j]
+            change = (M[i, j] - base[i, j]) / (base[i, j] or 1.0)
             square += change * change
     return np.sqrt(square) if is_like else np.inf
 
 
 @njit(
     types.Tuple((types.boolean, *(NUMBER,) * 5))(
-        CONTACTS, MATRIX, types.UniTuple(MATRIX, 2), NEW_MATRIX, NUMBERS
+        CONTACTS, MATRIX, MATRIX, NEW_MATRIX, NUMBERS
     ),
     **OPTIONS,
 )
@@ -101,7 +101,7 @@ def compact_form(contacts: Any, before: Any, base: Any, M: Any, q: Any) -> Any:
     the largest is infinite if a number is not finite, and the relative change of M.
 
     contacts : A, b, the normal and the tangential unknowns, and mu. base : another M,
-    of any shape, with the inverses of its nonzero entries.
+    of any shape.
     """
     A, b = contacts[0], contacts[1]
     q[: b.size] = b
@@ -115,7 +115,7 @@ def compact_form(contacts: Any, before: Any, base: Any, M: Any, q: Any) -> Any:
         if is_same:
             return True, 0.0, 0.0, *of_q, 0.0
     _fill(contacts, M)
-    return False, *_range(M), *of_q, _change(M, *base)
+    return False, *_range(M), *of_q, _change(M, base)
 
 
 @compiled

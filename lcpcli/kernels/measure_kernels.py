@@ -25,7 +25,7 @@ OPTIONS = {"cache": True, "nogil": True, "error_model": "numpy"}
 compiled = njit(**OPTIONS)
 # Indices are unsigned, as numba tests the sign of each signed index.
 INDICES = types.Array(types.uint32, 1, "C", readonly=True)
-VECTOR = types.Array(types.float64, 1, "C", readonly=True)
+VECTOR, MATRIX = (types.Array(types.float64, d, "C", readonly=True) for d in (1, 2))
 NUMBERS, PARTS, PLACES = (
     types.Array(each, 1, "C") for each in (types.float64, types.int64, types.uint32)
 )
@@ -379,12 +379,7 @@ def acceptance_test(
     return answer, rows, units
 
 
-@njit(
-    types.Tuple((PLACES, PLACES, NUMBERS))(
-        types.Array(types.float64, 2, "C", readonly=True)
-    ),
-    **OPTIONS,
-)
+@njit(types.Tuple((PLACES, PLACES, NUMBERS))(MATRIX), **OPTIONS)
 def compressed(M: Any) -> Any:
     """Return a dense M in compressed sparse rows."""
     n, used = M.shape[0], 0
@@ -415,3 +410,9 @@ def on_bounds(lower: Any, upper: Any, z: Any) -> Any:
         elif abs(z[i]) <= max_distance:
             moved[i] = 0.0
     return moved
+
+
+@njit(types.Tuple((NUMBERS, NUMBERS, PARTS, types.int64))(MATRIX), **OPTIONS)
+def dense_units_of(M: Any) -> Any:
+    """Return what `units_of` returns for a dense M."""
+    return units_of(compressed(M))

@@ -27,6 +27,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Sequence
+from functools import cached_property
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
@@ -173,9 +174,16 @@ class Base:
     """
 
     def __init__(self, M: Vector, units: Units) -> None:
-        self.units = units
-        self.M, self._used = np.ascontiguousarray(M), M != 0
-        self.inverses = np.divide(1.0, M, where=self._used, out=np.zeros(M.shape))
+        self.M, self.units = M, units
+
+    @cached_property
+    def _used(self) -> Mask:
+        return np.asarray(self.M != 0)
+
+    @cached_property
+    def _inverses(self) -> Vector:
+        M = self.M
+        return np.divide(1.0, M, where=self._used, out=np.zeros(M.shape))
 
     @np.errstate(all="ignore")
     def digits_to(self, M: Vector) -> float:
@@ -185,7 +193,7 @@ class Base:
         """
         if not np.array_equal(M != 0, self._used):
             return math.inf
-        changes = ((M - self.M) * self.inverses).ravel()
+        changes = ((M - self.M) * self._inverses).ravel()
         return self.digits_for(math.sqrt(np.dot(changes, changes)))
 
     def digits_for(self, change: float) -> float:

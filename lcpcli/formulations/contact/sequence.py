@@ -129,8 +129,8 @@ def _law(before: Contact, data: Mapping[str, Any], n: int) -> Law | None:
     """Return the law of n unknowns if it needs no validation, or is stored; None with
     restitution, and for other data than arrays and a float."""
     if before.key == "findex":
-        given = ((data.get(name), getattr(before, name)) for name in LAW)
-        arrays = [old if value is None else value for value, old in given]
+        pairs = ((data.get(name), getattr(before, name)) for name in LAW)
+        arrays = [old if value is None else value for value, old in pairs]
         are_arrays = (
             type(each) is np.ndarray and each.shape == (n,) for each in arrays
         )
