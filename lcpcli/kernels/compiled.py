@@ -34,6 +34,7 @@ from lcpcli.verify.measure import Rows
 from lcpcli.verify.point import Criterion, Point
 
 Vectors = tuple[Vector, ...]
+Sizes = tuple[float, float]
 # Numbers in the systems that are solved in one call, during which Ctrl-C has to wait.
 NUMBERS_AT_ONCE = 1 << 18
 # The first n components of this vector are the covering vector for n unknowns.
@@ -242,28 +243,33 @@ def solves(problem: Problem, z: Vector, tol: float) -> bool:
 
 def compact_form(
     contacts: Vectors, before: Vector, base: Base | None
-) -> tuple[Vector | None, Vector, tuple[float, ...]] | None:
-    """Return M and q of the compact form of contacts, read-only, and the numbers that
-    the kernel of this name returns, if all of them are finite; else None. M is None if
-    A is that of the step before.
+) -> tuple[Vector | None, Vector, Sizes, Sizes, float] | None:
+    """Return M and q of the compact form of contacts, read-only, their sizes and the
+    change of M as the kernel of this name does, if all numbers are finite; else None. M
+    is None if A is that of the step before.
 
     base : the M whose scaling factors are known, if there is one.
     """
     kernels = _module("contact_kernels")
     if kernels is None:
         return None
+    contacts = _contiguous(*contacts)
     m = contacts[1].size + contacts[-1].size
     M, q = np.empty((m, m)), np.empty(m)
-    contacts = tuple(map(np.ascontiguousarray, contacts))
     compared = NO_MATRIX if base is None else np.ascontiguousarray(base.M)
-    is_same, *numbers, change = kernels.compact_form(
+    is_same, sizes_of_M, sizes_of_q, change = kernels.compact_form(
         contacts, np.ascontiguousarray(before), compared, M, q
     )
-    if not max(numbers[1], numbers[3]) < math.inf:
+    if not (sizes_of_M[1] < math.inf and sizes_of_q[1] < math.inf):
         return None
     M.setflags(write=False)
     q.setflags(write=False)
-    return None if is_same else M, q, (*numbers, change)
+    return None if is_same else M, q, sizes_of_M, sizes_of_q, change
+
+
+def _contiguous(A: Vector, b: Vector, *friction: Vector) -> Vectors:
+    """Return contacts for kernels; the arrays of friction are contiguous."""
+    return np.ascontiguousarray(A), np.ascontiguousarray(b), *friction
 
 
 def contact_step(
@@ -288,7 +294,7 @@ def contact_step(
         parts = of_rows.row_part.astype(np.int64, copy=False)
         units = np.ascontiguousarray(of_rows.rows), parts, digits
     M = np.ascontiguousarray(problem.M)
-    contacts = tuple(map(np.ascontiguousarray, contacts))
+    contacts = _contiguous(*contacts)
     m, n = len(M), len(contacts[0])
     new_step = np.empty(m), np.empty((3, n)), np.empty(m, np.int8)
     number, is_certain = kernels.contact_step(

@@ -34,6 +34,7 @@ STATUSES = types.Array(types.int8, 1, "C")
 NEW_MATRIX = types.Array(NUMBER, 2, "C")
 CONTACTS = types.Tuple((MATRIX, VECTOR, INDICES, COLUMN, VECTOR))
 UNITS = types.Tuple((VECTOR, INDICES, NUMBER))
+SIZES = types.UniTuple(NUMBER, 2)
 SYSTEMS = types.Tuple((COUNT, COUNT, NUMBER))
 NEW_STEP = types.Tuple((NUMBERS, NEW_MATRIX, STATUSES))
 # Products and differences are rounded one by one, as those of numpy are.
@@ -90,15 +91,15 @@ def _change(M: Any, base: Any) -> Any:
 
 
 @njit(
-    types.Tuple((types.boolean, *(NUMBER,) * 5))(
+    types.Tuple((types.boolean, SIZES, SIZES, NUMBER))(
         CONTACTS, MATRIX, MATRIX, NEW_MATRIX, NUMBERS
     ),
     **OPTIONS,
 )
 def compact_form(contacts: Any, before: Any, base: Any, M: Any, q: Any) -> Any:
     """Write M and q of the compact form; return whether A is that of before, where M is
-    not written, the smallest and largest of the row maxima of |M| and of |q|, of which
-    the largest is infinite if a number is not finite, and the relative change of M.
+    not written; the smallest and largest of the row maxima of |M|, and of |q|, of which
+    the largest is infinite if a number is not finite; and the relative change of M.
 
     contacts : A, b, the normal and the tangential unknowns, and mu. base : another M,
     of any shape.
@@ -113,9 +114,9 @@ def compact_form(contacts: Any, before: Any, base: Any, M: Any, q: Any) -> Any:
             for j in range(b.size):
                 is_same &= A[i, j] == before[i, j]
         if is_same:
-            return True, 0.0, 0.0, *of_q, 0.0
+            return True, (0.0, 0.0), of_q, 0.0
     _fill(contacts, M)
-    return False, *_range(M), *of_q, _change(M, base)
+    return False, _range(M), of_q, _change(M, base)
 
 
 @compiled

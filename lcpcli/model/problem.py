@@ -91,9 +91,9 @@ class Facts:
         return None if known is None else known.base
 
     def after(self, M: Vector, sizes: tuple[float, float], change: float) -> Facts:
-        """Return the facts about the next M of the sequence, which is dense. sizes : of
-        its row maxima. change : that from the last M whose units are known, as for
-        `Base.digits_for`."""
+        """Return the facts about the next M of the sequence, which is dense, before
+        they `follow` these. sizes : of its row maxima. change : that from the last M
+        whose units are known, as for `Base.digits_for`."""
         facts, base = Facts(M, self._form), self.near_base
         near_units = None
         if base is not None and (digits := base.digits_for(change)) < math.inf:
@@ -104,7 +104,6 @@ class Facts:
             has_moderate_rows=largest <= FAR_FROM_ONE and smallest >= 1 / FAR_FROM_ONE,
             _units_before=near_units,
         )
-        facts.follow(self)
         return facts
 
     @property

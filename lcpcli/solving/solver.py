@@ -232,9 +232,9 @@ class Solver:
         limits."""
         limits = self._limits
         stopwatch.count("solve")
-        if proposal.steps > limits.max_iterations or (
-            limits.time_limit < stopwatch.total
-        ):
+        time_limit = limits.time_limit
+        is_late = time_limit < math.inf and not stopwatch.total < time_limit
+        if is_late or proposal.steps > limits.max_iterations:
             return None
         return Result.of_solution(
             (proposal.method,),

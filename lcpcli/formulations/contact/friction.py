@@ -329,6 +329,8 @@ class Contact(Formulation):
 
     def has_law_of(self, other: Contact) -> bool:
         """Return whether the friction and the bounds are those of another one."""
+        if self.friction is other.friction:
+            return True
         parts = (*self.friction, self.lower, self.upper)
         others = (*other.friction, other.lower, other.upper)
         return all(map(are_equal, parts, others))
@@ -352,9 +354,8 @@ class Contact(Formulation):
         form = fast.compact_form(contacts, A_before, facts.near_base)
         if form is None:
             return None
-        M, q, (*sizes_of_M, smallest_q, largest_q, change) = form
+        M, q, sizes_of_M, sizes_of_q, change = form
         next_facts = None if M is None else facts.after(M, sizes_of_M, change)
-        sizes_of_q = smallest_q, largest_q
         problem = like_with(like, q, like.box, M, next_facts, sizes_of_q)
         if not has_law:
             for label in LABELS:
@@ -725,14 +726,16 @@ def law_of_coefficient(mu: float, contacts: int, width: int) -> Law:
 
 
 def _law_of_contacts(coefficients: Vector, width: int) -> Law:
-    """Return the law of contacts, read-only: the bounds of friction are infinite."""
+    """Return the law of contacts, in contiguous read-only arrays: the bounds of
+    friction are infinite."""
     unknowns = np.arange(coefficients.size * width).reshape(-1, width)
     normals, tangents = unknowns[:, 0].copy(), unknowns[:, 1:].copy()
     lower, upper = np.zeros(unknowns.size), np.full(unknowns.size, math.inf)
     lower[tangents] = -math.inf
-    for array in (normals, tangents, lower, upper):
+    mu = np.ascontiguousarray(coefficients)
+    for array in (normals, tangents, mu, lower, upper):
         array.setflags(write=False)
-    return Law(Friction(normals, tangents, coefficients), lower, upper, True)
+    return Law(Friction(normals, tangents, mu), lower, upper, True)
 
 
 def _impact(
