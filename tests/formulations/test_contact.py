@@ -563,6 +563,71 @@ def test_the_caller_may_write_the_arrays_of_a_step_again(compiled):
         assert result.answer.x.tolist() == before.tolist()
 
 
+def steps_of_an_engine(key, rng):
+    """Yield data of steps, in which W, q, mu or all of them change, or nothing does."""
+    W, q, mu = np.eye(2), np.array([-1.0, 0.3]), 0.5
+    for step in range(40):
+        if step % 4 == 0:
+            mu = float(rng.uniform(0, 1))
+        if step % 3 == 0:
+            k = int(rng.integers(1, 4))
+            J = rng.normal(size=(2 * k, 2 * k + 2))
+            W, q = J @ J.T, rng.normal(size=2 * k)
+        if step % 5 == 1:
+            q = q * rng.uniform(0.9, 1.1)
+        if key == "W":
+            yield {"W": W, "q": q, "mu": mu}
+            continue
+        positions = np.arange(q.size)
+        box = np.tile([0, -mu], q.size // 2), np.tile([np.inf, mu], q.size // 2)
+        findex = np.where(positions % 2, positions - 1, -1)
+        yield {"A": W, "b": q, "lower": box[0], "upper": box[1], "findex": findex}
+
+
+@pytest.mark.parametrize("key", ["W", "findex"])
+def test_a_step_by_kernels_has_the_problem_and_the_solution_of_one_without(key):
+    """Also where mu alone changes, and where contacts come and go."""
+    pytest.importorskip("numba")
+    makers = {"W": lcpcli.from_contact, "findex": lcpcli.from_findex}
+    solvers = []
+    for data in steps_of_an_engine(key, np.random.default_rng(1)):
+        if not solvers:
+            first = makers[key](**data)
+            solvers = [lcpcli.Solver(first, compiled=each) for each in (False, True)]
+        results = []
+        for solver in solvers:
+            solver.update(**data)
+            results.append(solver.solve())
+        expected, result = results
+        assert result.solved
+        assert result.problem.M.tolist() == makers[key](**data).M.tolist()
+        assert result.problem.q.tolist() == expected.problem.q.tolist()
+        assert np.allclose(result.answer.x, expected.answer.x, rtol=0, atol=1e-9)
+        if result.route == expected.route:  # lemke has the basis of its last vertex
+            assert result.basis == expected.basis
+        assert result.relative_residual <= TOL
+        states = [[each.state for each in one.answer.contacts] for one in results]
+        assert states[0] == states[1]
+
+
+@pytest.mark.parametrize("compiled", [False, True])
+def test_a_step_that_is_refused_leaves_the_solver_as_it_was(compiled):
+    if compiled:
+        pytest.importorskip("numba")
+    W, q = np.array(A, float), np.array([-2.0, -3.0])
+    solver = lcpcli.Solver(lcpcli.from_contact(W, q, 0.5), compiled=compiled)
+    before = solver.solve().answer.x
+    for field, data in (
+        (r"W\[0\]\[1\]", {"W": np.where(np.eye(2), W, np.nan)}),
+        (r"q\[1\]", {"q": np.array([1.0, np.inf])}),
+        ("W", {"W": np.eye(2) * 1e308, "mu": 10.0, "q": q}),
+        ("W", {"W": np.eye(3)}),
+    ):
+        with pytest.raises(lcpcli.errors.ProblemError, match=f"^{field}: "):
+            solver.update(**data)
+        assert solver.solve().answer.x.tolist() == before.tolist()
+
+
 def test_x_is_verified_in_place_of_z():
     problem = lcpcli.from_findex(A, B, LOWER, UPPER, FINDEX)
     assert lcpcli.check(problem, [10 / 11, 5 / 11]).accepted
