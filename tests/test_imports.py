@@ -103,7 +103,7 @@ UNSHOWN = Problem(np.kron(np.eye(10), [[1, 2], [2, 1]]), -np.ones(20))
 )
 def test_small_solve_to_json_loads_what_it_uses(problem, tmp_path):
     file = tmp_path / "small.json"
-    writing.write(problem, str(file))
+    writing.write(problem, file)
     loaded = modules_after(f"solve {file} --format json")
     ours = {name for name in loaded if name.split(".")[0] == "lcpcli"}
     assert not [name for name in ours if name.startswith("lcpcli.formulations")]

@@ -40,39 +40,28 @@ from .conftest import assert_refused
 SHARED = {option.name: option for option in (*LIMITS, ACCEPT, BUDGET, EVERY)}
 COMMANDS = {"": group.lcp, **group.lcp.commands}
 HEADINGS = {
-    "": ["Commands", "Help", "Exit codes"],
-    "why": ["Problem", "Explanation", "Stopping", "Output", "Help", "Exit codes"],
-    "solve": [
-        "Problem",
-        "Method",
-        "Answer",
-        "Start",
-        "Stopping",
-        "Output",
-        "Help",
-        "Methods",
-        "Exit codes",
-    ],
-    "compare": [
-        "Problem",
-        "Method",
-        "Start",
-        "Stopping",
-        "Answer",
-        "Output",
-        "Help",
-        "Methods",
-        "Exit codes",
-    ],
-    "path": ["Problem", "Path", "Stopping", "Output", "Exit codes"],
-    "bench": ["Problems", "Solvers", "Stopping", "Measuring", "Output"],
-    "check": ["Problem and solution", "Verification", "Output"],
-    "inspect": ["Problem", "Stopping", "Output"],
-    "kernels": ["Help", "Exit codes"],
-    "make": ["Family", "Problem", "Output"],
-    "convert": ["Problem", "Output"],
-    "completion": ["Shell", "Shells, and where the script belongs"],
-    "help": ["Topic", "Topics"],
+    name: headings.split("; ")
+    for name, headings in {
+        "": "Commands; Help; Exit codes",
+        "why": "Problem; Explanation; Stopping; Output; Help; Exit codes",
+        "solve": (
+            "Problem; Method; Answer; Start; Stopping; Output; Help; Methods; Exit "
+            "codes"
+        ),
+        "compare": (
+            "Problem; Method; Start; Stopping; Answer; Output; Help; Methods; Exit "
+            "codes"
+        ),
+        "path": "Problem; Path; Stopping; Output; Exit codes",
+        "bench": "Problems; Solvers; Stopping; Measuring; Output",
+        "check": "Problem and solution; Verification; Output",
+        "inspect": "Problem; Stopping; Output",
+        "kernels": "Help; Exit codes",
+        "make": "Family; Problem; Output",
+        "convert": "Problem; Output",
+        "completion": "Shell; Shells, and where the script belongs",
+        "help": "Topic; Topics",
+    }.items()
 }
 WITHOUT_DEFAULT = {  # options that do nothing unless they are given
     **dict.fromkeys(COMMANDS, ("--plot",)),

@@ -59,10 +59,10 @@ def folder(tmp_path_factory):
     (folder / "game.json").write_text(json.dumps({"A": A, "B": B}))
     A = rng.standard_normal((450, 450))
     large = Problem(A @ A.T + np.eye(450), -np.ones(450))
-    writing.write(large, str(folder / "large.npz"))
+    writing.write(large, folder / "large.npz")
     A = rng.standard_normal((2000, 2000))
     large = Problem(A @ A.T / 2000 + np.eye(2000), rng.standard_normal(2000))
-    writing.write(large, str(folder / "dense.npz"))
+    writing.write(large, folder / "dense.npz")
     (folder / "many.jsonl").write_text(f"{GOOD}\n" * 20_000)
     return folder
 

@@ -11,6 +11,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from numpy.random import default_rng
 
 import lcpcli
 from lcpcli.cli.problems import Runs
@@ -35,7 +36,7 @@ def files(folder):
 
 
 def random_problem(seed, n=5):
-    rng = np.random.default_rng(seed)
+    rng = default_rng(seed)
     M = rng.standard_normal((n, n))
     return lcpcli.Problem(M + np.diag(np.abs(M).sum(1)), rng.standard_normal(n))
 
@@ -117,7 +118,7 @@ def test_files_of_M_and_q_and_whole_problems_come_in_any_order(lcp):
 
 def columns(k):
     """A problem in A.csv, and k other q for it in the columns of Q, in each format."""
-    problem, Q = random_problem(1), np.random.default_rng(2).standard_normal((5, k))
+    problem, Q = random_problem(1), default_rng(2).standard_normal((5, k))
     np.savetxt("A.csv", problem.M, delimiter=",")
     np.savetxt(
         "Q.csv",

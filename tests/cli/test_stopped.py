@@ -19,6 +19,7 @@ from types import ModuleType
 
 import numpy as np
 import pytest
+from numpy.random import default_rng
 
 import lcpcli
 from lcpcli import Status
@@ -52,11 +53,11 @@ UNEXAMINED = (
 def stopped(lcp, folder, monkeypatch):
     """Run a command that gets a signal, or an error, at a call of a function: after so
     many others, or at the first one with such arguments."""
-    rng = np.random.default_rng(0)
+    rng = default_rng(0)
     A, q = rng.normal(size=(60, 60)), rng.uniform(0.1, 1, 60)
     for name, sign in (("from", 1), ("to", -1)):  # with many breakpoints between them
         writing.write(lcpcli.Problem(A @ A.T + A - A.T, sign * q), f"{name}.npz")
-    games = np.random.default_rng(1)
+    games = default_rng(1)
     A, B = (np.round(games.random((16, 16)) * 99).tolist() for _ in "AB")
     (folder / "game.json").write_text(json.dumps({"A": A, "B": B}))
     (folder / "murty.json").write_text('{"M": [[1, 2], [2, 1]], "q": [-1, -1]}')

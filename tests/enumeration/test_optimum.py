@@ -15,6 +15,7 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from numpy.random import default_rng
 
 import lcpcli
 from lcpcli import errors
@@ -32,7 +33,7 @@ SOURCE = Source("best.json")
 def random_problem(seed):
     """A problem with a planted solution, and often many others; every third one has
     bounds of all kinds."""
-    random = np.random.default_rng(seed)
+    random = default_rng(seed)
     n = int(random.integers(2, 9))
     M = random.integers(-3, 4, (n, n)) * (random.random((n, n)) < 0.6)
     z = random.integers(0, 3, n) * (random.random(n) < 0.5)
@@ -132,7 +133,7 @@ def test_the_best_equilibrium_of_a_player_is_the_least_of_its_costs():
 
 
 def test_the_best_equilibrium_by_payoffs_is_that_of_all_equilibria():
-    random = np.random.default_rng(3)
+    random = default_rng(3)
     for _ in range(15):
         shape = random.integers(1, 5, 2)
         game = lcpcli.from_game(*random.integers(-3, 4, (2, *shape)))

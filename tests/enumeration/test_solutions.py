@@ -14,6 +14,7 @@ from itertools import combinations, count
 
 import numpy as np
 import pytest
+from numpy.random import default_rng
 
 import lcpcli
 from lcpcli import Problem
@@ -37,7 +38,7 @@ SCALED = np.array([[3.0], [1.0], [7.0], [2.0]] * 5)
 
 @pytest.mark.parametrize("kind", ["definite", "scaled", "dominant", "triangular"])
 def test_the_only_solution_is_proved_to_be_the_only_one(kind):
-    n, generator = 20, np.random.default_rng(1)
+    n, generator = 20, default_rng(1)
     A, S = generator.integers(-5, 6, (2, n, n)).astype(float)
     definite = A @ A.T + S - S.T + np.eye(n)
     M = {
@@ -75,7 +76,7 @@ def test_semidefinite_problems_have_one_piece_which_is_found_whole():
 
 def test_degenerate_points_take_no_time():
     """All 2^30 complementary sets have the solution 0."""
-    generator = np.random.default_rng(0)
+    generator = default_rng(0)
     coupling = generator.integers(0, 3, (30, 30)) * (1 - np.eye(30))
     for M in (np.eye(30), np.eye(30) + coupling):
         (piece,) = lcpcli.solutions(Problem(M, np.zeros(30)))
@@ -252,7 +253,7 @@ def agrees(M, q, lower, upper):
 
 
 def test_the_pieces_are_the_maximal_polyhedra_of_all_choices_of_states():
-    generator = np.random.default_rng(17)
+    generator = default_rng(17)
     sets = [agrees(*oracle.random_problem(generator, MOST)) for _ in range(COUNT)]
     assert sum(not pieces for pieces in sets) > 0.05 * COUNT
     assert sum(len(pieces) > 1 for pieces in sets) > 0.1 * COUNT
@@ -267,7 +268,7 @@ def test_the_pieces_are_the_maximal_polyhedra_of_all_choices_of_states():
 def test_unknowns_between_two_bounds():
     """Of each w_i one sign is asked for at one bound and the other one at the other:
     nothing that is chosen for one branch of the tree holds in another one."""
-    generator, count = np.random.default_rng(5), COUNT // 5
+    generator, count = default_rng(5), COUNT // 5
     sets = []
     for _ in range(count):
         n = int(generator.integers(2, 5))
@@ -425,7 +426,7 @@ def check_game(found, whole, held):
 @pytest.mark.parametrize("kind", ["game", "mixed"])
 @pytest.mark.parametrize("cut", ["number", "time"])
 def test_cut_list_says_nothing_that_is_false(kind, cut, monkeypatch):
-    generator, said = np.random.default_rng(31), []
+    generator, said = default_rng(31), []
     for _ in range(LISTS):
         if kind == "game":
             problem = random_game(generator)
@@ -509,7 +510,7 @@ def test_shipped_games_have_the_known_number_of_equilibria(name, extreme, compon
 
 def test_a_game_whose_payoffs_sum_to_a_constant_has_one_subset():
     """The one piece of its LCP, given without its origin."""
-    generator, faces = np.random.default_rng(9), 0
+    generator, faces = default_rng(9), 0
     for _ in range(16):
         A = generator.integers(0, 3, tuple(generator.integers(2, 8, 2)))
         game = lcpcli.from_game(A, 5 - A)
@@ -527,7 +528,7 @@ def test_a_game_whose_payoffs_sum_to_a_constant_has_one_subset():
 def test_branch_and_bound_finds_the_same_equilibria_as_vertices(entries, monkeypatch):
     """Also if it is stopped after some of them, or after the first node, and the others
     come from vertices."""
-    generator, faces = np.random.default_rng(12), 0
+    generator, faces = default_rng(12), 0
     for _ in range(LISTS):
         shape = (2, *generator.integers(1, 7, 2))
         largest = generator.choice([2, 3, 100])
@@ -608,7 +609,7 @@ def test_a_search_stops_at_any_vertex_of_a_piece(monkeypatch):
 @pytest.mark.parametrize("shape", [(11, 14), (8, 30)])
 def test_an_equilibrium_of_a_game_with_many_vertices_is_known_before_these_are(shape):
     """It takes fewer steps than the vertices, of which there are thousands."""
-    payoffs = np.random.default_rng(1).integers(-99, 100, (2, *shape))
+    payoffs = default_rng(1).integers(-99, 100, (2, *shape))
     data = ExactProblem.of_problem(lcpcli.from_game(*payoffs))
     steps, all_steps = count(), count()
     first = next(pieces.pieces(data, lambda: next(steps)))
@@ -659,7 +660,7 @@ def test_rows_are_combined_only_as_far_as_a_search_goes():
 def test_a_game_from_a_tournament_has_many_subsets_of_many_vertices():
     """The row player wins with a vertex that beats all three of the column player's
     set, who wins if the vertex is in it; the numbers are those of branch and bound."""
-    beats = np.triu(np.random.default_rng(0).random((6, 6)) < 0.5, 1)
+    beats = np.triu(default_rng(0).random((6, 6)) < 0.5, 1)
     beats |= ~beats.T & np.tril(np.ones((6, 6), bool), -1)
     sets = list(combinations(range(6), 3))
     A = np.array([[beats[i, list(each)].all() for each in sets] for i in range(6)])
@@ -671,7 +672,7 @@ def test_a_game_from_a_tournament_has_many_subsets_of_many_vertices():
 
 @pytest.mark.parametrize("sum_is_constant", [True, False])
 def test_a_large_game_has_an_equilibrium_at_once(sum_is_constant):
-    A, B = np.random.default_rng(0).integers(-50, 50, (2, 18, 18))
+    A, B = default_rng(0).integers(-50, 50, (2, 18, 18))
     found = lcpcli.solutions(
         lcpcli.from_game(A, -A if sum_is_constant else B), max_solutions=1
     )
@@ -697,7 +698,7 @@ def test_payoffs_are_exact_fractions_also_in_files(tmp_path):
     [
         1 - np.eye(24),
         np.eye(24),
-        np.random.default_rng(1).integers(0, 2, (24, 24)),
+        default_rng(1).integers(0, 2, (24, 24)),
         np.zeros((12, 12)),
     ],
     ids=["crown", "identity", "zeros and ones", "zero"],

@@ -9,6 +9,7 @@ from typing import NamedTuple
 
 import numpy as np
 import pytest
+from numpy.random import default_rng
 
 import lcpcli
 from lcpcli.errors import ProblemError
@@ -85,7 +86,7 @@ def moved(data, field, i, value):
 def convex_problem(seed):
     """A problem with a positive semidefinite M, often singular and degenerate, every
     other one with bounds of all kinds."""
-    random = np.random.default_rng(seed)
+    random = default_rng(seed)
     n = int(random.integers(1, 6))
     B = random.integers(-2, 3, (int(random.integers(0, n + 1)), n))
     S = np.triu(random.integers(-2, 3, (n, n)), 1)
@@ -185,7 +186,7 @@ def test_what_is_said_of_ranges_names_the_solution_unless_m_is_monotone():
 
 
 def random_program(seed):
-    random = np.random.default_rng(seed)
+    random = default_rng(seed)
     m, k = random.integers(1, 7), random.integers(2, 8)
     A = np.round(random.normal(size=(m, k)) * (random.random((m, k)) < 0.6), 2)
     v = A @ random.uniform(0, 4, k)

@@ -102,13 +102,13 @@ def test_numbers_of_a_maximum_are_those_of_its_author(tmp_path):
     """It has no limit until the gain falls to 0, which the conditions of the minimum
     know as a cost of -2."""
     (tmp_path / "p.mps").write_text(MAXIMUM)
-    repair = lcpcli.why(lcpcli.read(str(tmp_path / "p.mps"))).repair
+    repair = lcpcli.why(lcpcli.read(tmp_path / "p.mps")).repair
     (change,) = repair.changes
     assert change.number.name == "x"
     assert change.number.what == "cost"
     assert change.change == -2
     (tmp_path / "p.mps").write_text(MAXIMUM.replace("most -1", "most 1"))
-    found = lcpcli.why(lcpcli.read(str(tmp_path / "p.mps")))
+    found = lcpcli.why(lcpcli.read(tmp_path / "p.mps"))
     cost, side = found.ranges["q"][0], found.ranges["q"][2]
     assert cost.value == 2
     assert (cost.below and cost.below.value) == 0

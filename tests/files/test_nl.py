@@ -7,6 +7,7 @@ from fractions import Fraction
 
 import numpy as np
 import pytest
+from numpy.random import default_rng
 from scipy.sparse import issparse
 
 from lcpcli import read, run
@@ -161,7 +162,7 @@ def test_only_the_branch_that_a_condition_takes_has_to_be_defined():
 def test_random_expressions_and_their_enclosures():
     """Intervals hold the values and the derivatives at all points of a box, also at its
     ends."""
-    rng, points = random.Random(3), np.random.default_rng(3)
+    rng, points = random.Random(3), default_rng(3)
     for _ in range(12):
         n = rng.randint(1, 4)
         expressions = [an_expression(rng, n, 4) for _ in range(n)]
@@ -424,7 +425,7 @@ def test_entries_of_a_large_sparse_jacobian_stand_where_differences_put_them():
         for i in range(n)
     ]
     problem = nonlinear(model(n, rows, [NONNEGATIVE] * n))
-    z, steps = np.random.default_rng(0).random(n), 1e-6 * np.eye(n)
+    z, steps = default_rng(0).random(n), 1e-6 * np.eye(n)
     by_differences = np.array(
         [(problem.values(z + step) - problem.values(z - step)) / 2e-6 for step in steps]
     ).T

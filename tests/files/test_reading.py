@@ -116,7 +116,7 @@ def test_q_and_a_start_are_read_from_a_file(tmp_path, content, monkeypatch):
     (tmp_path / "q.csv").write_bytes(content)
     feed(monkeypatch, content)
     for q in (str(tmp_path / "q.csv"), "-"):
-        problem = read(str(tmp_path / "M.csv"), q)
+        problem = read(tmp_path / "M.csv", q)
         assert numbers(problem) == (M, Q)
         assert problem.name == "M"
     assert read_start("--x0", str(tmp_path / "q.csv"), 2).tolist() == Q
@@ -362,7 +362,7 @@ def elsewhere(in_folder, monkeypatch):
 def test_each_is_read_by_its_name_from_any_folder(elsewhere):
     for name, file in contents.shipped_problems().items():
         for given in (name, file.name):
-            assert np.array_equal(read(given).q, read(str(file)).q)
+            assert np.array_equal(read(given).q, read(file).q)
     assert not list(elsewhere.iterdir())
 
 

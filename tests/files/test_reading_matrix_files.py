@@ -56,7 +56,7 @@ MATRICES = {
 def test_matrix_market_is_read(tmp_path, text):
     (tmp_path / "problem.mtx").write_bytes(text.encode("latin-1"))
     (tmp_path / "q.csv").write_bytes(b"-1,0.25")
-    problem = read(str(tmp_path / "problem.mtx"), str(tmp_path / "q.csv"))
+    problem = read(tmp_path / "problem.mtx", tmp_path / "q.csv")
     assert numbers(problem) == (M, Q)
     assert is_sparse(problem.M) == ("coordinate" in text)
     assert problem.name == "problem"
@@ -102,7 +102,7 @@ def test_q_is_read_from_matrix_market_beside_any_format(tmp_path, text):
     np.savez(tmp_path / "M.npz", M=M)
     (tmp_path / "q.mtx").write_text(f"{BANNER} {text}")
     for first in ("M.csv", "M.mtx.gz", "M.npz"):
-        problem = read(str(tmp_path / first), str(tmp_path / "q.mtx"))
+        problem = read(tmp_path / first, tmp_path / "q.mtx")
         assert numbers(problem) == (M, Q)
         assert problem.name == "M"
 
@@ -202,7 +202,7 @@ def test_whole_numbers_are_numbers(tmp_path):
 def test_what_scipy_saves_is_read_beside_q(tmp_path, kind):
     sparse.save_npz(tmp_path / "M.npz", getattr(sparse, kind)(np.array(M)))
     np.savez(tmp_path / "q.npz", Q)
-    problem = read(str(tmp_path / "M.npz"), str(tmp_path / "q.npz"))
+    problem = read(tmp_path / "M.npz", tmp_path / "q.npz")
     assert numbers(problem) == (M, Q)
     assert is_sparse(problem.M)
 

@@ -34,7 +34,7 @@ EXAMPLE = Problem(M, Q, name="example")
 )
 def test_no_file_is_written_in_an_unknown_format(tmp_path, name):
     with pytest.raises(ProblemError, match=rf"{name}.*\.json.*\.csv"):
-        write(EXAMPLE, str(tmp_path / name))
+        write(EXAMPLE, tmp_path / name)
     assert list(tmp_path.iterdir()) == []
 
 
@@ -42,7 +42,7 @@ def test_a_new_file_has_the_usual_permissions_and_an_old_one_keeps_its_own(tmp_p
     path = tmp_path / "problem.json"
     before = os.umask(0o027)
     try:
-        write(EXAMPLE, str(path))
+        write(EXAMPLE, path)
         assert os.umask(0o027) == 0o027
     finally:
         os.umask(before)
@@ -50,21 +50,21 @@ def test_a_new_file_has_the_usual_permissions_and_an_old_one_keeps_its_own(tmp_p
     for mode in (0o600, 0o664, 0o755):
         path.write_text("old")
         path.chmod(mode)
-        write(EXAMPLE, str(path))
-        assert numbers(read(str(path))) == (M, Q)
+        write(EXAMPLE, path)
+        assert numbers(read(path)) == (M, Q)
         assert stat.S_IMODE(path.stat().st_mode) == mode
 
 
 def test_a_link_stays_a_link_to_what_is_written(tmp_path):
     (tmp_path / "link.json").symlink_to("problem.json")
-    write(EXAMPLE, str(tmp_path / "link.json"))
+    write(EXAMPLE, tmp_path / "link.json")
     assert (tmp_path / "link.json").readlink() == Path("problem.json")
-    assert numbers(read(str(tmp_path / "problem.json"))) == (M, Q)
+    assert numbers(read(tmp_path / "problem.json")) == (M, Q)
 
 
 def test_a_file_of_the_longest_possible_name_is_written(tmp_path):
     path = tmp_path / f"{'a' * 250}.json"
-    write(EXAMPLE, str(path))
+    write(EXAMPLE, path)
     assert [entry.name for entry in tmp_path.iterdir()] == [path.name]
 
 
@@ -112,7 +112,7 @@ def test_a_file_that_cannot_be_written_stays_as_it_was_and_a_new_one_is_not_left
     (tmp_path / "old.json").write_text("old")
     for name in ("old.json", "new.json", "problem.mtx", "problem.npz"):
         with pytest.raises(error), failure():
-            write(EXAMPLE, str(tmp_path / name))
+            write(EXAMPLE, tmp_path / name)
     assert {entry.name: entry.read_text() for entry in tmp_path.iterdir()} == {
         "old.json": "old"
     }
@@ -122,7 +122,7 @@ def test_of_a_pair_none_is_replaced_if_one_cannot_be_written(tmp_path):
     (tmp_path / "problem.mtx").write_text("old")
     (tmp_path / "problem.q.mtx").mkdir()
     with pytest.raises(LCPError, match=rf"problem\.q\.mtx: {DIRECTORY}"):
-        write(EXAMPLE, str(tmp_path / "problem.mtx"))
+        write(EXAMPLE, tmp_path / "problem.mtx")
     assert (tmp_path / "problem.mtx").read_text() == "old"
 
 

@@ -5,6 +5,7 @@ from fractions import Fraction
 
 import numpy as np
 import pytest
+from numpy.random import default_rng
 
 import lcpcli
 from lcpcli import from_qp, run
@@ -81,7 +82,7 @@ def test_a_slack_between_rounding_and_an_error_of_x_is_not_decided():
 def test_multipliers_of_many_dependent_rows_may_be_unique():
     """The only y >= 0 with A'y = 0 is 0, as the first column is positive; with another
     sign there, there are many."""
-    A = np.random.default_rng(0).integers(-3, 4, (20, 5)).astype(float)
+    A = default_rng(0).integers(-3, 4, (20, 5)).astype(float)
     answers = []
     for first in (1.0, np.where(np.arange(20) < 10, 1.0, -1.0)):
         A[:, 0] = first
@@ -106,7 +107,7 @@ def number(random, size):
 def random_program(seed):
     """A program in whole numbers, exact as doubles, and often with a degenerate
     vertex."""
-    random = np.random.default_rng(seed)
+    random = default_rng(seed)
     k, m = int(random.integers(1, 4)), int(random.integers(1, 3))
     of_c, of_x = random.choice([1, 1, 10, 1e6, 1e9, 1e11, 1e13], 2)
     B = random.integers(-1, 2, (1, k)).astype(float)

@@ -9,6 +9,7 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
+from numpy.random import default_rng
 from scipy.sparse import csr_array
 
 import lcpcli
@@ -32,7 +33,7 @@ TOL = 1e-10
 def generated(seed):
     """A, b, bounds and findex of bodies with mass ratios up to 1e6, of which some
     contacts are redundant, with limits and motors beside the contacts, in any order."""
-    random = np.random.default_rng(seed)
+    random = default_rng(seed)
     n = int(random.integers(3, 30))
     J = random.normal(size=(n, n + 3))
     if seed % 2:
@@ -85,7 +86,7 @@ def test_without_tangential_unknowns_it_is_the_mixed_problem():
 @pytest.mark.parametrize("seed", [2, 4, 6])
 def test_three_unknowns_have_the_impulses_of_stewart_and_trinkle(seed):
     """Whose M is built by hand, of contacts whose impulses are unique."""
-    random = np.random.default_rng(seed)
+    random = default_rng(seed)
     k = 4
     J = random.normal(size=(2 * k, 3 * k))
     W, q, mu = J @ J.T, random.normal(size=2 * k), 0.1
@@ -143,8 +144,8 @@ def test_by_restitution_contacts_bounce_with_a_share_of_their_speed(tmp_path):
     assert answer.w[[0, 2]].tolist() == pytest.approx([1, 0])
     assert answer.exact["w"][::2] == [1, 0]
     assert np.allclose(W @ answer.x + before, answer.w)
-    lcpcli.write(problem, str(tmp_path / "bounce.json"))
-    again = lcpcli.read(str(tmp_path / "bounce.json"))
+    lcpcli.write(problem, tmp_path / "bounce.json")
+    again = lcpcli.read(tmp_path / "bounce.json")
     assert np.array_equal(again.q, problem.q)
     assert np.allclose(lcpcli.run(again).answer.w, answer.w)
     solver = lcpcli.Solver(problem)
@@ -198,7 +199,7 @@ def test_jammed_is_said_only_where_no_impulses_are_allowed():
 @pytest.mark.parametrize("seed", few_of(range(40), 4))
 def test_bodies_at_rest_without_a_tangential_load_stick(method, seed):
     """x_t = beta - mu x_n is 0 up to the rounding of both."""
-    random = np.random.default_rng(seed)
+    random = default_rng(seed)
     k = int(random.integers(1, 4))
     q = np.zeros(2 * k)
     q[::2] = -random.uniform(0.1, 10, k)
@@ -303,7 +304,7 @@ def test_contacts_come_and_go_in_a_loop_until_it_is_at_rest(compiled):
 def test_steps_that_jump_satisfy_the_laws(seed, compiled):
     """From the states of the last step, with limits, motors and redundant contacts, of
     which the matrix changes now and then."""
-    given, random = list(generated(seed)), np.random.default_rng(seed)
+    given, random = list(generated(seed)), default_rng(seed)
     if compiled:
         pytest.importorskip("numba")
     solver = lcpcli.Solver(lcpcli.from_findex(*given), compiled=compiled)
@@ -352,7 +353,7 @@ def test_a_step_with_the_data_of_the_one_before_takes_one_system():
 
 
 def test_redundant_contacts_take_no_branch_and_bound():
-    random = np.random.default_rng(3)
+    random = default_rng(3)
     for _ in range(40):
         J = random.normal(size=(16, 3)) * (random.random((16, 3)) < 0.6)
         # A motion that opens all contacts: they are not jammed.
@@ -423,7 +424,7 @@ def test_contacts_that_persist_keep_their_states():
 def test_lemke_is_guaranteed_without_redundant_contacts_in_any_order(shift, dimension):
     """By an exact proof, also with a compliance on the diagonal; not for a q that asks
     for something else of opposite directions, or of the slacks."""
-    random, k, facets = np.random.default_rng(3), 6, 2 * (dimension - 1)
+    random, k, facets = default_rng(3), 6, 2 * (dimension - 1)
     J = random.normal(size=(dimension * k, 4 * k)).round(2)
     places = np.arange(dimension * k).reshape(k, dimension)
     friction = Friction(places[:, 0], places[:, 1:], np.full(k, 0.5))
@@ -544,7 +545,7 @@ def test_the_caller_may_write_the_arrays_of_a_step_again(compiled):
     data["findex"] = np.array([-1, 0])
     solver = lcpcli.Solver(lcpcli.from_findex(**data), compiled=compiled)
     solver.solve()
-    rng = np.random.default_rng(0)
+    rng = default_rng(0)
     for _ in range(20):
         mu = rng.uniform(0, 1)
         data["lower"][:], data["upper"][:] = (0, -mu), (rng.uniform(0.1, 9), mu)
@@ -664,7 +665,7 @@ def test_an_impulse_between_its_bounds_is_accepted_without_a_velocity_alone(chan
 
 @pytest.mark.parametrize("seed", [155, 279, 677, 1344])
 def test_where_lemke_ends_in_a_ray_the_other_form_is_solved(seed):
-    random = np.random.default_rng(seed)
+    random = default_rng(seed)
     k = int(random.integers(1, 4))
     J = random.normal(size=(2 * k, int(random.integers(max(1, k), 3 * k + 1))))
     W, q = J @ J.T, J @ random.normal(size=J.shape[1])

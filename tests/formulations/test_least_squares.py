@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from numpy.random import default_rng
 from scipy import optimize
 from scipy.sparse import csr_array
 
@@ -57,7 +58,7 @@ def exact_norm(A, b):
 @pytest.mark.parametrize("seed", few_of(range(200), 20))
 def test_a_fit_is_unique_only_where_its_norm_is_the_least(seed):
     """Of two columns that differ by a few rounding errors."""
-    random = np.random.default_rng(seed)
+    random = default_rng(seed)
     column = random.choice([-2.0, -1.0, 1.0, 2.0], 4)
     error = 2.0 ** -random.integers(40, 48)
     A = np.column_stack((column, column + error * np.array([0, 1, 0, -1])))
@@ -73,7 +74,7 @@ def test_a_fit_is_unique_only_where_its_norm_is_the_least(seed):
 def random_fit(seed):
     """A and b of a random shape, columns in units up to 1e6 apart, some of them
     dependent."""
-    rng = np.random.default_rng(seed)
+    rng = default_rng(seed)
     m, n = rng.integers(1, 20, 2)
     A = rng.standard_normal((m, n)) * 10.0 ** rng.integers(-3, 4, n)
     if seed % 3 == 0 and n > 2:
@@ -102,7 +103,7 @@ def test_fits_within_bounds_are_not_worse_than_those_of_scipy(seed):
 
 @pytest.mark.parametrize("seed", few_of(range(20), 8))
 def test_fits_with_equations_satisfy_their_conditions(seed):
-    rng = np.random.default_rng(seed)
+    rng = default_rng(seed)
     m, n = rng.integers(3, 12, 2)
     A, b = rng.standard_normal((m, n)), rng.standard_normal(m)
     E = np.vstack((np.ones(n), rng.standard_normal(n)))
@@ -131,7 +132,7 @@ def dot(one, two):
 
 def test_supports_are_those_of_fractions_where_A_A_has_no_digits_left():
     """cond(A) is 1e10: the square of it is beyond doubles."""
-    rng = np.random.default_rng(3)
+    rng = default_rng(3)
     planted, lost = np.array([1.0, 0, 2, 0, 3, 0]), 0
     for _ in range(10):
         left, _ = np.linalg.qr(rng.standard_normal((9, 6)))
@@ -150,7 +151,7 @@ def test_a_point_is_not_clear_where_its_error_moves_it_beyond_a_bound():
     """cond(A) is 1e7, and the residual as large as b: x has an error of up to 1e-2."""
     moved = 0
     for seed in range(20):
-        random = np.random.default_rng(seed)
+        random = default_rng(seed)
         left, _ = np.linalg.qr(random.standard_normal((6, 4)))
         right, _ = np.linalg.qr(random.standard_normal((3, 3)))
         A = left[:, :3] * [1, 1e-3, 1e-7] @ right
@@ -228,8 +229,8 @@ def test_no_measurements_or_no_coefficients_are_a_fit(
     assert lcpcli.run(problem).answer.norm == answer.norm
     assert len(answer.cells()["value"]) == rows + n + len(equation) // 2
     assert capfd.readouterr() == ("", "")  # LAPACK prints what it refuses
-    lcpcli.write(problem, str(tmp_path / "fit.npz"))
-    assert lcpcli.read(str(tmp_path / "fit.npz")).n == problem.n
+    lcpcli.write(problem, tmp_path / "fit.npz")
+    assert lcpcli.read(tmp_path / "fit.npz").n == problem.n
 
 
 WRONG = calls(
@@ -255,7 +256,7 @@ def test_bad_input_gets_a_line_that_names_the_argument(refusal):
 @pytest.mark.parametrize("as_program", [False, True])
 @pytest.mark.usefixtures("in_folder")
 def test_files_keep_a_fit(suffix, as_program):
-    A = np.random.default_rng(0).standard_normal((6, 3))
+    A = default_rng(0).standard_normal((6, 3))
     problem = lcpcli.from_lsq(
         A, A[:, 0], 0, [1, 2, np.inf], [1, 1, 1], 1, columns=["a", "b", "c"]
     )
@@ -268,7 +269,7 @@ def test_files_keep_a_fit(suffix, as_program):
 
 @pytest.mark.parametrize("seed", range(4))
 def test_sparse_and_dense_A_give_the_same_fit(seed):
-    rng = np.random.default_rng(seed)
+    rng = default_rng(seed)
     A = rng.standard_normal((300, 40)) * (rng.random((300, 40)) < 0.1)
     A *= 10.0 ** rng.integers(-6, 7, 40)
     b = rng.standard_normal(300)
@@ -302,7 +303,7 @@ def test_fractions_of_a_fit_are_those_of_its_decimals(lcp):
 
 @pytest.mark.parametrize("has_equation", [False, True])
 def test_many_right_hand_sides_have_the_fits_of_each(has_equation):
-    rng = np.random.default_rng(5)
+    rng = default_rng(5)
     A = np.abs(rng.standard_normal((12, 4)))
     B = A @ rng.dirichlet(np.ones(4) / 2, 12).T + 0.1 * rng.standard_normal((12, 12))
     B[:, 7] = A[:, 0]  # an exact fit, which is solved by itself
@@ -373,7 +374,7 @@ def test_a_run_with_a_trace_knows_of_a_fit_what_one_without_knows():
     grid = np.linspace(0, 10, 1000)
     centres = np.linspace(0, 10, 20)
     A = np.exp(-((grid[:, np.newaxis] - centres) ** 2) / 0.3)
-    b = A[:, ::3].sum(axis=1) + 0.05 * np.random.default_rng(0).standard_normal(1000)
+    b = A[:, ::3].sum(axis=1) + 0.05 * default_rng(0).standard_normal(1000)
     problem = lcpcli.from_lsq(A, b, lower=0)
     traced = lcpcli.run(problem, trace=True)
     result = lcpcli.run(problem)

@@ -7,6 +7,7 @@ from itertools import chain, product
 
 import numpy as np
 import pytest
+from numpy.random import default_rng
 
 import lcpcli
 from lcpcli.solving import driver
@@ -323,7 +324,7 @@ RING = {
 
 
 def test_a_game_of_two_players_has_the_same_equilibria_as_by_from_game():
-    random = np.random.default_rng(0)
+    random = default_rng(0)
     for _ in range(6):
         A, B = random.integers(-4, 5, (2, 3, 3))
         own = lcpcli.solutions(lcpcli.from_polymatrix({(0, 1): A, (1, 0): B.T}))
@@ -369,7 +370,7 @@ def test_the_best_equilibrium_of_a_player():
 def test_games_in_strategic_form_that_are_sums_over_pairs_are_read(seed, tmp_path):
     """Of three or four players, with fractions: any split of the payoffs has the same
     expected ones."""
-    random = np.random.default_rng(seed)
+    random = default_rng(seed)
     n = int(random.integers(3, 5))
     sizes = random.integers(1, 4, n).tolist()
 
@@ -391,7 +392,7 @@ def test_games_in_strategic_form_that_are_sums_over_pairs_are_read(seed, tmp_pat
     head = f'NFG 1 R "a game" {{ {names} }} {{ {" ".join(map(str, sizes))} }}'
     file = tmp_path / "game.nfg"
     file.write_text(f"{head}\n{' '.join(cells)}\n")
-    found = lcpcli.exact(lcpcli.read(str(file))).answer.exact
+    found = lcpcli.exact(lcpcli.read(file)).answer.exact
     given = lcpcli.from_polymatrix(payoffs)
     verified = lcpcli.check(given, [*chain(*found.strategies)])
     assert verified.exact

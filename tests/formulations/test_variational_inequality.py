@@ -5,6 +5,7 @@ from fractions import Fraction
 
 import numpy as np
 import pytest
+from numpy.random import default_rng
 from scipy.optimize import linprog
 
 import lcpcli
@@ -23,7 +24,7 @@ def claims(problem):
 
 @pytest.mark.parametrize("seed", range(12))
 def test_no_other_point_of_c_is_better_by_the_gradient_at_x(seed):
-    random = np.random.default_rng(seed)
+    random = default_rng(seed)
     n, m = 6, 4
     B, skew = random.integers(-2, 3, (2, n, n)).astype(float)
     H, h, A = B @ B.T + skew - skew.T, random.integers(-9, 9, n), random.random((m, n))
@@ -48,7 +49,7 @@ def test_no_other_point_of_c_is_better_by_the_gradient_at_x(seed):
 @pytest.mark.parametrize("seed", range(8))
 def test_an_active_set_reaches_what_the_conditions_alone_say(seed):
     """With equations, ranges, rows twice and fixed variables."""
-    random = np.random.default_rng(seed)
+    random = default_rng(seed)
     n = int(random.integers(2, 9))
     B, skew = random.integers(-2, 3, (2, n, n)).astype(float)
     A = random.integers(1, 4, (4, n)).astype(float)

@@ -12,6 +12,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
+from numpy.random import default_rng
 from scipy import sparse
 
 from lcpcli.gallery import families
@@ -158,7 +159,7 @@ def test_rows_that_are_dominant_up_to_rounding_are_decided_exactly(A, unit, nudg
 @pytest.mark.parametrize("seed", few_of(range(12), 4))
 def test_rounding_decides_nothing_about_definiteness(seed, transform):
     """Nor do the units in which a covariance, or a Gram matrix, is given."""
-    random = np.random.default_rng(seed)
+    random = default_rng(seed)
     n = int(random.integers(2, 40))
     k = int(random.integers(1, n + 1))
     B = random.standard_normal((k + n * (seed % 2), k)) @ random.standard_normal((k, n))
@@ -186,7 +187,7 @@ def test_a_matrix_that_is_indefinite_by_more_than_rounding_is_called_so(
 ):
     """In the units of its diagonal, by 1e-8 to 1e-3, at sizes at which no time for
     exact arithmetic is left."""
-    random = np.random.default_rng(seed)
+    random = default_rng(seed)
     n = int(random.integers(30, 60))
     B = random.standard_normal((n, int(random.integers(1, n))))
     S = B @ B.T
@@ -292,7 +293,7 @@ def known(sizes, repeats):
     for family, (make, expected) in enumerate(KNOWN):
         for n in sizes:
             for seed in range(repeats):
-                yield make(np.random.default_rng([family, n, seed]), n), expected
+                yield make(default_rng([family, n, seed]), n), expected
 
 
 def test_matrices_of_known_class_are_recognised_and_nothing_else_is_claimed():
@@ -312,7 +313,7 @@ def test_larger_matrices_of_known_class_are_recognised_dense_and_sparse(n):
 
 def test_scaling_by_powers_of_ten_hides_no_class():
     d = 10.0 ** np.linspace(-8, 8, 70)
-    M = spd(np.random.default_rng(1), 70) * d * d[:, np.newaxis]
+    M = spd(default_rng(1), 70) * d * d[:, np.newaxis]
     assert classify((M + M.T) / 2)["positive_definite"].word == YES
     for diagonal in (np.diag(d), sparse.diags_array(d).tocsr()):
         assert classify(diagonal)["m_matrix"].word == YES
@@ -390,7 +391,7 @@ def test_a_determinant_that_excludes_is_found_where_no_other_minor_does(M):
 
 def test_without_time_only_what_takes_none_is_decided():
     with deadline_after(0.0):
-        found = classify(spd(np.random.default_rng(0), 10))
+        found = classify(spd(default_rng(0), 10))
     assert found.keys() == CLASSES.keys()
     assert found["symmetric"].word == YES
     assert found["positive_definite"].word == UNDECIDED
@@ -446,7 +447,7 @@ def test_singular_matrix_without_negative_minors_is_not_excluded_by_a_null_vecto
 @pytest.mark.parametrize("as_matrix", [np.asarray, sparse.csr_array])
 def test_matrix_of_contact_with_friction_is_copositive_in_any_order(as_matrix):
     problem = families.make("contact", 48, 1)
-    order = np.random.default_rng(0).permutation(problem.n)
+    order = default_rng(0).permutation(problem.n)
     M = (
         problem.M.toarray()[order][:, order]
         if sparse.issparse(problem.M)

@@ -7,6 +7,7 @@ import math
 
 import numpy as np
 import pytest
+from numpy.random import default_rng
 from scipy import sparse
 from scipy.sparse import eye_array
 
@@ -34,7 +35,7 @@ OBJECT = json.loads(
 
 
 def random_problem(seed, n, symmetric):
-    random = np.random.default_rng(seed)
+    random = default_rng(seed)
     A, S = random.standard_normal((2, n, n)) / np.sqrt(n)
     M = A @ A.T + 0.1 * np.eye(n)
     return Problem(M if symmetric else M + S - S.T, random.standard_normal(n))
@@ -44,7 +45,7 @@ def tridiagonal(n, diagonal=2.0):
     M = sparse.diags_array(
         [-1.0, diagonal, -1.0], offsets=[-1, 0, 1], shape=(n, n)
     ).tocsr()
-    return Problem(M, np.random.default_rng(n).standard_normal(n))
+    return Problem(M, default_rng(n).standard_normal(n))
 
 
 def hints(M, q=None):
@@ -123,7 +124,7 @@ def test_measured_rate_of_fixed_point_is_the_local_one_and_below_the_bound(n, ki
 
 def test_bound_is_that_of_eigenvalues_and_a_singular_iteration_has_none():
     eigenvalues = np.array([0.2, 1.0, 9.0])
-    Q = np.linalg.qr(np.random.default_rng(0).standard_normal((3, 3)))[0]
+    Q = np.linalg.qr(default_rng(0).standard_normal((3, 3)))[0]
     M = Q @ np.diag(eigenvalues) @ Q.T
     for omega in (1.0, 1.5):
         theory = contraction(
@@ -304,7 +305,7 @@ def random_mixed_problem(kind, random):
 def test_guaranteed_methods_solve_the_problem_or_prove_it_has_no_solution(kind):
     guaranteed = set()
     for seed in range(10):
-        problem = random_mixed_problem(kind, np.random.default_rng(seed))
+        problem = random_mixed_problem(kind, default_rng(seed))
         for method, guarantee in inspect(problem, INF).guarantees.items():
             if guarantee.word == "yes" and method != "shi":  # which rounding may stall
                 guaranteed.add(method)

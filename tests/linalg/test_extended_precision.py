@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from numpy.random import default_rng
 from scipy.sparse import csr_array, diags_array, random_array
 
 from lcpcli.gallery.families import make
@@ -36,7 +37,7 @@ def exact(x):
 
 
 def of_seed(seed, n=30):
-    random = np.random.default_rng(seed)
+    random = default_rng(seed)
     highs = random.normal(size=(2, n)) * 10.0 ** random.uniform(-8, 8, (2, n))
     lows = highs * random.uniform(-0.5, 0.5, (2, n)) * EPS
     return DoubleDouble(highs[0], lows[0]), DoubleDouble(highs[1], lows[1])
@@ -84,7 +85,7 @@ def test_products_with_a_matrix_lose_nothing_to_cancellation(seed, kind):
 
 
 def band_of(seed, is_symmetric, is_shuffled):
-    random, n = np.random.default_rng(seed), 40
+    random, n = default_rng(seed), 40
     parts = [random.normal(size=n - abs(k)) for k in range(-2, 3)]
     M = csr_array(diags_array(parts, offsets=range(-2, 3)))
     M = M + M.T if is_symmetric else M
@@ -96,7 +97,7 @@ def band_of(seed, is_symmetric, is_shuffled):
 @pytest.mark.parametrize("is_symmetric", [True, False])
 @pytest.mark.parametrize("is_shuffled", [True, False])
 def test_bands_solve_what_dense_matrices_do(is_symmetric, is_shuffled):
-    M, random = band_of(5, is_symmetric, is_shuffled), np.random.default_rng(6)
+    M, random = band_of(5, is_symmetric, is_shuffled), default_rng(6)
     n = M.shape[0]
     band = Banded(M)
     assert band.is_symmetric == is_symmetric
@@ -126,7 +127,7 @@ def test_bands_solve_what_dense_matrices_do(is_symmetric, is_shuffled):
 def test_fixed_point_factors_solve_what_doubles_cannot():
     """Condition 1e17: the solution is right to the last digits of a double."""
     M = csr_array(make("beam", 300, contrast=1e8, support="hinged").M)
-    random = np.random.default_rng(1)
+    random = default_rng(1)
     b = random.normal(size=300)
     right = bands.solution(M, list(map(Fraction, b)))
     solve, is_definite = Banded(M).fixed_point(None)
@@ -164,7 +165,7 @@ def test_basic_solutions_are_refined_or_factorized_again_as_needed():
 
 def test_condition_and_definiteness_do_not_depend_on_units():
     M = csr_array(make("beam", 200).M)
-    U = diags_array([10.0 ** np.random.default_rng(0).uniform(-9, 9, 200)], offsets=[0])
+    U = diags_array([10.0 ** default_rng(0).uniform(-9, 9, 200)], offsets=[0])
     in_units = csr_array(U @ M @ U)
     size = float(np.linalg.cond(M.toarray()))
     assert condition(M) == pytest.approx(size, rel=0.5)
@@ -196,7 +197,7 @@ def test_a_value_is_deleted_by_the_thread_that_has_made_it():
 
 @pytest.mark.parametrize("power", [0, -500, -515, -525, -530, -537, -540])
 def test_bounds_on_rounding_cover_products_that_underflow_in_part(power):
-    random = np.random.default_rng(0)
+    random = default_rng(0)
     for n in (1, 3, 30):
         M, z = 2.0**power * random.random((n, n)), 2.0**power * random.random(n)
         w = M @ z

@@ -13,6 +13,7 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from numpy.random import default_rng
 from scipy import sparse
 from scipy.sparse import csr_array, diags_array
 from scipy.sparse.linalg import splu
@@ -53,7 +54,7 @@ def test_bordered_systems_are_those_of_the_whole_matrix(places, monkeypatch):
         return made
 
     monkeypatch.setattr("scipy.sparse.linalg.splu", noted)
-    random = np.random.default_rng(1)
+    random = default_rng(1)
     M = bordered(500, places, random)
     assert dense_places(M).tolist() == places
     systems = Bordered(M, dense_places(M))
@@ -72,7 +73,7 @@ def test_a_finish_with_few_dense_rows_eliminates_the_diagonal_rest_densely():
     """The conditions of min x'Dx / 2 with 40 full rows, for one set of basic variables;
     some D_ii are 0."""
     pytest.importorskip("qdldl")
-    random = np.random.default_rng(3)
+    random = default_rng(3)
     A, D = random.normal(size=(40, 300)), np.arange(300.0) % 3
     M = np.block([[np.diag(D), -A.T], [A, np.zeros((40, 40))]])
     chosen = shifted_systems.systems(
@@ -125,7 +126,7 @@ def test_a_singular_border_is_told():
 
 def test_many_dense_rows_are_no_border():
     assert not dense_places(
-        bordered(900, list(range(MAX_SPLIT_OFF + 1)), np.random.default_rng(0))
+        bordered(900, list(range(MAX_SPLIT_OFF + 1)), default_rng(0))
     ).size
     assert not dense_places(csr_array(np.ones((50, 50)))).size
 
@@ -134,7 +135,7 @@ def test_programs_with_dense_rows_are_solved_by_scipy_alone(monkeypatch):
     """min |x - t|^2 / 2 over x >= 0 with a few sums of all x, and differences of
     neighbours, bounded."""
     pytest.importorskip("qdldl")
-    n, random = 500, np.random.default_rng(0)
+    n, random = 500, default_rng(0)
     differences = diags_array(
         [np.full(n, 1.0), np.full(n, -1.0)], offsets=[0, 1], shape=(n - 1, n)
     )
@@ -182,7 +183,7 @@ def test_a_singular_block_of_a_tridiagonal_matrix_is_reported(P):
 
 
 def test_each_submatrix_is_factorized_once(monkeypatch):
-    generator = np.random.default_rng(0)
+    generator = default_rng(0)
     n, m = 70, 90
     M = generator.standard_normal((n, n)) + 3 * np.sqrt(n) * np.eye(n)
     sets = generator.random((5, n))[generator.integers(5, size=m)] < 0.5
@@ -201,7 +202,7 @@ def test_each_submatrix_is_factorized_once(monkeypatch):
 
 
 def test_sets_of_most_indices_are_solved_for_by_their_complements():
-    generator = np.random.default_rng(0)
+    generator = default_rng(0)
     n, m = 30, 40
     M = generator.standard_normal((n, n)) + 3 * np.sqrt(n) * np.eye(n)
     sets = generator.random((m, n)) < np.linspace(0, 1.1, m)[:, np.newaxis]
@@ -257,7 +258,7 @@ def test_long_rows_are_left_to_an_order_that_does_not_repeat_them():
 
 
 def test_patterns_of_singular_matrices_alone_are_structurally_singular():
-    random = np.random.default_rng(0)
+    random = default_rng(0)
     found = set()
     for _ in range(60):
         A = np.where(random.random((12, 12)) < 0.25, random.normal(size=(12, 12)), 0.0)
@@ -330,7 +331,7 @@ def by_both(monkeypatch, *program):
 @pytest.mark.parametrize("seed", range(3))
 @pytest.mark.parametrize("form", [np.asarray, csr_array])
 def test_both_find_the_same_minimum_and_multipliers(seed, form, monkeypatch):
-    random = np.random.default_rng(seed)
+    random = default_rng(seed)
     A, x = random.integers(-3, 4, (7, 12)).astype(float), random.random(12)
     low = A @ x - np.array([0, 0, 1, 1, 1, 2, 3])
     high = A @ x + np.array([0, 0, np.inf, np.inf, 1, 2, 3])
@@ -393,7 +394,7 @@ def test_equations_that_overflow_are_not_combined(value):
 
 @pytest.mark.parametrize("n", [6, 10, 20])
 def test_bicgstab_ends_within_as_many_steps_as_there_are_unknowns(n):
-    random = np.random.default_rng(n)
+    random = default_rng(n)
     A = 3 * np.eye(n) + random.standard_normal((n, n)) / np.sqrt(n)
     x = random.standard_normal(n)
     found, _ = krylov.bicgstab(
@@ -408,7 +409,7 @@ def test_bicgstab_ends_within_as_many_steps_as_there_are_unknowns(n):
 
 def test_a_vector_in_range_is_that_of_exact_numbers_but_for_one_power_of_two():
     """Also times factors that are no powers of two, whose exponents carry."""
-    random = np.random.default_rng(0)
+    random = default_rng(0)
     for _ in range(50):
         y = np.ldexp(random.integers(-9, 10, 8).astype(float), random.integers(-99, 99))
         R = random.choice([0.75, 1.0, 3.0, 5.0, 7.0], 8)

@@ -5,6 +5,7 @@ from importlib.util import find_spec
 
 import numpy as np
 import pytest
+from numpy.random import default_rng
 from scipy.sparse import block_array, csr_array, diags_array
 
 from lcpcli.linalg.rank_one_blocks import rank_one_blocks
@@ -17,7 +18,7 @@ ROWS = 10
 def with_blocks(seed, others=0):
     """A matrix of a program with blocks of rank one of several sizes, permuted, and so
     many other entries; and its signs."""
-    random = np.random.default_rng(seed)
+    random = default_rng(seed)
     n = sum(SIZES)
     Q = np.zeros((n, n))
     end = 0
@@ -73,7 +74,7 @@ def test_no_blocks_are_returned_where_little_is_saved(others):
 @pytest.mark.parametrize("seed", range(5))
 def test_systems_with_blocks_have_the_solutions_of_the_matrix(seed):
     M, signs = with_blocks(seed)
-    random = np.random.default_rng(seed)
+    random = default_rng(seed)
     shifted, systems = M.toarray(), LDL(M, signs)
     for _ in range(3):  # the pattern is analysed at the first one
         d, b = random.uniform(0.1, 1.0, signs.size), random.normal(size=signs.size)

@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from numpy.random import default_rng
 from scipy.sparse import coo_array, csc_array, csr_array, diags_array, random_array
 
 from lcpcli import Problem, from_qp
@@ -60,7 +61,7 @@ def test_units_of_rows_and_columns_follow_powers_of_two(seed, spread, density):
 @pytest.mark.parametrize("shape", ["chain", "tree", "band", "ring"])
 @pytest.mark.parametrize("n", [40, 300])
 def test_units_are_the_least_squares_however_long_the_graph_is(n, shape):
-    random = np.random.default_rng(n)
+    random = default_rng(n)
     i = np.arange(1, n)
     above = random.integers(0, i) if shape == "tree" else i - 1
     M = np.eye(n)
@@ -136,7 +137,7 @@ def test_rows_and_columns_of_zeros_are_equilibrated_too(other):
 @pytest.mark.parametrize("n", [5, 150])
 @pytest.mark.parametrize("form", [np.asarray, csr_array])
 def test_largest_entries_are_those_of_absolute_values_whatever_the_size(n, form):
-    random = np.random.default_rng(n)
+    random = default_rng(n)
     M = random.uniform(-2, 1, (n, n)) * (random.random((n, n)) < 0.5)
     R, C = random.random((2, n))
     given, scaled = form(M), R[:, np.newaxis] * np.abs(M) * C
@@ -148,7 +149,7 @@ def test_largest_entries_are_those_of_absolute_values_whatever_the_size(n, form)
 
 
 def test_units_of_a_large_matrix_are_found_by_blocks_of_rows():
-    random = np.random.default_rng(0)
+    random = default_rng(0)
     M = np.exp2(random.integers(-9, 10, 500))[:, None] * random.standard_normal(
         (500, 500)
     )
@@ -167,7 +168,7 @@ def test_products_are_those_of_the_operator_of_scipy_with_its_routine_or_without
 ):
     if hidden:
         monkeypatch.setitem(sys.modules, "scipy.sparse._sparsetools", None)
-    random = np.random.default_rng(0)
+    random = default_rng(0)
     for shape in ((5, 5), (3, 7), (40, 1)):
         A = random.standard_normal(shape) * (random.random(shape) < 0.3)
         v = random.standard_normal(shape[1])
@@ -244,7 +245,7 @@ MATRICES = {
 @pytest.mark.parametrize("name", MATRICES)
 def test_products_are_those_of_the_matrix(name):
     M = MATRICES[name]
-    x, b, factors = np.random.default_rng(0).standard_normal((3, M.shape[0]))
+    x, b, factors = default_rng(0).standard_normal((3, M.shape[0]))
     operator = Operator(M)
     assert np.allclose(operator(x), M @ x, rtol=0, atol=1e-13)
     assert np.allclose(operator(x, factors), factors * (M @ x), rtol=0, atol=1e-13)
@@ -263,7 +264,7 @@ def test_products_are_those_of_the_matrix(name):
 @pytest.mark.parametrize("seed", range(8))
 def test_units_of_the_matrix_before_bound_those_of_one_near_it(seed):
     """Quotients of the factors of two rows in one component, sparse and dense."""
-    random = np.random.default_rng(seed)
+    random = default_rng(seed)
     n = 12
     M = random.normal(size=(n, n)) * 10.0 ** random.integers(-3, 4, (n, n))
     M[random.random((n, n)) < 0.7 * (seed % 2)] = 0.0
@@ -282,7 +283,7 @@ def test_units_of_the_matrix_before_bound_those_of_one_near_it(seed):
 
 def test_a_sequence_is_accepted_by_lower_bounds_of_its_caps():
     """Which do not exceed those of the M itself."""
-    random = np.random.default_rng(0)
+    random = default_rng(0)
     M = np.diag(random.uniform(1, 2, 24)) + np.eye(24, k=1)
     q = random.normal(size=24)
     first, second = (Problem(M * factor, q) for factor in (1.0, 1.001))

@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import NamedTuple
 
 import numpy as np
+from numpy.random import default_rng
 
 from lcpcli import from_qp
 from lcpcli.typing import Vector
@@ -38,7 +39,7 @@ def random_program(seed, most=160, kind=""):
     """Return a program of integers: "infeasible" for every even seed, else with a
     minimum, "unbounded" or "both"; dense or sparse, linear or quadratic, with
     equations, inequalities, ranges, free and bounded variables."""
-    random = np.random.default_rng(seed)
+    random = default_rng(seed)
     kind = kind or (
         "infeasible"
         if seed % 2 == 0
@@ -105,7 +106,7 @@ def _with_contradiction(A, low, high, random):
 def with_rounded_combination(seed, k=40, m=20):
     """Return a linear program with a Gaussian matrix, whose last row is a combination
     of others, rounded to doubles, with another right-hand side."""
-    random = np.random.default_rng(seed)
+    random = default_rng(seed)
     A = random.standard_normal((m, k)) * (random.random((m, k)) < 0.3)
     x = random.random(k)
     factors = random.integers(0, 3, m).astype(float)
@@ -126,7 +127,7 @@ def with_rounded_combination(seed, k=40, m=20):
 def bounded_program(seed):
     """A definite program with an equation, a range, a row from below and one from
     above, and bounds of every kind."""
-    random = np.random.default_rng(seed)
+    random = default_rng(seed)
     k = 6
     F = random.integers(-3, 4, (k, k)) / 4
     inside = random.integers(-2, 3, k).astype(float)

@@ -14,6 +14,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from numpy.random import default_rng
 from scipy import sparse
 from scipy.sparse import block_array, block_diag, csr_array, diags_array, identity
 
@@ -118,7 +119,7 @@ def test_iterations_of_all_rounds_count_and_a_method_stands_in_the_route_once():
 
 
 def gaussian(n, seed):
-    random = np.random.default_rng(seed)
+    random = default_rng(seed)
     return Problem(random.normal(size=(n, n)), random.normal(size=n))
 
 
@@ -141,7 +142,7 @@ def test_contact_with_friction_goes_to_interior_in_any_order_and_regularized(
     shift, form
 ):
     contact = families.make("rigid-boxes", MAX_PIVOTED + 100)
-    order = np.random.default_rng(0).permutation(contact.n)
+    order = default_rng(0).permutation(contact.n)
     M = csr_array(contact.M) + shift * identity(contact.n)
     M, q = csr_array(M)[order][:, order], contact.q[order]
     result = run(Problem(M if form == "sparse" else M.toarray(), q))
@@ -192,7 +193,7 @@ def test_planted_solutions_are_found():
     result = run(Problem(*planted(80, 0)))
     assert result.solved
     assert result.route[-1] == "reflections"
-    assert run(solvable("any", 48, np.random.default_rng(2))).solved
+    assert run(solvable("any", 48, default_rng(2))).solved
 
 
 @pytest.mark.parametrize("seed", range(100, 106))
@@ -271,7 +272,7 @@ def test_the_trivial_solution_is_seen_at_once_unless_the_run_has_a_start():
 def test_chains_and_trees_of_zeros_take_one_system(n, sparse):
     """Each q_i but those of a few roots is 0: from q < 0, each step finds the children
     of the last variables."""
-    random = np.random.default_rng(n)
+    random = default_rng(n)
     for parents in (
         np.arange(n) - 1,
         np.array([int(random.integers(0, max(i, 1))) for i in range(n)]),
@@ -309,7 +310,7 @@ OF_HIGHS = ("HiGHS", "THIRD_PARTY_NOTICES")
 
 
 def test_structurally_singular_blocks_print_nothing(capfd):
-    generator = np.random.default_rng(3)
+    generator = default_rng(3)
     M = sparse.csr_array(sparse.random_array((300, 300), density=0.01, rng=generator))
     run(Problem(M, generator.standard_normal(300)), time_limit=1.0)
     printed = capfd.readouterr().out.splitlines()
@@ -357,7 +358,7 @@ def test_interrupt_reaches_the_solver_of_programs(tmp_path):
 
 @pytest.mark.parametrize("method", ["shi", "fixed-point"])
 def test_scale_and_finish_are_added_to_the_literal_methods_in_the_open(method):
-    generator = np.random.default_rng(5)
+    generator = default_rng(5)
     factor = generator.standard_normal((20, 20))
     M, q = factor @ factor.T + 20 * np.eye(20), generator.standard_normal(20)
     plain, scaled = (

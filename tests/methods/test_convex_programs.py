@@ -4,6 +4,7 @@ from importlib.util import find_spec
 
 import numpy as np
 import pytest
+from numpy.random import default_rng
 from scipy.sparse import block_diag, csr_array
 
 import lcpcli
@@ -31,7 +32,7 @@ def sparse(rows):
 def spread(rows, decades, seed):
     """The same program in units of rows and variables that are far apart, powers of
     two."""
-    random = np.random.default_rng(seed)
+    random = default_rng(seed)
     R, C = (
         2.0 ** random.integers(-(most := int(3.3 * decades)), most, size)
         for size in rows.A.shape
@@ -187,7 +188,7 @@ def test_options_and_limits_hold():
 
 @pytest.mark.parametrize("density", [0.1, 1.0])
 def test_fixed_variables_count_as_the_constants_that_they_are(density):
-    random = np.random.default_rng(7)
+    random = default_rng(7)
     A = random.integers(-5, 6, (20, 60)) * (random.random((20, 60)) < density)
     x = random.integers(0, 4, 60)
     c = random.integers(1, 9, 60)
@@ -253,7 +254,7 @@ def test_a_point_at_which_piqp_was_stopped_is_used_if_it_is_near(
 
 def test_programs_whose_costs_depend_on_sums_have_the_minimum_of_dense_ones():
     """PIQP gets the sums as variables."""
-    random, groups, members = np.random.default_rng(0), 6, 20
+    random, groups, members = default_rng(0), 6, 20
     n = groups * members
     order = random.permutation(n)
     sums = np.kron(np.eye(groups), random.uniform(0.5, 2, (1, members)))[:, order]

@@ -5,6 +5,7 @@ import itertools
 
 import numpy as np
 import pytest
+from numpy.random import default_rng
 from scipy.sparse import csr_array, linalg
 
 from lcpcli import Problem, Status, Trace, check, from_qp, run
@@ -44,7 +45,7 @@ def test_every_kind_of_monotone_problem_is_solved_in_few_steps(
     long."""
     steps = []
     for seed in range(3):
-        random = np.random.default_rng(seed)
+        random = default_rng(seed)
         problem = solvable(
             kind, int(random.integers(3, 40)), random, degenerate, sparse
         )
@@ -67,7 +68,7 @@ def test_programs_without_a_feasible_point_or_a_minimum_are_refuted(sparse):
     """The rows of A x >= b add up to 0 >= 1, in integers; or |A| x >= 1 does not bound
     the sum of x."""
     for seed in range(4):
-        random = np.random.default_rng(seed)
+        random = default_rng(seed)
         n, m = 8, 6
         A = random.integers(-5, 6, (m, n)).astype(float)
         b = random.integers(-5, 6, m).astype(float)
@@ -115,7 +116,7 @@ def test_models_are_solved_to_rounding(family, n):
 
 
 def test_the_options_change_the_iterates():
-    problem = solvable("program", 24, np.random.default_rng(1), sparse=True)
+    problem = solvable("program", 24, default_rng(1), sparse=True)
     firsts = []
     for options in ({}, {"start_slack": 50.0}, {"regularization": 1e-3}):
         trace = Trace()
@@ -211,7 +212,7 @@ def test_convex_programs_in_units_that_are_far_apart_are_solved():
     differ by up to 24 digits."""
     k, m = 200, 80
     for seed in range(3):
-        random = np.random.default_rng(seed)
+        random = default_rng(seed)
         A, R = (
             random.integers(-2, 3, (rows, k)) * (random.random((rows, k)) < 4 / k)
             for rows in (m, k)

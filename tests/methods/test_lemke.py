@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from numpy.random import default_rng
 from scipy.sparse import eye_array
 
 from lcpcli import Problem, Status, Trace, inspect, read
@@ -197,7 +198,7 @@ def test_a_path_goes_on_from_upper_bounds():
     """With bounds on both sides every problem has a solution, at which Lemke's path
     ends."""
     for seed in range(20, 220, 3):
-        rng = np.random.default_rng(seed)
+        rng = default_rng(seed)
         n = int(rng.integers(2, 7))
         M = rng.integers(-3, 4, (n, n)).astype(float)
         q = rng.integers(-9, 10, n).astype(float)
@@ -308,7 +309,7 @@ def test_a_ray_proves_that_equations_of_free_variables_contradict_each_other(nam
 def test_a_path_solves_most_programs_with_equations_in_units_of_their_own():
     solved = 0
     for seed in range(40):
-        rng = np.random.default_rng(seed)
+        rng = default_rng(seed)
         k, m = int(rng.integers(4, 12)), int(rng.integers(1, 4))
         G = rng.normal(size=(k, k))
         A = rng.normal(size=(m, k))
@@ -340,7 +341,7 @@ def test_a_contradiction_that_the_tolerance_hides_does_not_end_a_run_of_auto():
 
 def test_a_tableau_that_is_computed_anew_is_that_of_the_pivots():
     """With variables at both bounds."""
-    random, n_upper = np.random.default_rng(0), 0
+    random, n_upper = default_rng(0), 0
     for n in (3, 6, 9):
         B = random.standard_normal((n, n))
         M, q = B @ B.T + np.eye(n), -random.random(n) - 0.1

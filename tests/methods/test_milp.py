@@ -13,6 +13,7 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from numpy.random import default_rng
 from scipy.sparse import csr_array
 
 from lcpcli import Problem, Status, read, run, solve
@@ -56,7 +57,7 @@ def is_right(problem, result):
 def test_forms_are_restricted_to_0_or_multipliers_prove_that_they_cannot_be():
     proofs = points = 0
     for seed in range(40):
-        random = np.random.default_rng(seed)
+        random = default_rng(seed)
         m, n = random.integers(1, 6, 2)
         A, b = random.integers(-3, 4, (m, n)), random.integers(-4, 7, m)
         simplex, restricted = DualSimplex(A, b, margin=0.0), np.zeros(n + m, bool)
@@ -133,7 +134,7 @@ def test_shipped_problem_is_solved_to_rounding(file):
 def test_agrees_with_exact_arithmetic_on_every_kind_of_problem_in_any_units_and_sparse(
     start,
 ):
-    random = np.random.default_rng(start)
+    random = default_rng(start)
     for seed in range(start, start + 50):
         problem = exact.random_problem(seed)
         sparse = Problem(csr_array(problem.M), problem.q)
@@ -177,7 +178,7 @@ def test_tree_that_is_too_large_is_no_proof():
 def test_time_limit_is_kept_and_called_so(monkeypatch):
     """By a clock that goes on by one second each time it is read, and it is read while
     one waits."""
-    random, seconds = np.random.default_rng(0), count(0.0)
+    random, seconds = default_rng(0), count(0.0)
     A = random.normal(size=(60, 60))
     problem = Problem(A @ A.T + 0.1 * np.eye(60), random.normal(size=60) - 0.3)
     run(Problem([[2.0]], [-1.0]), "milp")  # loads what it needs
@@ -346,7 +347,7 @@ def test_a_proof_by_the_equation_of_a_free_variable_is_one_for_the_problem_as_gi
 def test_sparse_problems_and_those_with_bounds_and_free_variables_are_solved(seed):
     M, q = planted(60, seed, 0.15)
     assert solve(csr_array(M), q, "reflections").solved
-    assert run(solvable("any", 40, np.random.default_rng(seed)), "reflections").solved
+    assert run(solvable("any", 40, default_rng(seed)), "reflections").solved
 
 
 @pytest.mark.parametrize(
@@ -355,7 +356,7 @@ def test_sparse_problems_and_those_with_bounds_and_free_variables_are_solved(see
 )
 def test_planted_problems_in_other_units_are_solved(rows, columns, q):
     M, given = planted(40, 1)
-    one = np.random.default_rng(0).random(40) < 0.5
+    one = default_rng(0).random(40) < 0.5
     R, C = np.where(one, rows, 1.0), np.where(one, columns, 1.0)
     assert solve(R[:, None] * M * C, q * R * given, "reflections").solved
 

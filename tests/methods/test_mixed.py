@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from numpy.random import default_rng
 from scipy.sparse import csr_array
 
 import lcpcli
@@ -33,7 +34,7 @@ def iterates(problem, method, count):
 def test_fixed_point_converges_on_boxes_at_the_rate_of_the_theory():
     """By max |1 - lambda| / |1 + lambda| in each step, for M positive definite."""
     for seed in range(10):
-        generator = np.random.default_rng(seed)
+        generator = default_rng(seed)
         M, q = definite(int(generator.integers(2, 30)), generator)
         lower = -generator.uniform(0, 1, q.size)
         problem = Problem(
@@ -56,7 +57,7 @@ def test_fixed_point_converges_on_boxes_at_the_rate_of_the_theory():
 
 def with_bounds(seed):
     """The data of a positive definite problem with all kinds of bounds."""
-    generator = np.random.default_rng(seed)
+    generator = default_rng(seed)
     M, q = definite(10, generator)
     lower, upper = with_all_bounds(10, generator)
     return {"M": M, "q": q, "lower": lower, "upper": upper}
@@ -92,7 +93,7 @@ def test_every_guaranteed_method_solves_problems_with_all_kinds_of_bounds(method
 
 def test_point_at_a_bound_is_there_exactly_once_the_reference_point_is_moved_back():
     """u - l + l is not always u in doubles: here for some of the unknowns."""
-    generator = np.random.default_rng(0)
+    generator = default_rng(0)
     lower, upper = generator.random(500), 1 + 9 * generator.random(500)
     assert ((upper - lower) + lower < upper).any()
     problem = Problem(
@@ -109,7 +110,7 @@ INF = np.inf
 def planted(seed, n, program):
     """A monotone problem or a convex program with variables of all kinds and a
     solution, whose equations are permuted, turned and scaled."""
-    random = np.random.default_rng(seed)
+    random = default_rng(seed)
     problem = solvable("program" if program else "half", n, random)
     M, q, free = problem.M.copy(), problem.q.copy(), np.flatnonzero(problem.box.free)
     order = random.permutation(free)
@@ -142,7 +143,7 @@ def tower(boxes, seed):
     """A time step of boxes at rest on one another (D. E. Stewart and J. C. Trinkle
     1996), with their velocities as free variables: forces of about 0.1, and horizontal
     momenta, and tilts of the contacts, that are rounding."""
-    generator = np.random.default_rng(seed)
+    generator = default_rng(seed)
     m, friction = 3 * boxes, generator.uniform(0.1, 1.0)
     mass = np.repeat(generator.uniform(0.5, 2.0, boxes), 3) * np.tile(
         [1.0, 1.0, 0.1], boxes
@@ -261,7 +262,7 @@ def test_a_reduction_does_not_hold_for_bounds_of_other_kinds():
 
 def problem_with_free(n, seed):
     """Return a monotone problem with n unknowns, every other of which is free."""
-    rng = np.random.default_rng(seed)
+    rng = default_rng(seed)
     A = rng.uniform(-1, 1, (n, n)) * (rng.random((n, n)) < 3 / n)
     M = csr_array(A - A.T + np.diag(rng.uniform(0.5, 1, n)))
     return Problem(

@@ -4,6 +4,7 @@ nearly right active set."""
 
 import numpy as np
 import pytest
+from numpy.random import default_rng
 from scipy.sparse import csr_array
 
 from lcpcli import Problem, Status, Trace, read
@@ -51,7 +52,7 @@ def test_cycle_of_plain_newton_is_broken(n):
 @pytest.mark.parametrize("n", [1, 10, 201])
 @pytest.mark.parametrize("symmetric", [True, False])
 def test_positive_definite_problems_take_a_handful_of_steps(n, symmetric):
-    generator = np.random.default_rng(n)
+    generator = default_rng(n)
     A, B = generator.uniform(-5, 5, (2, n, n))
     M = A.T @ A + np.eye(n) + (0 if symmetric else B - B.T)
     q = generator.uniform(-500, 500, n)
@@ -137,9 +138,9 @@ def test_numbers_beyond_the_range_of_single_precision_are_left_to_doubles(
 def test_steps_end_where_states_do_not_settle():
     """M = 0.1 I + A'A + B - B' with B as large as A: the iteration has no reason to
     converge."""
-    A, B = np.random.default_rng(0).standard_normal((2, 300, 300)) / np.sqrt(300)
+    A, B = default_rng(0).standard_normal((2, 300, 300)) / np.sqrt(300)
     M = 0.1 * np.eye(300) + A.T @ A + (B - B.T)
-    q = np.random.default_rng(1).standard_normal(300)
+    q = default_rng(1).standard_normal(300)
     stage = newton.projected_gradient(Problem(M, q), np.zeros(300))
     evaluations = [iterate.evaluations for iterate in stage]
     assert len(evaluations) == 1
@@ -155,7 +156,7 @@ def constant(x, ending=None, times=5):
 def with_solution(M, seed):
     """A problem whose solution is known, nondegenerate, and the x that has its
     signs."""
-    generator = np.random.default_rng(seed)
+    generator = default_rng(seed)
     x = generator.standard_normal(M.shape[0])
     z, w = 2 * np.maximum(x, 0), 2 * np.maximum(-x, 0)
     return Problem(M, w - M @ z, solutions=[z]), x
@@ -167,13 +168,13 @@ def test_right_signs_give_the_solution_to_rounding(n, kind):
     M = matrix(
         "monotone" if kind == "nonsymmetric" else "definite",
         n,
-        np.random.default_rng(1),
+        default_rng(1),
     )
     problem, x = with_solution(csr_array(M) if kind == "sparse" else M, 2)
     *_, last = finish(
         problem,
         None,
-        constant(np.sign(x) * np.random.default_rng(3).uniform(0.1, 1, n)),
+        constant(np.sign(x) * default_rng(3).uniform(0.1, 1, n)),
     )
     assert last.step == FINISH
     z = ORTHANT.z_of(last.x)
@@ -186,7 +187,7 @@ def test_a_few_wrong_signs_are_corrected(seed):
     """Nearly always: for 14 of the first 3000 seeds the number of wrong signs does not
     fall; there it gives up."""
     problem, x = with_solution(line(40, 4.0).toarray(), seed)
-    x[np.random.default_rng(seed).choice(40, 3, replace=False)] *= -1
+    x[default_rng(seed).choice(40, 3, replace=False)] *= -1
     *_, last = finish(problem, None, constant(x))
     assert last.step == FINISH
     assert np.allclose(ORTHANT.z_of(last.x), problem.solutions[0], rtol=0, atol=1e-12)

@@ -14,6 +14,7 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from numpy.random import default_rng
 from scipy.sparse import csr_array
 
 from lcpcli import Problem, Status, read, run
@@ -173,7 +174,7 @@ BOX = Box(
 
 @pytest.mark.parametrize("mu", [0.0, 1e-3, 1.0])
 def test_slopes_are_the_derivatives(mu):
-    random = np.random.default_rng(0)
+    random = default_rng(0)
     J = random.normal(size=(5, 5))
     z = np.array([0.3, 2.5, 1.7, -1.0, 2.0])
     F = random.normal(size=5)
@@ -270,7 +271,7 @@ def test_steps_are_labelled_with_their_numbers():
 def test_alpha_maximises_the_cosine_among_all_alphas_that_descend():
     """The printed bound on alpha is the descent condition only for <u - v, d> > 0; for
     < 0 it turns round."""
-    generator, sides = np.random.default_rng(0), set()
+    generator, sides = default_rng(0), set()
     steps = np.concatenate([np.logspace(-8, 8, 200), [1e12]])
     for n in np.repeat([2, 3, 5], 40).tolist():
         F, v, y, d = generator.standard_normal((4, n))
@@ -323,7 +324,7 @@ def test_an_end_far_from_a_zero_or_by_rounding_is_no_smoothing_error(family, n, 
 def test_direction_that_cannot_descend_gives_way_to_steepest_descent(k_star, status):
     """A positive definite problem on which the plane of F~ and the last step becomes
     orthogonal to d."""
-    generator = np.random.default_rng([12, 3])
+    generator = default_rng([12, 3])
     factor = generator.standard_normal((12, 12))
     problem = Problem(
         factor @ factor.T + 12 * np.eye(12), generator.standard_normal(12)
@@ -388,7 +389,7 @@ def test_badly_scaled_matrix_is_not_mistaken_for_a_singular_one(M):
 
 @pytest.mark.parametrize("n", [factors.MAX_NUMPY_ROWS, factors.MAX_NUMPY_ROWS + 1])
 def test_small_large_and_sparse_matrices_give_the_same_iterates(n):
-    q = np.random.default_rng(n).standard_normal(n)
+    q = default_rng(n).standard_normal(n)
     dense, sparse = (
         run(Problem(M, q), "fixed-point")
         for M in (line(n, 4.0).toarray(), line(n, 4.0))

@@ -11,6 +11,7 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from numpy.random import default_rng
 from scipy.sparse import coo_array, csr_array, diags_array, eye_array
 
 import lcpcli
@@ -37,7 +38,7 @@ TOL = 1e-10
 
 def graph(n, edges, shift):
     """The Laplacian of a path with random edges and weights, plus a diagonal."""
-    random = np.random.default_rng(0)
+    random = default_rng(0)
     i = np.concatenate((np.arange(n - 1), random.integers(0, n, edges)))
     j = np.concatenate((np.arange(1, n), random.integers(0, n, edges)))
     i, j = i[i != j], j[i != j]
@@ -50,7 +51,7 @@ def graph(n, edges, shift):
 
 
 def scaled(M):
-    units = diags_array(np.exp2(np.random.default_rng(3).integers(-20, 20, M.shape[0])))
+    units = diags_array(np.exp2(default_rng(3).integers(-20, 20, M.shape[0])))
     return csr_array(units @ M @ units)
 
 
@@ -67,13 +68,13 @@ MATRICES = {
 
 
 def tridiagonal(n):
-    return Problem(line(n, 4.0), np.random.default_rng(0).standard_normal(n))
+    return Problem(line(n, 4.0), default_rng(0).standard_normal(n))
 
 
 def dominant(n):
     """A nonsymmetric strictly diagonally dominant matrix with random places, whose
     factors would be full."""
-    generator = np.random.default_rng(1)
+    generator = default_rng(1)
     A = csr_array(
         (generator.standard_normal(9 * n), tuple(generator.integers(0, n, (2, 9 * n)))),
         shape=(n, n),
@@ -176,7 +177,7 @@ def test_what_rounding_stops_is_finished_by_one_factorization():
     """The condition number is 4e9: no z in double precision meets the tolerance, but
     the active set can be right."""
     n = 50_000
-    problem = Problem(line(n), np.random.default_rng(6).standard_normal(n))
+    problem = Problem(line(n), default_rng(6).standard_normal(n))
     *_, last = sparse_route(problem, np.zeros(n))
     assert last.method == "multilevel"
     assert last.step == "finish"
@@ -228,7 +229,7 @@ def test_number_of_steps_does_not_grow_with_the_grid(m, masked):
         steps.append(v)
         return (M @ v) * basic
 
-    b = np.random.default_rng(m).standard_normal(basic.size) * basic
+    b = default_rng(m).standard_normal(basic.size) * basic
     cycle, target = VCycles(Hierarchy(M))(basic), 1e-8 * np.linalg.norm(b)
     stopping = StoppingCriterion(target, 100)
     x, _ = conjugate_gradients(product, b, np.zeros(b.size), stopping, cycle)
@@ -390,7 +391,7 @@ def test_a_proof_in_fractions_is_one_for_rows_of_different_denominators():
 def tree(n):
     """The Laplacian of a tree in which each node has one of the fifty before it above
     it."""
-    random, i = np.random.default_rng(1), np.arange(1, n)
+    random, i = default_rng(1), np.arange(1, n)
     above = np.maximum(i - 1 - random.integers(0, 50, n - 1), 0)
     links = coo_array((np.ones(n - 1), (i, above)), shape=(n, n)).tocsr()
     links = links + links.T
@@ -425,7 +426,7 @@ def test_a_solution_that_decays_to_the_smallest_doubles_is_found(upper):
 @pytest.mark.parametrize("diagonal", [2.001, 2.0 + 1e-7])
 def test_a_solution_that_reaches_far_along_a_shuffled_chain_takes_few_steps(diagonal):
     n = 2500
-    order = np.random.default_rng(3).permutation(n)
+    order = default_rng(3).permutation(n)
     chain = csr_array(
         diags_array([-1.0, diagonal, -1.0], offsets=(-1, 0, 1), shape=(n, n))
     )

@@ -8,6 +8,7 @@ from fractions import Fraction
 
 import numpy as np
 import pytest
+from numpy.random import default_rng
 from scipy.sparse import block_array, csr_array, kron
 
 import lcpcli
@@ -82,7 +83,7 @@ def comes_back(change, z, w):
 def test_what_each_rule_says_and_what_comes_back_from_it_are_true_of_small_problems(
     most,
 ):
-    random, used = np.random.default_rng(31), dict.fromkeys(ONE_BY_ONE, 0)
+    random, used = default_rng(31), dict.fromkeys(ONE_BY_ONE, 0)
     for _ in range(COUNT):
         problem = random_problem(random, most)
         has_solution = (
@@ -97,7 +98,7 @@ def test_what_each_rule_says_and_what_comes_back_from_it_are_true_of_small_probl
 @pytest.mark.parametrize("seed", range(10))
 def test_definitions_of_free_variables_are_substituted_exactly(seed):
     """F(z) >= 0 for bounds of all kinds, written as b >= 0 with free b = F(z)."""
-    random = np.random.default_rng(seed)
+    random = default_rng(seed)
     n, one = 5, np.eye(5)
     M, q = random.integers(-5, 6, (n, n)) / 3, random.integers(-5, 6, n) / 10
     lower = np.where(random.random(n) < 0.7, random.integers(-2, 3, n) / 10, -INF)
@@ -215,7 +216,7 @@ def test_conditions_of_linear_programs_are_monotone_however_they_are_written(
 def test_conditions_of_programs_that_are_not_convex_are_solved(seed):
     """Stationary points of x'Qx / 2 + c'x, with Q indefinite, on 0 <= x <= 10 with
     equations; bounds are rows."""
-    random = np.random.default_rng(seed)
+    random = default_rng(seed)
     n, m = 30, 6
     A = np.where(random.random((m, n)) < 0.2, random.integers(-5, 6, (m, n)), 0).astype(
         float
@@ -381,7 +382,7 @@ def linear_program(seed, written):
     written : "plainly", with "signs" of equations, in "disorder", or with rows in other
         "units".
     """
-    random = np.random.default_rng(seed)
+    random = default_rng(seed)
     n, equations, inequalities = 30, 8, 10
     A = np.where(
         random.random((equations + inequalities, n)) < 0.2,

@@ -4,6 +4,7 @@ data, and the differences of exact solutions in them."""
 from fractions import Fraction
 
 import numpy as np
+from numpy.random import default_rng
 from scipy import sparse
 
 import lcpcli
@@ -16,7 +17,7 @@ from .. import mixed_problems
 def positive(seed, least=5, most=50):
     """Return two problems whose M is positive definite, so a P-matrix, and not
     symmetric; one in three with bounds, one in three with bounds that move."""
-    random = np.random.default_rng(seed)
+    random = default_rng(seed)
     n = int(random.integers(least, most + 1))
     A, K = random.standard_normal((2, n, n))
     M = A @ A.T / n + 0.1 * np.eye(n) + K - K.T
@@ -36,7 +37,7 @@ def positive(seed, least=5, most=50):
 def integers(seed, most=12):
     """Return two problems of small integers, with many ties: M positive definite,
     semidefinite, triangular with a unit diagonal, or that of linear programs."""
-    random, kind = np.random.default_rng(seed), seed % 4
+    random, kind = default_rng(seed), seed % 4
     n = int(random.integers(2, most + 1))
     first, last = random.integers(-1, 2, (2, n))
     if kind == 0:
@@ -57,7 +58,7 @@ def integers(seed, most=12):
 def boxed(seed):
     """Return two problems of small integers with bounds, some of them equal, and for
     every third seed moving."""
-    random = np.random.default_rng(seed)
+    random = default_rng(seed)
     n = int(random.integers(2, 9))
     A = random.integers(-3, 4, (n, n))
     M = A @ A.T + np.eye(n) + np.triu(A) - np.triu(A).T
@@ -77,7 +78,7 @@ def boxed(seed):
 def general(seed):
     """Return two problems whose M has no class, or is copositive, n <= 5, of which the
     first is solved by 0."""
-    random = np.random.default_rng(seed)
+    random = default_rng(seed)
     n = int(random.integers(2, 6))
     M = random.integers(-9, 10, (n, n))
     if seed % 2:

@@ -12,6 +12,7 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from numpy.random import default_rng
 
 import lcpcli
 from lcpcli import Problem, from_qp, path, run, solutions
@@ -35,7 +36,7 @@ def test_between_breakpoints_z_is_that_of_solve(seed):
     found = path(first, last)
     assert found.end == "reached"
     assert found.verified
-    for t in np.random.default_rng(seed).random(5):
+    for t in default_rng(seed).random(5):
         result = run(found.family.at(t))
         assert result.solved
         assert np.abs(found(t) - result.z).max() <= 1e-12 * np.abs(result.z).max()
@@ -122,7 +123,9 @@ def test_an_interrupted_path_is_the_part_up_to_there(exact, monkeypatch):
 
     monkeypatch.setattr(pivoting, "edges", interrupted)
     part = path(first, last, exact=exact)
-    assert (part.end, part.complete, part.verified) == ("interrupted", False, True)
+    assert part.end == "interrupted"
+    assert not part.complete
+    assert part.verified
     assert np.array_equal(part.t, whole.t[:4])
     assert np.array_equal(part.z[:3], whole.z[:3])
 
@@ -130,12 +133,10 @@ def test_an_interrupted_path_is_the_part_up_to_there(exact, monkeypatch):
 def test_limits_end_a_path_and_what_is_known_of_it_is_verified():
     first, last = positive(30, 50, 50)
     part = path(first, last, max_breakpoints=3)
-    assert (part.end, part.complete, part.verified, part.t.size) == (
-        "breakpoint_limit",
-        False,
-        True,
-        4,
-    )
+    assert part.end == "breakpoint_limit"
+    assert not part.complete
+    assert part.verified
+    assert part.t.size == 4
     late = path(first, last, time_limit=1e-9)
     assert late.end == "time_limit"
     assert not late.complete
@@ -185,7 +186,9 @@ def test_a_path_on_which_z_moves_by_rounding_alone_has_both_ends():
         Problem([[2, 1], [1, 2]], [-5, -6 * factor]) for factor in (1, 1 + 2e-16)
     )
     found = path(first, last)
-    assert (found.t.tolist(), found.end, found.verified) == ([0, 1], "reached", True)
+    assert found.t.tolist() == [0, 1]
+    assert found.end == "reached"
+    assert found.verified
 
 
 @pytest.mark.parametrize("large", [1e9, 1e13, 1e15])
@@ -249,7 +252,8 @@ def test_paths_in_fractions_are_solutions_in_fractions(seed):
         Problem(pair[0].M, np.rint(2.0**44 * each.q) / 2.0**44) for each in pair
     )
     found = path(first, last, exact=True)
-    assert (found.reached, found.verified) == (True, True)
+    assert found.reached
+    assert found.verified
     for k in range(1, 16, 3):
         assert at(found, Fraction(k, 16)) == exact.solution(found.family.at(k / 16))
 
@@ -337,7 +341,8 @@ def test_a_path_is_verified_where_a_row_has_one_variable_that_becomes_0():
         for b in (-0.07, 0.5)
     )
     found = path(first, last)
-    assert (found.end, found.verified) == ("ray", True)
+    assert found.end == "ray"
+    assert found.verified
 
 
 def test_a_proof_at_a_ray_is_right():
@@ -386,7 +391,7 @@ def check_breakpoints(found):
 def spread(seed):
     """Two problems with a positive definite M and numbers of very different sizes in
     q."""
-    random = np.random.default_rng(seed)
+    random = default_rng(seed)
     n = int(random.integers(1, 6))
     A, B = random.normal(size=(2, n, n))
     M = A @ A.T + B - B.T + 0.1 * np.eye(n)
@@ -398,7 +403,7 @@ def spread(seed):
 
 def extreme(seed):
     """Two problems with up to three unknowns and numbers from 1e-300 to 1e300."""
-    random = np.random.default_rng(seed)
+    random = default_rng(seed)
     n = int(random.integers(1, 4))
     sizes = 10.0 ** random.uniform(-300, 300, (3, n))
     return tuple(
@@ -478,7 +483,9 @@ def test_a_path_verified_in_parts_is_the_same_path(n, exact, monkeypatch):
     assert whole.t.size > 2 * following.MIN_AT_ONCE
     for name in ("t", "z", "w", "states"):
         assert np.array_equal(getattr(found, name), getattr(whole, name))
-    assert (found.end, found.verified, found.exact) == (whole.end, True, whole.exact)
+    assert found.end == whole.end
+    assert found.verified
+    assert found.exact == whole.exact
 
 
 def test_a_path_is_not_verified_if_its_first_part_is_not(monkeypatch):
@@ -502,7 +509,9 @@ def test_memory_bounds_a_path_that_is_kept(monkeypatch):
     first, last = positive(30, 40, 40)
     monkeypatch.setattr(following, "MAX_NUMBERS", 200)
     part = path(first, last)
-    assert (part.end, part.t.size, part.verified) == ("breakpoint_limit", 6, True)
+    assert part.end == "breakpoint_limit"
+    assert part.t.size == 6
+    assert part.verified
     assert "5 with 40 unknowns fill the memory" in part.message
 
 

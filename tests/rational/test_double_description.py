@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from numpy.random import default_rng
 
 from lcpcli.interrupts import raise_if_timed_out
 from lcpcli.rational.dictionary import Dictionary, generators
@@ -24,7 +25,7 @@ def pivoted(forms):
 
 @pytest.mark.parametrize(("largest", "unit"), [(1, 1), (9, 1), (9, 10**30 + 57)])
 def test_rays_are_those_that_pivoting_finds(largest, unit):
-    random = np.random.default_rng(4)
+    random = default_rng(4)
     degenerate = 0
     for _ in range(40):
         shape = (random.integers(1, 9), random.integers(1, 6))
@@ -49,7 +50,7 @@ def test_rays_are_those_that_pivoting_finds(largest, unit):
 
 
 def test_only_rays_that_a_partner_allows_are_returned():
-    random = np.random.default_rng(5)
+    random = default_rng(5)
     dropped = 0
     for _ in range(40):
         d, k = random.integers(2, 6), random.integers(1, 9)

@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from numpy.random import default_rng
 
 from lcpcli import Problem
 from lcpcli.errors import ProblemError
@@ -69,7 +70,7 @@ def test_flint_gives_the_same_numbers(system):
 
 @pytest.mark.parametrize(("m", "n"), [(20, 30), (30, 20), (24, 24)])
 def test_large_systems_of_any_shape_and_rank_are_solved(m, n):
-    generator = np.random.default_rng(m)
+    generator = default_rng(m)
     A = generator.integers(-9, 10, (m, 18)) @ generator.integers(-9, 10, (18, n))
     b = A @ generator.integers(-9, 10, n)
     x = particular(A.tolist(), b.tolist())
@@ -93,7 +94,7 @@ def test_long_call_of_flint_in_another_process_gives_the_same(monkeypatch):
 @pytest.mark.parametrize("seed", range(24))
 def test_determinants_are_those_by_expansion(seed):
     """Of matrices with many zeros, so that pivots come from any row."""
-    generator = np.random.default_rng(seed)
+    generator = default_rng(seed)
     n = int(generator.integers(1, 6))
     A = (
         generator.integers(-9, 10, (n, n)) * (generator.random((n, n)) < 0.5)
@@ -105,7 +106,7 @@ def test_determinants_are_those_by_expansion(seed):
 @pytest.mark.parametrize("seed", range(8))
 def test_principal_minors_are_determinants_each_once(seed):
     """Of matrices with many zeros, where Schur complements lack pivots."""
-    A = np.random.default_rng(seed).integers(-1, 2, (5, 5))
+    A = default_rng(seed).integers(-1, 2, (5, 5))
     minors = list(elimination.principal_minors(A.tolist(), lambda: None))
     assert len(minors) == len(dict(minors)) == 2**5 - 1
     for indices, minor in minors:
@@ -115,7 +116,7 @@ def test_principal_minors_are_determinants_each_once(seed):
 @pytest.mark.parametrize("seed", range(24))
 def test_minors_that_prove_a_symmetric_matrix_indefinite_are_negative_or_zero(seed):
     """Of matrices with many zeros on the diagonal, so that pairs of rows are pivots."""
-    generator = np.random.default_rng(seed)
+    generator = default_rng(seed)
     n = int(generator.integers(1, 7))
     A = np.triu(generator.integers(-2, 3, (n, n)) * (generator.random((n, n)) < 0.4))
     A = A + A.T + np.diag(generator.integers(0, 3, n))

@@ -137,14 +137,10 @@ def test_without_any_error_the_axes_are_empty_and_say_what_they_would_show():
     assert named(figure) == []
 
 
-def test_iterations_of_runs_of_like_lengths_are_linear_however_long_they_are():
-    alike = [decaying("shi", 0.99, 1500), decaying("fixed-point", 0.99, 2000)]
-    over_k = convergence(Panel("alike", "error", alike)).axes[1]
-    assert scales(over_k) == ("linear", "log")
-
-
 def test_iterations_are_logarithmic_where_runs_are_of_very_different_lengths():
-    assert scales(convergence(SHORT).axes[1]) == ("linear", "log")
+    alike = [decaying("shi", 0.99, 1500), decaying("fixed-point", 0.99, 2000)]
+    for panel in (SHORT, Panel("alike", "error", alike)):
+        assert scales(convergence(panel).axes[1]) == ("linear", "log")
     figure = convergence(SHORT, LONG)
     assert [scales(axes)[0] for axes in figure.axes] == ["log", "symlog"] * 2
     _, slow = curves(figure.axes[3])

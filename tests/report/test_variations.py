@@ -174,7 +174,7 @@ def test_a_comparison_in_which_neither_solves_says_why_and_what_does(
 ):
     problem, cause, remedy = REASONS[name]
     if isinstance(problem, Problem):
-        write(problem, str(in_folder / "hard.json"))
+        write(problem, in_folder / "hard.json")
     file = problem if isinstance(problem, str) else "hard.json"
     out = lcp(f"compare {file} --max-iterations 100").out
     (line,) = [line for line in out.splitlines() if line.startswith("neither ")]

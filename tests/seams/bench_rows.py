@@ -7,6 +7,7 @@ from collections.abc import Callable
 from typing import Any
 
 import numpy as np
+from numpy.random import default_rng
 
 import lcpcli
 
@@ -65,7 +66,7 @@ def of_many(given, **options):
 
 
 def columns(number):
-    return random_lcp(10)[0], np.random.default_rng(1).normal(size=(10, number))
+    return random_lcp(10)[0], default_rng(1).normal(size=(10, number))
 
 
 def batch():
@@ -78,7 +79,7 @@ def batch():
 def sequence(family, n, *parameters):
     problem = made(family, n, *parameters)
     return problem.M, problem.q[:, None] * (
-        1 + 0.01 * np.random.default_rng(2).normal(size=(problem.n, 20))
+        1 + 0.01 * default_rng(2).normal(size=(problem.n, 20))
     )
 
 
@@ -90,7 +91,7 @@ def in_turn(given):
 
 
 def game(n):
-    return np.random.default_rng(n).integers(-50, 51, (2, n, n)).astype(float)
+    return default_rng(n).integers(-50, 51, (2, n, n)).astype(float)
 
 
 def plain(family, n):
@@ -163,6 +164,6 @@ def rows(folder, data):
 
 def random_lcp(n, seed=0):
     """M positive definite, not symmetric, and q."""
-    random = np.random.default_rng(seed)
+    random = default_rng(seed)
     A, B = random.normal(size=(2, n, n))
     return A @ A.T + B - B.T + np.eye(n), 3 * random.normal(size=n)

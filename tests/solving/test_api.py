@@ -216,12 +216,10 @@ def test_the_empty_vector_is_the_only_solution_and_the_matrix_is_described(M):
     assert inspected.spectrum is None
     assert inspected.published is None
     assert repr(inspected).startswith("problem: n = 0\n")
-    assert (path.end, path.verified, path.z.shape, path(0.5).shape) == (
-        "reached",
-        True,
-        (2, 0),
-        (0,),
-    )
+    assert path.end == "reached"
+    assert path.verified
+    assert path.z.shape == (2, 0)
+    assert path(0.5).shape == (0,)
     assert (
         result.derivative(dq=[]).z.size
         == result.derivative(dM=M).w.size

@@ -14,6 +14,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
+from numpy.random import default_rng
 
 import lcpcli
 from lcpcli import Problem
@@ -107,7 +108,7 @@ def test_what_is_certain_holds_in_exact_arithmetic(way, matrix, data):
 def test_zeros_and_tiny_entries_of_q_ask_for_no_units_of_M_and_no_exact_sums(
     value, way, monkeypatch
 ):
-    rng = np.random.default_rng(0)
+    rng = default_rng(0)
     A = rng.standard_normal((20, 20))
     M = A @ A.T / 20 + np.eye(20)
     asked = []
@@ -148,7 +149,7 @@ def test_its_answer_is_that_of_newton_and_a_nonnegative_q_needs_no_system(way):
 def test_a_problem_with_bounds_of_all_kinds_is_exchanged_as_by_newton(
     seed, monkeypatch
 ):
-    generator = np.random.default_rng(seed)
+    generator = default_rng(seed)
     n = 5 + 3 * seed
     M, q = mixed_problems.monotone(n, generator)
     lower, upper = mixed_problems.with_all_bounds(n, generator)
@@ -164,7 +165,7 @@ def test_a_problem_with_bounds_of_all_kinds_is_exchanged_as_by_newton(
 
 def test_zeros_of_M_and_q_are_decided_by_units_that_are_known():
     M = 2.5 * np.eye(20) - np.eye(20, k=1) - np.eye(20, k=-1)
-    q = np.random.default_rng(0).standard_normal(20)
+    q = default_rng(0).standard_normal(20)
     problem = Problem(M, np.where(np.abs(q) > 0.5, q, 0.0))
     assert not direct(problem, TOL).is_certain
     assert problem.units.parts == 1
@@ -178,7 +179,7 @@ def within_bounds(problem):
 
 @pytest.mark.parametrize("seed", range(40))
 def test_what_is_certain_within_bounds_solves_by_the_exact_measure(seed):
-    generator = np.random.default_rng(seed)
+    generator = default_rng(seed)
     n = 2 + seed % 9
     M, q = mixed_problems.monotone(n, generator)
     lower, upper = mixed_problems.with_all_bounds(n, generator)
@@ -192,7 +193,7 @@ def test_what_is_certain_within_bounds_solves_by_the_exact_measure(seed):
 
 
 def test_a_call_with_a_bound_is_judged_without_a_look_at_units_or_rows(monkeypatch):
-    rng = np.random.default_rng(0)
+    rng = default_rng(0)
     A = rng.standard_normal((20, 20))
     M = A @ A.T / 20 + np.eye(20)
     judged = []

@@ -13,6 +13,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
+from numpy.random import default_rng
 from scipy import sparse
 from scipy.io import savemat
 
@@ -213,7 +214,7 @@ def test_residual_is_rounded_but_once(numbers):
 def test_residuals_of_many_rows_are_those_of_single_rows():
     """Sums that cancel, to 0 or to a last digit; rows of equal lengths, and one that is
     much longer."""
-    random = np.random.default_rng(0)
+    random = default_rng(0)
     for most in (6, 300):
         A = sparse.random_array((500, 300), density=0.02, rng=random, format="csr")
         A.data *= 2.0 ** random.integers(-60, 60, A.nnz)
@@ -277,7 +278,7 @@ def test_no_solution_of_the_doubles_proves_nothing_of_the_decimals():
 def program_with_rows(seed, sense):
     """With rows of all kinds, of decimals whose sums are rounded, some of them
     degenerate."""
-    random = np.random.default_rng(seed)
+    random = default_rng(seed)
     A = random.integers(-3, 4, (4, 4)) / 10
     at = A @ (random.integers(0, 3, 4) / 10)
     low = np.round(at - random.integers(0, 2, 4) / 10, 3)

@@ -11,6 +11,7 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from numpy.random import default_rng
 from scipy.sparse import csr_array
 
 import lcpcli
@@ -53,7 +54,7 @@ def data(seed):
     problem, in units far apart, with M of one size and q of another, or
     ill-conditioned; or every entry of a size of its own, or zeros, ones, subnormals and
     the ends of double range."""
-    random = np.random.default_rng(seed)
+    random = default_rng(seed)
     n, kind, special = (int(random.integers(most)) for most in (4, 6, 12))
     problem = exact.random_problem(int(random.integers(2**31)), n + 1)
     M, q, n = problem.M, problem.q, problem.n
@@ -299,7 +300,7 @@ def test_answer_that_is_there_ends_the_search():
     residual near the tolerance."""
     assert run(families.make("journal-bearing", 2500), "auto").route == ("elimination",)
     for seed in range(8):
-        random, n = np.random.default_rng(seed), 30
+        random, n = default_rng(seed), 30
         skew = random.standard_normal((n, n))
         (R, C) = 10 ** random.uniform(-8, 8, (2, n))
         result = solve(
@@ -436,7 +437,7 @@ HOSTS = (
 def test_extreme_numbers_cause_no_warning_and_no_error_if_a_host_asks_for_them(
     host, seed
 ):
-    random = np.random.default_rng(seed)
+    random = default_rng(seed)
     with warnings.catch_warnings(), np.errstate(**host):
         warnings.simplefilter("error")
         use(extreme_problem(random), random)
@@ -444,7 +445,7 @@ def test_extreme_numbers_cause_no_warning_and_no_error_if_a_host_asks_for_them(
 
 @pytest.mark.parametrize("n", [2, 30, 120])
 def test_host_that_raises_floating_point_errors_gets_the_same_result(n):
-    random = np.random.default_rng(n)
+    random = default_rng(n)
     A = random.standard_normal((n, n))
     M, q = A @ A.T / n + np.eye(n), random.standard_normal(n)
     M[0, 0] = 1e-290

@@ -9,6 +9,7 @@ from fractions import Fraction
 
 import numpy as np
 import pytest
+from numpy.random import default_rng
 from scipy.sparse import diags_array
 
 import lcpcli
@@ -25,8 +26,8 @@ from lcpcli.verify.certificate import RAY, UNVERIFIED, Proof
 from .. import exact, exact_measure, mixed_problems
 from .liars import LIE, assert_refused, at
 
-M, Q = mixed_problems.definite(5, np.random.default_rng(0))
-LOWER, UPPER = mixed_problems.with_all_bounds(5, np.random.default_rng(0))
+M, Q = mixed_problems.definite(5, default_rng(0))
+LOWER, UPPER = mixed_problems.with_all_bounds(5, default_rng(0))
 TRIDIAGONAL = diags_array(
     [-np.ones(29), 3 * np.ones(30), -np.ones(29)], offsets=[-1, 0, 1]
 )
@@ -109,7 +110,7 @@ def plain_zero(seed):
     """A problem and a z whose w = 0 as floating point sums it, with errors of 1e-3 of
     q."""
     matrix = np.array([[0.1, -0.1], [-0.1, 0.1 * (1 + 1e-13)]])
-    large = 1e14 * (1 + np.random.default_rng(seed).random())
+    large = 1e14 * (1 + default_rng(seed).random())
     z = np.array([large + 10, large])
     q = -product(matrix, z)
     assert not (product(matrix, z) + q).any()

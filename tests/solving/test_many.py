@@ -10,6 +10,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
+from numpy.random import default_rng
 from scipy.sparse import csr_array
 
 import lcpcli
@@ -37,7 +38,7 @@ def hidden_definite(n, generator):
     [(7, 8), pytest.param(30, K, marks=pytest.mark.slow("each is solved twice"))],
 )
 def test_results_are_those_of_run(n, k):
-    generator = np.random.default_rng(n)
+    generator = default_rng(n)
     M, Q = hidden_definite(n, generator)
     Q = Q[:, :1] + 0.02 * np.cumsum(Q[:, :k], axis=1) if n == 7 else Q
     each = [mixed_problems.with_all_bounds(n, generator) for _ in range(k)]
@@ -65,16 +66,14 @@ def test_results_are_those_of_run(n, k):
 @pytest.mark.parametrize("n", [12, 250])
 def test_sparse_matrices_are_solved_and_stay_sparse_and_rounding_is_refined_away(n):
     M = csr_array(4 * np.eye(n) - np.eye(n, k=1) - np.eye(n, k=-1))
-    Q = np.random.default_rng(0).standard_normal((n, 3))
+    Q = default_rng(0).standard_normal((n, 3))
     for result, q in zip(lcpcli.solve_many(M, Q), Q.T, strict=True):
         assert result.problem.M.nnz == M.nnz
         assert np.allclose(result.z, lcpcli.solve(M, q).z, rtol=0, atol=1e-8)
         assert result.solved
-    R = np.linalg.qr(np.random.default_rng(0).standard_normal((12, 12)))[0]
+    R = np.linalg.qr(default_rng(0).standard_normal((12, 12)))[0]
     M = (R * np.logspace(0, -6, 12)) @ R.T
-    results = lcpcli.solve_many(
-        (M + M.T) / 2, np.random.default_rng(1).standard_normal((12, K))
-    )
+    results = lcpcli.solve_many((M + M.T) / 2, default_rng(1).standard_normal((12, K)))
     assert all(
         result.solved and result.relative_residual <= 1e-14 for result in results
     )
@@ -99,7 +98,7 @@ def test_seconds_of_all_columns_together_are_those_of_their_blocks(monkeypatch):
     """The clock goes on by one second each time it is read."""
     readings = count(1.0)
     monkeypatch.setattr(many, "seconds", lambda: next(readings))
-    M, Q = hidden_definite(5, np.random.default_rng(0))
+    M, Q = hidden_definite(5, default_rng(0))
     seconds = [
         result.seconds
         for result in lcpcli.solve_many(M, np.tile(Q, 5))
@@ -169,7 +168,7 @@ def random_batch(n, generator):
 @pytest.mark.usefixtures("way")
 @pytest.mark.parametrize("n", [1, 7, 30])
 def test_results_of_a_batch_are_those_of_run(n):
-    generator = np.random.default_rng(n)
+    generator = default_rng(n)
     M, q = random_batch(n, generator)
     each = np.array([mixed_problems.with_all_bounds(n, generator) for _ in range(B)])
     unit, far = (np.zeros(n), 1.0), (-1.0, np.where(np.arange(n) % 2, 1e25, 5.0))
@@ -248,7 +247,7 @@ def test_methods_options_and_limits_are_those_of_run():
         assert all(
             (result.trace is not None) is ("trace" in options) for result in batch
         )
-    given = random_batch(20, np.random.default_rng(3))
+    given = random_batch(20, default_rng(3))
     for limits, word in (
         ({"max_iterations": 1}, "iteration_limit"),
         ({"time_limit": 1e-9}, "time_limit"),

@@ -20,6 +20,7 @@ from functools import partial
 
 import numpy as np
 import pytest
+from numpy.random import default_rng
 
 import lcpcli
 from lcpcli import Problem, Status, from_qp
@@ -62,7 +63,7 @@ def is_true(problem):
 
 
 def test_what_is_said_of_small_problems_is_true():
-    generator = np.random.default_rng(13)
+    generator = default_rng(13)
     assert (
         0.2 * COUNT
         < sum(is_true(random_problem(generator, 4)) for _ in range(COUNT))
@@ -81,7 +82,7 @@ def spread(random, values):
 def linear_program(seed):
     """One to three variables and rows, integers from -3 to 3; most of them with a
     minimizer that was chosen first."""
-    random = np.random.default_rng(seed)
+    random = default_rng(seed)
     n, m = (int(value) for value in random.integers(1, 4, 2))
     A, kind = random.integers(-3, 4, (m, n)).astype(float), int(random.integers(4))
     lower = np.where(random.random(n) < 0.8, 0.0, -np.inf)
@@ -119,7 +120,7 @@ def test_linear_programs_with_numbers_far_apart(largest):
         given = linear_program(seed)
         lower, upper = given.box.vectors(given.n)
         R, C = np.exp2(
-            np.random.default_rng(seed)
+            default_rng(seed)
             .integers(-largest, largest + 1, (2, given.n))
             .astype(float)
         )
@@ -134,7 +135,7 @@ def test_linear_programs_with_numbers_far_apart(largest):
 
 def mixed(seed):
     """One to three unknowns, integers, and bounds 1e6 to 1e17 away from 0."""
-    random = np.random.default_rng(seed)
+    random = default_rng(seed)
     n = int(random.integers(1, 4))
     M = random.integers(-3, 4, (n, n)).astype(float)
     q = random.integers(-4, 5, n).astype(float)
@@ -170,7 +171,7 @@ def near(z, reference, size=1.0):
 
 @pytest.mark.parametrize("seed", range(10))
 def test_units_order_signs_and_shifts_do_not_matter(seed):
-    generator = np.random.default_rng(seed)
+    generator = default_rng(seed)
     n = int(generator.integers(1, 30))
     (M, q), (lower, upper) = monotone(n, generator), with_all_bounds(n, generator)
     own = lcpcli.solve(M, q, lower=lower, upper=upper)
@@ -219,7 +220,7 @@ NEAR = (8, 22)  # that are solved in different ways
 def crushed(n, seed, decades=0):
     """Boxes in a column, n contacts; in units of rows and columns that spread by so
     many decades."""
-    random = np.random.default_rng([n, seed])
+    random = default_rng([n, seed])
     weights = random.uniform(0.3, 2.0, n - 1)
     units = 10.0 ** random.uniform(-decades / 2, decades / 2, n)
     diagonal = np.append(0.0, weights) + np.append(weights, 0.0)

@@ -11,6 +11,7 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from numpy.random import default_rng
 from scipy.sparse import block_array, block_diag, csr_array, diags_array
 from scipy.sparse.csgraph import dijkstra
 
@@ -298,7 +299,7 @@ def test_a_pattern_may_repeat_an_entry():
 
 
 def test_a_run_that_gets_stuck_is_given_up_unless_restarts_are_asked_for():
-    n, random = 60, np.random.default_rng(0)
+    n, random = 60, default_rng(0)
     M, q = random.standard_normal((n, n)) / n**0.5, random.standard_normal(n)
 
     def F(z):
@@ -315,7 +316,7 @@ def test_a_run_that_gets_stuck_is_given_up_unless_restarts_are_asked_for():
 
 
 def test_an_equation_that_follows_from_others_takes_one_step_of_a_linear_model():
-    n, random = 60, np.random.default_rng(0)
+    n, random = 60, default_rng(0)
     A = random.standard_normal((n - 1, n))
     A = np.vstack([A, A.sum(axis=0)])
     b = A @ random.random(n)
@@ -515,7 +516,7 @@ def test_differences_take_steps_to_match_a_tiny_z(F, x0, z):
 
 @pytest.mark.parametrize("level", [1e-9, 1e-7, 1e-5])
 def test_noise_is_told_and_solved_up_to_it_with_few_evaluations(level):
-    calls, random = [0], np.random.default_rng(1)
+    calls, random = [0], default_rng(1)
 
     def F(z):
         calls[0] += 1
@@ -600,7 +601,7 @@ def test_names_say_how_many_unknowns_there_are(names):
 
 
 def linearization(seed, n):
-    random = np.random.default_rng(seed)
+    random = default_rng(seed)
     return random.standard_normal((n, n)), random.standard_normal(n)
 
 
@@ -639,7 +640,7 @@ def test_potentials_of_traffic_are_the_times_of_the_shortest_paths(lower):
     """Flows x of each arc to each destination, and potentials p of the nodes: no flow
     where time is lost, and the flows meet the demands. Travel times grow with the whole
     flow of an arc, so that each arc has a block of rank one in the Jacobian."""
-    nodes, random = 12, np.random.default_rng(0)
+    nodes, random = 12, default_rng(0)
     tail = np.repeat(np.arange(nodes), 3)
     head = (tail + np.tile([1, 2, 5], nodes)) % nodes
     arcs, flows = tail.size, nodes * tail.size
@@ -697,7 +698,7 @@ def test_an_unknown_of_size_1e8_solves_an_equation_of_its_logarithm():
 
 @pytest.mark.parametrize("scale", [1e-6, 1.0, 1e6])
 def test_a_run_ends_where_the_residual_is_rounding_whatever_the_unit_of_F_is(scale):
-    random = np.random.default_rng(0)
+    random = default_rng(0)
     A = scale * (random.random((6, 6)) + 6 * np.eye(6))
     b = scale * random.random(6)
     F, J = lambda z: A @ z - b, lambda _: A

@@ -6,6 +6,7 @@ import pickle
 
 import numpy as np
 import pytest
+from numpy.random import default_rng
 from scipy.sparse import csr_array, diags_array
 
 import lcpcli
@@ -29,7 +30,7 @@ UNIQUE = ("harker-pang", "obstacle", "american-put")  # whose solutions are uniq
 def steps(family, changing, number):
     """Yield problems near each other, with the same M or a slightly changed one;
     entries of q that are 0 remain 0."""
-    random = np.random.default_rng(0)
+    random = default_rng(0)
     like = families.make(family, FAMILIES[family])
     q, size = np.array(like.q), 1.0
     for k in range(number):
@@ -266,7 +267,7 @@ def test_columns_with_a_singular_set_a_limit_or_large_numbers_end_as_alone():
 
 def test_bounds_of_other_kinds_start_from_no_states_of_the_last_problem():
     for seed in range(6):
-        random = np.random.default_rng(seed)
+        random = default_rng(seed)
         A, B = random.normal(size=(2, 8, 8))
         q = 3 * random.normal(size=8)
         solver = Solver(
@@ -292,7 +293,7 @@ def test_after_an_update_the_path_is_that_of_the_new_matrix(monkeypatch):
     monkeypatch.setattr("lcpcli.solving.solver.run", None)
     lower = [0.0] * 7 + [-np.inf] * 3
     for seed in range(5):
-        random = np.random.default_rng(seed)
+        random = default_rng(seed)
         solver = Solver(np.eye(10), lower=lower)
         solver.compiled = False
         for _ in range(3):
@@ -350,7 +351,7 @@ def test_names_stay_with_another_matrix():
 
 def test_copies_of_a_problem_in_a_sequence_are_without_the_matrix_before():
     """Whose scaling bounds that of the next one."""
-    random = np.random.default_rng(0)
+    random = default_rng(0)
     M, q = np.diag(random.uniform(1, 2, 30)) + np.eye(30, k=1), random.normal(size=30)
     solver = Solver(M)
     facts = solver.solve(q).problem.facts

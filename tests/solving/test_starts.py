@@ -6,6 +6,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from numpy.random import default_rng
 
 from lcpcli import Problem, Trace, from_qp, run, solve_mcp
 from lcpcli.files import contents, writing
@@ -73,7 +74,7 @@ def test_a_start_that_violates_a_row_in_small_units_is_not_called_a_solution():
 def test_a_rounded_solution_of_a_program_is_repaired_by_a_few_systems(n):
     """z is right to seven digits, and M has zeros on its diagonal: without it,
     `interior` takes many steps."""
-    rng = np.random.default_rng(n)
+    rng = default_rng(n)
     A = rng.standard_normal((n // 2, n)) * (rng.random((n // 2, n)) < 0.2)
     x = rng.random(n) * (rng.random(n) < 0.5)
     problem = from_qp(
@@ -109,7 +110,7 @@ def test_a_start_beyond_the_bounds_is_brought_within_them():
 def boxed(n):
     """A P-matrix with random boxes, from the origin several block steps away from the
     solution."""
-    random = np.random.default_rng(0)
+    random = default_rng(0)
     A, S = random.normal(size=(2, n, n))
     return Problem(
         A @ A.T + S - S.T + np.eye(n),
@@ -204,7 +205,7 @@ def test_auto_goes_on_from_its_own_start_where_a_basis_is_far_from_right(
     problem, cold, warm = families.make(family, n, 0), Trace(), Trace()
     assert run(problem, trace=cold).solved
     assert run(
-        problem, basis=np.random.default_rng(0).choice(words, n).tolist(), trace=warm
+        problem, basis=default_rng(0).choice(words, n).tolist(), trace=warm
     ).solved
     own = [row.z for row in cold.rows[1:]]
     assert len(cold.rows) <= len(warm.rows) <= len(cold.rows) + 15

@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from numpy.random import default_rng
 from scipy.sparse import csr_array, diags_array, eye_array, kron
 
 from lcpcli import Problem, error_bound
@@ -206,7 +207,7 @@ def test_sources_name_the_theorem_and_the_class():
 def test_definite_matrix_has_a_bound_after_rows_were_multiplied_by_numbers():
     """M = D (A A' + S) with S skew-symmetric: no T makes T M symmetric, and T = D^-1
     makes it positive definite."""
-    n, random = 40, np.random.default_rng(40)
+    n, random = 40, default_rng(40)
     A, S = random.normal(size=(2, n, n))
     M = np.exp2(random.integers(-6, 7, n))[:, np.newaxis] * (
         A @ A.T + np.eye(n) + 0.3 * (S - S.T)
@@ -227,7 +228,7 @@ def test_large_sparse_h_plus_matrix_has_a_bound(margin):
     )
     true = np.maximum(np.sin(np.arange(n) / 100.0), 0.0)
     problem = Problem(M, np.where(true > 0, 0.0, 0.5) - M @ true)
-    z = true + 1e-6 * np.random.default_rng(0).normal(size=n)
+    z = true + 1e-6 * default_rng(0).normal(size=n)
     bound = error_bound(problem, z)
     assert bound.source == "Chen and Xiang 2006, M is H+"
     assert np.abs(z - true).max() <= bound.value <= 1.1 * np.abs(z - true).max()
@@ -305,7 +306,7 @@ def image(M, d):
 
 @pytest.mark.parametrize("power", [0, -161, -480, -530])
 def test_an_image_is_bounded_from_below_with_its_rounding_and_underflow(power):
-    unit, random = 2.0**power, np.random.default_rng(0)
+    unit, random = 2.0**power, default_rng(0)
     for n in (2, 5, 9):
         M = unit * random.standard_normal((n, n))
         d = unit * random.random(n)

@@ -11,6 +11,7 @@ from functools import partial
 
 import numpy as np
 import pytest
+from numpy.random import default_rng
 from scipy.sparse import csr_array
 
 import lcpcli
@@ -46,7 +47,7 @@ def farkas(problem):
 def nearly_infeasible(seed):
     """A problem with y for which M'y = 0 and q'y = -1 but for a few units in the last
     place, and this y."""
-    random = np.random.default_rng(seed)
+    random = default_rng(seed)
     n = int(random.integers(2, 6))
     y = random.integers(0, 4, size=n).astype(float)
     i = int(random.integers(n))
@@ -134,7 +135,7 @@ def test_nearly_infeasible_problems_are_distinguished_from_infeasible_ones(seeds
 def chain(excess, largest):
     """x_0 = 1, x_i = r_i x_{i-1} and x_59 <= (1 - excess) r_1 ... r_59, with |x_i| <=
     largest."""
-    ratios = np.random.default_rng(0).integers(5, 12, 59) / 8
+    ratios = default_rng(0).integers(5, 12, 59) / 8
     rows = csr_array(np.vstack((np.eye(60) - np.diag(ratios, -1), np.eye(60)[-1])))
     values, end = np.eye(60)[0], (1 - excess) * float(np.prod(ratios))
     low, high = np.append(values, -np.inf), np.append(values, end)
@@ -180,7 +181,7 @@ def test_every_infeasible_random_problem_is_proved_so_and_no_feasible_one(seeds)
 def test_contradictions_among_many_rows_are_found():
     """Row 0 is minus a positive combination of the others with a margin; and sparse
     rows without positive entries."""
-    random, n = np.random.default_rng(2), 100
+    random, n = default_rng(2), 100
     M, weights = random.normal(size=(n, n)), random.random(n) + 0.1
     q = random.normal(size=n)
     M[0] = -(weights[1:] @ M[1:]) - 1e-3
@@ -204,7 +205,7 @@ def test_a_contradiction_by_less_than_rounding_is_not_clear():
 
 @pytest.mark.parametrize("seed", range(8))
 def test_enclosure_holds_an_exact_solution(seed):
-    random = np.random.default_rng(seed)
+    random = default_rng(seed)
     k, n = int(random.integers(1, 6)), int(random.integers(6, 12))
     G = random.integers(-9, 10, (k, n)) * np.exp2(random.integers(-30, 30, n))
     y = np.linalg.svd(G)[2][-1]
@@ -382,7 +383,7 @@ def whole(values):
 def test_farkas_vectors_in_json_hold_exactly(with_bounds):
     proofs = 0
     for seed in range(12):
-        random = np.random.default_rng(seed)
+        random = default_rng(seed)
         n = int(random.integers(2, 9))
         problem = Problem(
             *tight(random, n), **(bounds(random, n) if with_bounds else {})
@@ -479,7 +480,7 @@ def test_what_is_written_proves_exactly_what_it_claims(seed):
 def test_long_proof_says_that_it_is_rounded_unless_doubles_show_it():
     """y = (1, ..., 1) proves the first; the y of the second makes M'y vanish, but for
     rounding."""
-    rng = np.random.default_rng(0)
+    rng = default_rng(0)
     clear = run(Problem(-rng.uniform(1, 2, (200, 200)), -np.ones(200)), "auto")
     A = rng.standard_normal((150, 60))
     M = np.hstack((A, -A, np.zeros((150, 30))))
@@ -497,7 +498,7 @@ NONE = {"INFEASIBLE", "UNSOLVABLE"}
 def without_solution(kind):
     """Return a feasible problem without a solution, of 17 unknowns, whose bounds make q
     round in other variables."""
-    random, n, m = np.random.default_rng(5), 17, 6
+    random, n, m = default_rng(5), 17, 6
     A = random.integers(-2, 3, (n - m, n - m))
     coupling = random.integers(-1, 2, (n - m, m))
     M = np.block(
@@ -519,7 +520,7 @@ def without_solution(kind):
 
 @pytest.mark.parametrize("n", [50, 100])
 def test_a_solution_with_w_0_is_found_by_one_look_however_many_z_are_rounding_of_0(n):
-    random = np.random.default_rng(n)
+    random = default_rng(n)
     A = random.standard_normal((n, n))
     for M in (A, A + A.T):
         z = np.where(random.random(n) < 0.5, 0.0, random.random(n))
@@ -567,7 +568,7 @@ def test_no_way_in_loses_the_proof(way, kind):
 
 
 def test_the_tree_of_milp_agrees_with_that_in_rational_arithmetic_for_any_bounds():
-    random = np.random.default_rng(11)
+    random = default_rng(11)
     for _ in range(40):
         n = int(random.integers(2, 8))
         M = random.integers(-3, 4, (n, n)) * (random.random((n, n)) < 0.7)
@@ -587,7 +588,7 @@ def test_the_tree_of_milp_agrees_with_that_in_rational_arithmetic_for_any_bounds
 
 @pytest.mark.parametrize("decimals", [0, 1, 16])
 def test_proofs_are_small_integers_where_there_is_room_to_round(decimals):
-    random = np.random.default_rng(decimals)
+    random = default_rng(decimals)
     for n in (5, 15, 30):
         M = np.round(random.uniform(-5, 3, (n, n)), decimals)
         q = np.round(random.uniform(-9, 5, n), decimals)

@@ -7,6 +7,7 @@ import pytest
 import scipy.sparse as sp
 from hypothesis import given
 from hypothesis import strategies as st
+from numpy.random import default_rng
 
 import lcpcli
 from lcpcli import Problem, Status, from_qp
@@ -20,7 +21,7 @@ from lcpcli.verify.exact_solution import is_rounded_solution
 
 
 def linear_program(m, n):
-    generator = np.random.default_rng(0)
+    generator = default_rng(0)
     A = generator.standard_normal((m, n))
     x = np.where(generator.random(n) < m / n / 2, generator.random(n), 0.0)
     y = np.where(generator.random(m) < 0.5, generator.random(m), 0.0)
@@ -47,7 +48,7 @@ def test_no_system_is_solved_exactly_for_a_wrong_point(sizes):
     """Hundreds of unknowns took up to minutes: 12 s for a program of 300 rows."""
     problem = linear_program(100, 150)
     z = lcpcli.run(problem).z
-    z *= 1 + 1e-9 * np.random.default_rng(1).standard_normal(z.size)
+    z *= 1 + 1e-9 * default_rng(1).standard_normal(z.size)
     assert not lcpcli.check(problem, z).accepted
     assert sizes == []
 
@@ -80,7 +81,7 @@ def test_rounded_solutions_are_recognized(seed, n, ulps):
 def random_without_solution():
     """The first random problem of 11 unknowns that is feasible and has no solution."""
     for seed in range(1000):
-        generator = np.random.default_rng(seed)
+        generator = default_rng(seed)
         problem = Problem(
             generator.integers(-9, 10, (11, 11)), generator.integers(-9, 10, 11)
         )
@@ -91,7 +92,7 @@ def random_without_solution():
 
 def blocks_of(number, seed):
     """A positive definite matrix with blocks of 4 unknowns."""
-    generator = np.random.default_rng(seed)
+    generator = default_rng(seed)
     parts = []
     for _ in range(number):
         M = generator.integers(-5, 6, (4, 4)).astype(float)

@@ -10,6 +10,7 @@ from functools import cache
 
 import numpy as np
 import pytest
+from numpy.random import default_rng
 from scipy.sparse import csr_array
 
 import lcpcli
@@ -28,7 +29,7 @@ from ..seeds import parts
 def rational_problem(seed, condition):
     """A problem with M symmetric positive definite but for rounding, in thirds, and its
     solution; both exact, and rounded to doubles only in the end."""
-    random = np.random.default_rng(seed)
+    random = default_rng(seed)
     n = int(random.integers(2, 12))
     Q = np.linalg.qr(random.standard_normal((n, n)))[0]
     A = Q * np.geomspace(1, 1 / condition, n) @ Q.T
@@ -84,9 +85,7 @@ def test_digits_of_a_hundred_problems_with_conditions_up_to_1e16():
 
 def test_digits_do_not_depend_on_the_units_nor_on_how_M_is_stored():
     problem, _ = rational_problem(5, 1e6)
-    R, C = np.exp2(
-        np.random.default_rng(0).integers(-300, 301, (2, problem.n)).astype(float)
-    )
+    R, C = np.exp2(default_rng(0).integers(-300, 301, (2, problem.n)).astype(float))
     other = Problem(R[:, None] * problem.M * C, R * problem.q)
     own, *others = (
         run(each, "newton").digits
@@ -111,7 +110,7 @@ def test_few_digits_are_said(n, said, lcp, tmp_path):
 def kinky_problem(seed):
     """A problem with a P-matrix, ill-conditioned or triangular with small pivots, some
     of whose w_i at z_i = 0, and of whose z_i, are 0 or nearly so."""
-    random = np.random.default_rng(seed)
+    random = default_rng(seed)
     n = int(random.integers(2, 5))
     if seed % 2:
         order = random.permutation(n)
@@ -159,7 +158,7 @@ def test_no_digits_are_told_at_kinks_that_rounding_the_data_changes():
     """Neither of a z_i at a bound that it may leave, nor of those that move with it."""
     changed = told = 0
     for seed in range(40):
-        problem, random = kinky_problem(seed), np.random.default_rng(seed)
+        problem, random = kinky_problem(seed), default_rng(seed)
         result = run(problem)
         if not result.solved:
             continue
@@ -178,7 +177,7 @@ def test_digits_of_each_component_are_those_that_its_states_determine():
     their ranges, whose multipliers are 0: with each number moved in its last place."""
     told = undetermined = 0
     for seed in range(120):
-        program, random = dependent_program(seed), np.random.default_rng(seed)
+        program, random = dependent_program(seed), default_rng(seed)
         result = run(program.problem())
         assert result.solved
         states = strict_states(result)
@@ -424,7 +423,7 @@ def test_x_of_a_program_whose_multiplier_alone_has_other_values_is_unique():
 def test_a_component_that_is_said_not_to_be_unique_has_several_values(seeds):
     claims = 0
     for seed in seeds:
-        problem = degenerate(np.random.default_rng(seed))
+        problem = degenerate(default_rng(seed))
         result = run(problem)
         if result.solved:
             for i in result.not_unique or []:

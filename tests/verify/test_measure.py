@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from numpy.random import default_rng
 from scipy.sparse import csr_array
 
 from lcpcli import Problem, Status, check, from_qp, run
@@ -51,7 +52,7 @@ def small_problem(random):
 
 @pytest.mark.parametrize("seed", range(20))
 def test_extreme_entries_bound_the_caps_of_all_rows(seed: int) -> None:
-    random = np.random.default_rng(seed)
+    random = default_rng(seed)
     M, q = random.standard_normal((6, 6)), random.standard_normal(6)
     q[random.integers(6, size=3)] = 0.0
     problem = Problem(M * np.exp2(random.integers(-9, 10, 6)), q - np.eye(6)[0])
@@ -61,7 +62,7 @@ def test_extreme_entries_bound_the_caps_of_all_rows(seed: int) -> None:
 
 @pytest.mark.parametrize("seed", range(80))
 def test_relative_residual_is_what_its_definition_says_in_rational_arithmetic(seed):
-    random = np.random.default_rng(seed)
+    random = default_rng(seed)
     problem = small_problem(random)
     solution = run(problem, time_limit=120.0).z
     for size in (0.0, 1e-17, 1e-15, 1e-12, 1e-9, 1e-3, 1.0):
@@ -82,7 +83,7 @@ def in_other_units(M, q, z, R, C):
 
 def test_other_units_change_nothing_but_the_rounding_of_exponents():
     for seed in range(30):
-        random = np.random.default_rng(seed)
+        random = default_rng(seed)
         n = int(random.integers(1, 5))
         M = random.integers(-3, 4, (n, n)) * 1.0
         q = random.integers(-4, 5, n) * 10.0 ** random.choice([0, 16], n)
@@ -268,7 +269,7 @@ def test_bounds_never_call_a_solution_what_is_none(seed, n, spread, size, sparse
 def test_a_part_without_data_of_a_size_is_violated_whatever_the_others_are(
     largest_error,
 ):
-    m, generator = 40, np.random.default_rng(0)
+    m, generator = 40, default_rng(0)
     M, z = np.zeros((2 * m, 2 * m)), np.zeros(2 * m)
     M[:m, :m], M[m:, m:] = (
         np.eye(m) + 0.01 * generator.random((m, m)) / m for _ in range(2)
@@ -297,7 +298,7 @@ def around(z, generator):
 def test_many_points_together_pass_where_each_does(bounds, condition):
     """What surely solves among many points solves alone, and nearly all of what solves
     alone surely does."""
-    generator = np.random.default_rng(3)
+    generator = default_rng(3)
     n = 8
     orthogonal = np.linalg.qr(generator.standard_normal((n, n)))[0]
     M = orthogonal * np.geomspace(1, condition, n) @ orthogonal.T

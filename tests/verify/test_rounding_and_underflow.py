@@ -8,6 +8,7 @@ from fractions import Fraction
 
 import numpy as np
 import pytest
+from numpy.random import default_rng
 from scipy.sparse import csr_array
 
 import lcpcli
@@ -87,7 +88,7 @@ def triangular(random):
 
 @pytest.mark.parametrize("seed", few_of(range(30), 9))
 def test_what_is_solved_is_the_only_solution(seed):
-    problem, solution = triangular(np.random.default_rng(seed))
+    problem, solution = triangular(default_rng(seed))
     M = csr_array(problem.M) if seed % 3 == 0 else problem.M
     result = run(Problem(M, problem.q), time_limit=120.0)
     assert result.solved or any(
@@ -370,7 +371,7 @@ def test_contradictions_by_less_than_rounding_are_not_confirmed():
 
 @pytest.mark.parametrize("seed", range(40))
 def test_a_confirmed_solution_of_few_unknowns_is_near_an_exact_one(seed):
-    random = np.random.default_rng(seed)
+    random = default_rng(seed)
     n = int(random.integers(2, 5))
     F = random.integers(-2, 3, (n, n)).astype(float)
     z = random.integers(0, 2, n) * 10.0 ** random.integers(-17, 2, n)
