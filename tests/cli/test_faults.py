@@ -233,10 +233,8 @@ def test_a_number_longer_than_cells_of_csv_may_be_is_read(number, lcp, folder):
     assert lcp("solve problem.json -q").code == 0
 
 
-def test_names_in_a_problem_without_unknowns_are_refused(lcp, folder):
+def test_a_problem_without_unknowns_has_no_conflict(lcp, folder):
     (folder / "empty.json").write_text('{"M": [], "q": []}')
-    assert_refused(lcp("solve empty.json --minimize z1"), "no unknowns")
-    assert_refused(lcp("why empty.json --keep z1"), "names nothing")
     assert lcp("why empty.json").code == 0
 
 

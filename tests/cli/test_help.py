@@ -267,11 +267,6 @@ def test_a_section_of_a_page_can_be_asked_for(lcp):
     assert re.findall("^#.*", lcp("help formats csv").out, re.MULTILINE) == re.findall(
         "^#.*", lcp("help csv").out, re.MULTILINE
     )
-    assert_refused(lcp("help solve csv"), "lcp: WORDS: 'solve' is no page; ")
-    assert_refused(
-        lcp("help csv --all"),
-        "lcp: --all: shows all options of a command; name one: lcp help solve",
-    )
 
 
 def test_help_on_a_command_is_its_own_help_and_on_a_topic_in_a_pipe_its_markdown(lcp):

@@ -7,8 +7,7 @@ import re
 import pytest
 
 from ..wordings import DID_YOU_MEAN
-from .conftest import EXAMPLE, GOOD, assert_refused
-from .models import LINEAR, MARKET
+from .conftest import GOOD
 
 
 @pytest.fixture
@@ -102,9 +101,6 @@ OTHER_NAMES = {
 @pytest.mark.parametrize("method", OTHER_NAMES)
 def test_a_method_is_suggested_for_another_name(lcp, method):
     for word in OTHER_NAMES[method].split():
-        assert_refused(
-            lcp(f"solve {EXAMPLE} --method {word}"), DID_YOU_MEAN.format(method)
-        )
         helped = lcp(f"help {word}")
         assert DID_YOU_MEAN.format(method) in helped.err or method in helped.out
 
@@ -118,17 +114,3 @@ def test_pages_that_explain_a_word_come_before_those_that_only_have_it(lcp):
     assert pages[0] == "formats"
     assert set(pages) & {"paper", "programs"}
     assert pages.index("changes") > pages.index("speed")
-
-
-@pytest.mark.parametrize("name", ["market", "linear"])
-@pytest.mark.parametrize(
-    "words",
-    [("inspect", "linear.nl"), ("inspect", "market.nl"), ("solve", "q.csv")],
-)
-def test_a_second_file_beside_a_model_is_refused(lcp, folder, name, words):
-    for each, content in {"market": MARKET, "linear": LINEAR}.items():
-        (folder / f"{each}.nl").write_bytes(content)
-    assert_refused(
-        lcp(words[0], f"{name}.nl", *words[1:]),
-        f"{words[-1]}: is not needed: {name}.nl ",
-    )

@@ -615,9 +615,73 @@ check good.json trials.jsonl => trials.jsonl: {ENTRIES:3 results|good}; {AS_A_FI
     {**GOOD, "entry.efg": TREE},
 )
 
+OTHERS = commands(
+    r"""
+help solve csv => WORDS: 'solve' is no page; {LEAVE_IT_OUT}
+help csv --all => --all: shows all options of a command; name one: lcp help solve --all
+solve paper-example-1 --method shi --columns k,aplha
+    => --columns: 'aplha' is not a column; {DID_YOU_MEAN:alpha}
+solve paper-example-1 --method shi --columns k,factor
+    => --columns: shi has no factor; {IT_BELONGS:fixed-point}
+solve paper-example-1 --method shi --columns z0
+    => --columns: shi has no z0; {IT_BELONGS:lemke}
+compare paper-example-1 --method shi --columns k,aplha
+    => --columns: 'aplha' is not a column; {DID_YOU_MEAN:alpha}
+compare paper-example-1 --method shi --columns k,factor
+    => --columns: shi has no factor; {IT_BELONGS:fixed-point}
+compare paper-example-1 --method shi --columns z0
+    => --columns: shi has no z0; {IT_BELONGS:lemke}
+compare paper-example-1 --columns entering
+    => --columns: fixed-point and shi have no entering; {IT_BELONGS:lemke}
+compare paper-example-1 --vary p=1,2 --sweep=omega=1
+    => --sweep: {NO_EFFECT:--vary}; {LEAVE_ONE_OUT}
+compare paper-example-1 --vary p=1,2 --columns=k
+    => --columns: {NO_EFFECT:--vary, which shows the results of runs}; {LEAVE_IT_OUT}
+compare paper-example-1 --vary p=1,2 --every=2
+    => --every: {NO_EFFECT:--vary, which shows the results of runs}; {LEAVE_IT_OUT}
+compare paper-example-1 --vary p=1,2 --p=3
+    => --vary: --p cannot be combined with it; {LEAVE_ONE_OUT}
+compare --vary q=1
+    => --vary: 'q' is not an option of any method; choose one of p, k-star, rho, sigma,
+    omega, anderson, start-slack, regularization, cover, ties, beta, walkers, seed,
+    restarts, scale, finish, presolve
+make murty -o own.xyz
+    => own.xyz: has the unknown suffix .xyz; use .json, .csv, .mtx, .npz, .npy, .mat, or
+    .mps or .qps for a program
+make murty -o nowhere/own.json
+    => nowhere/own.json: there is no folder FOLDER/nowhere; {CREATE_FIRST}
+inspect market.nl linear.nl
+    => linear.nl: {IS:not needed: market.nl is a model}; {GIVE_ALONE}
+inspect market.nl market.nl
+    => market.nl: {IS:not needed: market.nl is a model}; {GIVE_ALONE}
+solve market.nl q.csv => q.csv: {IS:not needed: market.nl is a model}; {GIVE_ALONE}
+inspect linear.nl linear.nl => linear.nl: {NOT_NEEDED:linear.nl}; {GIVE_ALONE}
+inspect linear.nl market.nl => market.nl: {NOT_NEEDED:linear.nl}; {GIVE_ALONE}
+solve linear.nl q.csv => q.csv: {NOT_NEEDED:linear.nl}; {GIVE_ALONE}
+solve good.json --method schafer
+    => --method: {UNKNOWN:'schafer'}; {DID_YOU_MEAN:fixed-point}
+solve good.json --method Schaefer
+    => --method: {UNKNOWN:'Schaefer'}; {DID_YOU_MEAN:fixed-point}
+solve good.json --method PSOR => --method: {UNKNOWN:'PSOR'}; {DID_YOU_MEAN:fixed-point}
+solve good.json --method vector-division
+    => --method: {UNKNOWN:'vector-division'}; {DID_YOU_MEAN:shi}
+solve good.json --method simplex => --method: {UNKNOWN:'simplex'}; {DID_YOU_MEAN:lemke}
+solve good.json --method ipm => --method: {UNKNOWN:'ipm'}; {DID_YOU_MEAN:interior}
+solve good.json --method interior-point
+    => --method: {UNKNOWN:'interior-point'}; {DID_YOU_MEAN:interior}
+{"M": [], "q": []} > empty.json
+solve empty.json --minimize z1
+    => --minimize: {NAMES:'z1'}; leave it out: the problem has no unknowns
+{"M": [], "q": []} > empty.json
+why empty.json --keep z1
+    => --keep: 'z1' names nothing in this problem; leave it out: the problem has none
+""",
+    {**GOOD, **models.FILES},
+)
+
 REFUSALS = [
     *(*WORDS, *NUMBERS, *METHODS, *STARTS, *BOUNDS, *OF_Q, *OUTPUTS, *OVERWRITTEN),
-    *(*MANY, *ALL, *PATHS, *MAKE, *MODELS, *ANSWERS),
+    *(*MANY, *ALL, *PATHS, *MAKE, *MODELS, *ANSWERS, *OTHERS),
 ]
 
 

@@ -23,8 +23,6 @@ from lcpcli.methods.registry import METHODS, QUANTITIES
 from lcpcli.report import columns
 from lcpcli.report.wording import components, halves
 
-from ..cli.conftest import assert_refused
-
 EXAMPLES = [f"paper-example-{number}" for number in (1, 2)]
 EPS = 2.0**-52
 ACCURACY = 1e-12  # relative
@@ -76,6 +74,7 @@ STEPS = {
     "by default": "",
     "smoothed": "--p 50",
     "steepest descent": "--k-star 3",
+    "other line searches": "--rho 0.1 --sigma 0.5",
     "from two points": "--x1 1,-1,1,-1",
 }
 
@@ -384,26 +383,6 @@ def test_several_problems_have_columns_in_json(lcp):
         last = found["trace"][-1]
         assert len(last["x"]) == 4
         assert 0 < last["factor"] < 1
-
-
-REFUSED = {
-    "k,aplha": "'aplha' is not a column; did you mean alpha?",
-    "k,factor": "shi has no factor; it belongs to fixed-point",
-    "z0": "shi has no z0; it belongs to lemke",
-}
-
-
-@pytest.mark.parametrize(("names", "told"), REFUSED.items())
-def test_a_column_that_the_methods_lack_is_refused_with_those_that_have_it(
-    names, told, lcp
-):
-    asked = f"paper-example-1 --method shi --columns {names}"
-    for command in ("solve", "compare"):
-        assert_refused(lcp(f"{command} {asked}"), f"lcp: --columns: {told}")
-    two = lcp("compare paper-example-1 --columns entering")
-    assert_refused(
-        two, "--columns: fixed-point and shi have no entering; it belongs to lemke"
-    )
 
 
 def test_python_refuses_them_too():

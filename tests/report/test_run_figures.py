@@ -105,15 +105,6 @@ def test_what_lies_beyond_the_axes_stands_at_their_edge_in_a_ring():
     assert named(figure) == ["lemke", BEYOND]
 
 
-def test_a_run_that_fails_ends_with_a_cross():
-    figure = convergence(crowd(2))
-    solved, failed = crowd(2).curves
-    for axes, xs in zip(figure.axes, (failed.seconds, failed.k), strict=True):
-        assert marks(axes, UNSOLVED) == [pytest.approx((xs[-1], failed.errors[-1]))]
-    assert solved.solved
-    assert UNSOLVED not in named(convergence(SHORT))
-
-
 def test_errors_that_are_no_numbers_stand_at_the_edges():
     odd_one = odd("newton", [math.nan, math.inf])
     figure = convergence(BARE, Panel("p", "error", [odd_one]))

@@ -118,22 +118,6 @@ def test_words_are_shown_and_not_drawn(lcp, in_folder):
     assert "<figure>" not in (in_folder / "page.html").read_text()
 
 
-BESIDE = {
-    "--sweep=omega=1": "--sweep: has no effect with --vary; leave one out",
-    "--columns=k": (
-        "--columns: has no effect with --vary, which shows the results of runs"
-    ),
-    "--every=2": "--every: has no effect with --vary",
-    "--p=3": "--vary: --p cannot be combined with it; leave one out",
-}
-
-
-@pytest.mark.parametrize(("option", "told"), BESIDE.items())
-def test_what_has_no_effect_beside_it_is_refused(option, told, lcp):
-    assert_refused(lcp(f"compare {EXAMPLE} --vary p=1,2 {option}"), told)
-    assert_refused(lcp("compare --vary q=1"), "'q' is not an option of any")
-
-
 def test_runs_that_ctrl_c_has_prevented_stay_empty():
     problem, runs = read(contents.shipped_path(f"{EXAMPLE}.json")), []
     for values in ((1, 5), (1,)):
