@@ -290,13 +290,10 @@ def accurate_basic_solution(
         if enclosed_z is not None:
             return enclosed_z
     solver, b = PrincipalSolver(scaled_problem.M), -scaled_problem.q[active]
-    b = (
-        accurate_residual(scaled_problem.M[active], units.z_inside(better), b)
-        if better.any()
-        else b
-    )
     block = solver.block(active)
     try:
+        if better.any():
+            b = accurate_residual(scaled_problem.M[active], units.z_inside(better), b)
         solve = solver.factorized(block)
         values = solve(b)
         for step in range(REFINEMENTS):

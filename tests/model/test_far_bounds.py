@@ -327,6 +327,28 @@ def test_far_sides_of_unknowns_without_reduced_costs_do_not_count():
     assert lcpcli.run(problem).z[0] == 1e22
 
 
+def test_a_basis_with_an_infinite_bound_is_no_error():
+    """Without far sides, unknowns are at bounds that they do not have there."""
+    f = np.array([0, 0, 1, -1, 0, 1, -1, -1.0])
+    A = [
+        [0, -1, 1, -3, 0, 0, 3, -1],
+        [0, -2, 0, 0, -1, 2, 2, 0],
+        [-3, 1, 0, 0, 0, 3, -3, 3],
+    ]
+    problem = from_qp(
+        np.outer(f, f),
+        [0, 0, -1, -1, 2, -3, -2, 0],
+        A,
+        row_lower=[-3, -INF, -INF],
+        row_upper=[1e15, 1e13, 6],
+        lower=[0, 0, 0, -1e14, 0, 0, 0, -1e17],
+        upper=[2, 1e22, 1e14, 1e20, INF, 1e16, 1e19, INF],
+    )
+    result = lcpcli.run(problem)
+    assert result.solved
+    assert lcpcli.check(problem, result.z).accepted
+
+
 def test_an_objective_keeps_its_digits_where_its_terms_cancel():
     """Qx is rounding of terms of 1e12, which x times it is not."""
     F, c, x = np.array([0.3, -0.7]), np.array([1.0, -2.0]), np.array([7e12, 3e12])
