@@ -37,7 +37,7 @@ from lcpcli.clock import imports
 from lcpcli.interrupts import TimeIsUp, raise_if_timed_out
 from lcpcli.linalg import factors
 from lcpcli.linalg.doubles import SMALL_DISTANCE, is_finite
-from lcpcli.linalg.matrices import accurate_residual, dense, is_sparse
+from lcpcli.linalg.matrices import is_sparse
 from lcpcli.methods import stages
 from lcpcli.methods.newton import from_start
 from lcpcli.methods.stages import (
@@ -53,14 +53,13 @@ from lcpcli.methods.stages import (
     advance,
     changed,
 )
-from lcpcli.model.box import BASIC
 from lcpcli.model.changes import Change
 from lcpcli.model.problem import Problem
 from lcpcli.rational.elimination import Effort
 from lcpcli.rational.exact_problem import ExactProblem
 from lcpcli.rational.numbers import rounded, rounded_direction
 from lcpcli.rational.tree import solution_search
-from lcpcli.typing import BasisStatus, Vector
+from lcpcli.typing import Vector
 from lcpcli.verify import measure
 from lcpcli.verify.acceptance import AS_IT_IS, PROVED, Extent, accepted
 from lcpcli.verify.certificate import (
@@ -101,9 +100,8 @@ IF_PROVED, IF_EXACT = Extent(PROVED), Extent(AS_IT_IS, is_exact=True)
 NOTHING = list[Fraction]()  # the tree has been searched, and has no solution
 # Unknowns up to which exact pivoting starts from a basis that is almost right.
 MAX_PIVOTED_EXACTLY = 100
-# Relaxations of a problem with far sides: each leaves fewer of them out. After a proof,
-# the first SINGLE_RELAXATIONS include only the sides that it needs first.
-MAX_RELAXATIONS, SINGLE_RELAXATIONS = 16, 4
+# Relaxations of a problem with far sides: each leaves fewer of them out.
+MAX_RELAXATIONS = 16
 # Work limits of the tree search, in nominal seconds: the first one, within which it
 # decides almost all problems; it continues between other methods, each time with twice
 # the previous limit, at most the largest one, up to the maximum in total.
@@ -191,7 +189,7 @@ def _relaxed_first(
     sequence = MethodSequence(x0)
     first = partial(small, search=partial(search, milp=False))
     change, may_drop = relaxed(problem), True
-    for k in range(MAX_RELAXATIONS):
+    for _ in range(MAX_RELAXATIONS):
         if not isinstance(change, Relaxed):
             break
         inner = MethodSequence(change.start(x0))
@@ -212,7 +210,7 @@ def _relaxed_first(
                 proof = first_proof(problem, [y], whole=True)
                 if proof is not None:
                     return replace(ending, certificate=proof)
-                met = change.needed(y, is_first=k < SINGLE_RELAXATIONS)
+                met = change.needed(y)
         if isinstance(ending, (Finished, NoSolution)) and met.number:
             change = relaxed(problem, change.sides.without(met))
         elif not (isinstance(ending, Finished) and change.moved_sides.number):
@@ -244,11 +242,6 @@ def _at_basic_solution(sequence: MethodSequence, change: Change) -> Iterate:
     with np.errstate(over="ignore", invalid="ignore", divide="ignore"):
         z_of_change = box.z_of(change.start(sequence.last.x))
         z = accurate_basic_solution(problem, z_of_change, basis)
-        if z is z_of_change:
-            # The system of the basis is singular, as at a face of minimizers. If row
-            # sides were moved, only the variables that are the values of rows differ in
-            # most problems.
-            z = _with_values_of_rows(problem, z_of_change, basis)
         if (
             problem.n <= MAX_PIVOTED_EXACTLY
             and not Point(
@@ -262,24 +255,6 @@ def _at_basic_solution(sequence: MethodSequence, change: Change) -> Iterate:
         x = change.back(box.x_within(z, problem.w(z), basis))
     sequence.last = sequence.last._replace(x=x, F=None, step=REFINED, signs_final=True)
     return sequence.last
-
-
-def _with_values_of_rows(problem: Problem, z: Vector, basis: BasisStatus) -> Vector:
-    """Return z with those basic z_j changed that occur in one row, of a basic z_i,
-    alone, so that w_i = 0 there."""
-    M, z = problem.M, np.where(basis == BASIC, z, problem.box.nonbasic(basis))
-    rows, columns = M.nonzero()
-    number = np.bincount(columns, minlength=z.size)
-    is_alone = (
-        (number[columns] == 1) & (basis[columns] == BASIC) & (basis[rows] == BASIC)
-    )
-    rows, first = np.unique(rows[is_alone], return_index=True)
-    columns = columns[is_alone][first]
-    if not np.isfinite(z).all():
-        return z
-    w = -accurate_residual(M[rows], z, -problem.q[rows])
-    z[columns] -= w / dense(M[rows])[np.arange(rows.size), columns]
-    return z
 
 
 def _searched(

@@ -508,39 +508,18 @@ class Relaxed(Change):
         )
 
     @np.errstate(all="ignore")
-    def needed(self, y: Vector, is_first: bool = True) -> FarSides:
+    def needed(self, y: Vector) -> FarSides:
         """Return those sides without which a y proves that there is no z, and with
-        which it may not.
-
-        In a program that is unbounded without them, y is a direction in which it is. By
-        default only those sides are returned that are reached first, of unknowns whose
-        costs fall in that direction, if there are any: others move along at no cost."""
+        which it may not."""
         columns, sides = product(self.original.M.T, y), self.sides
         terms = matrices.absolute_product(self.original.M.T, np.abs(y))
-        lower, upper = self.original.box.vectors(y.size)
         columns = np.where(np.abs(columns) > ROW_ROUNDING * terms, columns, 0.0)
-        steps = sides._replace(
-            lower=np.where(sides.lower & (y < 0), lower / y, np.inf),
-            upper=np.where(sides.upper & (y > 0), upper / y, np.inf),
+        return sides._replace(
+            lower=sides.lower & (y < 0),
+            upper=sides.upper & (y > 0),
             # A z moves by -M'y, towards the side or away from it.
-            rows=np.where(
-                sides.rows & (self.original.q * columns > 0),
-                self.original.q / columns,
-                np.inf,
-            ),
+            rows=sides.rows & (self.original.q * columns > 0),
         )
-        if not is_first:
-            return FarSides(*(distances < np.inf for distances in steps))
-        falls = self.original.q * y < 0
-        moved_steps = steps._replace(
-            lower=np.where(falls, steps.lower, np.inf),
-            upper=np.where(falls, steps.upper, np.inf),
-        )
-        for each in (moved_steps, steps):
-            first = min(float(distances.min(initial=np.inf)) for distances in each)
-            if first < np.inf:
-                return FarSides(*(distances == first for distances in each))
-        return FarSides(*(distances < 0 for distances in steps))
 
 
 def relaxed(
