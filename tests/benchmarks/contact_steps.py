@@ -23,7 +23,7 @@ from typing import Any
 import numpy as np
 
 import lcpcli
-from lcpcli.gallery.rigid_bodies import Scene, contact_in_time
+from lcpcli.gallery.rigid_bodies import contact_in_time
 from lcpcli.peers import registry
 from lcpcli.typing import Vector
 
@@ -35,10 +35,10 @@ class Contacts:
     """The data of a step: W and q by contacts, the coefficient mu, names of the
     contacts, and the LCP of Stewart and Trinkle."""
 
-    def __init__(self, scene: Scene) -> None:
+    def __init__(self, scene):
         self.k, self.mu, self.lcp = len(scene.contacts), scene.friction, scene.problem()
         order = np.arange(2 * self.k).reshape(2, self.k).T.ravel()
-        M: Any = self.lcp.M
+        M = self.lcp.M
         self.W, self.q = M[order][:, order], self.lcp.q[order]
         pairs = [(each.first, each.second) for each in scene.contacts]
         self.ids = [(*pair, pairs[:i].count(pair)) for i, pair in enumerate(pairs)]
@@ -50,7 +50,7 @@ class Contacts:
             "findex": np.where(positions % 2, positions - 1, -1),
         }
 
-    def violation(self, x: Vector) -> float:
+    def violation(self, x):
         most = self.mu * x[::2]
         lower, upper = np.zeros(x.size), np.full(x.size, inf)
         lower[1::2], upper[1::2] = -most, most
@@ -60,11 +60,11 @@ class Contacts:
 
 
 class ByW:
-    def __init__(self, compiled: bool) -> None:
+    def __init__(self, compiled):
         self.solver: Any = None
         self.compiled = compiled
 
-    def __call__(self, data: Contacts) -> Vector | None:
+    def __call__(self, data):
         if self.solver is None:
             first = lcpcli.from_contact(data.W, data.q, data.mu)
             self.solver = lcpcli.Solver(first, compiled=self.compiled)
@@ -74,7 +74,7 @@ class ByW:
 
 
 class ByIndices(ByW):
-    def __call__(self, data: Contacts) -> Vector | None:
+    def __call__(self, data):
         if self.solver is None:
             first = lcpcli.from_findex(data.W, data.q, **data.box)
             self.solver = lcpcli.Solver(first, compiled=self.compiled)
@@ -84,7 +84,7 @@ class ByIndices(ByW):
         return result.answer.x if result.solved else None
 
 
-def by_quantecon(data: Contacts) -> Vector | None:
+def by_quantecon(data):
     z = registry.load("quantecon").solve(data.lcp, 1e-10, 10.0).z
     if z is None:
         return None
@@ -92,7 +92,7 @@ def by_quantecon(data: Contacts) -> Vector | None:
     return np.column_stack((z[:k], z[k : 2 * k] - z[2 * k : 3 * k])).ravel()
 
 
-def main(steps: int) -> None:
+def main(steps):
     for name, kind, boxes in SCENES:
         scene = contact_in_time(kind, boxes)
         ways: dict[str, Callable[[Contacts], Vector | None]]
@@ -101,7 +101,7 @@ def main(steps: int) -> None:
             ways |= {"W, kernels": ByW(True), "findex, kernels": ByIndices(True)}
         if registry.load("quantecon").version():
             ways["quantecon"] = by_quantecon
-        times: dict[tuple[str, bool], list[float]] = {}
+        times = {}
         failed, worst, done = dict.fromkeys(ways, 0), dict.fromkeys(ways, 0.0), 0
         while done < steps:
             if not scene.contacts:

@@ -1,8 +1,6 @@
 """The commands with compiled kernels: what asks for them, what says so, and how they
 are compiled ahead of time."""
 
-from __future__ import annotations
-
 import json
 import os
 import pty
@@ -102,7 +100,8 @@ def test_without_numba_there_is_nothing_to_compile(
 
 def test_the_number_of_kernels_and_the_folder_of_the_cache_are_said_in_one_line(lcp):
     outcome = lcp("kernels")
-    assert (outcome.code, outcome.err) == (0, "")
+    assert outcome.code == 0
+    assert outcome.err == ""
     found = re.fullmatch(
         r"(\d+) kernels? compiled, (\d+) already there; the cache is in (.*)\n",
         outcome.out,

@@ -6,12 +6,12 @@ of many; and at the limits of numbers.
 from __future__ import annotations
 
 from functools import partial
-from typing import Any
 
 import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from numpy.random import default_rng
 from scipy.sparse import csr_array
 
 pytest.importorskip("numba")
@@ -39,13 +39,13 @@ from lcpcli.verify.point import Criterion, Point
 from .. import kernels_together  # noqa: F401
 
 
-def with_bounds_of_all_kinds(seed: int, n: int, density: float = 1.0) -> Problem:
+def with_bounds_of_all_kinds(seed, n, density=1.0):
     """Return a problem with free, fixed, boxed and mirrored variables, far and narrow
     bounds, degenerate or not."""
-    generator = np.random.default_rng(seed)
+    generator = default_rng(seed)
     A = generator.standard_normal((n, n))
     M = (A @ A.T / n + A - A.T, A, np.rint(A), np.diag(np.abs(A[0])))[seed % 4]
-    M = M * (np.random.default_rng(n).random((n, n)) < density)
+    M = M * (default_rng(n).random((n, n)) < density)
     far = generator.standard_normal(n) * 10.0 ** generator.integers(-8, 8, n)
     beyond = far + 10.0 ** generator.integers(-9, 3, n)
     kinds = generator.integers(0, 7, n)
@@ -75,7 +75,7 @@ def test_an_answer_of_the_kernels_is_a_solution(seed: int, n: int) -> None:
     )
 
 
-def test_most_monotone_problems_are_answered_by_the_kernels() -> None:
+def test_most_monotone_problems_are_answered_by_the_kernels():
     problems = [with_bounds_of_all_kinds(4 * seed, 24) for seed in range(1, 30)]
     assert sum(mixed(problem, 1e-10) is not None for problem in problems) >= 20
 
@@ -120,10 +120,8 @@ def test_the_compiled_checks_say_nothing_else_than_the_measure(
 
 
 @pytest.mark.parametrize("seed", range(4))
-def test_the_kernels_take_the_steps_of_the_program_where_variables_are_fixed(
-    seed: int,
-) -> None:
-    random = np.random.default_rng(seed)
+def test_the_kernels_take_the_steps_of_the_program_where_variables_are_fixed(seed):
+    random = default_rng(seed)
     A, B = random.normal(size=(2, 14, 14))
     lower = np.where(random.random(14) < 0.3, -1.0, 0.0)
     upper = np.where(
@@ -138,19 +136,18 @@ def test_the_kernels_take_the_steps_of_the_program_where_variables_are_fixed(
     kernels, plain = (
         lcpcli.run(problem, compiled=compiled) for compiled in (True, False)
     )
-    assert (kernels.route, kernels.iterations) == (plain.route, plain.iterations)
+    assert kernels.route == plain.route
+    assert kernels.iterations == plain.iterations
     np.testing.assert_allclose(kernels.z, plain.z, rtol=1e-9, atol=1e-12)
 
 
-def test_stored_zeros_tie_no_components_together() -> None:
+def test_stored_zeros_tie_no_components_together():
     """x1 - x2 = 0 and x1 - x2 = 1 are nearly satisfied beside x near 1e12, which is
     small only in the last row."""
     M = np.zeros((5, 5))
     M[:2, 2:4], M[2:4, :2], M[4, 4] = [[-1, -1], [1, 1]], [[1, -1], [1, -1]], 1.0
-    z, free = (
-        np.array([1e12 + 0.5, 1e12, 0, 0, 1e12]),
-        np.array([False, False, True, True, False]),
-    )
+    z = np.array([1e12 + 0.5, 1e12, 0, 0, 1e12])
+    free = np.array([False, False, True, True, False])
     full = csr_array(np.where(M == 0, 7.0, M))
     full.data[full.data == 7.0] = 0.0
     for stored in (csr_array(M), full):
@@ -165,9 +162,9 @@ def test_stored_zeros_tie_no_components_together() -> None:
         )
 
 
-def test_no_component_of_a_degenerate_solution_is_negative() -> None:
+def test_no_component_of_a_degenerate_solution_is_negative():
     # More than those whose small numbers exact arithmetic decides.
-    rng, n = np.random.default_rng(0), 24
+    rng, n = default_rng(0), 24
     for _ in range(300):
         M = rng.standard_normal((n, n))
         M = M @ M.T + 0.1 * np.eye(n)
@@ -178,33 +175,31 @@ def test_no_component_of_a_degenerate_solution_is_negative() -> None:
         assert not found or (z >= 0).all()
 
 
-def test_only_small_numbers_that_may_decide_a_state_are_left_to_fractions() -> None:
+def test_only_small_numbers_that_may_decide_a_state_are_left_to_fractions():
     """Of the last one, w_2 is 1/3 less the double next to it."""
     q = np.array([-1.0, 1e-9])
     assert solve_one(np.eye(2), q, q < 0, False, 1.0, 1e-10)[0] == CERTAIN
-    M, q = (
-        np.array([[3.0, 0, 0], [1, 1, 0], [0, 0, 1]]),
-        np.array([-1.0, -1 / 3, 1e-17]),
-    )
+    M = np.array([[3.0, 0, 0], [1, 1, 0], [0, 0, 1]])
+    q = np.array([-1.0, -1 / 3, 1e-17])
     assert solve_one(M, q, q < 0, False, 3.0, 1e-10)[0] == DOUBTFUL
     assert lemke(Problem(M, q), 1e-10).z.tolist() == [1 / 3, 0, 0]
 
 
-def test_each_matrix_of_many_is_measured_by_itself() -> None:
+def test_each_matrix_of_many_is_measured_by_itself():
     M, Q = np.array([[[2.0**49]], [[2.0**51]]]), np.array([[-(2.0**49)], [-(2.0**49)]])
     found = direct_many(M, Q, np.abs(M).max(axis=(1, 2)), 1e-10)[1]
     # An entry of M from 2^50 on is too long a number.
     assert found[:, 0].tolist() == [CERTAIN, NOTHING]
 
 
-def test_one_matrix_of_many_q_is_that_of_each_block() -> None:
+def test_one_matrix_of_many_q_is_that_of_each_block():
     Q = -np.ones((NUMBERS_AT_ONCE // 4 + 2, 2))  # more than are solved at once
     assert (
         direct_many(2 * np.eye(2)[np.newaxis], Q, np.array([2.0]), 1e-10)[0] == 0.5
     ).all()
 
 
-def test_rounding_at_the_reference_point_is_no_size_of_q_when_compiled() -> None:
+def test_rounding_at_the_reference_point_is_no_size_of_q_when_compiled():
     """Row 1 at the lower bounds is 4e-12, and -1.5e-11 as doubles sum it up; the last
     two rows are infeasible."""
     M, lower = np.zeros((5, 5)), np.zeros(5)
@@ -220,7 +215,7 @@ def test_rounding_at_the_reference_point_is_no_size_of_q_when_compiled() -> None
     assert not solves(problem, z, 1e-10)
 
 
-def test_a_variable_that_blocks_itself_at_its_upper_bound_changes_its_end() -> None:
+def test_a_variable_that_blocks_itself_at_its_upper_bound_changes_its_end():
     problem = Problem([[1, 0], [0, 1]], [-5, -1], lower=[0, 0], upper=[2, 9])
     for follows in (tableau.follow, compiled.follow):
         path = LemkePath(reduced(problem), problem.q, 0, False, follows)
@@ -229,8 +224,8 @@ def test_a_variable_that_blocks_itself_at_its_upper_bound_changes_its_end() -> N
         assert np.allclose(path.point()[0], [2, 1])
 
 
-def test_a_ray_is_believed_only_of_a_tableau_that_is_made_again() -> None:
-    def spoiled(tableau_: tableau.Tableau, *how: Any) -> tuple[int, int, int, float]:
+def test_a_ray_is_believed_only_of_a_tableau_that_is_made_again():
+    def spoiled(tableau_, *how):
         end, pivots, entering, way = tableau.follow(tableau_, *how[:-1], 1)
         return (
             (tableau.RAY, pivots, entering, way)
@@ -246,21 +241,17 @@ def test_a_ray_is_believed_only_of_a_tableau_that_is_made_again() -> None:
 
 
 @pytest.mark.parametrize("family", ["harker-pang", "near-singular"])
-def test_projected_gradients_find_the_states_with_and_without_kernels(
-    family: str,
-) -> None:
+def test_projected_gradients_find_the_states_with_and_without_kernels(family):
     problem = families.make(family, 250, 1)
     one, other = (run(problem, compiled=compiled) for compiled in (False, True))
     assert one.solved
-    assert (one.route[0], one.route, one.basis) == (
-        "gradient",
-        other.route,
-        other.basis,
-    )
+    assert one.route[0] == "gradient"
+    assert one.route == other.route
+    assert one.basis == other.basis
     np.testing.assert_allclose(one.z, other.z, rtol=1e-9, atol=1e-12)
 
 
-def test_a_violation_is_not_small_in_the_units_of_another_row() -> None:
+def test_a_violation_is_not_small_in_the_units_of_another_row():
     R, z = np.array([2.0**-30, 2.0**30]), np.array([2.0**20, 2.0**20 + 1])
     problem = Problem(
         csr_array(R[:, np.newaxis] * [[1.0, -1.0], [-1.0, 1.0]]), R * [-1.0, -1.0]
@@ -271,12 +262,10 @@ def test_a_violation_is_not_small_in_the_units_of_another_row() -> None:
     )
 
 
-def test_a_step_of_contacts_is_that_without_kernels_and_certain_where_it_solves() -> (
-    None
-):
+def test_a_step_of_contacts_is_that_without_kernels_and_certain_where_it_solves():
     numbers = set()
     for seed in range(40):
-        random = np.random.default_rng(seed)
+        random = default_rng(seed)
         k = int(random.integers(1, 9))
         J = random.standard_normal((2 * k, 2 * k + 2))
         q = J @ random.standard_normal(2 * k + 2)

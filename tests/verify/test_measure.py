@@ -51,7 +51,7 @@ def small_problem(random):
 
 
 @pytest.mark.parametrize("seed", range(20))
-def test_extreme_entries_bound_the_caps_of_all_rows(seed: int) -> None:
+def test_extreme_entries_bound_the_caps_of_all_rows(seed):
     random = default_rng(seed)
     M, q = random.standard_normal((6, 6)), random.standard_normal(6)
     q[random.integers(6, size=3)] = 0.0
