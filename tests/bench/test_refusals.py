@@ -4,12 +4,6 @@ import pytest
 
 from ..refusals import commands
 
-RUN = (
-    '{"problem": "p", "file": "a/p.json", "item": null, "label": "shi", '
-    '"method": "shi", "status": "solved", "solved": true, "iterations": 12, '
-    '"seconds": 1.0, "spread": 1.05}\n'
-)
-OLD = {"old.json": RUN}
 REFUSALS = [
     *commands(
         r"""

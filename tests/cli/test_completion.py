@@ -33,16 +33,16 @@ def run(lcp):
     return lcp
 
 
-def items(*words):
-    """What is offered for the last of the words after lcp."""
-    *args, incomplete = words
+def items(line):
+    """What is offered for the last of the words after lcp, which may be empty."""
+    *args, incomplete = line.split(" ")
     complete = get_completion_class("bash")
     assert complete is not None
     return complete(lcp, {}, "lcp", VARIABLE).get_completions(args, incomplete)
 
 
-def offered(*words):
-    return [item.value for item in items(*words) if item.type == "plain"]
+def offered(line):
+    return [item.value for item in items(line) if item.type == "plain"]
 
 
 @pytest.mark.parametrize("name", lcp.commands)
@@ -58,45 +58,45 @@ def test_options(name):
         for flag in (*param.opts, *param.secondary_opts)
     ]
     # Click 8.1 has -h and --help in either order.
-    assert sorted(offered(name, "-")) == sorted(own)
-    assert offered(name, "--he") == ["--help"]
+    assert sorted(offered(f"{name} -")) == sorted(own)
+    assert offered(f"{name} --he") == ["--help"]
 
 
 @pytest.mark.parametrize(
     ("words", "known"),
     [
-        ([""], sorted(lcp.commands)),
-        (["co"], ["compare", "completion", "convert"]),
+        ("", sorted(lcp.commands)),
+        ("co", ["compare", "completion", "convert"]),
         *(
-            ([name, "--method", ""], list(METHODS))
+            (f"{name} --method ", list(METHODS))
             for name in ("solve", "compare", "bench")
         ),
-        (["solve", "--method", "ne"], ["newton"]),
-        (["make", ""], list(gallery.FAMILIES)),
-        (["make", "near-"], ["near-singular", "near-degenerate"]),
-        (["solve", "x.json", "--format", ""], list(FORMATS)),
-        (["check", "--format", ""], list(FORMATS)),
-        (["completion", ""], list(SHELLS)),
-        (["help", ""], [*TOPICS, *lcp.commands]),
-        (["help", "me"], ["measuring", "methods"]),
-        (["bench", "sp"], ["sparse", "speed"]),
+        ("solve --method ne", ["newton"]),
+        ("make ", list(gallery.FAMILIES)),
+        ("make near-", ["near-singular", "near-degenerate"]),
+        ("solve x.json --format ", list(FORMATS)),
+        ("check --format ", list(FORMATS)),
+        ("completion ", list(SHELLS)),
+        ("help ", [*TOPICS, *lcp.commands]),
+        ("help me", ["measuring", "methods"]),
+        ("bench sp", ["sparse", "speed"]),
         *(
-            ([name, "port"], ["portfolio"])
+            (f"{name} port", ["portfolio"])
             for name in ("solve", "compare", "inspect", "convert", "check", "path")
         ),
-        (["solve", "a.json", "port"], ["portfolio"]),
-        (["bench", "pap"], ["paper", "paper-example-1", "paper-example-2"]),
-        (["solve", "--x0", "port"], []),
-        (["solve", "--tol", ""], []),
-        (["nonsense", "x"], []),
+        ("solve a.json port", ["portfolio"]),
+        ("bench pap", ["paper", "paper-example-1", "paper-example-2"]),
+        ("solve --x0 port", []),
+        ("solve --tol ", []),
+        ("nonsense x", []),
     ],
 )
 def test_words(words, known):
-    assert offered(*words) == known
+    assert offered(words) == known
 
 
 def test_what_is_offered_can_be_given(run):
-    found = offered("bench", "--peer", "")
+    found = offered("bench --peer ")
     assert set(found) == {*PEERS, "path"}
     assert all(select([name]) for name in found)
     for method in METHODS:
@@ -106,18 +106,18 @@ def test_what_is_offered_can_be_given(run):
 @pytest.mark.parametrize(
     ("words", "files"),
     [
-        (["solve", "M.mtx", "x"], True),
-        (["check", "a.json", "x"], True),
-        (["bench", "sp"], True),
-        (["solve", "a.json", "-o", "x"], True),
-        (["solve", "a.json", "--lower", ""], True),
-        (["inspect", "a.json", "b.csv", ""], False),
-        (["solve", "--method", ""], False),
+        ("solve M.mtx x", True),
+        ("check a.json x", True),
+        ("bench sp", True),
+        ("solve a.json -o x", True),
+        ("solve a.json --lower ", True),
+        ("inspect a.json b.csv ", False),
+        ("solve --method ", False),
     ],
 )
 def test_files_are_offered_where_a_word_may_name_one(words, files):
-    assert [item.value for item in items(*words) if item.type == "file"] == [
-        words[-1]
+    assert [item.value for item in items(words) if item.type == "file"] == [
+        words.split(" ")[-1]
     ] * files
 
 

@@ -10,8 +10,6 @@ import lcpcli
 from lcpcli.explanation.conditions import COMPLEMENTARITY, LOWER, SIGN, UPPER
 from lcpcli.rational.dictionary import Dictionary
 
-Key = tuple[str, int]  # the kind of a condition, and its component
-
 
 class Small:
     """A problem of integers. lower, upper : bounds, None for none."""
