@@ -98,6 +98,11 @@ class Outcome:
         return [json.loads(line) for line in self.out.splitlines()]
 
 
+def save_json(path, data):
+    """Write an object to a file in JSON."""
+    path.write_text(json.dumps(data))
+
+
 def read_exact(*paths):
     """The problem in one file or two with its numbers as they are written, as the
     commands take it."""

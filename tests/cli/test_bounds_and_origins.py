@@ -13,7 +13,7 @@ import lcpcli
 from lcpcli import from_game, from_qp, read
 from lcpcli.errors import ProblemError
 
-from ..conftest import Outcome
+from ..conftest import Outcome, save_json
 from ..far_bounds import FAR
 from ..files.binary import archive, mat, npy
 from ..wordings import ENDS_TOO_EARLY, OTHER_ORIGIN
@@ -32,11 +32,11 @@ REMARK = (
 def files(in_folder):
     """A folder, entered, with far.json, a program with far bounds, mixed.json,
     lcp.json, program.json and game.json."""
-    Path("far.json").write_text(json.dumps(FAR))
+    save_json(Path("far.json"), FAR)
     Path("mixed.json").write_text(MIXED)
     Path("lcp.json").write_text('{"M": [[2, 1], [1, 2]], "q": [-5, 1e25]}')
-    Path("program.json").write_text(json.dumps(PROGRAM))
-    Path("game.json").write_text(json.dumps(GAME))
+    save_json(Path("program.json"), PROGRAM)
+    save_json(Path("game.json"), GAME)
     return in_folder
 
 
@@ -163,7 +163,7 @@ def test_a_note_says_once_that_b_alone_is_a_lower_bound(in_folder, lcp):
     program = {"Q": [[2]], "c": [-3], "A": [[1]], "b": [1]}
     note = "b is read as Ax >= b; name it row_upper for Ax <= b, and give it as "
     note += "row_lower and as row_upper for Ax = b"
-    (in_folder / "b.json").write_text(json.dumps(program))
+    save_json(in_folder / "b.json", program)
     assert lcp("solve b.json").err == f"lcp: b.json: {note}\n"
     assert lcp("check b.json 1.5").err == f"lcp: b.json: {note}\n"
     assert lcp("solve b.json -q").err == ""
@@ -173,7 +173,7 @@ def test_a_note_says_once_that_b_alone_is_a_lower_bound(in_folder, lcp):
         "lower": {"c": [1], "A": [[1]], "row_lower": [1]},
     }
     for name, data in others.items():
-        (in_folder / f"{name}.json").write_text(json.dumps(data))
+        save_json(in_folder / f"{name}.json", data)
         assert lcp(f"solve {name}.json").err == ""
     lines = f"{json.dumps(program)}\n" * 2
     (in_folder / "b.jsonl").write_text(lines)

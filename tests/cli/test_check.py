@@ -13,6 +13,7 @@ from lcpcli import Problem
 from lcpcli.files import contents, writing
 from lcpcli.formulations.quadratic_program.answers import Minimum
 
+from ..conftest import save_json
 from ..methods.programs import bounded_program
 from .conftest import assert_refused
 
@@ -29,7 +30,7 @@ def checked(lcp, tmp_path, monkeypatch):
     def run(answer, *options, problem=EXAMPLE, name="answer"):
         monkeypatch.chdir(tmp_path)
         if not isinstance(problem, str):
-            Path("p.json").write_text(json.dumps(problem))
+            save_json(Path("p.json"), problem)
             problem = "p.json"
         Path(name).write_text(answer if isinstance(answer, str) else json.dumps(answer))
         return lcp("check", problem, name, *options)
@@ -231,9 +232,7 @@ def test_of_an_ill_posed_problem_the_proof_stands_and_no_solution(
         - np.diag(np.full(n - 1, 1.1), -1)
     )
     M[0, 0], M[-1, -1] = 1.1, np.nextafter(1.1, 2)
-    (folder / "ill.json").write_text(
-        json.dumps({"M": M.tolist(), "q": [-1.0] + [0.0] * (n - 1)})
-    )
+    save_json(folder / "ill.json", {"M": M.tolist(), "q": [-1.0] + [0.0] * (n - 1)})
     solved = lcp("solve ill.json --format json")
     result = solved.record
     assert (solved.code, result["status"], result["solved"]) == (1, "ill_posed", False)
@@ -251,7 +250,7 @@ def test_a_wrong_argument_costs_one_line_beside_a_wrong_known_solution(
     command, lcp, in_folder
 ):
     problem = {"M": [[2]], "q": [-2], "solution": [[5], [1]]}
-    (in_folder / "p.json").write_text(json.dumps(problem))
+    save_json(in_folder / "p.json", problem)
     assert_refused(lcp(command))
     told = lcp("solve p.json -q")
     assert told.code == 0

@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 from scipy import sparse
 
+from ..conftest import save_json
 from .conftest import assert_refused
 
 
@@ -87,7 +88,7 @@ def test_a_formulation_is_refused_in_exact_arithmetic_too(
     options, data, lcp, in_folder
 ):
     """As its answers are computed in double precision, in which a number is 0."""
-    (in_folder / "p.json").write_text(json.dumps(data))
+    save_json(in_folder / "p.json", data)
     refused = lcp("solve", "p.json", *options)
     assert_refused(refused, "0 in double precision; scale the data")
     assert "--exact" not in refused.err
@@ -108,7 +109,7 @@ def test_a_file_of_doubles_has_no_0_for_another_number(
     value, shown, refusing, others, lcp, in_folder
 ):
     data = {"M": [[value, 0], [0, 1]], "q": ["-1", -1]}
-    (in_folder / "p.json").write_text(json.dumps(data))
+    save_json(in_folder / "p.json", data)
     for ending in refusing:
         refused = lcp(f"convert p.json -o o.{ending}")
         words = f"cannot hold {shown}, which is 0 in double precision; use {others}"

@@ -13,6 +13,7 @@ from lcpcli.files import writing
 from lcpcli.files.input_file import InputFile
 from lcpcli.files.inputs import Input
 
+from ..conftest import save_json
 from ..refusals import commands
 
 pytestmark = pytest.mark.usefixtures("folder")
@@ -33,7 +34,7 @@ def folder(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     own = {"diet": INFEASIBLE, "pipes": UNSOLVABLE, "two": SOLVABLE}
     for name, data in own.items():
-        (tmp_path / f"{name}.json").write_text(json.dumps(data))
+        save_json(tmp_path / f"{name}.json", data)
     M = np.array([[0.0, 1.0], [0.0, 0.0]])
     writing.write(lcpcli.Problem(M, [-1.0, -1.0]), "rows.csv")
     return tmp_path
@@ -91,7 +92,7 @@ def test_json_has_all_keys_for_every_outcome(lcp):
 def test_decimals_count_as_written(folder, lcp):
     """Three tenths are not more than 0.1 + 0.2, as they are in doubles."""
     data = {"c": [1], "A": [[1], [1]], "row_lower": [0.3, None]}
-    (folder / "sum.json").write_text(json.dumps(data | {"row_upper": [None, 0.3]}))
+    save_json(folder / "sum.json", data | {"row_upper": [None, 0.3]})
     assert '"solved"' in lcp("why sum.json --format json").out
     text = '{"M": [[0]], "q": [-0.1]}'
     (folder / "tenth.json").write_text(text)
@@ -214,7 +215,7 @@ def test_every_format_has_the_conflict(lcp):
 def test_a_solution_beyond_the_range_of_doubles_has_ranges(lcp, folder):
     """z = 1e400 is at no upper bound, although it is rounded to infinity."""
     problem = {"M": [["1e-400", 0], [0, 1]], "q": [-1, -1], "upper": [None, 5]}
-    (folder / "tiny.json").write_text(json.dumps(problem))
+    save_json(folder / "tiny.json", problem)
     told = lcp("why tiny.json -f json").record
     first, second = told["ranges"]["q"]
     assert first["lower"] is None

@@ -15,7 +15,7 @@ from lcpcli.formulations.bimatrix_game.game import Game
 from lcpcli.formulations.bimatrix_game.tables import input_of
 from lcpcli.formulations.game_tree.game import ExtensiveGame
 
-from ..conftest import read_exact
+from ..conftest import read_exact, save_json
 from ..wordings import ADD_GAME, NOT_UTF_8, ONLY_READ, OTHER_ORIGIN
 
 HEAD = 'NFG 1 R "a game" { "Alice" "Bob" }\n'
@@ -106,7 +106,7 @@ def test_both_forms_are_only_read_and_complete_formats_keep_payoffs_and_tree(lcp
     lcpcli.write(read("g.efg"), "m.json")
     data = json.loads(Path("m.json").read_text())
     data["M"][0][3] += 1
-    Path("m.json").write_text(json.dumps(data))
+    save_json(Path("m.json"), data)
     assert f"origin: {OTHER_ORIGIN}" in lcp("solve m.json").err
 
 
@@ -167,7 +167,7 @@ def test_labels_of_strategies_are_kept(first, second, rows, columns):
 def test_whole_numbers_as_text_are_payoffs_as_str_writes_them(last):
     payoffs = [[Fraction(1, 2), Fraction(0)], [Fraction(-3), Fraction(last)]]
     A = [[str(v) for v in row] for row in payoffs]
-    Path("game.json").write_text(json.dumps({"A": A, "B": [["1", "0"], ["0", "1"]]}))
+    save_json(Path("game.json"), {"A": A, "B": [["1", "0"], ["0", "1"]]})
     assert read("game.json").origin.payoffs()[0] == payoffs
     with pytest.raises(errors.ProblemError, match="in a zero-sum game B = -A"):
         lcpcli.from_game(payoffs)
@@ -176,14 +176,12 @@ def test_whole_numbers_as_text_are_payoffs_as_str_writes_them(last):
 def test_costs_are_minimized(lcp):
     costs = {"A": [["1/3", 0], [0, 2]], "B": [[2, 0], [0, 3]]}
     negated = {"A": [["-1/3", 0], [0, -2]], "B": [[-2, 0], [0, -3]]}
-    Path("costs.json").write_text(
-        json.dumps(costs | {"sense": "min", "players": ["Ann", "Bob"]})
-    )
-    Path("payoffs.json").write_text(json.dumps(negated))
+    save_json(Path("costs.json"), costs | {"sense": "min", "players": ["Ann", "Bob"]})
+    save_json(Path("payoffs.json"), negated)
     cost, payoff = (read(f"{name}.json") for name in ("costs", "payoffs"))
     assert cost.M.tolist() == payoff.M.tolist()
     assert cost.origin.payoffs() == payoff.origin.payoffs()
-    Path("costs.json").write_text(json.dumps(costs | {"sense": "least"}))
+    save_json(Path("costs.json"), costs | {"sense": "least"})
     assert 'give "max" for payoffs or "min" for costs' in lcp("solve costs.json").err
 
 

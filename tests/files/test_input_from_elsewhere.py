@@ -1,7 +1,6 @@
 """Files as other programs and people write them: what is missing as None or null,
 numbers as texts, matrices that are symmetric up to rounding."""
 
-import json
 from fractions import Fraction
 from itertools import product
 from pathlib import Path
@@ -15,7 +14,7 @@ from lcpcli import Problem, read
 from lcpcli.errors import ProblemError
 from lcpcli.files.npy_format import LONGEST_END, PICKLE_OF_NONE
 
-from ..conftest import read_exact
+from ..conftest import read_exact, save_json
 
 # A program with two variables, whose minimizer each part changes.
 PARTS = {
@@ -82,7 +81,7 @@ def test_none_and_null_for_a_key_of_a_problem_are_as_if_it_were_left_out(key, tm
     """But for bounds, where null means none."""
     fields = {"M": [[2, 1], [1, 2]], "q": [-5, 1], key: None}
     file, archive = tmp_path / "p.json", tmp_path / "p.npz"
-    file.write_text(json.dumps(fields))
+    save_json(file, fields)
     np.savez(archive, **{key: np.array(value) for key, value in fields.items()})
     for path in (file, archive):
         if key in ("M", "q"):
@@ -122,9 +121,7 @@ def test_number_as_a_text_is_that_number_and_exactly_so(text, value, tmp_path):
         "values": [text, "1"],
     }
     for M in ([[text, 0], ["0", "1"]], by_coordinates):
-        file.write_text(
-            json.dumps({"M": M, "q": ["-1", text], "upper": [text, None], "lower": -9})
-        )
+        save_json(file, {"M": M, "q": ["-1", text], "upper": [text, None], "lower": -9})
         problem = read(file)
         assert problem.M[0, 0] == problem.q[1] == problem.box.upper[0] == float(value)
         exact = read_exact(str(file))
@@ -201,7 +198,7 @@ FORMS = {
 def test_programs_have_numbers_as_texts_and_words_for_infinity(form, tmp_path):
     written, meant = FORMS[form]
     file = tmp_path / "p.json"
-    file.write_text(json.dumps(written))
+    save_json(file, written)
     found, right = read(file), getattr(lcpcli, form)(**meant)
     assert (found.M == right.M).all()
     assert (found.q == right.q).all()
@@ -222,7 +219,7 @@ def test_word_for_infinity_means_no_bound_alone_and_in_a_list(word, is_list, tmp
         key: [end] if is_list else end for key, end in ends.items()
     }
     file = tmp_path / "p.json"
-    file.write_text(json.dumps(fields))
+    save_json(file, fields)
     problem = read(file)
     assert problem.box.lower == -np.inf
     assert problem.box.upper == np.inf
@@ -232,9 +229,9 @@ def test_word_for_infinity_means_no_bound_alone_and_in_a_list(word, is_list, tmp
 @pytest.mark.usefixtures("in_folder")
 def test_games_starts_and_solutions_have_numbers_as_texts(lcp):
     game = {"A": [["3", "0.25"], ["1/3", "2e0"]], "B": [[2, " 0 "], ["0", 3]]}
-    Path("game.json").write_text(json.dumps(game))
+    save_json(Path("game.json"), game)
     game |= {"A": [["3", "1/4"], ["1/3", 2]]}
-    Path("other.json").write_text(json.dumps(game))
+    save_json(Path("other.json"), game)
     texts = {
         lcp(f"solve {name} --exact --format csv").out.partition("\ncomp")[2]
         for name in ("game.json", "other.json")
@@ -242,7 +239,7 @@ def test_games_starts_and_solutions_have_numbers_as_texts(lcp):
     assert len(texts) == 1
     problem = {"M": [["2", "1"], [1, "2"]], "q": ["-5", -6]}
     problem |= {"x0": ["1", "1/2"], "solution": ["4/3", "7/3"]}
-    Path("p.json").write_text(json.dumps(problem))
+    save_json(Path("p.json"), problem)
     found = read("p.json")
     assert found.x0.tolist() == [1, 0.5]
     assert found.solutions[0][0] == 4 / 3
@@ -272,7 +269,7 @@ def test_csv_has_fractions_which_are_exact_where_that_is_asked_for(lcp):
 )
 def test_other_texts_are_refused_by_field_and_place(text, tmp_path):
     file = tmp_path / "p.json"
-    file.write_text(json.dumps({"M": [[2, 0], [0, text]], "q": [1, 1]}))
+    save_json(file, {"M": [[2, 0], [0, text]], "q": [1, 1]})
     with pytest.raises(ProblemError, match=r"M\[1\]\[1\]: is the text '"):
         read(file)
 
@@ -320,7 +317,7 @@ def test_every_way_in_takes_a_matrix_that_is_symmetric_up_to_rounding(tmp_path):
     for name, key in (("Q", "c"), ("P", "q")):
         file, archive = tmp_path / f"{name}.json", tmp_path / f"{name}.npz"
         bounds = {"lb": None} if name == "P" else {}
-        file.write_text(json.dumps({name: ROUNDED.tolist(), key: q} | bounds))
+        save_json(file, {name: ROUNDED.tolist(), key: q} | bounds)
         np.savez(archive, **{name: ROUNDED, key: q, **bounds})
         problems += [read(file), read(archive)]
         assert read_exact(str(file)).M[0][1] == read_exact(str(file)).M[1][0]
@@ -346,8 +343,8 @@ def test_fractions_are_written_as_such_where_they_are_read_and_else_rounded(lcp)
     problem = {"M": [["2", "1/3"], ["1/4", 1]], "q": ["-1", "-3/7"]}
     program = {"Q": [[2, "1/3"], ["1/3", 1]], "c": ["-1/7", "-1"]}
     program |= {"A": [["2/3", 1]], "row_lower": ["-1/9"], "row_upper": ["1/3"]}
-    Path("problem.json").write_text(json.dumps(problem))
-    Path("program.json").write_text(json.dumps(program))
+    save_json(Path("problem.json"), problem)
+    save_json(Path("program.json"), program)
     exact = read_exact("problem.json")
     for name in ("a.json", "a.csv", "a.mtx", "a.npz"):
         outcome = lcp(f"convert problem.json -o {name}")

@@ -12,6 +12,7 @@ from scipy.io import savemat
 from lcpcli import Problem, from_qp, read, write
 from lcpcli.errors import ProblemError
 
+from ..conftest import save_json
 from ..wordings import NO_SUCH_FILE
 
 NAMES = ["a", "b", "c"]
@@ -26,14 +27,15 @@ NAMED = {
 
 @pytest.fixture(autouse=True)
 def folder(in_folder):
-    (in_folder / "p.json").write_text(json.dumps(M | {"q": [-1, 2, -3]}))
+    save_json(in_folder / "p.json", M | {"q": [-1, 2, -3]})
     return in_folder
 
 
 @pytest.mark.parametrize("ending", ["json", "npz", "mat"])
 def test_several_q_belong_to_a_file_of_M_with_bounds_and_names(ending, lcp, folder):
-    (folder / "m.json").write_text(
-        json.dumps(M | {"lower": [None, 0, 0], "upper": [9, 9, 0.5], "q": [0, 0, 0]})
+    save_json(
+        folder / "m.json",
+        M | {"lower": [None, 0, 0], "upper": [9, 9, 0.5], "q": [0, 0, 0]},
     )
     assert lcp("convert", "m.json", "-o", f"whole.{ending}").code == 0
     whole = read(f"whole.{ending}")
@@ -44,8 +46,8 @@ def test_several_q_belong_to_a_file_of_M_with_bounds_and_names(ending, lcp, fold
         "upper": whole.upper,
     }
     if ending == "json":
-        (folder / "alone.json").write_text(
-            json.dumps(M | {"lower": [None, 0, 0], "upper": [9, 9, 0.5]})
+        save_json(
+            folder / "alone.json", M | {"lower": [None, 0, 0], "upper": [9, 9, 0.5]}
         )
     elif ending == "npz":
         np.savez(folder / "alone.npz", **given)
@@ -138,9 +140,7 @@ HEADINGS = [
 @pytest.mark.parametrize("names", HEADINGS)
 def test_a_table_is_headed_by_names_that_a_header_can_hold(names, lcp):
     header = "wheat,price n0,q" if names == HEADINGS[0] else None
-    Path("p.json").write_text(
-        json.dumps({"M": [[2, 1], [1, 2]], "q": [-5, 3], "names": names})
-    )
+    save_json(Path("p.json"), {"M": [[2, 1], [1, 2]], "q": [-5, 3], "names": names})
     converted = lcp("convert", "p.json", "-o", "p.csv")
     assert ("left out: names" in converted.err) == (header is None)
     first = Path("p.csv").read_text().splitlines()[0]
@@ -156,13 +156,13 @@ def test_a_table_is_headed_by_names_that_a_header_can_hold(names, lcp):
 def test_a_table_is_headed_by_the_names_of_a_formulation(lcp):
     inequality = {"H": [[2, 1], [0, 2]], "h": [-1, -1], "A": [[1, 1]]}
     names = {"row_lower": [1], "rows": ["flour"], "columns": ["bread", "milk"]}
-    Path("p.json").write_text(json.dumps(inequality | names))
+    save_json(Path("p.json"), inequality | names)
     converted = lcp("convert", "p.json", "-o", "p.csv")
     form = "written as the conditions of the variational inequality, M, q and bounds"
     assert converted.err == f"lcp: wrote p.csv\nlcp: p.csv: {form}\n"
     assert list(read("p.csv").names) == ["bread", "milk", "flour"]
     contact = {"W": np.eye(3).tolist(), "q": [-1, 0, 0], "mu": [0.5], "dimension": 3}
-    Path("c.json").write_text(json.dumps(contact))
+    save_json(Path("c.json"), contact)
     names = list(read("c.json").names)
     converted = lcp("convert", "c.json", "-o", "c.csv")
     assert any(names)
@@ -172,7 +172,7 @@ def test_a_table_is_headed_by_the_names_of_a_formulation(lcp):
 
 def test_a_program_in_mps_is_no_list_of_its_conditions(lcp):
     program = {"c": [1, 1], "A": [[1, 1]], "row_lower": [1], "name": "my prog"}
-    Path("p.json").write_text(json.dumps(program | {"source": "a book"}))
+    save_json(Path("p.json"), program | {"source": "a book"})
     converted = lcp("convert", "p.json", "-o", "p.mps")
     needed = "as MPS needs unique names without spaces or control characters"
     changed = f"1 name had to be changed, {needed}: 'my prog' is 'my_prog'"

@@ -18,7 +18,7 @@ from lcpcli.files import beside, contents
 from lcpcli.files.beside import read_start
 
 from .. import exact
-from ..conftest import JSON, M, Q, numbers
+from ..conftest import JSON, M, Q, numbers, save_json
 from ..wordings import ADD_Q, AS_CSV, MISSING, NO_Q, NUMBERS, SPREADSHEET
 
 MARK = b"\xef\xbb\xbf"
@@ -142,9 +142,7 @@ def test_one_solution_or_several_are_read_from_json(tmp_path):
         ([[1, 0]], [[1, 0]]),
         ([[1, 0], [0, 2.5]], [[1, 0], [0, 2.5]]),
     ):
-        (tmp_path / "problem.json").write_text(
-            json.dumps({**json.loads(JSON), "solution": solution})
-        )
+        save_json(tmp_path / "problem.json", {**json.loads(JSON), "solution": solution})
         assert [
             z.tolist() for z in read(tmp_path / "problem.json").solutions
         ] == expected
@@ -225,7 +223,7 @@ def test_a_file_that_holds_M_alone_takes_exactly_the_next_one(folder, lcp):
         "M.mat b.mat",
     ]
     record["measurements"].clear()
-    (folder / "b.json").write_text(json.dumps(record))
+    save_json(folder / "b.json", record)
     assert lcp("bench --resume b.json -q").code == 0
     assert all(
         row["success"]

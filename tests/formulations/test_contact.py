@@ -21,6 +21,7 @@ from lcpcli.gallery.rigid_bodies import contact_in_time
 from lcpcli.verify.point import Criterion, Point
 
 from ..cli.conftest import assert_refused
+from ..conftest import save_json
 from ..refusals import calls, contents, raised
 from ..seeds import few_of
 
@@ -473,7 +474,7 @@ def test_an_exact_answer_has_fractions(tmp_path, lcp):
     x, w = lcpcli.exact(problem).answer.exact.values()
     assert abs(x[1]) == x[0] / 2
     assert w[0] == 0  # of the doubles, in fractions
-    (tmp_path / "slide.json").write_text(json.dumps(SLIDE))
+    save_json(tmp_path / "slide.json", SLIDE)
     out = lcp(f"solve {tmp_path / 'slide.json'} --exact -f json").out
     exact = json.loads(out)["answer"]["exact"]
     assert exact == {"x": ["10/11", "5/11"], "w": ["0", "-21/11"]}
@@ -511,7 +512,7 @@ EXACTLY = [
 def test_an_exact_answer_is_that_of_the_numbers_as_written(
     data, normal, tangential, lcp, in_folder
 ):
-    (in_folder / "p.json").write_text(json.dumps(data))
+    save_json(in_folder / "p.json", data)
     solved = lcp("solve p.json --exact -f json").record
     assert solved["answer"]["exact"]["x"] == [normal, tangential]
     z = ",".join(solved["exact"]["z"])
@@ -523,7 +524,7 @@ def test_an_exact_answer_is_that_of_the_numbers_as_written(
 
 def test_restitution_that_is_no_decimal_is_refused_where_all_is_exact(lcp, in_folder):
     data = {"W": [[1, 0], [0, 1]], "q": [0.1, 1], "mu": 0, "before": [-0.7, 0]}
-    (in_folder / "p.json").write_text(json.dumps(data | {"restitution": "1/3"}))
+    save_json(in_folder / "p.json", data | {"restitution": "1/3"})
     assert lcp("solve p.json").code == 0
     refused = lcp("solve p.json --exact")
     assert_refused(refused, "p.json: restitution[0]: has more digits than a double")
@@ -637,7 +638,7 @@ def test_x_is_verified_in_place_of_z():
 
 
 def test_a_file_that_is_solved_has_the_answer_in_text_json_and_csv(tmp_path, lcp):
-    (tmp_path / "slide.json").write_text(json.dumps(SLIDE))
+    save_json(tmp_path / "slide.json", SLIDE)
     file = str(tmp_path / "slide.json")
     text = lcp(f"solve {file}").out
     assert "1 contact: 1 sliding" in text

@@ -1,7 +1,6 @@
 """Least squares with signs, bounds and equations: minimizers against scipy and exact
 arithmetic, what is said of them, and files."""
 
-import json
 from fractions import Fraction
 from pathlib import Path
 
@@ -25,6 +24,7 @@ from lcpcli.linalg.doubles import EPS
 from lcpcli.model.box import BASIC
 
 from .. import exact
+from ..conftest import save_json
 from ..refusals import calls, raised
 from ..seeds import few_of
 
@@ -284,7 +284,7 @@ def test_sparse_and_dense_A_give_the_same_fit(seed):
 
 @pytest.mark.usefixtures("in_folder")
 def test_the_command_prints_coefficients_with_their_multipliers(lcp):
-    Path("fit.json").write_text(json.dumps(PEAKS | {"b": [1, 0, 1, -2.5]}))
+    save_json(Path("fit.json"), PEAKS | {"b": [1, 0, 1, -2.5]})
     lines = lcp("solve fit.json").out.splitlines()
     assert "|A x - b| = 2.872281, 0 of 3 coefficients not 0" in lines
     assert "x is the only minimizer, also for data that differ by rounding" in lines
@@ -293,7 +293,7 @@ def test_the_command_prints_coefficients_with_their_multipliers(lcp):
 
 @pytest.mark.usefixtures("in_folder")
 def test_fractions_of_a_fit_are_those_of_its_decimals(lcp):
-    Path("fit.json").write_text(json.dumps(PEAKS))
+    save_json(Path("fit.json"), PEAKS)
     record = lcp("solve fit.json --exact --format json").record
     assert record["answer"]["exact"] == ["17/94", "11/47", "27/47"]
     x = [Fraction(value) for value in record["answer"]["exact"]]

@@ -12,6 +12,7 @@ from numpy.random import default_rng
 import lcpcli
 from lcpcli.solving import driver
 
+from ..conftest import save_json
 from ..refusals import contents
 
 INF = np.inf
@@ -190,7 +191,7 @@ def test_files_hold_it(tmp_path, suffix):
 
 def test_its_answer_in_text_json_and_csv(lcp, tmp_path):
     file = tmp_path / "market.json"
-    file.write_text(json.dumps({**MARKET, "A": [[1, 1, 1]], "row_upper": 4}))
+    save_json(file, {**MARKET, "A": [[1, 1, 1]], "row_upper": 4})
     text = lcp(f"solve {file} --exact").out
     assert "Ann = (7/3)" in text
     assert "an equilibrium: by a best response Ann would gain 0, Bob 0, Cid 0" in text
@@ -259,7 +260,7 @@ def test_three_players_with_four_shared_rows_have_one_variational_equilibrium():
 
 def test_check_takes_fractions_of_all_players(lcp, tmp_path):
     file = tmp_path / "market.json"
-    file.write_text(json.dumps({**MARKET, "A": [[1, 1, 1]], "row_upper": 4}))
+    save_json(file, {**MARKET, "A": [[1, 1, 1]], "row_upper": 4})
     assert lcp(f"check {file} 7/3,4/3,1/3 --exact").code == 0
     assert lcp(f"check {file} 2,1,1").code == 1
 
@@ -414,7 +415,7 @@ def test_files_hold_a_polymatrix_game(tmp_path, suffix):
 
 def test_strategies_in_text_json_and_csv(lcp, tmp_path):
     file = tmp_path / "ring.json"
-    file.write_text(json.dumps(RING))
+    save_json(file, RING)
     text = lcp(f"solve {file} --exact").out
     assert "Ann = (a 3/5, b 2/5)" in text
     assert "payoffs: Ann 0, Bob 0, Cid 1/5" in text

@@ -19,6 +19,8 @@ from lcpcli.report.document import FORMATS, Document, Section, Table, typeset
 from lcpcli.report.latex import escape_latex
 from lcpcli.report.markdown import escape_markdown
 
+from ..conftest import save_json
+
 EXAMPLE = contents.shipped_path(contents.PAPER_EXAMPLES[0])
 SMALL = {"name": "a_b|c", "M": [[2, 1], [1, 2]], "q": [-5, -6], "names": ["a_b", "c|d"]}
 COMMANDS = {
@@ -76,7 +78,7 @@ VERDICTS = {  # that commands say on standard error where their results are in a
 
 @pytest.fixture(autouse=True)
 def _files(in_folder):
-    (in_folder / "small.json").write_text(json.dumps(SMALL))
+    save_json(in_folder / "small.json", SMALL)
 
 
 @pytest.mark.parametrize("form", FORMATS)
@@ -171,7 +173,7 @@ def test_a_page_without_its_figure_says_what_is_missing(lcp, monkeypatch):
 
 def test_names_cannot_break_out_of_the_page(lcp, tmp_path):
     name = '</title><script>alert("x")</script>&'
-    (tmp_path / "p.json").write_text(json.dumps({"name": name, "M": [[2]], "q": [-1]}))
+    save_json(tmp_path / "p.json", {"name": name, "M": [[2]], "q": [-1]})
     text = lcp(f"solve {tmp_path / 'p.json'} --format html").out
     assert len([tag for tag, _ in Page(text).tags if tag == "script"]) == 0
     assert "alert(" in text

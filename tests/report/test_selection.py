@@ -1,8 +1,6 @@
 """--show chooses unknowns by their names; bounds are named, and sentences do not speak
 of z >= 0 beside them."""
 
-import json
-
 import numpy as np
 import pytest
 
@@ -10,6 +8,7 @@ from lcpcli import Problem, plot, run, solve
 from lcpcli.errors import OptionError
 from lcpcli.report.wording import selected_components
 
+from ..conftest import save_json
 from ..wordings import NO_UNKNOWN
 
 NAMES = ["price n0", "price n1", "flow", "", "price *"]
@@ -28,8 +27,8 @@ GAME = {
 
 @pytest.fixture(autouse=True)
 def _files(in_folder):
-    (in_folder / "market.json").write_text(json.dumps(MARKET))
-    (in_folder / "game.json").write_text(json.dumps(GAME))
+    save_json(in_folder / "market.json", MARKET)
+    save_json(in_folder / "game.json", GAME)
 
 
 def test_patterns_choose_unknowns_in_their_order_and_each_once():
@@ -75,18 +74,17 @@ SIZE = "n = 3 (1 free, 1 lower bound, 1 boxed)"
 
 def test_long_basis_is_counted_in_the_table(lcp, tmp_path):
     path = tmp_path / "long.json"
-    path.write_text(
-        json.dumps(
-            {
-                "M": np.eye(30).tolist(),
-                "q": [-3] * 10 + [0] * 20,
-                "lower": -1,
-                "upper": 2,
-            }
-        )
+    save_json(
+        path,
+        {
+            "M": np.eye(30).tolist(),
+            "q": [-3] * 10 + [0] * 20,
+            "lower": -1,
+            "upper": 2,
+        },
     )
     assert "basis: 20 basic, 10 upper\n" in lcp(f"solve {path}").out
-    path.write_text(json.dumps(MIXED))
+    save_json(path, MIXED)
     assert "basis = (basic, upper, lower)\n" in lcp(f"solve {path}").out
 
 

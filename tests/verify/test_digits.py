@@ -3,7 +3,6 @@ the rounded data has right. A known solution that is wrong is reported and not b
 one that is only rounded is.
 """
 
-import json
 from dataclasses import replace
 from fractions import Fraction
 from functools import cache
@@ -21,6 +20,7 @@ from lcpcli.gallery import families
 from lcpcli.verify.digits import DOUBLE_DIGITS, fewest_digits
 from lcpcli.verify.point import without_wrong_solutions
 
+from ..conftest import save_json
 from ..dependent_rows import dependent_program, of_states, strict_states
 from ..exact import solution
 from ..seeds import parts
@@ -99,7 +99,7 @@ def test_digits_do_not_depend_on_the_units_nor_on_how_M_is_stored():
 def test_few_digits_are_said(n, said, lcp, tmp_path):
     problem = families.make("hilbert", n)
     file = tmp_path / "hilbert.json"
-    file.write_text(json.dumps({"M": problem.M.tolist(), "q": problem.q.tolist()}))
+    save_json(file, {"M": problem.M.tolist(), "q": problem.q.tolist()})
     outcome = lcp(f"solve {file} --method newton")
     assert ("the data determine" in outcome.out) is said
     digits = lcp(f"solve {file} --method newton --format json").record["digits"]
@@ -224,7 +224,7 @@ def test_what_is_not_unique_is_named_in_text_and_in_json(lcp, tmp_path):
     """From 1 in text, from 0 in JSON; at a degenerate vertex x keeps its digits."""
     file = tmp_path / "corner.json"
     corner = {"c": [1, 1], "A": [[1, 0], [0, 1], [1, 1]], "row_upper": [1, 1, 2]}
-    file.write_text(json.dumps({"sense": "max", **corner}))
+    save_json(file, {"sense": "max", **corner})
     assert "z3, z4 and z5 are not unique" in lcp(f"solve {file}").out
     record = lcp(f"solve {file} --format json").record
     assert record["not_unique"] == [2, 3, 4]
