@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 import lcpcli
-from lcpcli import Problem
+from lcpcli import Problem, check
 from lcpcli.files import contents, writing
 from lcpcli.formulations.quadratic_program.answers import Minimum
 
@@ -100,7 +100,7 @@ def test_what_is_missing_to_the_minimum_is_said_exactly_where_a_short_step_leads
     distance,
 ):
     """x^2 - 2x has its minimum at 1, and x exceeds it by the square of the distance."""
-    verification = lcpcli.check(lcpcli.from_qp([[2]], [-2]), [1 + distance])
+    verification = check(lcpcli.from_qp([[2]], [-2]), [1 + distance])
     assert not verification.accepted
     (gain,) = re.findall(
         r" is at least (\S+) above the minimum$", verification.statement
@@ -110,7 +110,7 @@ def test_what_is_missing_to_the_minimum_is_said_exactly_where_a_short_step_leads
 
 @pytest.mark.parametrize("size", [1e-8, 1.0, 1e8])
 def test_gain_that_is_small_beside_the_terms_of_the_objective_is_none(size):
-    verification = lcpcli.check(lcpcli.from_qp([[2 * size]], [-2 * size]), [1 + 1e-6])
+    verification = check(lcpcli.from_qp([[2 * size]], [-2 * size]), [1 + 1e-6])
     statement = "x is feasible to the tolerance 1e-10, but not shown to be a minimizer"
     assert not verification.accepted
     assert verification.statement == statement
@@ -127,12 +127,12 @@ def test_x_alone_and_x_with_its_multipliers_are_accepted_and_a_changed_one_is_no
     problem,
 ):
     answer = minimum(problem)
-    alone = lcpcli.check(problem, answer.x)
-    both = lcpcli.check(problem, np.concatenate((answer.x, answer.y)))
+    alone = check(problem, answer.x)
+    both = check(problem, np.concatenate((answer.x, answer.y)))
     assert alone.accepted
     assert both.accepted
-    assert lcpcli.check(problem, np.concatenate((answer.x, alone.multipliers))).accepted
-    changed = lcpcli.check(problem, answer.x + 0.01)
+    assert check(problem, np.concatenate((answer.x, alone.multipliers))).accepted
+    changed = check(problem, answer.x + 0.01)
     assert not changed.accepted
     assert changed.statement.startswith("x is ")
 
@@ -143,10 +143,7 @@ def test_x_at_the_end_of_a_range_is_not_beyond_it_by_rounding():
         np.eye(3), [-5] * 3, [[0.1, 0.1, 0.1]], row_lower=-1, row_upper=0.3
     )
     assert (
-        max(
-            lcpcli.check(program, x).relative_residual
-            for x in ([1, 1, 1], [1, 1, 1, -40])
-        )
+        max(check(program, x).relative_residual for x in ([1, 1, 1], [1, 1, 1, -40]))
         <= 1e-15
     )
 
@@ -159,7 +156,7 @@ def test_worst_row_is_the_one_violated_most_relative_to_its_terms():
         row_lower=[1, 1e6],
         rows=["small", "large"],
     )
-    statement = lcpcli.check(program, [0.5, 1e6 - 10]).statement
+    statement = check(program, [0.5, 1e6 - 10]).statement
     assert (
         statement
         == "x is not feasible: row small is 0.5, 0.5 below its lower bound 1; 1 "
@@ -172,12 +169,10 @@ def test_multipliers_of_a_maximum_have_either_sign_and_wrong_ones_are_told():
         problem = lcpcli.from_qp(None, [3, 2], [[1, 1], [1, 3]], sense="max", **bounds)
         answer = minimum(problem)
         for y in (answer.y, -answer.y):
-            found = lcpcli.check(problem, np.concatenate((answer.x, y)))
+            found = check(problem, np.concatenate((answer.x, y)))
             assert found.accepted
             assert found.statement == "x is a maximizer of the linear program"
-    found = lcpcli.check(
-        lcpcli.read(PORTFOLIO), [13 / 62, 41 / 124, 57 / 124, 0.1, 0.2]
-    )
+    found = check(lcpcli.read(PORTFOLIO), [13 / 62, 41 / 124, 57 / 124, 0.1, 0.2])
     assert not found.accepted
     assert found.statement == f"{UNIQUE}, but with other multipliers"
 
@@ -193,7 +188,7 @@ def test_stationary_point_is_not_called_a_minimizer():
     problem = lcpcli.from_qp(
         [[-2, 0], [0, 1]], [1, 0], [[1, 1]], row_lower=-1, row_upper=2
     )
-    found = lcpcli.check(problem, [0.5, 0])
+    found = check(problem, [0.5, 0])
     assert found.accepted
     assert found.statement.startswith(
         "x is a stationary point and need not be a minimizer"

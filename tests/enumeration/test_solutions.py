@@ -17,7 +17,7 @@ import pytest
 from numpy.random import default_rng
 
 import lcpcli
-from lcpcli import Problem
+from lcpcli import Problem, from_game
 from lcpcli.enumeration import bimatrix, pieces
 from lcpcli.enumeration.search import (
     ENOUGH,
@@ -284,9 +284,7 @@ def random_game(generator):
     """A game of up to 3 x 3 strategies with few different payoffs, so that most have
     ties."""
     shape = tuple(generator.integers(1, 4, 2).tolist())
-    return lcpcli.from_game(
-        *generator.integers(0, generator.integers(2, 4), (2, *shape))
-    )
+    return from_game(*generator.integers(0, generator.integers(2, 4), (2, *shape)))
 
 
 def whole_of(found):
@@ -456,7 +454,7 @@ def test_cut_list_says_nothing_that_is_false(kind, cut, monkeypatch):
 
 
 def all_of(A, B):
-    return checked(lcpcli.from_game(A, B))
+    return checked(from_game(A, B))
 
 
 def checked(problem):
@@ -513,7 +511,7 @@ def test_a_game_whose_payoffs_sum_to_a_constant_has_one_subset():
     generator, faces = default_rng(9), 0
     for _ in range(16):
         A = generator.integers(0, 3, tuple(generator.integers(2, 8, 2)))
-        game = lcpcli.from_game(A, 5 - A)
+        game = from_game(A, 5 - A)
         M, q, *_ = decimal_parts_of(game)
         alone = ExactProblem(Problem(game.M, game.q), M, q or [])
         (of_game,), (of_lcp,) = (
@@ -532,7 +530,7 @@ def test_branch_and_bound_finds_the_same_equilibria_as_vertices(entries, monkeyp
     for _ in range(LISTS):
         shape = (2, *generator.integers(1, 7, 2))
         largest = generator.choice([2, 3, 100])
-        problem = lcpcli.from_game(*generator.integers(0, largest, shape))
+        problem = from_game(*generator.integers(0, largest, shape))
         by_vertices, by_branches = (lcpcli.solutions(problem) for _ in range(2))
         is_isolated = [piece.is_point for piece in by_vertices]
         with monkeypatch.context() as patched:
@@ -548,7 +546,7 @@ def test_branch_and_bound_finds_the_same_equilibria_as_vertices(entries, monkeyp
 
 @pytest.mark.parametrize("limit", ["MAX_STRATEGIES", "MAX_VERTICES"])
 def test_branch_and_bound_goes_on_where_there_are_too_many_vertices(limit, monkeypatch):
-    problem = lcpcli.from_game(np.eye(5), np.eye(5))
+    problem = from_game(np.eye(5), np.eye(5))
     monkeypatch.setattr(pieces, "MAX_VERTICES_AT_FIRST", 0)
     monkeypatch.setattr(pieces, "ENTRIES_AT_FIRST", 0)
     monkeypatch.setattr(bimatrix if limit == "MAX_STRATEGIES" else pieces, limit, 0)
@@ -559,7 +557,7 @@ def test_branch_and_bound_goes_on_where_there_are_too_many_vertices(limit, monke
 
 
 def test_pieces_of_many_bases_come_from_vertices_if_these_are_few_enough(monkeypatch):
-    problem = lcpcli.from_game([[1, 1, 0], [1, 1, 0]], [[2, 2, 0], [2, 2, 0]])
+    problem = from_game([[1, 1, 0], [1, 1, 0]], [[2, 2, 0], [2, 2, 0]])
     expected = lcpcli.solutions(problem)
     assert {len(piece.vertices) for piece in expected} == {4}
     monkeypatch.setattr(pieces, "MAX_VERTICES_AT_FIRST", 0)
@@ -588,7 +586,7 @@ def stopping_after(steps):
 
 def test_a_search_stops_at_any_vertex_of_a_piece(monkeypatch):
     """All pairs of pure strategies are the vertices of one piece."""
-    data = ExactProblem.of_problem(lcpcli.from_game(*np.zeros((2, 8, 12))))
+    data = ExactProblem.of_problem(from_game(*np.zeros((2, 8, 12))))
     steps = count()
     subsets = bimatrix.nash_subsets(data, 8, 1000, lambda: next(steps))
     assert subsets is not None
@@ -610,7 +608,7 @@ def test_a_search_stops_at_any_vertex_of_a_piece(monkeypatch):
 def test_an_equilibrium_of_a_game_with_many_vertices_is_known_before_these_are(shape):
     """It takes fewer steps than the vertices, of which there are thousands."""
     payoffs = default_rng(1).integers(-99, 100, (2, *shape))
-    data = ExactProblem.of_problem(lcpcli.from_game(*payoffs))
+    data = ExactProblem.of_problem(from_game(*payoffs))
     steps, all_steps = count(), count()
     first = next(pieces.pieces(data, lambda: next(steps)))
     assert data.is_solution(first.vertices[0])
@@ -622,7 +620,7 @@ def test_an_equilibrium_of_a_game_with_many_vertices_is_known_before_these_are(s
 
 def test_pairs_of_vertices_are_computed_in_parts(monkeypatch):
     """Between them the search may stop; one row at a time has the same result."""
-    data = ExactProblem.of_problem(lcpcli.from_game(np.eye(5), np.eye(5)))
+    data = ExactProblem.of_problem(from_game(np.eye(5), np.eye(5)))
     steps = []
     listed = []
     for max_entries in (4_000_000, 1):
@@ -674,7 +672,7 @@ def test_a_game_from_a_tournament_has_many_subsets_of_many_vertices():
 def test_a_large_game_has_an_equilibrium_at_once(sum_is_constant):
     A, B = default_rng(0).integers(-50, 50, (2, 18, 18))
     found = lcpcli.solutions(
-        lcpcli.from_game(A, -A if sum_is_constant else B), max_solutions=1
+        from_game(A, -A if sum_is_constant else B), max_solutions=1
     )
     assert len(list(found)) == 1
     assert found.complete == sum_is_constant
@@ -706,7 +704,7 @@ def test_payoffs_are_exact_fractions_also_in_files(tmp_path):
 def test_some_equilibria_are_found_where_there_are_too_many_to_be_listed(payoffs):
     """The first two have 2^24 - 1 maximal Nash subsets each; of the third some have
     more vertices than can be listed, and come last."""
-    found = lcpcli.solutions(lcpcli.from_game(payoffs, payoffs), max_solutions=2)
+    found = lcpcli.solutions(from_game(payoffs, payoffs), max_solutions=2)
     pieces = list(found)
     held = found.equilibria
     assert (len(pieces), found.complete, found.others) == (
@@ -724,7 +722,7 @@ def test_a_limit_holds_where_there_are_more_subsets_than_can_be_listed(monkeypat
     seconds = count(0.0, 1e-4)
     monkeypatch.setattr("time.perf_counter", lambda: next(seconds))
     # More than 2^20.
-    found = lcpcli.solutions(lcpcli.from_game(*2 * [1 - np.eye(20)]), time_limit=0.5)
+    found = lcpcli.solutions(from_game(*2 * [1 - np.eye(20)]), time_limit=0.5)
     pieces = list(found)
     assert len(pieces) > 1
     assert not found.complete

@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 import lcpcli
+from lcpcli import why
 from lcpcli.explanation.conditions import COMPLEMENTARITY, LOWER
 from lcpcli.explanation.report import Explanation
 
@@ -23,7 +24,7 @@ KINDS = pytest.mark.parametrize(
 def test_a_conflict_has_no_point_and_without_any_member_it_has_one(most, is_mixed):
     kinds = set()
     for seed, small in unsolvable(30, most, is_mixed):
-        found = lcpcli.why(small.problem())
+        found = why(small.problem())
         keys = keys_of(found.conflict)
         assert found.status == "unsolvable", seed
         assert found.irreducible, seed
@@ -38,7 +39,7 @@ def test_a_conflict_has_no_point_and_without_any_member_it_has_one(most, is_mixe
 def test_no_fewer_complementarities_exclude_a_solution(most, is_mixed):
     compared = 0
     for seed, small in unsolvable(12, most, is_mixed):
-        found = lcpcli.why(small.problem())
+        found = why(small.problem())
         if not found.reason.fewest:
             continue
         compared += 1
@@ -54,9 +55,9 @@ def test_no_fewer_complementarities_exclude_a_solution(most, is_mixed):
 def test_what_is_kept_is_never_blamed():
     for seed, small in unsolvable(20, 5, False):
         problem = small.problem()
-        blamed = lcpcli.why(problem).conflict
+        blamed = why(problem).conflict
         first = f"{blamed[0].name} {blamed[0].what}"
-        found = lcpcli.why(problem, keep=[first])
+        found = why(problem, keep=[first])
         keys, kept = keys_of(found.conflict), keys_of(blamed[:1])
         assert kept[0] not in keys, seed
         assert found.irreducible, seed
@@ -123,7 +124,7 @@ def test_multipliers_prove_that_rows_of_a_program_conflict(seed):
     """They add up to 0 >= a positive number, and the rows of no part do so: the system
     of the multipliers has one solution."""
     problem = infeasible_program(seed)
-    found = lcpcli.why(problem)
+    found = why(problem)
     data = found.data
     assert found.irreducible
     assert 1 < len(found.conflict) <= 12
@@ -145,7 +146,7 @@ def test_multipliers_prove_that_rows_of_a_program_conflict(seed):
 
 def test_an_unbounded_program_has_a_conflict_of_its_conditions_of_optimality():
     problem = lcpcli.from_qp(None, [-1, 1], [[1, -1]], row_lower=[0])
-    found = lcpcli.why(problem)
+    found = why(problem)
     assert found.message.startswith(
         "these 2 optimality conditions cannot hold together"
     )
@@ -162,7 +163,7 @@ def test_rows_that_conflict_up_to_rounding_are_named_beside_a_far_solution():
     A = np.array([[1 / 3, 0.6666666666666667], [1, 2]])
     sides = [1, 3.5]
     free = {"lower": [-np.inf] * 2, "row_lower": sides, "row_upper": sides}
-    found = lcpcli.why(lcpcli.from_qp(None, [1, 1], A, **free, rows=["a", "b"]))
+    found = why(lcpcli.from_qp(None, [1, 1], A, **free, rows=["a", "b"]))
     assert found.status == "solved"
     assert found.conflict == ()
     assert found.z is not None
@@ -200,8 +201,8 @@ def test_wrong_problems_and_parameters_are_refused(refusal):
 def test_brackets_in_names_stand_for_themselves_and_a_star_for_any_text():
     M, q = [[-1, 0], [0, -1]], [-1, -1]
     problem = lcpcli.Problem(M, q, names=["x[1]", "x[2]"])
-    both = lcpcli.why(problem, change="x[*] q")
-    one = lcpcli.why(problem, change="x[1] q")
+    both = why(problem, change="x[*] q")
+    one = why(problem, change="x[1] q")
     assert both.repair.total == 2
     assert isinstance(one, Explanation)
     assert one.is_impossible

@@ -12,6 +12,7 @@ import pytest
 from numpy.random import default_rng
 
 import lcpcli
+from lcpcli import Problem, why
 from lcpcli.errors import ProblemError
 from lcpcli.rational.exact_problem import ExactProblem
 
@@ -79,7 +80,7 @@ def moved(data, field, i, value):
         for name, fill in (("lower", -np.inf), ("upper", np.inf))
     ]
     M = [[float(row.get(j, 0)) for j in range(data.n)] for row in data.M]
-    problem = lcpcli.Problem(M, list(map(float, q)), lower=ends[0], upper=ends[1])
+    problem = Problem(M, list(map(float, q)), lower=ends[0], upper=ends[1])
     return ExactProblem(problem, data.M, q, numbers["lower"], numbers["upper"])
 
 
@@ -99,14 +100,14 @@ def convex_problem(seed):
             upper[i] = random.integers(-2, 3)
         elif kind == 2:
             upper[i] = lower[i] + random.integers(0, 3)
-    return lcpcli.Problem(B.T @ B + S - S.T, q, lower=lower, upper=upper)
+    return Problem(B.T @ B + S - S.T, q, lower=lower, upper=upper)
 
 
 @pytest.mark.parametrize("seed", range(60))
 def test_the_partition_is_the_same_inside_and_another_one_outside(seed):
     problem = convex_problem(seed)
     data = ExactProblem.of_floats(problem)
-    base, found = partition_of(data), lcpcli.why(problem)
+    base, found = partition_of(data), why(problem)
     if base is None:
         assert found.status == "unsolvable"
         return
@@ -148,9 +149,9 @@ def test_ranges_hold_where_equations_depend_on_others_and_solutions_on_a_line():
     only determined together."""
     M = [[0, -3, 3, 0, 3], [3, 0, 0, 0, 0], [-3, 0, 0, 0, 0], [0] * 5, [-3, 0, 0, 0, 0]]
     lower, upper = [0, *[-np.inf] * 4], [np.inf, np.inf, np.inf, 0, np.inf]
-    problem = lcpcli.Problem(M, [0, 0, 0, -2, 0], lower=lower, upper=upper)
+    problem = Problem(M, [0, 0, 0, -2, 0], lower=lower, upper=upper)
     data = ExactProblem.of_floats(problem)
-    base, found = partition_of(data), lcpcli.why(problem)
+    base, found = partition_of(data), why(problem)
     assert base is not None
     assert found.complete
     (own, *_) = found.ranges["lower"]
@@ -166,7 +167,7 @@ def test_ranges_hold_where_equations_depend_on_others_and_solutions_on_a_line():
 def test_a_range_belongs_to_the_solution_of_a_problem_that_has_several():
     """The first bound of Murty's problem at which z = (1/3, 1/3), (1, 0) or (0, 1)
     changes its partition depends on the solution that is found."""
-    found = lcpcli.why(lcpcli.Problem([[1, 2], [2, 1]], [-1, -1]))
+    found = why(Problem([[1, 2], [2, 1]], [-1, -1]))
     assert found.z is not None
     for i, own in enumerate(found.ranges["q"]):
         assert own is not None
@@ -177,11 +178,11 @@ def test_a_range_belongs_to_the_solution_of_a_problem_that_has_several():
 
 
 def test_what_is_said_of_ranges_names_the_solution_unless_m_is_monotone():
-    boxed = lcpcli.why(lcpcli.Problem([[-3]], [3], upper=2))
+    boxed = why(Problem([[-3]], [3], upper=2))
     assert boxed.message.endswith(
         "for the solutions near z = (0) alone, as M may not be monotone"
     )
-    monotone = lcpcli.why(lcpcli.Problem([[3, -3], [-3, 3]], [-1, 1]))
+    monotone = why(Problem([[3, -3], [-3, 3]], [-1, 1]))
     assert monotone.message.endswith("each range is known")
 
 
@@ -242,7 +243,7 @@ def test_ranges_of_programs_are_those_of_highs_where_no_basis_is_degenerate():
         basic = highspy.HighsBasisStatus.kBasic
         if _is_degenerate(highs, basic, program):
             continue
-        found = lcpcli.why(lcpcli.from_qp(None, **program))
+        found = why(lcpcli.from_qp(None, **program))
         _, theirs = highs.getRanging()
         down, up = theirs.col_cost_dn.value_, theirs.col_cost_up.value_
         costs = found.ranges["q"][: c.size]
@@ -272,7 +273,7 @@ def test_ends_of_ranges_have_the_objective_and_the_basis_a_smaller_range():
     """Two ways at the same cost: the cost of each is at the end of its range, and a
     basis uses one of them alone."""
     problem = lcpcli.from_qp(None, [1, 1, 3], [[1, 1, 1]], row_lower=[4])
-    found = lcpcli.why(problem)
+    found = why(problem)
     first, _, third, side = found.ranges["q"]
     assert first.below.value == first.above.value == first.value == 1
     assert third.below.value == 1
@@ -284,9 +285,9 @@ def test_ends_of_ranges_have_the_objective_and_the_basis_a_smaller_range():
 
 def test_moving_a_number_beyond_a_crossing_of_bounds_is_refused_by_problems():
     """So that the range of a bound ends where it meets the other one."""
-    problem = lcpcli.Problem([[1]], [-9], lower=[0], upper=[2])
-    found = lcpcli.why(problem)
+    problem = Problem([[1]], [-9], lower=[0], upper=[2])
+    found = why(problem)
     (lower,) = found.ranges["lower"]
     assert lower.above.value == 2
     with pytest.raises(ProblemError):
-        lcpcli.Problem([[1]], [-9], lower=[3], upper=[2])
+        Problem([[1]], [-9], lower=[3], upper=[2])

@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 
 import lcpcli
+from lcpcli import why
 from lcpcli.rational.exact_problem import ExactProblem
 
 from .brute_force import unsolvable
@@ -26,7 +27,7 @@ def changed(data, found):
 )
 def test_the_repair_is_the_least_one_and_its_point_a_solution(most, is_mixed):
     for seed, small in unsolvable(25, most, is_mixed):
-        found = lcpcli.why(small.problem())
+        found = why(small.problem())
         least = small.least_change()
         if least is None:
             assert found.is_impossible, seed
@@ -51,7 +52,7 @@ def test_weights_decide_what_changes_and_change_what_may():
     )
 
     def changes(**how):
-        repair = lcpcli.why(diet, **how).repair
+        repair = why(diet, **how).repair
         assert repair.is_least
         own = repair.changes
         return {
@@ -65,7 +66,7 @@ def test_weights_decide_what_changes_and_change_what_may():
 
 def test_no_change_of_a_number_that_has_no_part_in_the_conflict_is_enough():
     problem = lcpcli.Problem([[0, 1, 0], [1, 0, 0], [0, 0, 1]], [-1, 1, 0])
-    beside, usual = lcpcli.why(problem, change="z3"), lcpcli.why(problem)
+    beside, usual = why(problem, change="z3"), why(problem)
     assert beside.repair is None
     assert beside.is_impossible
     assert beside.to_dict()["repairable"] is False
@@ -75,8 +76,8 @@ def test_no_change_of_a_number_that_has_no_part_in_the_conflict_is_enough():
 
 def test_bounds_of_variables_change_only_where_they_are_named():
     problem = lcpcli.from_qp(None, [1], [[1]], row_lower=[5], upper=[3], columns=["x"])
-    usual = lcpcli.why(problem, keep="x upper bound").repair
-    named = lcpcli.why(problem, change="x upper bound").repair
+    usual = why(problem, keep="x upper bound").repair
+    named = why(problem, change="x upper bound").repair
     assert [each.number.what for each in usual.changes] == ["lower side"]
     assert [each.number.what for each in named.changes] == ["upper bound"]
     assert named.total == 2
@@ -102,13 +103,13 @@ def test_numbers_of_a_maximum_are_those_of_its_author(tmp_path):
     """It has no limit until the gain falls to 0, which the conditions of the minimum
     know as a cost of -2."""
     (tmp_path / "p.mps").write_text(MAXIMUM)
-    repair = lcpcli.why(lcpcli.read(tmp_path / "p.mps")).repair
+    repair = why(lcpcli.read(tmp_path / "p.mps")).repair
     (change,) = repair.changes
     assert change.number.name == "x"
     assert change.number.what == "cost"
     assert change.change == -2
     (tmp_path / "p.mps").write_text(MAXIMUM.replace("most -1", "most 1"))
-    found = lcpcli.why(lcpcli.read(tmp_path / "p.mps"))
+    found = why(lcpcli.read(tmp_path / "p.mps"))
     cost, side = found.ranges["q"][0], found.ranges["q"][2]
     assert cost.value == 2
     assert (cost.below and cost.below.value) == 0

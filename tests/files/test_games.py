@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 
 import lcpcli
-from lcpcli import errors, read
+from lcpcli import errors, from_efg, read
 from lcpcli.files import contents
 from lcpcli.formulations.bimatrix_game.game import Game
 from lcpcli.formulations.bimatrix_game.tables import input_of
@@ -237,7 +237,7 @@ def test_repeated_and_empty_labels_get_numbers_in_names():
 def test_it_is_recognized_by_its_first_word_also_compressed_and_from_text(lcp):
     Path("g.efg.gz").write_bytes(gzip.compress(GAME.encode()))
     assert game_of(GAME, "g.txt").sizes == (3, 3, 2, 2)
-    found = [read("g.efg.gz"), lcpcli.from_efg(GAME), read("g.txt")]
+    found = [read("g.efg.gz"), from_efg(GAME), read("g.txt")]
     assert len({problem.M.tobytes() for problem in found}) == 1
     assert lcp("solve g.efg.gz -q").code == lcp("inspect g.efg.gz").code == 0
     Path("g.efg").write_text(GAME)
@@ -245,7 +245,7 @@ def test_it_is_recognized_by_its_first_word_also_compressed_and_from_text(lcp):
     with pytest.raises(
         errors.ProblemError, match=r"efg: is a number; give the text of an .efg file"
     ):
-        lcpcli.from_efg(1)
+        from_efg(1)
 
 
 def test_labels_in_latin_1_are_read_and_what_is_no_text_is_refused(lcp):
@@ -261,19 +261,16 @@ def test_players_are_refused_if_and_only_if_they_forget_their_moves():
     ends = 't "" 0 ' * 4
     forgetful = TWO + f'p "" 1 2 {{ "l" "r" }} 0 {ends[:14]} p "" 1 2 0 {ends[:14]}'
     with pytest.raises(errors.ProblemError, match="has no perfect recall"):
-        lcpcli.from_efg(forgetful)
-    assert (
-        lcpcli.from_efg(forgetful.replace('p "" 1 2 0', 'p "" 1 3 { "l" "r" } 0')).n
-        == 13
-    )
-    assert lcpcli.from_efg(forgetful.replace(" 1 2 ", " 2 2 ")).n == 10
+        from_efg(forgetful)
+    assert from_efg(forgetful.replace('p "" 1 2 0', 'p "" 1 3 { "l" "r" } 0')).n == 13
+    assert from_efg(forgetful.replace(" 1 2 ", " 2 2 ")).n == 10
 
 
 def test_a_tree_may_be_one_end_and_a_player_may_have_no_move():
-    answer = lcpcli.run(lcpcli.from_efg(TREE + 't "" 1 { 2 -3 }')).answer
+    answer = lcpcli.run(from_efg(TREE + 't "" 1 { 2 -3 }')).answer
     assert answer.payoffs == (2.0, -3.0)
     assert answer.information_sets == []
-    answer = lcpcli.run(lcpcli.from_efg(TWO + 't "" 1 { 1 2 } t "" 2 { 5 6 }')).answer
+    answer = lcpcli.run(from_efg(TWO + 't "" 1 { 1 2 } t "" 2 { 5 6 }')).answer
     assert answer.payoffs == (5.0, 6.0)
 
 
@@ -283,7 +280,7 @@ def test_long_rows_of_chance_moves_are_refused_before_memory_runs_out():
         errors.ProblemError,
         match="has chances whose fractions are longer than a thousand digits",
     ):
-        lcpcli.from_efg(f'{TREE}{row}t "" 0')
+        from_efg(f'{TREE}{row}t "" 0')
 
 
 def test_a_deep_tree_costs_no_recursion():
@@ -292,6 +289,6 @@ def test_a_deep_tree_costs_no_recursion():
         for k in range(1, 400)
     )
     tree = f'{TREE}{row}t "" 0 ' + 't "" 0 ' * 399
-    problem = lcpcli.from_efg(tree)
+    problem = from_efg(tree)
     assert problem.n == 2 * 399 + 4 + 399
     assert lcpcli.run(problem).answer.gains == (0.0, 0.0)

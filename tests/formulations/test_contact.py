@@ -13,7 +13,7 @@ from numpy.random import default_rng
 from scipy.sparse import csr_array
 
 import lcpcli
-from lcpcli import Problem
+from lcpcli import Problem, Solver, from_contact, from_findex, run
 from lcpcli.formulations.contact import cones
 from lcpcli.formulations.contact.cones import Friction
 from lcpcli.formulations.contact.friction import Contact
@@ -68,7 +68,7 @@ def violation(answer, given):
 @pytest.mark.parametrize("seed", range(12))
 def test_generated_contacts_satisfy_the_laws_in_the_order_of_the_caller(seed):
     given = generated(seed)
-    result = lcpcli.run(lcpcli.from_findex(*given))
+    result = run(from_findex(*given))
     assert result.solved
     assert violation(result.answer, given) < TOL
     w = given[0] @ result.answer.x + given[1]
@@ -77,11 +77,11 @@ def test_generated_contacts_satisfy_the_laws_in_the_order_of_the_caller(seed):
 
 def test_without_tangential_unknowns_it_is_the_mixed_problem():
     matrix, b, lower, upper, _ = generated(4)
-    problem = lcpcli.from_findex(matrix, b, lower, upper, [-1] * len(b))
+    problem = from_findex(matrix, b, lower, upper, [-1] * len(b))
     assert np.array_equal(problem.M, matrix)
     assert np.array_equal(problem.q, b)
     mixed = lcpcli.solve(matrix, b, lower=lower, upper=upper)
-    assert np.allclose(lcpcli.run(problem).answer.x, mixed.z)
+    assert np.allclose(run(problem).answer.x, mixed.z)
 
 
 @pytest.mark.parametrize("seed", [2, 4, 6])
@@ -98,7 +98,7 @@ def test_three_unknowns_have_the_impulses_of_stewart_and_trinkle(seed):
     C = np.hstack([mu * np.eye(k), -np.eye(k), -np.eye(k), np.zeros((k, k))])
     M = np.vstack([np.hstack([P.T @ S @ P, E]), C])
     by_hand = lcpcli.solve(M, np.concatenate([P.T @ np.r_[q[N], q[T]], np.zeros(k)]))
-    answer = lcpcli.run(lcpcli.from_contact(W, q, mu)).answer
+    answer = run(from_contact(W, q, mu)).answer
     assert by_hand.solved
     x = P @ by_hand.z[: 3 * k]
     assert np.allclose(answer.x[N], x[:k], atol=1e-9)
@@ -110,10 +110,10 @@ def SIGNS(k):
 
 
 def test_both_calls_say_the_same_of_contacts_in_the_plane():
-    one = lcpcli.from_findex(A, B, LOWER, UPPER, FINDEX)
-    other = lcpcli.from_contact(A, B, 0.5)
+    one = from_findex(A, B, LOWER, UPPER, FINDEX)
+    other = from_contact(A, B, 0.5)
     assert np.array_equal(one.M, other.M)
-    assert lcpcli.run(one).answer.statement == lcpcli.run(other).answer.statement
+    assert run(one).answer.statement == run(other).answer.statement
 
 
 @pytest.mark.parametrize(
@@ -128,18 +128,18 @@ def test_both_calls_say_the_same_of_contacts_in_the_plane():
 )
 def test_contacts_separate_stick_and_slide(q, state):
     W = [[1, 0], [0, 1]]
-    answer = lcpcli.run(lcpcli.from_contact(W, q, 0.7)).answer
+    answer = run(from_contact(W, q, 0.7)).answer
     assert [each.state for each in answer.contacts] == [state]
     assert answer.statement == f"1 contact: 1 {state}"
-    spatial = lcpcli.from_contact(np.eye(3), [*q, 0.0], 0.7, dimension=3)
-    assert [each.state for each in lcpcli.run(spatial).answer.contacts] == [state]
+    spatial = from_contact(np.eye(3), [*q, 0.0], 0.7, dimension=3)
+    assert [each.state for each in run(spatial).answer.contacts] == [state]
 
 
 def test_by_restitution_contacts_bounce_with_a_share_of_their_speed(tmp_path):
     """By Newton's law: at least -e times the normal velocity before; also where files
     keep it, in fractions, and in the next step."""
     W, before = np.eye(4) + 0.25, [-2.0, 0, -1, 0]
-    problem = lcpcli.from_contact(W, before, 0.5, restitution=[0.5, 0], before=before)
+    problem = from_contact(W, before, 0.5, restitution=[0.5, 0], before=before)
     result = lcpcli.exact(problem)
     answer = result.answer
     assert answer.w[[0, 2]].tolist() == pytest.approx([1, 0])
@@ -148,8 +148,8 @@ def test_by_restitution_contacts_bounce_with_a_share_of_their_speed(tmp_path):
     lcpcli.write(problem, tmp_path / "bounce.json")
     again = lcpcli.read(tmp_path / "bounce.json")
     assert np.array_equal(again.q, problem.q)
-    assert np.allclose(lcpcli.run(again).answer.w, answer.w)
-    solver = lcpcli.Solver(problem)
+    assert np.allclose(run(again).answer.w, answer.w)
+    solver = Solver(problem)
     after = answer.w - [3, 0, 0, 0]
     solver.update(q=after, before=after)
     w = solver.solve().answer.w
@@ -159,7 +159,7 @@ def test_by_restitution_contacts_bounce_with_a_share_of_their_speed(tmp_path):
 
 def test_none_leaves_the_coefficients_of_friction_as_they_are():
     """A body that 1.0 pushes and friction of .3 holds."""
-    solver = lcpcli.Solver(lcpcli.from_contact(np.eye(2), [-5.0, 1.0], 0.3))
+    solver = Solver(from_contact(np.eye(2), [-5.0, 1.0], 0.3))
     solver.update(q=[-5.0, 1.2], mu=None)
     assert [each.state for each in solver.solve().answer.contacts] == ["sticking"]
 
@@ -169,8 +169,8 @@ def test_friction_of_a_polygon_is_too_small_by_at_most_its_share(facets):
     mu = 0.5
     for angle in np.linspace(0, np.pi / 2, 9):
         q = [-1.0, -3 * np.cos(angle), -3 * np.sin(angle)]
-        problem = lcpcli.from_contact(np.eye(3), q, mu, dimension=3, facets=facets)
-        x = lcpcli.run(problem).answer.x
+        problem = from_contact(np.eye(3), q, mu, dimension=3, facets=facets)
+        x = run(problem).answer.x
         size = np.hypot(x[1], x[2])
         assert mu * np.cos(np.pi / facets) - 1e-9 <= size <= mu + 1e-9
         assert x[1] * q[1] + x[2] * q[2] < 0
@@ -182,7 +182,7 @@ def test_friction_of_a_polygon_is_too_small_by_at_most_its_share(facets):
 def test_a_mass_between_two_walls_is_jammed():
     """Both normal rows are opposite, and both walls approach."""
     W = np.array([[1.0, 0, -1, 0], [0, 1, 0, 1], [-1, 0, 1, 0], [0, 1, 0, 1]])
-    result = lcpcli.run(lcpcli.from_contact(W, [-1, 0, -1, 0], 0.5))
+    result = run(from_contact(W, [-1, 0, -1, 0], 0.5))
     assert result.status.has_no_solution
     assert result.answer.statement.startswith("jammed")
     assert result.answer.x is None
@@ -191,7 +191,7 @@ def test_a_mass_between_two_walls_is_jammed():
 def test_jammed_is_said_only_where_no_impulses_are_allowed():
     """x = (1/5, 2/5) is within the cone of mu = 2, and its w_n = 0 is allowed, so that
     the law of Coulomb alone has no solution."""
-    result = lcpcli.run(lcpcli.from_contact([[1, 2], [2, 4]], [-1, 1], 2))
+    result = run(from_contact([[1, 2], [2, 4]], [-1, 1], 2))
     assert result.status.word == "unsolvable"
     assert result.answer.statement.startswith("no impulses satisfy the laws")
 
@@ -204,15 +204,15 @@ def test_bodies_at_rest_without_a_tangential_load_stick(method, seed):
     k = int(random.integers(1, 4))
     q = np.zeros(2 * k)
     q[::2] = -random.uniform(0.1, 10, k)
-    problem = lcpcli.from_contact(np.diag(random.uniform(0.1, 10, 2 * k)), q, 0.7)
-    result = lcpcli.run(problem, method)
+    problem = from_contact(np.diag(random.uniform(0.1, 10, 2 * k)), q, 0.7)
+    result = run(problem, method)
     assert result.solved
     assert [each.state for each in result.answer.contacts] == ["sticking"] * k
 
 
 def test_a_contact_is_judged_apart_from_one_with_a_far_larger_impulse():
     W = np.diag([1e-4, 1e-4, 1e6, 1e6])
-    result = lcpcli.run(lcpcli.from_contact(W, [-10, 0, -1, -0.8], 0.5))
+    result = run(from_contact(W, [-10, 0, -1, -0.8], 0.5))
     states = [each.state for each in result.answer.contacts]
     assert states == ["sticking", "sliding"]
 
@@ -225,7 +225,7 @@ def test_boxes_under_a_ceiling_that_comes_down_are_jammed():
         problem, order = scene.problem(), np.arange(2 * k).reshape(2, k).T.ravel()
         M = problem.M
         W = M[order][:, order]
-        result = lcpcli.run(lcpcli.from_contact(W, problem.q[order], 0.5))
+        result = run(from_contact(W, problem.q[order], 0.5))
         if not result.solved:
             break
         x = result.answer.x
@@ -236,7 +236,7 @@ def test_boxes_under_a_ceiling_that_comes_down_are_jammed():
 
 
 def test_without_contacts_there_is_an_answer():
-    result = lcpcli.run(lcpcli.from_contact(np.zeros((0, 0)), [], 0.5))
+    result = run(from_contact(np.zeros((0, 0)), [], 0.5))
     assert result.solved
     assert result.answer.x.size == 0
     assert result.answer.contacts == []
@@ -246,11 +246,11 @@ def test_without_contacts_there_is_an_answer():
 def test_sparse_matrices_have_the_same_problem(dimension):
     W, q = np.eye(6) + 0.1, -np.ones(6)
     dense, sparse = (
-        lcpcli.from_contact(each, q, [0.5] * (6 // dimension), dimension=dimension)
+        from_contact(each, q, [0.5] * (6 // dimension), dimension=dimension)
         for each in (W, csr_array(W))
     )
     assert np.allclose(dense.M, sparse.M.toarray())
-    assert np.allclose(lcpcli.run(dense).answer.x, lcpcli.run(sparse).answer.x)
+    assert np.allclose(run(dense).answer.x, run(sparse).answer.x)
 
 
 def falling(steps, compiled):
@@ -272,10 +272,10 @@ def falling(steps, compiled):
         lower, upper = np.tile([0.0, -0.5], k), np.tile([inf, 0.5], k)
         findex = np.where(np.arange(2 * k) % 2, np.arange(2 * k) - 1, -1)
         if by_W is None:
-            first = lcpcli.from_contact(W, q, 0.5)
-            by_W = lcpcli.Solver(first, compiled=compiled)
-            first = lcpcli.from_findex(W, q, lower, upper, findex)
-            by_findex = lcpcli.Solver(first, compiled=compiled)
+            first = from_contact(W, q, 0.5)
+            by_W = Solver(first, compiled=compiled)
+            first = from_findex(W, q, lower, upper, findex)
+            by_findex = Solver(first, compiled=compiled)
         by_W.update(W=W, q=q, mu=0.5, ids=ids)
         own = [(*each, side) for each in ids for side in (0, 1)]
         box = {"lower": lower, "upper": upper, "findex": findex}
@@ -308,7 +308,7 @@ def test_steps_that_jump_satisfy_the_laws(seed, compiled):
     given, random = list(generated(seed)), default_rng(seed)
     if compiled:
         pytest.importorskip("numba")
-    solver = lcpcli.Solver(lcpcli.from_findex(*given), compiled=compiled)
+    solver = Solver(from_findex(*given), compiled=compiled)
     assert solver.solve().solved
     for step in range(10):
         move = given[0] @ random.normal(size=len(given[1]))
@@ -330,7 +330,7 @@ def test_a_stack_at_rest_keeps_its_states_though_its_contacts_are_redundant():
         M = step.M
         W, q = M[order][:, order], step.q[order]
         if solver is None:
-            solver = lcpcli.Solver(lcpcli.from_contact(W, q, 0.5))
+            solver = Solver(from_contact(W, q, 0.5))
         solver.update(W=W, q=q)
         result = solver.solve()
         assert result.solved
@@ -345,7 +345,7 @@ def test_a_step_with_the_data_of_the_one_before_takes_one_system():
     """Also where impulses are not unique, and some are at the limit of friction though
     nothing slides."""
     for _, (W, q, *_), _ in list(falling(240, False))[::6]:
-        solver = lcpcli.Solver(lcpcli.from_contact(W, q, 0.5))
+        solver = Solver(from_contact(W, q, 0.5))
         assert solver.solve().solved
         solver.update(W=W, q=q)
         result = solver.solve()
@@ -360,7 +360,7 @@ def test_redundant_contacts_take_no_branch_and_bound():
         # A motion that opens all contacts: they are not jammed.
         J[::2] *= np.sign(J[::2] @ random.normal(size=3))[:, None]
         q = J @ random.normal(size=3)
-        result = lcpcli.run(lcpcli.from_contact(J @ J.T, q, 0.5))
+        result = run(from_contact(J @ J.T, q, 0.5))
         assert result.solved
         assert "milp" not in result.route
 
@@ -370,11 +370,11 @@ def test_a_solver_with_another_q_answers_for_the_b_that_makes_it(dimension):
     W, first, second = np.eye(dimension), [-1.0, 0.2, 0.1], [-3.0, -0.4, 0.3]
     e = {"restitution": 0.5, "before": [-1.0, 0.0, 0.0][:dimension]}
     problems = [
-        lcpcli.from_contact(W, q[:dimension], 0.5, dimension=dimension, **e)
+        from_contact(W, q[:dimension], 0.5, dimension=dimension, **e)
         for q in (first, second)
     ]
-    result = lcpcli.Solver(problems[0], compiled=False).solve(problems[1].q)
-    expected = lcpcli.run(problems[1])
+    result = Solver(problems[0], compiled=False).solve(problems[1].q)
+    expected = run(problems[1])
     assert result.problem.origin.b == pytest.approx(problems[1].origin.b)
     assert result.answer.x == pytest.approx(expected.answer.x)
     assert result.answer.w == pytest.approx(expected.answer.w)
@@ -385,8 +385,8 @@ def test_a_solver_with_another_q_answers_for_the_b_that_makes_it(dimension):
 @pytest.mark.parametrize(
     "problem",
     [
-        lcpcli.from_contact(np.eye(2), [-1, 0.2], 0.5),
-        lcpcli.from_contact(np.eye(3), [-1, 0.2, 0.1], 0.5, dimension=3),
+        from_contact(np.eye(2), [-1, 0.2], 0.5),
+        from_contact(np.eye(3), [-1, 0.2, 0.1], 0.5, dimension=3),
         lcpcli.from_game([[1, 0], [0, 1]], [[0, 1], [1, 0]]),
         lcpcli.from_lsq([[1, 0], [0, 1]], [1, 2]),
     ],
@@ -394,7 +394,7 @@ def test_a_solver_with_another_q_answers_for_the_b_that_makes_it(dimension):
 )
 def test_a_solver_with_a_q_of_another_kind_answers_for_no_formulation(problem):
     q = problem.q - np.arange(1.0, problem.n + 1)
-    result = lcpcli.Solver(problem, compiled=False).solve(q)
+    result = Solver(problem, compiled=False).solve(q)
     assert result.answer is None
     assert list(result.names) == list(problem.names)
 
@@ -402,7 +402,7 @@ def test_a_solver_with_a_q_of_another_kind_answers_for_no_formulation(problem):
 def test_contacts_that_persist_keep_their_states():
     """In any order, with others before them, which begin without an impulse."""
     W, q = np.eye(6) + 0.1, np.array([-1, 0.1, -1, -5.0, 3.0, 0])
-    solver = lcpcli.Solver(lcpcli.from_contact(W, q, 0.5))
+    solver = Solver(from_contact(W, q, 0.5))
     solver.update(ids=["a", "b", "c"])
     first = solver.solve()
     states = [each.state for each in first.answer.contacts]
@@ -412,7 +412,7 @@ def test_contacts_that_persist_keep_their_states():
     data = {"W": np.eye(6) + 0.1, "q": np.r_[9.0, 0.0, q[own]], "ids": ["d", "b", "a"]}
     before = first.problem, first.problem.box.basis_at(first.z)
     problem, moved = origin.update(*before, data)
-    again = lcpcli.run(problem)
+    again = run(problem)
     kept = first.problem.box.basis_at(first.z)
     assert moved[[0, 1, 6]].tolist() == [-1, -1, -1]
     assert moved[[2, 3, 7]].tolist() == kept[[2, 3, 7]].tolist()
@@ -439,7 +439,7 @@ def test_lemke_is_guaranteed_without_redundant_contacts_in_any_order(shift, dime
     found = lcpcli.inspect(problem)
     assert found.classes["copositive"].word == "yes"
     assert found.guarantees["lemke"].word == "yes"
-    assert lcpcli.run(problem, "lemke").solved
+    assert run(problem, "lemke").solved
     for place in (q.size - 1,) if shift else (k, q.size - 1):
         other = q.copy()
         other[place] -= 9.0
@@ -452,9 +452,9 @@ def test_lemke_is_guaranteed_without_redundant_contacts_in_any_order(shift, dime
 @pytest.mark.parametrize("matrix", [np.array, csr_array])
 def test_files_keep_contacts(tmp_path, suffix, as_program, matrix):
     problems = (
-        lcpcli.from_findex(matrix(A), B, LOWER, UPPER, FINDEX),
-        lcpcli.from_contact(matrix(np.eye(4)), [-1, 0, 1, 0], [0.5, 0.25]),
-        lcpcli.from_contact(matrix(np.eye(3)), [-1, 0, 1], 0.5, dimension=3, facets=6),
+        from_findex(matrix(A), B, LOWER, UPPER, FINDEX),
+        from_contact(matrix(np.eye(4)), [-1, 0, 1, 0], [0.5, 0.25]),
+        from_contact(matrix(np.eye(3)), [-1, 0, 1], 0.5, dimension=3, facets=6),
     )
     for problem in problems:
         file = tmp_path / f"contact{suffix}"
@@ -470,7 +470,7 @@ def as_dense(M):
 
 
 def test_an_exact_answer_has_fractions(tmp_path, lcp):
-    problem = lcpcli.from_findex(A, B, LOWER, UPPER, FINDEX)
+    problem = from_findex(A, B, LOWER, UPPER, FINDEX)
     x, w = lcpcli.exact(problem).answer.exact.values()
     assert abs(x[1]) == x[0] / 2
     assert w[0] == 0  # of the doubles, in fractions
@@ -482,7 +482,7 @@ def test_an_exact_answer_has_fractions(tmp_path, lcp):
 
 def test_numbers_are_exact_as_decimals():
     """A - mu a is no double here."""
-    problem = lcpcli.from_findex([[1.1, 0.3], [0.3, 1.3]], B, LOWER, UPPER, FINDEX)
+    problem = from_findex([[1.1, 0.3], [0.3, 1.3]], B, LOWER, UPPER, FINDEX)
     rows, q, lower, upper = problem.formulation.exact_conditions()
     assert rows[0][0] == Fraction(11, 10) - Fraction(1, 2) * Fraction(3, 10)
     assert q[0] == -1
@@ -531,7 +531,7 @@ def test_restitution_that_is_no_decimal_is_refused_where_all_is_exact(lcp, in_fo
 
 
 def test_what_is_proved_to_be_exact_passes_the_exact_check():
-    problem = lcpcli.from_contact([[1 / 3, 0], [0, 1]], [-1 / 7, 1], 1 / 3)
+    problem = from_contact([[1 / 3, 0], [0, 1]], [-1 / 7, 1], 1 / 3)
     z = lcpcli.exact(problem).exact.z
     assert lcpcli.check(problem, z).exact
 
@@ -544,7 +544,7 @@ def test_the_caller_may_write_the_arrays_of_a_step_again(compiled):
     data = {"A": np.array(A, float), "b": np.array([-2.0, -3.0])}
     data |= {"lower": np.array([0, -0.5]), "upper": np.array([0.6, 0.5])}
     data["findex"] = np.array([-1, 0])
-    solver = lcpcli.Solver(lcpcli.from_findex(**data), compiled=compiled)
+    solver = Solver(from_findex(**data), compiled=compiled)
     solver.solve()
     rng = default_rng(0)
     for _ in range(20):
@@ -554,7 +554,7 @@ def test_the_caller_may_write_the_arrays_of_a_step_again(compiled):
         data["b"][:] = rng.uniform(-4, -1, 2)
         solver.update(**data)
         result = solver.solve()
-        cold = lcpcli.run(lcpcli.from_findex(**data))
+        cold = run(from_findex(**data))
         assert result.solved
         assert np.allclose(result.answer.x, cold.answer.x, rtol=0, atol=1e-9)
         before = result.answer.x.copy()
@@ -590,12 +590,12 @@ def steps_of_an_engine(key, rng):
 def test_a_step_by_kernels_has_the_problem_and_the_solution_of_one_without(key):
     """Also where mu alone changes, and where contacts come and go."""
     pytest.importorskip("numba")
-    makers = {"W": lcpcli.from_contact, "findex": lcpcli.from_findex}
+    makers = {"W": from_contact, "findex": from_findex}
     solvers = []
     for data in steps_of_an_engine(key, np.random.default_rng(1)):
         if not solvers:
             first = makers[key](**data)
-            solvers = [lcpcli.Solver(first, compiled=each) for each in (False, True)]
+            solvers = [Solver(first, compiled=each) for each in (False, True)]
         results = []
         for solver in solvers:
             solver.update(**data)
@@ -617,7 +617,7 @@ def test_a_step_that_is_refused_leaves_the_solver_as_it_was(compiled):
     if compiled:
         pytest.importorskip("numba")
     W, q = np.array(A, float), np.array([-2.0, -3.0])
-    solver = lcpcli.Solver(lcpcli.from_contact(W, q, 0.5), compiled=compiled)
+    solver = Solver(from_contact(W, q, 0.5), compiled=compiled)
     before = solver.solve().answer.x
     for field, data in (
         (r"W\[0\]\[1\]", {"W": np.where(np.eye(2), W, np.nan)}),
@@ -631,10 +631,10 @@ def test_a_step_that_is_refused_leaves_the_solver_as_it_was(compiled):
 
 
 def test_x_is_verified_in_place_of_z():
-    problem = lcpcli.from_findex(A, B, LOWER, UPPER, FINDEX)
+    problem = from_findex(A, B, LOWER, UPPER, FINDEX)
     assert lcpcli.check(problem, [10 / 11, 5 / 11]).accepted
     assert not lcpcli.check(problem, [1, 0.5]).accepted
-    assert lcpcli.check(problem, lcpcli.run(problem).z).accepted
+    assert lcpcli.check(problem, run(problem).z).accepted
 
 
 def test_a_file_that_is_solved_has_the_answer_in_text_json_and_csv(tmp_path, lcp):
@@ -652,10 +652,10 @@ def test_a_file_that_is_solved_has_the_answer_in_text_json_and_csv(tmp_path, lcp
 
 @pytest.mark.parametrize("change", [-1e-3, 0.0, 1e-3])
 def test_an_impulse_between_its_bounds_is_accepted_without_a_velocity_alone(change):
-    problem = lcpcli.from_findex(
+    problem = from_findex(
         [[1, 0.2], [0.2, 2]], [-1, -0.1], [0, -0.5], [inf, 0.5], [-1, 0]
     )
-    result = lcpcli.run(problem)
+    result = run(problem)
     assert result.answer.contacts[0].state == "sticking"
     moved = result.z.copy()
     moved[1] += change
@@ -671,10 +671,10 @@ def test_where_lemke_ends_in_a_ray_the_other_form_is_solved(seed):
     J = random.normal(size=(2 * k, int(random.integers(max(1, k), 3 * k + 1))))
     W, q = J @ J.T, J @ random.normal(size=J.shape[1])
     mu = float(random.choice([0.5, 1, 2, 5, 20]))
-    problem = lcpcli.from_contact(W, q, mu)
+    problem = from_contact(W, q, mu)
     bare = lcpcli.solve(problem.M, problem.q, "lemke")
     assert bare.status.word == "ray"
-    result = lcpcli.run(problem, "lemke")
+    result = run(problem, "lemke")
     assert result.solved
     assert "Stewart and Trinkle" in result.message
     lower, upper = np.tile([0.0, -mu], k), np.tile([inf, mu], k)
@@ -685,9 +685,9 @@ def test_where_lemke_ends_in_a_ray_the_other_form_is_solved(seed):
 def test_a_fixed_point_of_boxes_satisfies_the_law():
     """Where the boxes of an engine come to rest; the first of them does not."""
     given = generated(6)
-    problem = lcpcli.from_findex(*given, lagged=True)
+    problem = from_findex(*given, lagged=True)
     assert "a fixed point" in problem.note
-    result = lcpcli.run(problem)
+    result = run(problem)
     assert result.solved
     assert violation(SimpleNamespace(x=result.z), given) < 1e-8
 
@@ -696,19 +696,19 @@ def test_boxes_without_a_fixed_point_are_told():
     """A larger normal force makes friction that takes it away again."""
     A = [[1.0, 1.2], [1.2, 2.0]]
     given = A, [-1.0, -3.0], [0, -5.0], [inf, 5.0], [-1, 0]
-    assert "no fixed point" in lcpcli.from_findex(*given, lagged=True).note
-    assert lcpcli.run(lcpcli.from_findex(*given)).solved
+    assert "no fixed point" in from_findex(*given, lagged=True).note
+    assert run(from_findex(*given)).solved
 
 
 def test_names_say_what_the_unknowns_are():
-    names = lcpcli.from_findex(A, B, LOWER, UPPER, FINDEX).names
+    names = from_findex(A, B, LOWER, UPPER, FINDEX).names
     assert names == ["x1", "x2 + 0.5 x1", "slip x2"]
-    spatial = lcpcli.from_contact(np.eye(3), [-1, 0, 0], 0.5, dimension=3, facets=4)
+    spatial = from_contact(np.eye(3), [-1, 0, 0], 0.5, dimension=3, facets=4)
     assert len(spatial.names) == spatial.n
 
 
 def test_an_origin_of_other_numbers_is_refused():
-    problem = lcpcli.from_findex(A, B, LOWER, UPPER, FINDEX)
+    problem = from_findex(A, B, LOWER, UPPER, FINDEX)
     with pytest.raises(lcpcli.errors.ProblemError, match="does not yield"):
         Problem(2 * problem.M, problem.q, origin=problem.origin)
 

@@ -10,6 +10,7 @@ import pytest
 from numpy.random import default_rng
 
 import lcpcli
+from lcpcli import from_players, from_polymatrix, solutions
 from lcpcli.solving import driver
 
 from ..conftest import save_json
@@ -32,7 +33,7 @@ def losses(x):
 
 
 def test_no_player_gains_by_another_output():
-    result = lcpcli.run(lcpcli.from_players(**MARKET, upper=4))
+    result = lcpcli.run(from_players(**MARKET, upper=4))
     answer = result.answer
     assert result.solved
     assert answer.costs == pytest.approx(losses(answer.x))
@@ -45,7 +46,7 @@ def test_no_player_gains_by_another_output():
 
 
 def test_gains_are_those_of_best_responses():
-    problem = lcpcli.from_players(**MARKET, upper=4)
+    problem = from_players(**MARKET, upper=4)
     found = lcpcli.check(problem, [2, 2, 2])
     best = min(losses(np.array([t, 2, 2]))[0] for t in np.linspace(0, 4, 401))
     now = losses(np.full(3, 2.0))[0]
@@ -56,7 +57,7 @@ def test_gains_are_those_of_best_responses():
 def follower(slope):
     """A game in which 1 / slope is the best output of the first player, and any output
     is one of the second player, whose cost is then 0."""
-    return lcpcli.from_players([1, 1], [[slope, 0], [slope, 0]], [-1, -1])
+    return from_players([1, 1], [[slope, 0], [slope, 0]], [-1, -1])
 
 
 @pytest.mark.parametrize("slope", [3, 7, 49, 49e8, 49e-8, 103])
@@ -102,7 +103,7 @@ def test_a_gain_that_rounding_of_a_row_makes_is_none():
     H = [[18, -6, 1.5, -1], [-6, 10, -0.5, -0.5], [1.5, -0.5, 4, 6], [-1, -0.5, 6, 9]]
     sides = {"row_lower": [-1, -np.inf], "row_upper": [-1, np.inf]}
     bounds = {"lower": [0, -1, -np.inf, -3], "upper": [np.inf, 3, np.inf, 2]}
-    problem = lcpcli.from_players(
+    problem = from_players(
         [2, 2],
         H,
         [3, 3, 0, 0],
@@ -120,7 +121,7 @@ def test_a_gain_that_rounding_of_a_row_makes_is_none():
 
 
 def test_without_a_best_response_nothing_is_decided(monkeypatch):
-    result = lcpcli.run(lcpcli.from_players(**MARKET, upper=4))
+    result = lcpcli.run(from_players(**MARKET, upper=4))
     run = driver.run
 
     def stalled(*arguments):
@@ -133,12 +134,12 @@ def test_without_a_best_response_nothing_is_decided(monkeypatch):
 
 def test_a_shared_row_has_one_price_for_all_or_one_for_each():
     data = {**MARKET, "A": [[1, 1, 1]], "row_upper": 4}
-    common = lcpcli.from_players(**data)
-    each = lcpcli.from_players(**data, shared="each")
+    common = from_players(**data)
+    each = from_players(**data, shared="each")
     assert common.n == 4
     assert each.n == 6
-    variational = list(lcpcli.solutions(common))
-    general = list(lcpcli.solutions(each))
+    variational = list(solutions(common))
+    general = list(solutions(each))
     assert len(variational) == 1
     assert variational[0].is_point
     assert any(not piece.is_point for piece in general)
@@ -148,13 +149,11 @@ def test_a_shared_row_has_one_price_for_all_or_one_for_each():
 
 def test_a_row_of_one_player_limits_no_other():
     # Bob's output counts in Ann's limit, which is no reason for him to sell less.
-    limited = lcpcli.from_players(
+    limited = from_players(
         [1, 1], [[2, 0], [0, 2]], [-8, -8], [[1, 1]], row_upper=5, owner=[0]
     )
     assert lcpcli.run(limited).answer.x.tolist() == [1, 4]
-    shared = lcpcli.from_players(
-        [1, 1], [[2, 0], [0, 2]], [-8, -8], [[1, 1]], row_upper=5
-    )
+    shared = from_players([1, 1], [[2, 0], [0, 2]], [-8, -8], [[1, 1]], row_upper=5)
     assert lcpcli.run(shared).answer.x.tolist() == [2.5, 2.5]
 
 
@@ -162,15 +161,15 @@ def test_sparse_and_dense_matrices_give_the_same():
     sparse = pytest.importorskip("scipy.sparse")
     data = {**MARKET, "row_upper": [4, 3], "owner": [None, "Ann"], "shared": "each"}
     A = [[1, 1, 1], [1, 1, 0]]
-    one = lcpcli.from_players(**data, A=A)
-    other = lcpcli.from_players(**data, A=sparse.csr_array(A))
+    one = from_players(**data, A=A)
+    other = from_players(**data, A=sparse.csr_array(A))
     assert np.array_equal(one.M, other.M.toarray())
     assert one.names == other.names
 
 
 @pytest.mark.parametrize("suffix", ["json", "npz"])
 def test_files_hold_it(tmp_path, suffix):
-    problem = lcpcli.from_players(
+    problem = from_players(
         **MARKET,
         A=[[1, 1, 1], [1, 1, 0]],
         row_lower=[-INF, 0],
@@ -217,17 +216,15 @@ def test_published_games_have_one_equilibrium(shared):
     H = [[2, 0, 0, 0], [0, 2, 0, 0], [0, 0, 2, 0], [-1, 0, -1, 2]]
     row = {"A": [[1, 0, 1, 1]], "row_upper": 2, "shared": shared}
     sides = {"lower": 0, "upper": 1}
-    few = lcpcli.from_players([2, 1, 1], H, [-2, 1, 0.6, 0], **row, **sides)
+    few = from_players([2, 1, 1], H, [-2, 1, 0.6, 0], **row, **sides)
     costs = 10 + 5 * np.arange(10)
     ones = np.ones((10, 10))
-    many = lcpcli.from_players(
-        [1] * 10, ones + np.eye(10), costs - 600, lower=7, upper=100
-    )
+    many = from_players([1] * 10, ones + np.eye(10), costs - 600, lower=7, upper=100)
     total = Fraction(int((600 - costs).sum()), 11)
     expected = [600 - int(cost) - total for cost in costs]
     cases = (few, [1, 0, 0, Fraction(1, 2)]), (many, expected)
     for problem, x in cases:
-        found = lcpcli.solutions(problem)
+        found = solutions(problem)
         (piece,) = list(found)
         assert found.complete
         assert piece.is_point
@@ -244,15 +241,15 @@ def test_three_players_with_four_shared_rows_have_one_variational_equilibrium():
     c = np.repeat([0.0, 1.0, 2.0], 2)
     data = {"sizes": [2, 2, 2], "H": np.eye(6), "c": c, "A": A}
     sides = {"row_upper": 1, "lower": None}
-    found = lcpcli.solutions(lcpcli.from_players(**data, **sides))
+    found = solutions(from_players(**data, **sides))
     (piece,) = list(found)
     x = np.array(piece.vertices[0][:6], dtype=float)
     program = lcpcli.from_qp(np.eye(6), c, A, row_upper=1, lower=None)
     assert found.complete
     assert piece.is_point
     assert np.allclose(x, lcpcli.run(program).z[:6])
-    general = lcpcli.from_players(**data, **sides, shared="each")
-    listed = lcpcli.solutions(general)
+    general = from_players(**data, **sides, shared="each")
+    listed = solutions(general)
     assert len(list(listed)) == 3
     assert listed.complete
     assert lcpcli.check(general, list(x)).accepted
@@ -328,16 +325,16 @@ def test_a_game_of_two_players_has_the_same_equilibria_as_by_from_game():
     random = default_rng(0)
     for _ in range(6):
         A, B = random.integers(-4, 5, (2, 3, 3))
-        own = lcpcli.solutions(lcpcli.from_polymatrix({(0, 1): A, (1, 0): B.T}))
+        own = solutions(from_polymatrix({(0, 1): A, (1, 0): B.T}))
         found = {vertex[:6] for piece in own for vertex in piece.vertices}
-        game = lcpcli.solutions(lcpcli.from_game(A, B))
+        game = solutions(lcpcli.from_game(A, B))
         assert list(game)
         extreme = game.equilibria
         assert found == {(*each.row, *each.column) for each in extreme.extreme}
 
 
 def test_an_equilibrium_of_a_ring_in_fractions():
-    problem = lcpcli.from_polymatrix(**RING)
+    problem = from_polymatrix(**RING)
     answer = lcpcli.exact(problem).answer.exact
     half, third = [Fraction(1, 2)] * 2, [Fraction(3, 5), Fraction(2, 5)]
     assert answer.strategies == [third, half, half]
@@ -349,7 +346,7 @@ def test_an_equilibrium_of_a_ring_in_fractions():
 
 
 def test_gains_are_those_of_pure_best_responses():
-    problem = lcpcli.from_polymatrix({(0, 1): PENNIES, (1, 0): OTHER})
+    problem = from_polymatrix({(0, 1): PENNIES, (1, 0): OTHER})
     found = lcpcli.check(problem, [1, 0, 1, 0])
     assert not found.accepted
     assert found.strategies.gains == (0, 2)
@@ -359,12 +356,12 @@ def test_the_best_equilibrium_of_a_player():
     # A battle of the sexes, while Cid watches.
     payoffs = {(0, 1): [[2, 0], [0, 1]], (1, 0): [[1, 0], [0, 2]]}
     payoffs[2, 0] = [[0, 0]]
-    problem = lcpcli.from_polymatrix(payoffs, ["Ann", "Bob", "Cid"])
+    problem = from_polymatrix(payoffs, ["Ann", "Bob", "Cid"])
     for player, best in (("Ann", 2), ("Bob", 2), ("Cid", 0)):
         found = lcpcli.optimum(problem, f'"payoff of {player}"', sense="max")
         assert found.status == "optimal"
         assert found.value == best
-    assert len(list(lcpcli.solutions(problem))) == 3
+    assert len(list(solutions(problem))) == 3
 
 
 @pytest.mark.parametrize("seed", range(6))
@@ -394,7 +391,7 @@ def test_games_in_strategic_form_that_are_sums_over_pairs_are_read(seed, tmp_pat
     file = tmp_path / "game.nfg"
     file.write_text(f"{head}\n{' '.join(cells)}\n")
     found = lcpcli.exact(lcpcli.read(file)).answer.exact
-    given = lcpcli.from_polymatrix(payoffs)
+    given = from_polymatrix(payoffs)
     verified = lcpcli.check(given, [*chain(*found.strategies)])
     assert verified.exact
     assert verified.accepted
@@ -403,7 +400,7 @@ def test_games_in_strategic_form_that_are_sums_over_pairs_are_read(seed, tmp_pat
 
 @pytest.mark.parametrize("suffix", ["json", "npz"])
 def test_files_hold_a_polymatrix_game(tmp_path, suffix):
-    problem = lcpcli.from_polymatrix(**RING)
+    problem = from_polymatrix(**RING)
     file = str(tmp_path / f"p.{suffix}")
     for as_program in (False, True):
         lcpcli.write(problem, file, as_program=as_program)
@@ -479,7 +476,7 @@ def test_what_is_wrong_with_payoffs_is_named(refusal, refused):
 
 
 def test_check_of_exact_numbers_is_exact():
-    problem = lcpcli.from_players(**MARKET)
+    problem = from_players(**MARKET)
     exact = lcpcli.exact(problem)
     found = lcpcli.check(problem, exact.exact.z)
     assert found.exact
@@ -490,7 +487,7 @@ def test_check_of_exact_numbers_is_exact():
 @pytest.mark.parametrize("payoffs", [[[3, 3], [3, 3]], [[0]], [[-1, 2], [2, -1]]])
 def test_costs_are_positive_whatever_the_payoffs_are(payoffs):
     other = [[0] * len(payoffs) for _ in payoffs[0]]
-    problem = lcpcli.from_polymatrix({(0, 1): payoffs, (1, 0): other})
+    problem = from_polymatrix({(0, 1): payoffs, (1, 0): other})
     m, k = len(payoffs), len(payoffs) + len(payoffs[0])
     assert (problem.M[:m, m:k] > 0).all()
     assert (problem.M[m:k, :m] > 0).all()
@@ -501,7 +498,7 @@ def test_costs_are_positive_whatever_the_payoffs_are(payoffs):
 def test_a_common_part_of_payoffs_does_not_hide_an_equilibrium(common):
     of_ann = [[common + 1, common], [common, common + 2]]
     of_bob = [[common + 1, common], [common, common + 3]]
-    game = lcpcli.from_polymatrix({(0, 1): of_ann, (1, 0): of_bob})
+    game = from_polymatrix({(0, 1): of_ann, (1, 0): of_bob})
     check = lcpcli.check(game, [0.75, 0.25, 2 / 3, 1 / 3])
     assert check.accepted
     assert not any(check.strategies.gains)

@@ -9,6 +9,7 @@ from numpy.random import default_rng
 from scipy.optimize import linprog
 
 import lcpcli
+from lcpcli import from_avi
 from lcpcli.model.problem import Problem
 
 from ..refusals import contents
@@ -29,9 +30,7 @@ def test_no_other_point_of_c_is_better_by_the_gradient_at_x(seed):
     B, skew = random.integers(-2, 3, (2, n, n)).astype(float)
     H, h, A = B @ B.T + skew - skew.T, random.integers(-9, 9, n), random.random((m, n))
     sides = A @ np.ones(n) - 1.0, A @ np.ones(n) + random.integers(0, 2, m)
-    problem = lcpcli.from_avi(
-        H, h, A, row_lower=sides[0], row_upper=sides[1], upper=2.0
-    )
+    problem = from_avi(H, h, A, row_lower=sides[0], row_upper=sides[1], upper=2.0)
     result = lcpcli.run(problem)
     x = result.answer.x
     gradient = H @ x + h
@@ -64,7 +63,7 @@ def test_an_active_set_reaches_what_the_conditions_alone_say(seed):
         "upper": inside + (np.arange(n) > 0),
     }
     H, h = B @ B.T + np.eye(n) + skew - skew.T, 9 * random.normal(size=n)
-    problem = lcpcli.from_avi(H, h, A, **sides, **bounds)
+    problem = from_avi(H, h, A, **sides, **bounds)
     result = lcpcli.run(problem)
     plain = Problem(problem.M, problem.q, lower=problem.lower, upper=problem.upper)
     assert result.solved
@@ -74,39 +73,39 @@ def test_an_active_set_reaches_what_the_conditions_alone_say(seed):
 
 def test_an_empty_set_is_left_to_the_methods_that_prove_it():
     sides = {"row_lower": [3, -np.inf], "row_upper": [np.inf, 2]}
-    problem = lcpcli.from_avi([[2, 1], [-1, 2]], [1, 1], [[1, 1], [1, 1]], **sides)
+    problem = from_avi([[2, 1], [-1, 2]], [1, 1], [[1, 1], [1, 1]], **sides)
     assert lcpcli.run(problem).status.has_no_solution
 
 
 @pytest.mark.parametrize(
     ("problem", "expected"),
     [
-        (lcpcli.from_avi([[2, 1], [-1, 2]], [-4, -4]), (True, True, True)),
-        (lcpcli.from_avi(TURN, [0, 0], upper=1), (True, True, False)),
-        (lcpcli.from_avi(TURN, [-1, 1], upper=3), (True, True, True)),
-        (lcpcli.from_avi(INDEFINITE, [1, 1], upper=2), (True, False, False)),
+        (from_avi([[2, 1], [-1, 2]], [-4, -4]), (True, True, True)),
+        (from_avi(TURN, [0, 0], upper=1), (True, True, False)),
+        (from_avi(TURN, [-1, 1], upper=3), (True, True, True)),
+        (from_avi(INDEFINITE, [1, 1], upper=2), (True, False, False)),
         # On x1 + x2 = 1 alone H is monotone, and so it is where two sides say that.
         (
-            lcpcli.from_avi([[1, 3], [3, 1]], [0, 0], [[1, 1]], row_lower=1),
+            from_avi([[1, 3], [3, 1]], [0, 0], [[1, 1]], row_lower=1),
             (True, False, False),
         ),
         (
-            lcpcli.from_avi([[3, 4], [4, 3]], [0, 0], [[1, 1]], [1], row_upper=1),
+            from_avi([[3, 4], [4, 3]], [0, 0], [[1, 1]], [1], row_upper=1),
             (True, False, False),
         ),
         (
-            lcpcli.from_avi(
+            from_avi(
                 [[1, -3], [-3, 1]], [0, 0], [[1, 1], [1, 1]], [1, -9], row_upper=[9, 1]
             ),
             (True, True, True),
         ),
-        (lcpcli.from_avi(INDEFINITE, [0, 0], lower=1, upper=1), (True, True, True)),
+        (from_avi(INDEFINITE, [0, 0], lower=1, upper=1), (True, True, True)),
         # Every point of a line, and of a segment of one.
-        (lcpcli.from_avi([[0]], [0], lower=-np.inf), (True, True, False)),
-        (lcpcli.from_avi([[0]], [0], upper=1), (True, True, False)),
-        (lcpcli.from_avi([[1]], [0], [[1]], [5], upper=2), (False, True, None)),
-        (lcpcli.from_avi([[0]], [-1]), (False, True, None)),
-        (lcpcli.from_avi([[-1]], [-1]), (False, False, None)),
+        (from_avi([[0]], [0], lower=-np.inf), (True, True, False)),
+        (from_avi([[0]], [0], upper=1), (True, True, False)),
+        (from_avi([[1]], [0], [[1]], [5], upper=2), (False, True, None)),
+        (from_avi([[0]], [-1]), (False, True, None)),
+        (from_avi([[-1]], [-1]), (False, False, None)),
     ],
 )
 def test_what_is_proved(problem, expected):
@@ -115,7 +114,7 @@ def test_what_is_proved(problem, expected):
 
 def test_other_solutions_that_differ_in_multipliers_alone_do_not_count():
     # x1 <= 1 twice.
-    problem = lcpcli.from_avi([[1]], [-3], [[1], [1]], row_upper=1)
+    problem = from_avi([[1]], [-3], [[1], [1]], row_upper=1)
     assert not lcpcli.solutions(problem).equilibria
     assert claims(problem) == (True, True, True)
 
@@ -124,12 +123,12 @@ def test_large_ones_that_are_not_definite_are_not_decided():
     n = 201
     H = np.triu(np.ones((n, n)), 1)
     H -= H.T
-    assert claims(lcpcli.from_avi(H, np.ones(n))) == (None, True, None)
+    assert claims(from_avi(H, np.ones(n))) == (None, True, None)
 
 
 def test_a_symmetric_h_gives_the_minimizer():
     data = [[2, 1], [1, 2]], [-4, -1], [[1, 1]]
-    avi = lcpcli.run(lcpcli.from_avi(*data, row_upper=1))
+    avi = lcpcli.run(from_avi(*data, row_upper=1))
     program = lcpcli.run(lcpcli.from_qp(*data, row_upper=1))
     assert avi.answer.x.tolist() == program.answer.x.tolist()
     assert avi.answer.y.tolist() == program.answer.y.tolist()
@@ -138,7 +137,7 @@ def test_a_symmetric_h_gives_the_minimizer():
 @pytest.mark.parametrize("suffix", ["json", "npz", "mat"])
 def test_files_hold_it(tmp_path, suffix):
     names = {"rows": ["one", "two"], "columns": ["a", "b"]}
-    problem = lcpcli.from_avi(
+    problem = from_avi(
         [[2, 1], [-1, 2]],
         [-4, -4],
         [[1, 1], [1, -1]],
@@ -168,16 +167,14 @@ def test_files_hold_it(tmp_path, suffix):
     ],
 )
 def test_check_takes_x_and_finds_multipliers(values, accepted):
-    problem = lcpcli.from_avi([[2, 1], [-1, 2]], [-4, -4], [[1, 1]], row_upper=2)
+    problem = from_avi([[2, 1], [-1, 2]], [-4, -4], [[1, 1]], row_upper=2)
     found = lcpcli.check(problem, values)
     assert found.accepted == accepted
     assert (found.multipliers is None) == (len(values) == 3)
 
 
 def test_check_completes_slacks_of_rows_between_two_sides():
-    problem = lcpcli.from_avi(
-        [[2, 1], [-1, 2]], [-4, -4], [[1, 1]], row_lower=0, row_upper=2
-    )
+    problem = from_avi([[2, 1], [-1, 2]], [-4, -4], [[1, 1]], row_lower=0, row_upper=2)
     assert lcpcli.check(problem, [0.5, 1.5])
     assert lcpcli.check(problem, [Fraction(1, 2), Fraction(3, 2)]).exact
 

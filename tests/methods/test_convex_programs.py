@@ -7,8 +7,7 @@ import pytest
 from numpy.random import default_rng
 from scipy.sparse import block_diag, csr_array
 
-import lcpcli
-from lcpcli import Problem
+from lcpcli import Problem, from_qp, run
 from lcpcli.methods import convex_program, interior
 from lcpcli.methods.direct import may_be_program
 
@@ -26,7 +25,7 @@ def sparse(rows):
         "lower": rows.lower,
         "upper": rows.upper,
     }
-    return lcpcli.from_qp(csr_array(rows.Q), rows.c, csr_array(rows.A), **ends)
+    return from_qp(csr_array(rows.Q), rows.c, csr_array(rows.A), **ends)
 
 
 def spread(rows, decades, seed):
@@ -62,7 +61,7 @@ def dependent(rows):
 
 
 def solved(problem):
-    result = lcpcli.run(problem)
+    result = run(problem)
     assert result.solved == (
         result.relative_residual <= result.tol or result.relative_residual <= 1e-15
     )
@@ -137,13 +136,11 @@ def test_bounds_of_all_kinds_fixed_variables_and_bounds_that_stand_for_none():
         np.where(upper == 1e20, np.inf, upper),
     )
     results = [
-        solved(lcpcli.from_qp(Q, c, A, **sides, lower=low, upper=high))
+        solved(from_qp(Q, c, A, **sides, lower=low, upper=high))
         for low, high in ((lower, upper), ends)
     ]
     assert all(result.solved and "piqp" in result.route for result in results)
-    expected = lcpcli.run(
-        lcpcli.from_qp(Q, c, A, **sides, lower=ends[0], upper=ends[1]), "interior"
-    )
+    expected = run(from_qp(Q, c, A, **sides, lower=ends[0], upper=ends[1]), "interior")
     assert expected.solved
     for result in results:
         assert result.answer.objective == pytest.approx(
@@ -166,7 +163,7 @@ def test_a_row_without_ends_is_solved_and_nothing_is_printed(capfd):
 
 def test_what_is_no_program_takes_the_usual_way():
     for problem in (
-        lcpcli.from_qp(csr_array(np.diag(np.arange(1.0, 31))), -np.ones(30)),
+        from_qp(csr_array(np.diag(np.arange(1.0, 31))), -np.ones(30)),
         Problem(
             csr_array(np.diag(np.full(400, 4.0)) - np.eye(400, k=1)), -np.ones(400)
         ),
@@ -177,12 +174,12 @@ def test_what_is_no_program_takes_the_usual_way():
 
 def test_options_and_limits_hold():
     problem = sparse(random_program(2001, kind="minimum"))
-    usual = lcpcli.run(problem)
-    assert lcpcli.run(problem, max_iterations=usual.iterations).route == ("piqp",)
-    assert lcpcli.run(problem, max_iterations=usual.iterations - 1).route != ("piqp",)
-    assert lcpcli.run(problem, trace=True).trace is not None
-    assert lcpcli.run(problem, time_limit=1e-9).status.word == "time_limit"
-    again = lcpcli.run(problem.anew())
+    usual = run(problem)
+    assert run(problem, max_iterations=usual.iterations).route == ("piqp",)
+    assert run(problem, max_iterations=usual.iterations - 1).route != ("piqp",)
+    assert run(problem, trace=True).trace is not None
+    assert run(problem, time_limit=1e-9).status.word == "time_limit"
+    again = run(problem.anew())
     assert np.array_equal(again.z, usual.z)
 
 
@@ -197,14 +194,12 @@ def test_fixed_variables_count_as_the_constants_that_they_are(density):
     fixed = np.arange(60) % 3 == 1
     lower, upper = np.where(fixed, x, 0), np.where(fixed, x, np.inf)
     ends = {"row_lower": A @ x, "row_upper": A @ x + 1}
-    whole = lcpcli.run(
-        lcpcli.from_qp(csr_array(Q), c, csr_array(A), **ends, lower=lower, upper=upper)
+    whole = run(
+        from_qp(csr_array(Q), c, csr_array(A), **ends, lower=lower, upper=upper)
     )
     constants = {name: end - A @ lower for name, end in ends.items()}
     part = (c + Q @ lower)[~fixed], csr_array(A[:, ~fixed])
-    rest = lcpcli.run(
-        lcpcli.from_qp(csr_array(Q[~fixed][:, ~fixed]), *part, **constants)
-    )
+    rest = run(from_qp(csr_array(Q[~fixed][:, ~fixed]), *part, **constants))
     assert whole.solved
     assert whole.route == rest.route == ("piqp",)
     assert np.array_equal(whole.z[:60][fixed], x[fixed])
@@ -221,7 +216,7 @@ def test_a_point_that_only_rounding_separates_from_the_solution_needs_no_factori
     y = -1."""
     A = block_diag([csr_array([[1.0, 1.0]])] * 60, format="csr")
     c = np.tile([-2.0, 0.0], 60)
-    problem = lcpcli.from_qp(csr_array(np.eye(120)), c, A, row_lower=1, row_upper=1)
+    problem = from_qp(csr_array(np.eye(120)), c, A, row_lower=1, row_upper=1)
     z = np.concatenate((np.tile([1.0, 0.0], 60), np.full(60, -1.0)))
     own = interior.Run(problem, by_units=True)
     monkeypatch.setattr(interior, "systems", None)
@@ -264,8 +259,7 @@ def test_programs_whose_costs_depend_on_sums_have_the_minimum_of_dense_ones():
     ends = {"row_lower": A @ x, "row_upper": A @ x + np.arange(15) % 3, "lower": 0.0}
     c = random.uniform(0.1, 2.0, n)
     results = [
-        lcpcli.run(lcpcli.from_qp(make(Q), c, make(A), **ends))
-        for make in (csr_array, np.asarray)
+        run(from_qp(make(Q), c, make(A), **ends)) for make in (csr_array, np.asarray)
     ]
     assert all(result.solved for result in results)
     assert results[0].route == ("piqp",)

@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 import lcpcli
+from lcpcli import Problem, solve
 from lcpcli.errors import ProblemError
 
 from ..refusals import calls, raised
@@ -80,18 +81,16 @@ def results(s, w, t, v):
     """What comes of tables and vectors that these functions make, with labels or
     without."""
     names = ["a", "b", "c"]
-    problem = lcpcli.Problem(s(M3, names), v(Q3, names))
+    problem = Problem(s(M3, names), v(Q3, names))
     result, solver = lcpcli.run(problem), lcpcli.Solver(s(M3, names))
     return {
-        "a problem": lcpcli.solve(s(M, "ab"), v(Q, "ab")).z,
-        "a vector alone": lcpcli.solve(Frame(M), v(Q, range(2))).z,
-        "a matrix alone": lcpcli.solve(s(M, "ab"), Q).z,
-        "a matrix that counts its unknowns": lcpcli.solve(Frame(M), Series(Q, "ab")).z,
-        "bounds": lcpcli.Problem(s(M, "ab"), Q, upper=v([1.0, 9], "ab")).upper,
-        "a start": lcpcli.Problem(s(M, "ab"), Q, x0=v([1.0, 2], "ab")).x0,
-        "a known solution": lcpcli.Problem(
-            s(M, "ab"), Q, solutions=[v(Z, "ab")]
-        ).solutions[0],
+        "a problem": solve(s(M, "ab"), v(Q, "ab")).z,
+        "a vector alone": solve(Frame(M), v(Q, range(2))).z,
+        "a matrix alone": solve(s(M, "ab"), Q).z,
+        "a matrix that counts its unknowns": solve(Frame(M), Series(Q, "ab")).z,
+        "bounds": Problem(s(M, "ab"), Q, upper=v([1.0, 9], "ab")).upper,
+        "a start": Problem(s(M, "ab"), Q, x0=v([1.0, 2], "ab")).x0,
+        "a known solution": Problem(s(M, "ab"), Q, solutions=[v(Z, "ab")]).solutions[0],
         "columns": next(
             lcpcli.solve_many(s(M, "ab"), t([[-9, -9], [-4, -4]], "ab", range(2)))
         ).z,
@@ -182,30 +181,30 @@ def test_pandas_itself_is_taken_by_label():
     matrix = pandas.DataFrame(M, index=["a", "b"], columns=["a", "b"])
     q = pandas.Series(Q[::-1], index=["b", "a"])
     for dtype in ("int64", "Int64", "Float64", object):
-        assert lcpcli.solve(matrix.astype(dtype), q.astype(dtype)).z == pytest.approx(Z)
-    assert lcpcli.solve(matrix.loc[["b", "a"]], q).z == pytest.approx(Z)
+        assert solve(matrix.astype(dtype), q.astype(dtype)).z == pytest.approx(Z)
+    assert solve(matrix.loc[["b", "a"]], q).z == pytest.approx(Z)
     for wrong in (
         q[["a"]],
         pandas.Series([1, None], index=["a", "b"]),
         pandas.Series(Q, index=["a", "c"]),
     ):
         with pytest.raises(ProblemError):
-            lcpcli.solve(matrix, wrong)
+            solve(matrix, wrong)
     bound = pandas.Series({"b": None, "a": 3.0})
     with pytest.raises(ProblemError, match="is not a number; give inf for no bound"):
-        lcpcli.Problem(matrix, q, upper=bound)
+        Problem(matrix, q, upper=bound)
 
 
 def test_unknowns_have_the_labels_of_columns_of_M_unless_named():
-    result = lcpcli.solve(Frame(M, "ab", "ab"), Series(Q, "ab"))
+    result = solve(Frame(M, "ab", "ab"), Series(Q, "ab"))
     assert list(result.names) == ["a", "b"]
     assert result["b"] == pytest.approx(Z[1])
-    assert list(lcpcli.Problem(Frame(M, "ab", "ab"), Q, names=["x", "y"]).names) == [
+    assert list(Problem(Frame(M, "ab", "ab"), Q, names=["x", "y"]).names) == [
         "x",
         "y",
     ]
-    assert not any(lcpcli.Problem(Frame(M), Q).names)
-    assert not any(lcpcli.Problem(Frame(M, "aa", "aa"), Q).names)
+    assert not any(Problem(Frame(M), Q).names)
+    assert not any(Problem(Frame(M, "aa", "aa"), Q).names)
 
 
 def test_a_result_is_a_frame_with_a_row_for_each_unknown(monkeypatch):
@@ -218,7 +217,7 @@ def test_a_result_is_a_frame_with_a_row_for_each_unknown(monkeypatch):
         raising=False,
     )
     monkeypatch.setitem(sys.modules, "pandas", module)
-    result = lcpcli.run(lcpcli.Problem(M, [-9.0, 4.0], names=["wheat", ""]))
+    result = lcpcli.run(Problem(M, [-9.0, 4.0], names=["wheat", ""]))
     result.to_frame()
     ((columns, index),) = made
     assert index == ["wheat", "z2"]

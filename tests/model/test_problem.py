@@ -12,7 +12,7 @@ import pytest
 from scipy import sparse
 
 import lcpcli
-from lcpcli import Problem, run
+from lcpcli import Problem, check, run
 from lcpcli.errors import ProblemError
 from lcpcli.linalg.matrices import is_sparse
 from lcpcli.model.box import BASIC, LOWER, ORTHANT
@@ -177,7 +177,7 @@ def test_vectors_are_taken_in_any_form(wrap):
         A, wrap(B), solutions=[wrap(z)], x0=wrap(x0), x1=wrap(x0 + 1)
     )
     assert lcpcli.run(problem, "shi").solved
-    assert lcpcli.check(problem, wrap(z), tol=1e-6).accepted
+    assert check(problem, wrap(z), tol=1e-6).accepted
     assert lcpcli.run(
         lcpcli.from_qp(A, wrap(B), A, row_lower=wrap(B), row_upper=wrap(-B))
     ).solved
@@ -205,13 +205,13 @@ def test_fractions_are_numbers_and_a_solution_of_them_is_verified_exactly():
     ]
     given = lcpcli.Problem(A, B)
     exact = [Fraction(4, 3), Fraction(7, 3)]
-    found = lcpcli.check(given, exact)
+    found = check(given, exact)
     assert found.accepted
     assert found.exact
-    assert not lcpcli.check(given, [Fraction(4, 3) + Fraction(1, 10**30), exact[1]])
-    assert not lcpcli.check(given, exact, tol=1e-10).exact
-    assert lcpcli.check(given, np.array(exact)).exact
-    assert lcpcli.check(lcpcli.Problem([[-1]], [-2]), y=[third]).accepted
+    assert not check(given, [Fraction(4, 3) + Fraction(1, 10**30), exact[1]])
+    assert not check(given, exact, tol=1e-10).exact
+    assert check(given, np.array(exact)).exact
+    assert check(lcpcli.Problem([[-1]], [-2]), y=[third]).accepted
 
 
 def test_one_row_of_constraints_may_be_a_list_of_numbers():
@@ -244,7 +244,7 @@ def test_no_array_that_changes_later_changes_a_problem_or_a_result(form):
         assert np.asarray(kept.lower).tolist() == [0.0, -1.0]
     assert problem.x0.tolist() == [1.0, 1.0]
     assert problem.solutions[0].tolist() == SOLUTION
-    assert lcpcli.check(result.problem, result.z).residual == result.residual < 1e-14
+    assert check(result.problem, result.z).residual == result.residual < 1e-14
 
 
 def test_arrays_that_are_kept_are_read_only_and_copied_once():
@@ -371,11 +371,11 @@ def test_a_fixed_variable_is_at_its_lower_bound_whatever_the_sign_of_its_w():
 
 def test_fractions_beyond_the_range_of_doubles_are_checked():
     problem = lcpcli.Problem([[2.0**-1000]], [-(2.0**1000)])
-    assert lcpcli.check(problem, [Fraction(2**2000)]).accepted
-    assert not lcpcli.check(problem, [Fraction(2**2000 - 1)]).accepted
+    assert check(problem, [Fraction(2**2000)]).accepted
+    assert not check(problem, [Fraction(2**2000 - 1)]).accepted
     separate = lcpcli.Problem([[1, 0], [0, 1]], [1, -1])
-    assert not lcpcli.check(separate, [Fraction(1, 10**400), 1]).accepted
+    assert not check(separate, [Fraction(1, 10**400), 1]).accepted
     without_solution = lcpcli.Problem([[-1]], [-2])
-    assert lcpcli.check(without_solution, y=[Fraction(10**400)]).accepted
+    assert check(without_solution, y=[Fraction(10**400)]).accepted
     with pytest.raises(ProblemError):
-        lcpcli.check(separate, [Fraction(1)])
+        check(separate, [Fraction(1)])

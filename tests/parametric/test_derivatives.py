@@ -17,7 +17,7 @@ from numpy.random import default_rng
 from scipy.sparse import csr_array
 
 import lcpcli
-from lcpcli import Problem
+from lcpcli import Problem, run
 from lcpcli.errors import DerivativeError, OptionError
 from lcpcli.gallery import families
 from lcpcli.linalg.matrices import dense
@@ -45,7 +45,7 @@ def test_derivatives_by_all_data_are_those_of_the_exact_solutions(n, mixed):
         random = default_rng(seed)
         problem = random_problem(n, random, mixed)
         change = random_change(problem, random)
-        result = lcpcli.run(problem)
+        result = run(problem)
         for one in ({"dM": change["dM"]}, {"dq": change["dq"]}, change):
             found, known = result.derivative(**one), exact_derivative(problem, one)
             assert found.kinks == []
@@ -66,7 +66,7 @@ def test_gradient_is_the_adjoint_of_the_derivative(seed, sparse):
         M = csr_array(problem.M * pattern + 10 * np.eye(problem.n))
         problem = Problem(M, problem.q, lower=problem.lower, upper=problem.upper)
         change["dM"] = csr_array(change["dM"] * (M.toarray() != 0))
-    result, g = lcpcli.run(problem), random.normal(size=problem.n)
+    result, g = run(problem), random.normal(size=problem.n)
     gradient, derivative = result.gradient(g), result.derivative(**change)
     if sparse:
         assert np.array_equal(gradient.M.indices, problem.M.indices)
@@ -81,8 +81,8 @@ def test_gradient_is_the_adjoint_of_the_derivative(seed, sparse):
 @pytest.mark.parametrize("method", ["shi", "fixed-point", "interior", "auto"])
 def test_derivatives_do_not_depend_on_the_method_that_solved_the_problem(method):
     problem = families.make("tridiagonal", 30)
-    known = lcpcli.run(problem).derivative(dq=np.ones(30))
-    found = lcpcli.run(problem, method, tol=1e-8).derivative(dq=np.ones(30))
+    known = run(problem).derivative(dq=np.ones(30))
+    found = run(problem, method, tol=1e-8).derivative(dq=np.ones(30))
     assert np.abs(found.z - known.z).max() <= 1e-11 * np.abs(known.z).max()
 
 
@@ -97,7 +97,7 @@ def test_results_of_columns_are_pickled_with_their_derivatives():
 
 
 def test_large_obstacle_has_a_gradient_in_the_pattern_of_its_matrix():
-    result = lcpcli.run(families.make("obstacle", 2500))
+    result = run(families.make("obstacle", 2500))
     gradient = result.gradient(np.ones(result.problem.n))
     assert gradient.M.nnz == result.problem.M.nnz
     d = np.cos(np.arange(result.problem.n))
@@ -137,7 +137,7 @@ def test_at_kinks_one_sided_derivatives_are_those_of_small_steps(seed, mixed):
     random = default_rng(seed)
     n = int(random.integers(1, 9))
     problem = with_kinks(n, int(random.integers(1, n + 1)), random, mixed)
-    result, h = lcpcli.run(problem), 2.0**-30
+    result, h = run(problem), 2.0**-30
     dq = random.integers(-5, 6, n).astype(float)
     dM = random.integers(-5, 6, (n, n)).astype(float)
     low, high = random.integers(-2, 3, (2, n)) * np.isfinite(problem.box.vectors(n))
@@ -172,15 +172,15 @@ def test_at_kinks_one_sided_derivatives_are_those_of_small_steps(seed, mixed):
 def test_at_kinks_the_derivative_is_that_of_the_piece_that_stays_at_bounds(seed):
     random = default_rng(seed)
     problem = with_kinks(6, 3, random, mixed=seed % 2 > 0)
-    at_bound = lcpcli.run(problem).derivative(dq=np.ones(6))
+    at_bound = run(problem).derivative(dq=np.ones(6))
     kinks = at_bound.kinks
     assert len(kinks) == 3
     assert at_bound.strongly_regular is None
     away = problem.q.copy()  # w of the kinks gets the sign that their bound asks for
-    away[kinks] += np.where(
-        lcpcli.run(problem).z == problem.box.vectors(6)[1], -1e-3, 1e-3
-    )[kinks]
-    beside = lcpcli.run(
+    away[kinks] += np.where(run(problem).z == problem.box.vectors(6)[1], -1e-3, 1e-3)[
+        kinks
+    ]
+    beside = run(
         Problem(problem.M, away, lower=problem.lower, upper=problem.upper)
     ).derivative(dq=np.ones(6))
     assert beside.kinks == []
@@ -201,8 +201,8 @@ def test_the_direction_at_many_kinks_of_an_unclassified_matrix_is_unproved():
 def test_kinks_do_not_depend_on_units(scaled):
     problem, random = families.make("degenerate", 40), default_rng(0)
     R, C = np.exp2(random.integers(-33, 34, (2, 40))) if scaled else np.ones((2, 40))
-    result = lcpcli.run(Problem(R[:, np.newaxis] * problem.M * C, R * problem.q))
-    known = lcpcli.run(problem)
+    result = run(Problem(R[:, np.newaxis] * problem.M * C, R * problem.q))
+    known = run(problem)
     assert result.derivative().kinks == known.derivative().kinks != []
     found = result.derivative(dq=R, one_sided=True)
     other = known.derivative(dq=np.ones(40), one_sided=True)
@@ -216,7 +216,7 @@ def test_a_complement_that_may_be_rounding_gives_no_direction(unit):
     """1e-13 is far above rounding, 4e-16 is not: 1 over it is no derivative, in any
     units of w."""
     nearly, singular = (
-        lcpcli.run(
+        run(
             Problem(
                 [[0.1 * unit, 0.3 * unit], [unit, 3 * (1 + far) * unit]],
                 [-0.1 * unit, -unit],
@@ -237,7 +237,7 @@ def test_a_complement_that_may_be_rounding_gives_no_direction(unit):
 @pytest.mark.parametrize("power", [-12, -6])
 def test_components_that_are_nearly_at_a_kink_are_not(power):
     problem = families.make("near-degenerate", 40, epsilon=10.0**power)
-    found = lcpcli.run(problem).derivative(dq=np.ones(40))
+    found = run(problem).derivative(dq=np.ones(40))
     assert found.kinks == []
     assert found.strongly_regular
 
@@ -500,7 +500,7 @@ def test_of_programs_with_rows_that_follow_from_others_x_has_derivatives():
     regular = refused = 0
     for seed in range(20):
         program, random = dependent_program(seed), default_rng(seed)
-        result = lcpcli.run(program.problem())
+        result = run(program.problem())
         states = strict_states(result)
         if states is None:
             continue
@@ -548,7 +548,7 @@ def test_an_equation_stated_twice_is_noticed_whatever_its_place_and_sign(factor)
         problem = lcpcli.from_qp(
             B.T @ B + np.eye(n), np.ones(n), A, row_lower=b, row_upper=b, lower=None
         )
-        result = lcpcli.run(problem)
+        result = run(problem)
         assert result.solved
         for i, J in enumerate(np.eye(problem.n)[:, np.newaxis]):
             if i in twice:
@@ -588,7 +588,7 @@ def test_x_has_one_sided_derivatives_where_several_multipliers_are_at_a_kink(see
     n, m = len(c), len(A)
     high = np.where(np.arange(m) < 3, 0.0, np.inf)
     program = {"row_lower": np.zeros(m), "row_upper": high, "lower": None}
-    result = lcpcli.run(lcpcli.from_qp(Q, c, A, **program))
+    result = run(lcpcli.from_qp(Q, c, A, **program))
     assert np.abs(result.z[:n]).max() <= 1e-12
     change = random.normal(size=n)
     found = result.derivative(
@@ -598,5 +598,5 @@ def test_x_has_one_sided_derivatives_where_several_multipliers_are_at_a_kink(see
     )
     sides = {"row_lower": np.zeros(m), "row_upper": np.where(y > 0, 0.0, high)}
     cone = lcpcli.from_qp(Q, change, A, **sides, lower=None)
-    d = lcpcli.run(cone).z[:n]
+    d = run(cone).z[:n]
     assert found.z == pytest.approx(d, abs=1e-9)

@@ -14,7 +14,7 @@ from scipy import sparse
 from scipy.sparse import coo_matrix, csr_array
 
 import lcpcli
-from lcpcli import Problem, Status
+from lcpcli import Problem, Status, solve
 from lcpcli.errors import ProblemError
 from lcpcli.methods.registry import METHODS, Method, options_of, parameters_of
 from lcpcli.options import Option
@@ -56,7 +56,7 @@ def test_what_is_given_is_never_changed(method):
     for matrix in (np.array(M), csr, unsorted, doubled, csr.tocsc()):
         given = [*arrays_of(matrix), q, x0, x1]
         before = [array.copy() for array in given]
-        result = lcpcli.solve(
+        result = solve(
             matrix,
             q,
             method,
@@ -72,7 +72,7 @@ def test_what_is_given_is_never_changed(method):
             now is then for now, then in zip(arrays_of(matrix), given, strict=False)
         )
     z = np.array(Z)
-    result = lcpcli.solve(M, Q, z0=z)
+    result = solve(M, Q, z0=z)
     assert result.iterations == 0
     assert z.tolist() == Z
     assert result.z is not z
@@ -80,7 +80,7 @@ def test_what_is_given_is_never_changed(method):
 
 def test_solve_and_run_take_the_same_options():
     for call in (
-        partial(lcpcli.solve, M, Q),
+        partial(solve, M, Q),
         partial(lcpcli.run, lcpcli.Problem(M, Q)),
     ):
         assert call().method == "auto"
@@ -107,9 +107,7 @@ def test_options_for_type_checkers_are_those_of_the_calls_and_of_the_registry():
         *COMMON_OPTIONS,
         *(name for method in METHODS for name in parameters_of(method)),
     }
-    assert all(
-        re.search(rf"\b{name}\b", lcpcli.solve.__doc__) for name in COMMON_OPTIONS
-    )
+    assert all(re.search(rf"\b{name}\b", solve.__doc__) for name in COMMON_OPTIONS)
     assert all(
         re.search(rf"\b{name}\b", lcpcli.solve_mcp.__doc__)
         for name in NonlinearOptions.__annotations__
@@ -167,8 +165,8 @@ def test_all_ways_to_solve_end_at_the_empty_vector(bounds):
             {"tol": 1e-17},
             {"callback": print},
         ):
-            assert is_solved(lcpcli.solve(M, [], **bounds, **start))
-        assert "()" in lcpcli.solve(M, [], **bounds)._repr_html_()
+            assert is_solved(solve(M, [], **bounds, **start))
+        assert "()" in solve(M, [], **bounds)._repr_html_()
         solver = lcpcli.Solver(M, **bounds)
         results = [
             solver.solve([]),
@@ -184,12 +182,12 @@ def test_all_ways_to_solve_end_at_the_empty_vector(bounds):
 @pytest.mark.parametrize("method", METHODS)
 def test_every_method_solves_it_before_its_first_iteration(method):
     for M in (NONE, SPARSE):
-        result = lcpcli.solve(M, [], method, trace=True)
+        result = solve(M, [], method, trace=True)
         assert is_solved(result)
         assert result.route == (method,)
         assert result.iterations == 0
         if METHODS[method].iterates:
-            assert is_solved(lcpcli.solve(M, [], method, scale=True, finish=True))
+            assert is_solved(solve(M, [], method, scale=True, finish=True))
 
 
 @BOTH

@@ -14,7 +14,7 @@ from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 
 import lcpcli
-from lcpcli import Problem, Status, Trace, read
+from lcpcli import Problem, Status, Trace, read, solve
 from lcpcli.errors import LCPError
 from lcpcli.files import contents
 from lcpcli.gallery import families
@@ -287,7 +287,7 @@ M, Q = [[2, 1], [1, 2]], [-5, -6]
 )
 def test_it_sees_the_rows_of_a_trace_but_the_start(method):
     rows = []
-    result = lcpcli.solve(M, Q, method, callback=rows.append, trace=True)
+    result = solve(M, Q, method, callback=rows.append, trace=True)
     assert result.solved
     kept = result.trace.rows[1:]
     assert (
@@ -326,15 +326,13 @@ def test_the_time_of_a_callback_is_none_of_the_run():
     "callback", [lambda row: row.k == 3, _raise], ids=["true", "StopIteration"]
 )
 def test_it_ends_the_run_with_the_best_iterate_but_for_a_solution(callback):
-    result = lcpcli.solve(M, Q, "fixed-point", callback=callback)
+    result = solve(M, Q, "fixed-point", callback=callback)
     assert result.status.word == "interrupted"
     assert result.iterations == 3
     assert not result.interrupted
     assert result.message.startswith("interrupted: by the callback")
     assert result.residual < 1
-    assert lcpcli.solve(
-        M, Q, "newton", x0=[1, 1], callback=lambda row: row.k == 1
-    ).solved
+    assert solve(M, Q, "newton", x0=[1, 1], callback=lambda row: row.k == 1).solved
 
 
 @pytest.mark.parametrize("is_pressed", [False, True], ids=["true", "Ctrl-C"])
@@ -345,8 +343,8 @@ def test_it_ends_auto_before_its_solution_and_the_trace_ends_there_too(is_presse
         return row.k == 1
 
     M, q = [[1, 0, 0], [-2, 1, 0], [0, -2, 1]], [-1, 1, 1]
-    assert lcpcli.solve(M, q).iterations > 1
-    result = lcpcli.solve(M, q, callback=ends, trace=True, interrupts="return")
+    assert solve(M, q).iterations > 1
+    result = solve(M, q, callback=ends, trace=True, interrupts="return")
     assert result.status.word == "interrupted"
     assert result.iterations == 1
     assert result.interrupted == is_pressed
@@ -358,22 +356,20 @@ def test_its_exceptions_leave_the_call_and_its_arithmetic_is_its_own():
         raise KeyError(row.k)
 
     with pytest.raises(KeyError):
-        lcpcli.solve(M, Q, callback=fails)
+        solve(M, Q, callback=fails)
 
     def spoils(row):
         row.z[:] = np.nan
 
     with pytest.warns(RuntimeWarning, match="divide by zero"):
-        assert lcpcli.solve(
-            M, Q, callback=lambda row: np.ones(1) / (0 * row.z[:1]) < 0
-        ).solved
-    assert lcpcli.solve(M, Q, "fixed-point", callback=spoils).solved, (
+        assert solve(M, Q, callback=lambda row: np.ones(1) / (0 * row.z[:1]) < 0).solved
+    assert solve(M, Q, "fixed-point", callback=spoils).solved, (
         "as it changes a copy of its own"
     )
     with pytest.raises(
         LCPError, match="callback: is a number; give a function of one argument"
     ):
-        lcpcli.solve(M, Q, callback=3)
+        solve(M, Q, callback=3)
 
 
 def test_solve_many_calls_it_for_each_problem():
@@ -434,7 +430,7 @@ def test_problems_of_the_gallery_have_one_run_whatever_was_solved_before(family,
     check(problem)
     check(problem, basis=first.basis)
     for _ in range(5):
-        lcpcli.solve([[2]], [-1])
+        solve([[2]], [-1])
     assert is_same(first, lcpcli.run(problem))
 
 
@@ -494,13 +490,13 @@ def test_ctrl_c_in_the_callback_of_the_last_iterate_keeps_the_solution(seed):
     rng = np.random.default_rng(seed)
     A, q = rng.normal(size=(9, 9)), rng.normal(size=9)
     M = A @ A.T + A - A.T
-    usual = lcpcli.solve(M, q)
+    usual = solve(M, q)
 
     def late(row):
         if row.k == usual.iterations:
             raise KeyboardInterrupt
 
-    result = lcpcli.solve(M, q, callback=late, interrupts="return")
+    result = solve(M, q, callback=late, interrupts="return")
     assert result.solved
     assert result.interrupted
     assert result.iterations == usual.iterations

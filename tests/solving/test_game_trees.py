@@ -14,6 +14,7 @@ import numpy as np
 import pytest
 
 import lcpcli
+from lcpcli import from_efg, run
 from lcpcli.formulations.game_tree import tree
 from lcpcli.formulations.game_tree.behavior import (
     Behavior,
@@ -90,7 +91,7 @@ def small_fraction(random):
 
 
 def tree_of(seed, depth=4, payoff=small_fraction):
-    return lcpcli.from_efg("\n".join(Maker(seed, depth, payoff).lines))
+    return from_efg("\n".join(Maker(seed, depth, payoff).lines))
 
 
 def chances(tree, strategies):
@@ -160,7 +161,7 @@ def game_of(problem):
 
 
 def exactly(problem):
-    return prove(lambda: ExactProblem.of_decimals(problem), lcpcli.run(problem))
+    return prove(lambda: ExactProblem.of_decimals(problem), run(problem))
 
 
 @cache
@@ -194,7 +195,7 @@ def test_no_pure_strategy_gains_in_an_equilibrium_in_fractions():
         assert ExactProblem.of_decimals(problem).is_solution(z), (
             "also for those who propose strategies alone"
         )
-        assert lcpcli.run(problem, "lemke").solved, "as its theorem says"
+        assert run(problem, "lemke").solved, "as its theorem says"
 
 
 def test_best_responses_on_the_tree_are_the_best_of_all_pure_strategies():
@@ -257,7 +258,7 @@ def test_games_of_the_gallery_are_solved_in_fractions_and_kuhns_poker_has_its_va
 
 
 def test_an_unsolved_game_has_no_strategies():
-    result = lcpcli.run(lcpcli.from_efg(ENTRY), "shi", max_iterations=1)
+    result = run(from_efg(ENTRY), "shi", max_iterations=1)
     assert not result.solved
     assert result.answer.information_sets is None
     assert result.answer.payoffs is None
@@ -275,7 +276,7 @@ p "" 2 1 "" { "a" "b" } 0
 t "" 3 "" { 1, 0 }
 t "" 4 "" { 0, 3 }
 """
-    sets = lcpcli.run(lcpcli.from_efg(game)).answer.information_sets
+    sets = run(from_efg(game)).answer.information_sets
     found = [(each.label, each.probabilities, each.reached) for each in sets[:2]]
     assert found == [("1", [1.0, 0.0], 1.0), ("later", [0.5, 0.5], 0.0)]
 
@@ -311,7 +312,7 @@ def gains_little(gains, reached):
 def test_solved_trees_are_equilibria_by_fractions_and_check_agrees():
     for seed in range(30):
         problem = tree_of(seed, 3, with_penalties)
-        result = lcpcli.run(problem)
+        result = run(problem)
         assert result.solved == lcpcli.check(problem, result.z).accepted
         assert result.solved or problem.n > 20
         if result.solved:
@@ -323,7 +324,7 @@ def test_solved_trees_are_equilibria_by_fractions_and_check_agrees():
 
 
 def test_a_method_by_name_is_stalled_there_and_check_refuses_its_z():
-    result = lcpcli.run(lcpcli.from_efg(FORBIDDEN), "lemke")
+    result = run(from_efg(FORBIDDEN), "lemke")
     assert result.status.word == "stalled"
     assert result.message.endswith("by a best response Ann would gain 0, Bob 2")
     checked = lcpcli.check(result.problem, result.z)
@@ -338,7 +339,7 @@ def test_what_a_gain_is_compared_with_is_the_same_if_all_payoffs_rise(constant):
         'p "" 1 1 "" { "worse" "better" } 0',
         *(f't "" {gain + 1} "" {{ {constant + gain}, 0 }}' for gain in (0, 1)),
     ]
-    game = game_of(lcpcli.from_efg("\n".join(lines)))
+    game = game_of(from_efg("\n".join(lines)))
     for share, are_best in ((0.0, True), (1e-3, False)):
         behavior = Behavior.of(game, [[[share, 1.0 - share]], []])
         assert behavior.are_best(game, 1e-10) == are_best
@@ -352,7 +353,7 @@ def test_strategies_are_checked_in_a_game_without_moves(payoffs):
         't "" 1 "" { 1, 2 }',
     ]
     checked = lcpcli.check(
-        lcpcli.from_efg("\n".join([*game, f't "" 2 "" {{ {payoffs} }}'])), []
+        from_efg("\n".join([*game, f't "" 2 "" {{ {payoffs} }}'])), []
     )
     assert checked.accepted
     assert checked.message.startswith("the strategies are an equilibrium")
@@ -372,7 +373,7 @@ t "" 5 "" { 2, -2 }
 
 
 def test_information_sets_are_reached_as_often_as_chance_leads_there():
-    answer = lcpcli.run(lcpcli.from_efg(DRAW)).answer
+    answer = run(from_efg(DRAW)).answer
     assert [each.reached for each in answer.information_sets] == pytest.approx(
         [1 / 3, 2 / 3, 2 / 3]
     )
@@ -402,7 +403,7 @@ def test_words_of_a_game_tree_that_come_again_are_read_once(monkeypatch):
     for k in range(3):
         lines.append('p "" 2 1 "" { "left \\"{" "right}" } 0')
         lines += [f't "" {2 * k + j + 1} "" {{ 1/3, {j}.5 }}' for j in range(2)]
-    problem = lcpcli.from_efg("\n".join(lines))
+    problem = from_efg("\n".join(lines))
     assert sorted(read) == ["0.5", "1.5", "1/3"]
     assert problem.n == 4 + 3 + 2 + 2
-    assert lcpcli.run(problem).solved
+    assert run(problem).solved

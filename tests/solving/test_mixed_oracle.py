@@ -23,7 +23,7 @@ import pytest
 from numpy.random import default_rng
 
 import lcpcli
-from lcpcli import Problem, Status, from_qp
+from lcpcli import Problem, Status, from_qp, run, solve
 from lcpcli.gallery.families import make
 from lcpcli.rational import elimination
 from lcpcli.verify.certificate import Proof
@@ -50,7 +50,7 @@ def is_true(problem):
     """Whether the problem has a solution; it fails if what is said of it is not so, or
     nothing is decided."""
     solvable = exact.solution(problem) is not None
-    result = lcpcli.run(problem, time_limit=120.0)
+    result = run(problem, time_limit=120.0)
     if result.solved:
         assert solvable
         assert (
@@ -174,26 +174,22 @@ def test_units_order_signs_and_shifts_do_not_matter(seed):
     generator = default_rng(seed)
     n = int(generator.integers(1, 30))
     (M, q), (lower, upper) = monotone(n, generator), with_all_bounds(n, generator)
-    own = lcpcli.solve(M, q, lower=lower, upper=upper)
+    own = solve(M, q, lower=lower, upper=upper)
     z = own.z
     R, C = 10.0 ** generator.uniform(-8, 8, (2, n))
-    result = lcpcli.solve(
-        R[:, np.newaxis] * M * C, R * q, lower=lower / C, upper=upper / C
-    )
+    result = solve(R[:, np.newaxis] * M * C, R * q, lower=lower / C, upper=upper / C)
     assert own.solved
     assert near(C * result.z, z)
     t = 10.0 ** generator.uniform(-100, 100)
     for low, high, expected in (
         (lower, upper, z),
-        (np.zeros(n), np.full(n, np.inf), lcpcli.solve(M, q).z),
+        (np.zeros(n), np.full(n, np.inf), solve(M, q).z),
     ):
-        scaled = lcpcli.solve(M, t * q, lower=t * low, upper=t * high).z / t
+        scaled = solve(M, t * q, lower=t * low, upper=t * high).z / t
         assert np.allclose(scaled, expected, rtol=1e-12, atol=1e-13)
     P = generator.permutation(n)
-    assert near(
-        lcpcli.solve(M[np.ix_(P, P)], q[P], lower=lower[P], upper=upper[P]).z, z[P]
-    )
-    mirrored = lcpcli.solve(M, -q, lower=-upper, upper=-lower)
+    assert near(solve(M[np.ix_(P, P)], q[P], lower=lower[P], upper=upper[P]).z, z[P])
+    mirrored = solve(M, -q, lower=-upper, upper=-lower)
     assert near(-mirrored.z, z)
     exchanged = {"lower": "upper", "upper": "lower", "basic": "basic"}
     states = zip(own.basis, mirrored.basis, lower < upper, strict=True)
@@ -201,13 +197,12 @@ def test_units_order_signs_and_shifts_do_not_matter(seed):
     for size in (1e2, 1e4, 1e6):
         shift = size * generator.standard_normal(n)
         assert near(
-            lcpcli.solve(M, q - M @ shift, lower=lower + shift, upper=upper + shift).z
-            - shift,
+            solve(M, q - M @ shift, lower=lower + shift, upper=upper + shift).z - shift,
             z,
             size,
         )
-    plain = lcpcli.solve(M, q)
-    spelt = lcpcli.solve(M, q, lower=np.zeros(n), upper=[np.inf] * n)
+    plain = solve(M, q)
+    spelt = solve(M, q, lower=np.zeros(n), upper=[np.inf] * n)
     assert plain.z.tobytes() == spelt.z.tobytes()
     assert plain.w.tobytes() == spelt.w.tobytes()
     assert plain.relative_residual == spelt.relative_residual
@@ -250,13 +245,13 @@ def is_solvable(problem):
 @pytest.mark.parametrize("n", SIZES)
 def test_crushed_boxes_are_ill_posed_or_infeasible_as_exact_arithmetic_says(n):
     for decades in (0, 6):
-        assert_ill_posed(lcpcli.run(ill_posed(n, decades)))
+        assert_ill_posed(run(ill_posed(n, decades)))
         problem = next(
             each
             for each in map(partial(crushed, n, decades=decades), range(100))
             if not is_solvable(each)
         )
-        result = lcpcli.run(problem)
+        result = run(problem)
         assert result.status is Status.INFEASIBLE
         assert not result.certificate.is_rounded
         assert Proof("farkas", result.certificate.vector).holds(problem)
@@ -285,10 +280,10 @@ def assert_ill_posed(result):
 
 @pytest.mark.parametrize("n", SIZES)
 def test_boxes_that_are_not_crushed_are_solved(n):
-    result = lcpcli.run(lifted(crushed(n, 0)))
+    result = run(lifted(crushed(n, 0)))
     assert result.solved
     assert result.point.solves()
-    assert lcpcli.run(make("hilbert", n)).solved, "as there is no such proof"
+    assert run(make("hilbert", n)).solved, "as there is no such proof"
 
 
 @pytest.mark.parametrize("n", NEAR)
@@ -297,12 +292,10 @@ def test_mixed_forms_and_columns_have_the_same_verdict(n):
     M, q, free = plain.M, plain.q, np.full(n, -np.inf)
     beside = np.zeros((n + 1, n + 1))  # with a free variable, half of the first one
     beside[:n, :n], beside[n, n], beside[n, 0] = M, 2.0, -1.0
-    assert_ill_posed(lcpcli.run(Problem(M, q - M @ np.ones(n), lower=1.0)))
-    assert_ill_posed(lcpcli.run(Problem(M, -q, lower=free, upper=0.0)))
+    assert_ill_posed(run(Problem(M, q - M @ np.ones(n), lower=1.0)))
+    assert_ill_posed(run(Problem(M, -q, lower=free, upper=0.0)))
     assert_ill_posed(
-        lcpcli.run(
-            Problem(beside, np.append(q, 1.0), lower=np.append(np.zeros(n), -np.inf))
-        )
+        run(Problem(beside, np.append(q, 1.0), lower=np.append(np.zeros(n), -np.inf)))
     )
     columns = np.column_stack([q, lifted(plain).q, q])
     words = [result.status.word for result in lcpcli.solve_many(M, columns)]
@@ -315,7 +308,7 @@ def test_mixed_forms_and_columns_have_the_same_verdict(n):
 
 def test_program_is_neither_solved_nor_infeasible():
     problem = ill_posed(8)
-    result = lcpcli.run(lcpcli.from_qp(problem.M, problem.q, lower=0))
+    result = run(lcpcli.from_qp(problem.M, problem.q, lower=0))
     assert_ill_posed(result)
     assert result.word == "ill_posed"
     assert result.answer.proved is None
@@ -326,7 +319,7 @@ def test_without_exact_arithmetic_a_run_off_takes_the_place_of_the_solution(
     monkeypatch,
 ):
     monkeypatch.setattr(elimination, "library", lambda: None)
-    result = lcpcli.run(crushed(60, 0))
+    result = run(crushed(60, 0))
     assert_ill_posed(result)
     assert "violates no row by more than 1e-10 of its terms" in result.message
 
@@ -335,5 +328,5 @@ def test_forces_that_nearly_balance_crush_no_boxes():
     """Their proof but for rounding leaves more than six digits of the sums of its
     terms."""
     problem = ill_posed(5)
-    assert lcpcli.run(Problem(problem.M, [-1.0001, 0.0, 0.0, 0.0, 1.0])).solved
-    assert_ill_posed(lcpcli.run(Problem(problem.M, [-1.01, 0.0, 0.0, 0.0, 1.0])))
+    assert run(Problem(problem.M, [-1.0001, 0.0, 0.0, 0.0, 1.0])).solved
+    assert_ill_posed(run(Problem(problem.M, [-1.01, 0.0, 0.0, 0.0, 1.0])))

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 import lcpcli
-from lcpcli import options
+from lcpcli import options, solve
 from lcpcli.errors import OptionError, ParameterError
 from lcpcli.gallery import families
 from lcpcli.linalg.matrices import dense
@@ -35,7 +35,7 @@ def columns(problem):
 WAYS = {
     "alone": lambda p, **own: [
         lcpcli.run(p, **own),
-        lcpcli.solve(p.M, p.q, **p.bounds, **own),
+        solve(p.M, p.q, **p.bounds, **own),
     ],
     "list": lambda p, **own: list(lcpcli.solve_many(2 * [p], **own)),
     "one matrix": lambda p, **own: list(
@@ -67,10 +67,10 @@ def test_answers_are_those_of_calls_that_ask_for_the_kernels(name, way):
 
 
 def test_results_of_single_problems_say_whether_kernels_made_them():
-    before = lcpcli.solve([[2, 1], [1, 2]], [-5, -6])
+    before = solve([[2, 1], [1, 2]], [-5, -6])
     lcpcli.use_kernels()
     during = [
-        lcpcli.solve([[2, 1], [1, 2]], [-5, -6]),
+        solve([[2, 1], [1, 2]], [-5, -6]),
         lcpcli.Solver([[2, 1], [1, 2]]).solve([-5, -6]),
     ]
     during += [
@@ -81,20 +81,20 @@ def test_results_of_single_problems_say_whether_kernels_made_them():
         result.to_dict()["options"].get("compiled") for result in [before, *during]
     ] == [None, *4 * [True]]
     lcpcli.use_kernels(False)
-    assert lcpcli.solve([[2, 1], [1, 2]], [-5, -6]).options == before.options
+    assert solve([[2, 1], [1, 2]], [-5, -6]).options == before.options
 
 
 def test_other_methods_are_as_before_and_not_refused():
-    before = lcpcli.solve([[2, 1], [1, 2]], [-5, -6], "shi")
+    before = solve([[2, 1], [1, 2]], [-5, -6], "shi")
     lcpcli.use_kernels()
-    result = lcpcli.solve([[2, 1], [1, 2]], [-5, -6], "shi")
+    result = solve([[2, 1], [1, 2]], [-5, -6], "shi")
     (of_many,) = lcpcli.solve_many([result.problem], "shi")
     assert result.options == of_many.options == before.options
     assert np.array_equal(result.z, before.z)
     with pytest.raises(
         OptionError, match=f"compiled: {NO_EFFECT.format('the method shi')}"
     ):
-        lcpcli.solve([[2, 1], [1, 2]], [-5, -6], "shi", compiled=True)
+        solve([[2, 1], [1, 2]], [-5, -6], "shi", compiled=True)
 
 
 def test_without_numba_it_is_refused_and_nothing_changes(
@@ -106,14 +106,14 @@ def test_without_numba_it_is_refused_and_nothing_changes(
     ):
         lcpcli.use_kernels()
     lcpcli.use_kernels(False)
-    assert lcpcli.solve([[2]], [-1]).solved
+    assert solve([[2]], [-1]).solved
     monkeypatch.setattr(options, "has_numba", lambda: False)
     kernels_by_default("1")
     with pytest.raises(
         OptionError, match=r"^LCPCLI_KERNELS: needs numba; pip install numba$"
     ):
-        lcpcli.solve([[2]], [-1])
-    assert lcpcli.solve([[2]], [-1], compiled=False).solved
+        solve([[2]], [-1])
+    assert solve([[2]], [-1], compiled=False).solved
 
 
 CALL = (
