@@ -41,7 +41,7 @@ NUMBERS_AT_ONCE = 1 << 18
 COVER = seeded_cover(0, 2 * MAX_COMPILED)
 # The bounds of LCPs.
 LOWEST, HIGHEST = np.zeros(MAX_COMPILED), np.full(MAX_COMPILED, np.inf)
-NO_PARTS = np.zeros(0, dtype=np.int64)
+NO_UNITS = np.zeros(0), np.zeros(0, dtype=np.int64), 0.0
 NO_MATRIX = np.zeros((0, 0))
 # Entries of a sparse M up to which a kernel tests points: Ctrl-C has to wait until it
 # returns.
@@ -285,15 +285,15 @@ def contact_step(
     kernels = _module("contact_kernels")
     if kernels is None:
         return None
-    facts = problem.facts
-    if facts.near_units is None:
-        _set_units(problem, *dense_units_of(np.ascontiguousarray(problem.M)))
-    units, near = (LOWEST[:0], NO_PARTS, 0.0), facts.near_units
+    M, near = np.ascontiguousarray(problem.M), problem.facts.near_units
+    if near is None:
+        _set_units(problem, *dense_units_of(M))
+        near = problem.facts.near_units
+    units = NO_UNITS
     if near is not None:
         of_rows, digits = near
         parts = of_rows.row_part.astype(np.int64, copy=False)
         units = np.ascontiguousarray(of_rows.rows), parts, digits
-    M = np.ascontiguousarray(problem.M)
     contacts = _contiguous(*contacts)
     m, n = len(M), len(contacts[0])
     new_step = np.empty(m), np.empty((3, n)), np.empty(m, np.int8)
