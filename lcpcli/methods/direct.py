@@ -384,7 +384,6 @@ def exchanges_within_bounds(
     where violations may be rounding, it returns None, so that `newton` decides."""
     M = problem.M
     q = problem.q
-    n = problem.n
     box = problem.box
     reference = 0.0 if problem.reference_z is None else problem.reference_z
     lower, upper = box.lower, box.upper
@@ -395,15 +394,16 @@ def exchanges_within_bounds(
     if has_fixed:
         is_upper[box.fixed] = False
     n_upper = number_of(is_upper)
-    guard = Safeguard(n, FEW_INDEX_STEPS)
+    guard: Safeguard | None = None
+    min_infeasible = q.size + 1
     steps = 0
     is_single = False
     while True:
-        P, z = basic.nonzero()[0], np.zeros(n)
+        P, z = basic.nonzero()[0], np.zeros(q.size)
         block, start = M.take(P, 0).take(P, 1), q[P]
         if n_upper or not box.has_zero_lower:
             z = np.where(basic, z, np.where(is_upper, upper, lower))
-            if number_of(z != 0.0):
+            if n_upper or number_of(z != 0.0):
                 start = start + M.dot(z)[P]
         try:
             z[P] = np.linalg.solve(block, -start)
@@ -425,19 +425,28 @@ def exchanges_within_bounds(
             nearest = z if is_sure else box.project(z)
             return DirectAnswer(nearest, is_sure, steps, is_single=is_single)
         yield z, w, is_single
-        if not guard.choose(wrong, count) and _gives_up(guard, problem):
+        if guard is None and count < min_infeasible:
+            min_infeasible = count
+        elif not (
+            guard := guard or Safeguard(min_infeasible - 1, FEW_INDEX_STEPS)
+        ).choose(wrong, count) and _gives_up(guard, problem):
             return None
-        # A bound on the magnitude of all rows, without reading M.
-        max_magnitude = problem.largest * sum(map(abs, z.tolist()))
-        max_magnitude += problem.sizes_of_q[1]
-        if max(violations.tolist()) <= ROW_ROUNDING * max_magnitude:
+        if _may_be_rounding(problem, z, violations):
             return None
         basic ^= wrong
         above = z > upper
         if n_upper or number_of(above):
             is_upper = np.where(wrong, above, is_upper)
             n_upper = number_of(is_upper)
-        is_single = guard.single
+        is_single = guard is not None and guard.single
+
+
+def _may_be_rounding(problem: Problem, z: Vector, violations: Vector) -> bool:
+    """Return whether violations are within a bound on the rounding errors of all rows,
+    without reading M."""
+    max_magnitude = problem.largest * sum(map(abs, z.tolist()))
+    max_magnitude += problem.sizes_of_q[1]
+    return bool(max(violations.tolist()) <= ROW_ROUNDING * max_magnitude)
 
 
 def _refine_within_bounds(
