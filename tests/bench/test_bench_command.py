@@ -18,8 +18,6 @@ from lcpcli.peers.registry import Claim
 from ..cli.conftest import assert_refused
 from . import bench_problems
 
-FAST = ("--budget", "0")
-
 
 @pytest.fixture
 def output(tmp_path):
@@ -31,11 +29,10 @@ def bench(lcp, tmp_path, output):
     """Run lcp bench on problems of these names with `auto`, and more; what it came to,
     and its record."""
 
-    def run(names, *more):
+    def run(names, more=""):
         files = bench_problems.write(tmp_path, *names.split())
-        outcome = lcp(
-            "bench", *files, *FAST, "--method", "auto", *more, "-o", str(output)
-        )
+        line = f"bench {' '.join(files)} --budget 0 --method auto {more} -o {output}"
+        outcome = lcp(line)
         return outcome, records.read(str(output))
 
     return run
@@ -46,7 +43,7 @@ def keys(record):
 
 
 def test_record_holds_what_was_measured(bench):
-    outcome, record = bench("one two three none", "--method", "shi")
+    outcome, record = bench("one two three none", "--method shi")
     assert outcome.code == 0
     assert outcome.err == "lcp: 7 of 8 measurements succeeded\n"
     assert keys(record) == [
@@ -94,7 +91,7 @@ def test_other_solvers_may_lie_take_some_problems_or_be_missing(
 
     bench_problems.install(monkeypatch, "picky", solve, excludes)
     bench_problems.install(monkeypatch, "absent", bench_problems.silent, version=None)
-    outcome, record = bench("one none", "--peer", "picky", "--peer", "absent")
+    outcome, record = bench("one none", "--peer picky --peer absent")
     assert outcome.code == 0
     assert (
         outcome.err.splitlines()[0]
@@ -110,7 +107,7 @@ def test_other_solvers_may_lie_take_some_problems_or_be_missing(
         False,
     )
     bench_problems.install(monkeypatch, "liar", bench_problems.liar)
-    outcome, record = bench("one two none", "--peer", "liar", "--peer", "picky")
+    outcome, record = bench("one two none", "--peer liar --peer picky")
     assert outcome.code == 1
     assert "; 3 false claims" in outcome.err
     lied = [row for row in record.measurements if row.solver == "liar"]
@@ -135,8 +132,8 @@ def test_acceptance_level_decides(bench, monkeypatch):
         return Claim(problem.solutions[0] * (1 + 1e-5), True, 0.001, "rough")
 
     bench_problems.install(monkeypatch, "rough", rough)
-    assert bench("one", "--peer", "rough")[0].code == 1
-    assert bench("one", "--peer", "rough", "--accept", "1e-3")[0].code == 0
+    assert bench("one", "--peer rough")[0].code == 1
+    assert bench("one", "--peer rough --accept 1e-3")[0].code == 0
 
 
 def test_interrupted_bench_keeps_its_rows(bench, output, lcp, monkeypatch):
@@ -149,7 +146,7 @@ def test_interrupted_bench_keeps_its_rows(bench, output, lcp, monkeypatch):
         return bench_problems.silent(problem)
 
     bench_problems.install(monkeypatch, "impatient", impatient)
-    outcome, done = bench("one two three", "--peer", "impatient")
+    outcome, done = bench("one two three", "--peer impatient")
     assert outcome.code == 130
     assert kept == [1, 3]
     assert "interrupted after 3 of 6 measurements" in outcome.err
@@ -179,7 +176,7 @@ def test_bench_that_was_killed_goes_on_behind_the_last_whole_line(
         return bench_problems.silent(problem)
 
     bench_problems.install(monkeypatch, "watching", watching)
-    _, done = bench("one two three", "--peer", "watching")
+    _, done = bench("one two three", "--peer watching")
     assert [text.count(b"\n") for text in texts] == [2, 4, 6]
     assert all(later.startswith(text) for text, later in pairwise(texts))
     whole = output.read_bytes()

@@ -188,8 +188,8 @@ def test_a_last_line_that_was_cut_off_counts_as_not_written():
 EXAMPLE = contents.shipped_path("paper-example-1.json")
 
 
-def compared(lcp, *arguments):
-    outcome = lcp("compare", EXAMPLE, *arguments, "--format", "json")
+def compared(lcp, options):
+    outcome = lcp(f"compare {EXAMPLE} {options} --format json")
     assert outcome.err == ""
     return outcome.records
 
@@ -232,12 +232,7 @@ def test_names_say_in_what_the_runs_of_a_method_differ():
 def test_every_value_that_is_asked_for_runs(lcp):
     runs = compared(
         lcp,
-        "--method",
-        "shi:p=10",
-        "--method",
-        "shi:p=100,k-star=5",
-        "--method",
-        "fixed-point",
+        "--method shi:p=10 --method shi:p=100,k-star=5 --method fixed-point",
     )
     asked = {
         "shi:p=10": (10, 100),
@@ -249,12 +244,9 @@ def test_every_value_that_is_asked_for_runs(lcp):
         for run in runs
     } == asked
     assert [
-        run["options"]["p"]
-        for run in compared(lcp, "--method", "shi", "--sweep", "p=10,1e4")
+        run["options"]["p"] for run in compared(lcp, "--method shi --sweep p=10,1e4")
     ] == [10, 1e4]
-    runs = compared(
-        lcp, "--method", "shi:p=10", "--method", "shi:k-star=7", "--p", "50"
-    )
+    runs = compared(lcp, "--method shi:p=10 --method shi:k-star=7 --p 50")
     assert [run["options"]["p"] for run in runs] == [10, 50]
     result = lcp(f"solve {EXAMPLE} --method shi:k-star=5 --format json").record
     assert result["options"]["k_star"] == 5

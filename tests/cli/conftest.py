@@ -1,6 +1,7 @@
 """Shared by the tests of the commands: a folder that is entered, problems in it, and
 what an outcome tells."""
 
+import shlex
 import subprocess
 import sys
 
@@ -44,9 +45,9 @@ def assert_refused(outcome, *words):
     assert [word for word in words if word not in outcome.err] == [], outcome.err
 
 
-def python(code, *arguments, **how):
+def python(code, line="", *more, **how):
     """Run a program in a process of its own."""
-    command = [sys.executable, "-c", code, *arguments]
+    command = [sys.executable, "-c", code, *shlex.split(line), *more]
     return subprocess.run(command, capture_output=True, text=True, check=False, **how)
 
 

@@ -146,14 +146,7 @@ def test_command_ends_at_once(tmp_path):
     )
     done = python(
         MAIN,
-        "solve",
-        str(file),
-        "--method",
-        "milp",
-        "--time-limit",
-        "0.2",
-        "--format",
-        "json",
+        f"solve {file} --method milp --time-limit 0.2 --format json",
     )
     assert done.returncode == 1
     assert done.stderr == ""

@@ -27,20 +27,20 @@ def checked(lcp, tmp_path, monkeypatch):
     """Check an answer, a text or an object for a file, to a problem in a file or an
     object for one."""
 
-    def run(answer, *options, problem=EXAMPLE, name="answer"):
+    def run(answer, options="", problem=EXAMPLE, name="answer"):
         monkeypatch.chdir(tmp_path)
         if not isinstance(problem, str):
             save_json(Path("p.json"), problem)
             problem = "p.json"
         Path(name).write_text(answer if isinstance(answer, str) else json.dumps(answer))
-        return lcp("check", problem, name, *options)
+        return lcp(f"check {problem} {name} {options}")
 
     return run
 
 
 def test_results_of_solve_are_accepted_and_any_changed_digit_is_refused(lcp, checked):
     solved = lcp(f"solve {EXAMPLE} --exact --format json").record
-    found = checked(solved, "--exact", "--format", "json").record
+    found = checked(solved, "--exact --format json").record
     assert (
         found["accepted"],
         found["residual"],

@@ -108,7 +108,7 @@ def test_memory_too_small_for_numpy_is_reported_in_one_line(line, tmp_path):
         f"import resource; resource.setrlimit(resource.RLIMIT_AS, ({size}, "
         f"{size})); {MAIN}"
     )
-    done = python(limit, *line.split(), cwd=tmp_path)
+    done = python(limit, line, cwd=tmp_path)
     assert done.returncode == 1
     assert done.stdout == ""
     assert re.fullmatch(r".*memory.*\n", done.stderr, re.IGNORECASE), done.stderr
@@ -204,7 +204,7 @@ def test_program_that_calls_the_command_has_its_output_back(lcp, capfd):
 @pytest.mark.skipif(not os.path.exists("/dev/stdout"), reason="has no such file")
 def test_standard_output_may_be_named_as_a_file():
     assert json.loads(
-        python(MAIN, "solve", EXAMPLE, "--format", "json", "-o", "/dev/stdout").stdout
+        python(MAIN, f"solve {EXAMPLE} --format json -o /dev/stdout").stdout
     )["solved"]
 
 
@@ -239,37 +239,28 @@ def test_a_problem_without_unknowns_has_no_conflict(lcp, folder):
 
 
 def test_closed_standard_output_is_an_error_only_where_it_is_written(tmp_path):
-    def closed(*arguments):
-        return python(MAIN, *arguments, preexec_fn=lambda: os.close(1))
+    def closed(line):
+        return python(MAIN, line, preexec_fn=lambda: os.close(1))
 
-    refused = closed("solve", "paper-example-1")
+    refused = closed("solve paper-example-1")
     assert refused.returncode == 2
     assert refused.stderr.count("\n") == 1
     assert "standard output cannot be written" in refused.stderr
     assert (
-        closed(
-            "solve", "paper-example-1", "-o", str(tmp_path / "result.json")
-        ).returncode
-        == 0
+        closed(f"solve paper-example-1 -o {tmp_path / 'result.json'}").returncode == 0
     )
-    assert closed("solve", "paper-example-1", "-q").returncode == 0
+    assert closed("solve paper-example-1 -q").returncode == 0
 
 
 @pytest.mark.parametrize(
-    "arguments",
-    [
-        ("solve", "-"),
-        ("compare", "-"),
-        ("check", EXAMPLE, "-"),
-        ("solve", "-", "--jobs", "2", "-q"),
-    ],
+    "line", ["solve -", "compare -", f"check {EXAMPLE} -", "solve - --jobs 2 -q"]
 )
-def test_closed_standard_input_is_an_error_only_where_it_is_read(arguments):
-    refused = python(MAIN, *arguments, preexec_fn=lambda: os.close(0))
+def test_closed_standard_input_is_an_error_only_where_it_is_read(line):
+    refused = python(MAIN, line, preexec_fn=lambda: os.close(0))
     assert refused.returncode == 2
     assert refused.stdout == ""
     assert refused.stderr == "lcp: standard input: is closed; name a file\n"
-    solved = python(MAIN, "solve", EXAMPLE, "-q", preexec_fn=lambda: os.close(0))
+    solved = python(MAIN, f"solve {EXAMPLE} -q", preexec_fn=lambda: os.close(0))
     assert solved.returncode == 0
     assert solved.stderr == ""
 
@@ -282,9 +273,8 @@ def test_files_are_whole_though_all_standard_streams_are_closed(tmp_path):
     many = tmp_path / "many.jsonl"
     many.write_text('{"M": [[2, 1], [1, 2]], "q": [-5, -6]}\n' * 20)
     log, one = tmp_path / "log.jsonl", tmp_path / "one.json"
-    for arguments in ((EXAMPLE, "-o", one), (many, "--jobs", "2", "-o", log)):
-        words = ("solve", *map(str, arguments))
-        assert python(MAIN, *words, preexec_fn=close).returncode == 0
+    for line in (f"solve {EXAMPLE} -o {one}", f"solve {many} --jobs 2 -o {log}"):
+        assert python(MAIN, line, preexec_fn=close).returncode == 0
     assert json.loads(one.read_text())["solved"]
     lines = log.read_text().splitlines()
     assert [json.loads(line)["solved"] for line in lines] == 20 * [True]
@@ -292,29 +282,29 @@ def test_files_are_whole_though_all_standard_streams_are_closed(tmp_path):
 
 @pytest.mark.skipif(sys.platform == "win32", reason="keeps a folder that is used")
 def test_removed_working_folder_is_named_where_it_is_needed(tmp_path):
-    def removed(*arguments):
+    def removed(line):
         folder = tmp_path / "gone"
         folder.mkdir()
         leaving = f"import os\nos.chdir({str(folder)!r})\nos.rmdir(os.getcwd())\n"
-        return python(f"{leaving}{MAIN}", *arguments)
+        return python(f"{leaving}{MAIN}", line)
 
     gone = "the working folder has been removed: change to another one\n"
-    for words in (
-        ("solve", "good.json"),
-        ("solve", EXAMPLE, "-o", "x.json"),
-        ("solve", EXAMPLE, EXAMPLE, "-o", "x.jsonl"),
-        (*BENCH.split(), "-q", "-o", "y.json"),
-        ("make", "tridiagonal", "-n", "9", "-o", "t.json"),
+    for line in (
+        "solve good.json",
+        f"solve {EXAMPLE} -o x.json",
+        f"solve {EXAMPLE} {EXAMPLE} -o x.jsonl",
+        f"{BENCH} -q -o y.json",
+        "make tridiagonal -n 9 -o t.json",
     ):
-        done = removed(*words)
+        done = removed(line)
         assert done.returncode == 2
         assert done.stderr.count("\n") == 1
         assert done.stderr.endswith(gone), done.stderr
-        has_record = words[0] == "solve" and "-o" in words
+        has_record = "solve" in line and "-o" in line
         assert bool(done.stdout) == has_record
     out = str(tmp_path / "result.json")
-    for words in (("solve", EXAMPLE, "-q"), ("solve", EXAMPLE, "-o", out, "-q")):
-        done = removed(*words)
+    for line in (f"solve {EXAMPLE} -q", f"solve {EXAMPLE} -o {out} -q"):
+        done = removed(line)
         # On Python 3.13 NumPy does not load in such a folder.
         usual = (0, "") if sys.version_info[:2] != (3, 13) else (2, f"lcp: {gone}")
         assert (done.returncode, done.stderr) in ((0, ""), usual)

@@ -177,14 +177,14 @@ def test_where_there_is_no_room_for_kernels_a_run_goes_on_without_them(
     file = tmp_path / "good.json"
     file.write_text(GOOD)
     own = os.environ | {"NUMBA_CACHE_DIR": str(tmp_path / "cache"), KERNELS: "1"}
-    done = python(program, "solve", str(file), "--format", "json", env=own)
+    done = python(program, f"solve {file} --format json", env=own)
     assert (done.returncode, json.loads(done.stdout)["solved"]) == (0, True)
     assert done.stderr.startswith("lcpcli: continuing without compiled kernels: ")
     assert fault in done.stderr
     assert done.stderr.count("\n") == 1
     many = tmp_path / "many.jsonl"
     many.write_text(f"{GOOD}\n" * 20)
-    done = python(program, "solve", str(many), "--jobs", "2", "-q", env=own)
+    done = python(program, f"solve {many} --jobs 2 -q", env=own)
     told = done.stderr.splitlines()
     assert (done.returncode, len(told)) == (0, 1), done.stderr
     done = python(program, "kernels", env=own)

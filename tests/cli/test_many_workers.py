@@ -77,10 +77,10 @@ def seconds_of(pid):
 
 
 @contextmanager
-def solving(*options):
+def solving(options):
     """A run of `lcp solve -` that gets its problems one by one."""
     process = subprocess.Popen(
-        [*COMMAND, "solve", "-", *options],
+        [*COMMAND, "solve", "-", *options.split()],
         stdin=subprocess.PIPE,
         stderr=subprocess.PIPE,
     )
@@ -112,7 +112,7 @@ def assert_all_solved(process, told, log):
 @pytest.mark.slow("starts processes and kills them")
 def test_killed_process_costs_no_record_and_no_order(tmp_path):
     log, problems = tmp_path / "log.jsonl", lines(MANY)
-    with solving("--jobs", "2", "-o", str(log)) as (process, stdin):
+    with solving(f"--jobs 2 -o {log}") as (process, stdin):
         give(stdin, problems[:200], log)
         os.kill(started_by(process.pid)[0], signal.SIGKILL)
         give(stdin, problems[200:])
@@ -136,7 +136,7 @@ def test_ended_program_leaves_what_is_solved_and_no_process_and_goes_on_from_its
     jobs, number, code, tmp_path
 ):
     log, problems = tmp_path / "log.jsonl", lines(MANY)
-    with solving("--jobs", jobs, "-o", str(log)) as (process, stdin):
+    with solving(f"--jobs {jobs} -o {log}") as (process, stdin):
         give(stdin, problems[:200], log)
         others = started_by(process.pid)
         process.send_signal(number)
@@ -149,7 +149,7 @@ def test_ended_program_leaves_what_is_solved_and_no_process_and_goes_on_from_its
     assert re.fullmatch(expected, told.decode())
     until(lambda: not any(Path(f"/proc/{pid}").exists() for pid in others))
     assert 10 <= len(set(items(log))) == len(items(log)) < MANY
-    with solving("--jobs", jobs, "--resume", str(log)) as (process, stdin):
+    with solving(f"--jobs {jobs} --resume {log}") as (process, stdin):
         _, told = process.communicate(
             "".join(f"{line}\n" for line in problems).encode(), timeout=PATIENCE
         )
@@ -201,7 +201,7 @@ def test_processes_that_cannot_be_started_end_in_one_line(jobs, files, tmp_path)
 @pytest.mark.slow("starts processes and kills them")
 def test_processes_that_cannot_be_started_again_leave_what_is_solved(tmp_path):
     log, problems = tmp_path / "log.jsonl", lines(MANY)
-    with solving("--jobs", "2", "-o", str(log)) as (process, stdin):
+    with solving(f"--jobs 2 -o {log}") as (process, stdin):
         give(stdin, problems[:200], log)
         until(lambda: log.read_bytes().count(b"\n") == 200)
         number = len(os.listdir(f"/proc/{process.pid}/fd"))
@@ -217,7 +217,7 @@ def test_processes_that_cannot_be_started_again_leave_what_is_solved(tmp_path):
     assert (process.returncode, told.count("\n")) == (1, 1), told
     assert told.startswith("lcp: --jobs: a process cannot be started (Too many open")
     assert sorted(items(log)) == list(range(1, 201))
-    with solving("--jobs", "2", "--resume", str(log)) as (process, stdin):
+    with solving(f"--jobs 2 --resume {log}") as (process, stdin):
         _, told_then = process.communicate(
             "".join(f"{line}\n" for line in problems).encode(), timeout=PATIENCE
         )
@@ -293,14 +293,14 @@ def test_killed_worker_of_a_cluster_costs_no_record_and_no_order(tmp_path):
         until(lambda: (tmp_path / "scheduler.json").exists())
         until(lambda: (tmp_path / "scheduler.json").read_text().endswith("}"))
         address = json.loads((tmp_path / "scheduler.json").read_text())["address"]
-        with solving("--cluster", address, "-o", str(log)) as (process, stdin):
+        with solving(f"--cluster {address} -o {log}") as (process, stdin):
             give(stdin, problems[:200], log)
             cluster[-1].kill()
             give(stdin, problems[200:])
             _, told = process.communicate(timeout=PATIENCE)
         assert_all_solved(process, told, log)
         log.unlink()
-        with solving("--cluster", address, "-o", str(log)) as (process, stdin):
+        with solving(f"--cluster {address} -o {log}") as (process, stdin):
             give(stdin, problems[:200])
             until(lambda: 10 <= log.read_bytes().count(b"\n") < MANY)
             cluster[0].kill()
@@ -363,7 +363,7 @@ def test_cluster_without_workers_is_told_of_once(monkeypatch, capfd):
 )
 def test_cluster_that_cannot_be_there_is_told_in_a_line(address, fault):
     pytest.importorskip("distributed")
-    with solving("--cluster", address) as (process, _):
+    with solving(f"--cluster {address}") as (process, _):
         _, told = process.communicate(lines(1)[0].encode(), timeout=PATIENCE)
     assert process.returncode == 2
     assert told.decode().startswith(f"lcp: --cluster: {address} {fault}")
@@ -592,7 +592,7 @@ def test_interrupted_processes_report_their_best_iterates(number, code, tmp_path
     slow = {"M": M | {"values": values.tolist()}, "q": np.full(n, -1.0).tolist()}
     log = tmp_path / "log.jsonl"
     options = "--method fixed-point --tol 1e-14 --max-iterations 1000000000 --jobs 2"
-    with solving(*options.split(), "-o", str(log)) as (process, stdin):
+    with solving(f"{options} -o {log}") as (process, stdin):
         problems = [*lines(1), *map(json.dumps, 3 * [slow])]
         stdin.write("".join(f"{line}\n" for line in problems).encode())
         stdin.flush()

@@ -349,7 +349,7 @@ InputFile.problem = read
     ids=["modules are loaded", "a callback runs", "LLVM is called"],
 )
 def test_interrupt_while_the_interpreter_is_at_work_ends_without_a_word(program):
-    done = python(program, "solve", EXAMPLE, timeout=60)
+    done = python(program, f"solve {EXAMPLE}", timeout=60)
     assert done.returncode == 130
     assert done.stdout == ""
     assert done.stderr.strip() == ""
