@@ -1,8 +1,6 @@
 """Shared by all tests: the paper's examples, and the command line run in this
 process."""
 
-from __future__ import annotations
-
 import io
 import json
 import math

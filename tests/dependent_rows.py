@@ -1,8 +1,6 @@
 """Programs with rows that follow from others, rows between two sides, rows without
 sides, and rows of zeros; in fractions, so that what follows does so exactly."""
 
-from __future__ import annotations
-
 from fractions import Fraction
 from typing import NamedTuple
 

@@ -6,8 +6,6 @@ mkdir, cat of a file, and printf of a text into a file or into a command. `| hea
 `| tail -N` and `| grep [-o] [-v] PATTERN` show a part, `2>&1` of the messages too.
 """
 
-from __future__ import annotations
-
 import os
 import re
 import shlex

@@ -10,8 +10,6 @@ lines CONTENT > FILE with the files that it meets, and CONTENT | before it in it
 is its standard input.
 """
 
-from __future__ import annotations
-
 import re
 from collections.abc import Mapping
 from pathlib import Path

@@ -17,8 +17,6 @@ problem with the largest ratio of time among those that take 3 ms or more, measu
 repeated pairs.
 """
 
-from __future__ import annotations
-
 import argparse
 import ast
 import contextlib

@@ -7,8 +7,6 @@ become stiffer; the times to an error of 1e-6; how often each method is first to
 an error; and the convergence factors of fixed-point, measured and from theory.
 """
 
-from __future__ import annotations
-
 import math
 import statistics
 import sys

@@ -9,8 +9,6 @@ is slower by that, 2 if a file has no runs, else 0. Unchanged runs appear only i
 and CSV.
 """
 
-from __future__ import annotations
-
 import argparse
 import json
 import math

@@ -8,8 +8,6 @@ last argument `solve` takes a SequenceStep and returns its z, or None where it h
 M is the same object in steps that have the same M, and q is a new array.
 """
 
-from __future__ import annotations
-
 import os
 
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")

@@ -185,8 +185,8 @@ ORDERLY = "sys.settrace(lambda *_: None)\n"
     ("files", "ending"), [(1, ORDERLY), (2, "")], ids=["orderly", "at once"]
 )
 def test_what_compiled_code_prints_is_not_in_the_output(files, ending):
-    words = ["solve", *files * [EXAMPLE], "--format", "json"]
-    done = python(f"{PRINTING}{ending}main()", *words)
+    line = f"solve {' '.join(files * [EXAMPLE])} --format json"
+    done = python(f"{PRINTING}{ending}main()", line)
     assert done.returncode == 0
     assert [
         json.loads(line)["solved"] for line in done.stdout.splitlines()

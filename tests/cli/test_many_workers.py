@@ -1,8 +1,6 @@
 """Many problems in several processes: in which order records come, and that one that is
 killed costs none."""
 
-from __future__ import annotations
-
 import inspect
 import json
 import logging

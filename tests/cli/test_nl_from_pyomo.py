@@ -1,7 +1,5 @@
 """lcp as a solver that Pyomo calls: what its users write, and what they see."""
 
-from __future__ import annotations
-
 import os
 import re
 import sys

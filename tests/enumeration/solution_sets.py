@@ -6,8 +6,6 @@ intersections of as many of its hyperplanes as it takes, its rays the feasible
 directions that lie in all but one of these.
 """
 
-from __future__ import annotations
-
 from fractions import Fraction
 from itertools import combinations, product
 from math import gcd, lcm

@@ -3,8 +3,6 @@ a limit. Linear bilevel programs of the literature, with published optima: the
 conditions of the follower are a mixed problem.
 """
 
-from __future__ import annotations
-
 import json
 import re
 from collections.abc import Sequence

@@ -2,8 +2,6 @@
 just outside, by the list of all solutions; and those of linear programs are the ranges
 of HiGHS where no basis is degenerate."""
 
-from __future__ import annotations
-
 from fractions import Fraction
 from typing import NamedTuple
 

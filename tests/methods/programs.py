@@ -1,7 +1,5 @@
 """Random programs with and without a feasible point and a minimum."""
 
-from __future__ import annotations
-
 from typing import NamedTuple
 
 import numpy as np

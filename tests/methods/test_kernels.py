@@ -3,8 +3,6 @@ the rest of the package, for few unknowns with any bounds, sparse problems, and 
 of many; and at the limits of numbers.
 """
 
-from __future__ import annotations
-
 from functools import partial
 
 import numpy as np

@@ -1,8 +1,6 @@
 """Every command has every format, whose texts parse back to every digit; pages in HTML
 need no network."""
 
-from __future__ import annotations
-
 import csv
 import json
 import re

@@ -17,8 +17,6 @@ interval lies above 1.05, `faster` if it lies below 1/1.05, `same` if it lies be
 1.05, otherwise `undecided`. The exit code is 1 if a row is slower, or fails here alone.
 """
 
-from __future__ import annotations
-
 import argparse
 import itertools
 import json

@@ -1,8 +1,6 @@
 """Contact of rigid boxes with friction, at rest and moving, n = 4 to 200: each step by
 solve, kernels and Solver."""
 
-from __future__ import annotations
-
 from functools import cache, partial
 from typing import NamedTuple
 

@@ -1,8 +1,6 @@
 """Nonlinear problems with a known solution or none, with J, with a wrong J, and
 without."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from functools import partial
 from typing import Any, NamedTuple

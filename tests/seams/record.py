@@ -12,8 +12,6 @@ Only public functions of lcpcli are used, so that a record can be made with any
 checkout: PYTHONPATH=OTHER python ...
 """
 
-from __future__ import annotations
-
 import argparse
 import json
 import os

@@ -1,8 +1,6 @@
 """Sequences with one M, each q solved from the last z by a Solver, beside each problem
 alone."""
 
-from __future__ import annotations
-
 from functools import partial
 from typing import Any, NamedTuple
 

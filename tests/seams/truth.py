@@ -1,8 +1,6 @@
 """Whether a claim about a problem is right, decided in fractions by code that shares
 nothing with the package."""
 
-from __future__ import annotations
-
 from fractions import Fraction
 from typing import NamedTuple
 

@@ -1,8 +1,6 @@
 """Small dense LCPs take a short way, in numpy or compiled: what it answers solves the
 problem, and is what the loop over iterates answers; all else is left to that loop."""
 
-from __future__ import annotations
-
 import logging
 import math
 import subprocess

@@ -2,8 +2,6 @@
 equilibria against all pure strategies, and strategies that are given to be checked.
 """
 
-from __future__ import annotations
-
 from fractions import Fraction
 from functools import cache
 from itertools import product

@@ -8,8 +8,6 @@ LCP_ORACLE sets the number of them. Programs of the literature have the optimal 
 that it gives.
 """
 
-from __future__ import annotations
-
 import os
 from collections import Counter
 from fractions import Fraction
