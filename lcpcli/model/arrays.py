@@ -143,7 +143,8 @@ def as_flat(
 
 def readonly_copy(array: Vector, raw_value: Any = None) -> Vector:
     """Return the array, made of `raw_value`, in separate read-only memory; arrays made
-    of lists, and read-only arrays, need no copy."""
+    of lists, and read-only arrays, need no copy, but vectors are contiguous."""
+    array = np.ascontiguousarray(array) if array.ndim == 1 else array
     seen = None if isinstance(raw_value, (list, tuple)) else array
     # The numbers may be changed through the array behind this view, or another view.
     while isinstance(seen, np.ndarray):

@@ -86,9 +86,10 @@ class Facts:
 
     @property
     def near_base(self) -> Base | None:
-        """Return that M, with its units; None if those of no M are known."""
+        """Return that M, with its units; None if it is sparse, or those of no M are
+        known."""
         known = self.known
-        return None if known is None else known.base
+        return None if known is None or is_sparse(known._M) else known.base
 
     def after(self, M: Vector, sizes: tuple[float, float], change: float) -> Facts:
         """Return the facts about the next M of the sequence, which is dense, before

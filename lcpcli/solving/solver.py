@@ -122,7 +122,7 @@ class Solver:
         if like.n == self.n:
             self._prepared.like.facts.follow(self._like.facts)
         else:
-            self._last = None
+            self._last, self._moved = None, None
         self._like = self._prepared.like
         self.M, self.n = self._like.M, self._like.n
 
@@ -139,11 +139,13 @@ class Solver:
         if M is None:
             like, basis = self._like, self._last_states()
             fast = direct_run.compiled() if self.compiled else None
-            problem, self._moved = like.formulation.update(like, basis, data, fast)
+            problem, moved = like.formulation.update(like, basis, data, fast)
             if problem.M is self.M:
                 self._like = problem
             else:
                 self._prepare(problem)
+            # The statuses of the last solution may be those of other contacts.
+            self._last, self._moved = None, moved
             return
         box, names = self._like.box, self._like.names
         other = Problem(M, np.zeros(_order(M)))
@@ -306,7 +308,7 @@ class Solver:
 
     def _last_states(self) -> BasisStatus | None:
         last = self._last
-        if last is None or last.problem.n != self.n:
+        if last is None:
             return self._moved
         return last.problem.box.basis_at(last.z) if last.end is None else last.end
 

@@ -420,6 +420,56 @@ def test_contacts_that_persist_keep_their_states():
     assert again.solved
 
 
+def test_states_go_from_update_to_update_and_not_to_another_matrix():
+    W, q = np.eye(6) + 0.1, np.array([-1, 0.1, -1, -5.0, 3.0, 0])
+    solver = Solver(from_contact(W, q, 0.5), compiled=False)
+    solver.update(ids=["a", "b", "c"])
+    solver.solve()
+    order = np.array([2, 3, 4, 5, 0, 1])
+    solver.update(q=q[order], ids=["b", "c", "a"])
+    solver.update(q=q, ids=["a", "b", "c"])
+    assert solver.solve().iterations == 1
+    solver.update(q=2 * q)
+    solver.update(np.eye(4))
+    assert solver.solve([-1, -2, 3, 4]).z.tolist() == [1, 2, 0, 0]
+
+
+@pytest.mark.parametrize("compiled", [False, True])
+def test_steps_of_many_separate_contacts_have_a_sparse_matrix(compiled):
+    W = np.eye(600) - 0.3 * (np.eye(600, k=2) + np.eye(600, k=-2))
+    q = np.random.default_rng(0).normal(size=600) - 1
+    solver = Solver(from_contact(W, q, 0.5), compiled=compiled)
+    assert type(solver.M) is csr_array
+    for factor in (1.0, 1.01, 1.02):
+        solver.update(W=factor * W, q=q / factor)
+        assert solver.solve().solved
+
+
+@pytest.mark.parametrize("compiled", [False, True])
+def test_data_of_a_step_may_be_any_arrays(compiled):
+    W, before = np.eye(4), [-1.0, 0, -1, 0]
+    columns = np.zeros((6, 2))
+    columns[:4, 0] = [-1, 0.2, -1, 0.3]
+    columns.setflags(write=False)
+    of_form, q = columns[:, 0], columns[:4, 0]
+    solver = Solver(from_contact(W, q, 0.5), compiled=compiled)
+    expected = [1, -0.2, 1, -0.3]
+    for _ in range(2):
+        assert solver.solve(of_form).answer.x == pytest.approx(expected)
+    solver.update(W=W[::-1, ::-1], q=q)
+    assert solver.solve().answer.x == pytest.approx(expected)
+    solver.update(restitution=np.array([0.5, 0]), before=np.array(before))
+    assert solver.solve().answer.w == pytest.approx([0.5, 0, 0, 0])
+
+
+def test_friction_of_a_step_cannot_be_changed_for_other_solvers():
+    box = {"lower": np.array(LOWER), "upper": np.array(UPPER)}
+    solver = Solver(from_findex(A, B, *box.values(), FINDEX))
+    solver.update(**box, findex=np.array(FINDEX))
+    with pytest.raises(ValueError, match="read-only"):
+        solver.solve().problem.origin.friction.coefficients[0] = 0.1
+
+
 @pytest.mark.parametrize("shift", [0.0, 1e-6])
 @pytest.mark.parametrize("dimension", [2, 3])
 def test_lemke_is_guaranteed_without_redundant_contacts_in_any_order(shift, dimension):
@@ -754,6 +804,11 @@ Solver(from_contact(np.eye(4), [1, 2, 3, 4], 1)).update(ids=["a", "a"])
     => ids[1]: is 'a', as ids[0] is; give each contact another one
 Solver(from_contact(A, B, 1)).update(ids=[[1]])
     => ids[0]: is a list; give a number or a text
+Solver(from_contact(np.eye(4), [1, 2, 3, 4], 1)).update(ids=[np.zeros(2), 1])
+    => ids[0]: is of type ndarray; give a number or a text
+Solver(from_contact(np.zeros((0, 0)), [], 1)).update(W=A, q=B)
+    => mu: is not known, as there was no contact in the step before; give it with the \
+contacts that come
 Solver(from_contact(A, B, 1)).update(ids=3) => ids: is a number; give a list of ids
 Solver(from_contact(A, B, 1)).update(gap=[1, 2])
     => gap: {NO_KEY:the data of contacts}; the keys are W, q, mu, restitution, \

@@ -620,6 +620,8 @@ def _law_of_findex(
     for t, f in zip(tangents.tolist(), normals.tolist(), strict=True):
         _refuse_friction(t, f, lower, upper, fields)
     friction = Friction(normals, tangents[:, np.newaxis], upper[tangents])
+    for array in friction:
+        array.setflags(write=False)
     others = normal_of < 0
     is_lcp = not lower[others].any() and bool((upper[others] == math.inf).all())
     return Law(friction, lower, upper, is_lcp)

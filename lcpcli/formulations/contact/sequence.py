@@ -64,7 +64,7 @@ def following(
         if type(ids) is not list and not isinstance(ids, Iterable):
             raise ProblemError("ids", f"is {kind(ids)}", "give a list of ids")
         ids = tuple(ids)
-        if ids != before.ids or number != len(ids):
+        if number != len(ids) or not _are_same(ids, before.ids):
             _refuse_equal(ids, number, contact.key)
     elif number == before.number_of_ids:
         ids = before.ids
@@ -117,6 +117,9 @@ def _validated(before: Contact, data: Mapping[str, Any], A: Any, b: Any) -> Cont
     if before.key == "W":
         width = 1 + friction.tangents.shape[1]
         mu = data.get("mu")
+        if mu is None and not friction.coefficients.size and len(b):
+            reason = "is not known, as there was no contact in the step before"
+            raise ProblemError("mu", reason, "give it with the contacts that come")
         mu = _single(friction.coefficients) if mu is None else mu
         e = data.get("restitution", _single(impact.restitution) if impact else None)
         velocities = data.get("before", impact.before if impact else None)
@@ -142,9 +145,9 @@ def _law(before: Contact, data: Mapping[str, Any], n: int) -> Law | None:
             return None
         contents = (each.tobytes() for each in arrays)
         return law_of_bytes(*contents, findex.dtype.str)
-    restitution = before.impact, data.get("restitution"), data.get("before")
+    impacts = before.impact, data.get("restitution"), data.get("before")
     width = 1 + before.friction.tangents.shape[1]
-    if restitution != (None, None, None) or n % width:
+    if any(each is not None for each in impacts) or n % width:
         return None
     mu, coefficients = data.get("mu"), before.friction.coefficients
     if isinstance(mu, float) and 0 <= mu < math.inf:
@@ -162,6 +165,14 @@ def _is_same(value: Any, before: Vector) -> bool:
         and value.dtype.kind in "fi"
         and are_equal(value, before)
     )
+
+
+def _are_same(ids: tuple[Any, ...], before: tuple[Hashable, ...] | None) -> bool:
+    """Return whether ids are those of before, which can be hashed."""
+    try:
+        return ids == before
+    except ValueError:  # arrays, which are compared entry by entry
+        return False
 
 
 def _single(values: Vector) -> Vector | float:

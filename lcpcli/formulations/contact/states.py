@@ -171,7 +171,9 @@ def followed(
     """
     if not contact.is_dense_plane:
         return None
-    if fast is not None and problem.is_moderate and problem.box.is_orthant:
+    # The M of a dense A with many zeros may be sparse.
+    is_lcp = type(problem.M) is np.ndarray and problem.box.is_orthant
+    if fast is not None and is_lcp and problem.is_moderate:
         return _by_kernel(contact, problem, states, tol, fast)
     return _by_numpy(contact, states)
 
