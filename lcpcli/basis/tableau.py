@@ -151,7 +151,7 @@ def choose(
     if lexicographic:
         row = lexicographic_minimum(tableau, np.nonzero(tied)[0], change)
     else:
-        row = int((tied * rate).argmax())
+        row = int(np.where(tied, rate, 0.0).argmax())
     return row, ratios[row]
 
 

@@ -135,8 +135,7 @@ def like_with(
     its M and all that is computed of it, or with another M.
 
     M : read-only, of the same kind, with entries that need not be finite; None for that
-        of the other problem. facts, sizes_of_q : those of M and q, if
-        they are known.
+        of the other problem. facts, sizes_of_q : those of M and q, if they are known.
     """
     smallest, largest = sizes_of_q or sizes(q)
     fields = like.fields_of_M()
