@@ -748,6 +748,7 @@ LATER = (
         ),
         stage_factory("z_matrix.z_matrix"),
     ),
+    *BRIEF,
     # Without it: 240 problems of redundant contacts in 21 to 48 unknowns take three
     # times as long.
     AttemptRule(
@@ -758,7 +759,6 @@ LATER = (
         lemke,
         lambda s: 2 * s.problem.n,
     ),
-    *BRIEF,
     AttemptRule(
         "linear",
         "few iterations",

@@ -353,7 +353,7 @@ def test_a_step_with_the_data_of_the_one_before_takes_one_system():
         assert result.iterations == 1
 
 
-def test_redundant_contacts_take_no_branch_and_bound():
+def test_redundant_contacts_take_few_pivots():
     random = default_rng(3)
     for _ in range(40):
         J = random.normal(size=(16, 3)) * (random.random((16, 3)) < 0.6)
@@ -362,7 +362,7 @@ def test_redundant_contacts_take_no_branch_and_bound():
         q = J @ random.normal(size=3)
         result = run(from_contact(J @ J.T, q, 0.5))
         assert result.solved
-        assert "milp" not in result.route
+        assert result.iterations < 4 * result.problem.n
 
 
 @pytest.mark.parametrize("dimension", [2, 3])
