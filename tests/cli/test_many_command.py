@@ -488,6 +488,13 @@ def test_equal_lines_have_a_record_each_in_whichever_order_they_were_written(
             assert sorted(record[key] for record in records) == [1, 2, 3, 4, 5]
 
 
+def test_a_file_that_is_named_once_more_is_solved_once_more(lcp, folder):
+    assert lcp("solve good.json -o log.jsonl").code == 0
+    assert lcp("solve good.json good.json --resume log.jsonl").code == 0
+    records = records_of((folder / "log.jsonl").read_text())
+    assert [record["number"] for record in records] == [1, 2]
+
+
 def test_columns_may_be_added_to_a_resumed_run_but_not_changed_with_their_matrix(
     lcp, folder
 ):
