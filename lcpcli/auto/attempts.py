@@ -292,8 +292,8 @@ class Structure:
 
     @property
     def has_cheap_path(self) -> bool:
-        """Return whether a whole path costs less than a few nodes of branch and bound,
-        and no method is known that is faster on such problems."""
+        """Return whether a whole path costs less than other methods do, some of which
+        are faster where there are bounds, on games, and if M is monotone."""
         return self.problem.n <= MAX_PIVOTED_BY_NUMPY and not (
             self.problem.is_mixed or self.is_semidefinite or self.game
         )
