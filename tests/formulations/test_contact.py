@@ -31,6 +31,13 @@ SLIDE = {"A": A, "b": B, "lo": LOWER, "hi": [None, 0.5], "findex": FINDEX}
 TOL = 1e-10
 
 
+@pytest.fixture(params=[False, True])
+def compiled(request):
+    if request.param:
+        pytest.importorskip("numba")
+    return request.param
+
+
 def generated(seed):
     """A, b, bounds and findex of bodies with mass ratios up to 1e6, of which some
     contacts are redundant, with limits and motors beside the contacts, in any order."""
@@ -287,10 +294,7 @@ def falling(steps, compiled):
         scene.advance(np.concatenate((x[::2], x[1::2], np.zeros(2 * k))))
 
 
-@pytest.mark.parametrize("compiled", [False, True])
 def test_contacts_come_and_go_in_a_loop_until_it_is_at_rest(compiled):
-    if compiled:
-        pytest.importorskip("numba")
     numbers = set()
     for results, given, k in falling(60, compiled):
         numbers.add(k)
@@ -300,14 +304,11 @@ def test_contacts_come_and_go_in_a_loop_until_it_is_at_rest(compiled):
     assert len(numbers) > 2
 
 
-@pytest.mark.parametrize("compiled", [False, True])
 @pytest.mark.parametrize("seed", range(8))
 def test_steps_that_jump_satisfy_the_laws(seed, compiled):
     """From the states of the last step, with limits, motors and redundant contacts, of
     which the matrix changes now and then."""
     given, random = list(generated(seed)), default_rng(seed)
-    if compiled:
-        pytest.importorskip("numba")
     solver = Solver(from_findex(*given), compiled=compiled)
     assert solver.solve().solved
     for step in range(10):
@@ -434,7 +435,6 @@ def test_states_go_from_update_to_update_and_not_to_another_matrix():
     assert solver.solve([-1, -2, 3, 4]).z.tolist() == [1, 2, 0, 0]
 
 
-@pytest.mark.parametrize("compiled", [False, True])
 def test_steps_of_many_separate_contacts_have_a_sparse_matrix(compiled):
     W = np.eye(600) - 0.3 * (np.eye(600, k=2) + np.eye(600, k=-2))
     q = np.random.default_rng(0).normal(size=600) - 1
@@ -445,7 +445,6 @@ def test_steps_of_many_separate_contacts_have_a_sparse_matrix(compiled):
         assert solver.solve().solved
 
 
-@pytest.mark.parametrize("compiled", [False, True])
 def test_data_of_a_step_may_be_any_arrays(compiled):
     W, before = np.eye(4), [-1.0, 0, -1, 0]
     columns = np.zeros((6, 2))
@@ -586,11 +585,8 @@ def test_what_is_proved_to_be_exact_passes_the_exact_check():
     assert lcpcli.check(problem, z).exact
 
 
-@pytest.mark.parametrize("compiled", [False, True])
 def test_the_caller_may_write_the_arrays_of_a_step_again(compiled):
     """As an engine does that has one buffer for each of them."""
-    if compiled:
-        pytest.importorskip("numba")
     data = {"A": np.array(A, float), "b": np.array([-2.0, -3.0])}
     data |= {"lower": np.array([0, -0.5]), "upper": np.array([0.6, 0.5])}
     data["findex"] = np.array([-1, 0])
@@ -662,10 +658,7 @@ def test_a_step_by_kernels_has_the_problem_and_the_solution_of_one_without(key):
         assert states[0] == states[1]
 
 
-@pytest.mark.parametrize("compiled", [False, True])
 def test_a_step_that_is_refused_leaves_the_solver_as_it_was(compiled):
-    if compiled:
-        pytest.importorskip("numba")
     W, q = np.array(A, float), np.array([-2.0, -3.0])
     solver = Solver(from_contact(W, q, 0.5), compiled=compiled)
     before = solver.solve().answer.x
