@@ -279,6 +279,11 @@ def _searched(
                 "", search(problem, MethodSequence(x0), recorded_stages=None)
             )
     if milp and isinstance(ending, stages.Undecided):
+        other_form = problem.formulation.in_other_form(problem)
+        if other_form is not None:
+            of_other_form = yield from sequence.run_stage("lemke", other_form)
+            if isinstance(of_other_form, Finished):
+                return of_other_form
         return (
             yield from sequence.run_stage(
                 "milp", stages.begin("milp", problem, sequence.last.x)

@@ -322,6 +322,11 @@ class Formulation:
         the problem."""
         return result
 
+    def in_other_form(self, problem: Any) -> Any:  # noqa: ARG002
+        """Return a stage of `auto` that solves the problem in another form, before its
+        last resort; None if there is no such form."""
+        return None
+
     def lengths(self, problem: Any) -> dict[int, str]:
         """Return what may be verified, in words, by its number of entries."""
         return {problem.n: "z"}

@@ -72,6 +72,14 @@ def violation(answer, given):
     return float((off / np.maximum(terms, abs(x).max() or 1.0)).max())
 
 
+@pytest.mark.parametrize("seed", range(4))
+def test_the_form_of_stewart_and_trinkle_has_the_solution(seed):
+    problem = from_findex(*generated(seed))
+    iterate = next(problem.formulation.in_other_form(problem))
+    z = problem.box.z_of(iterate.x)
+    assert Point(Criterion(problem), z).solves()
+
+
 @pytest.mark.parametrize("seed", range(12))
 def test_generated_contacts_satisfy_the_laws_in_the_order_of_the_caller(seed):
     given = generated(seed)

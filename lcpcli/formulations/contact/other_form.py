@@ -11,13 +11,19 @@ import numpy as np
 
 from lcpcli.clock import imports
 from lcpcli.formulations.contact.answers import Motion, point_of
+from lcpcli.formulations.contact.cones import Form
 from lcpcli.formulations.contact.friction import Contact
 from lcpcli.linalg.matrices import product
+from lcpcli.methods import stages
+from lcpcli.methods.lemke import MAX_PIVOTS
+from lcpcli.methods.stages import Stage
 from lcpcli.model.problem import Problem
 from lcpcli.solving.result import Result, Status
+from lcpcli.typing import Vector
 from lcpcli.verify.point import Criterion, Point
 
 METHODS = "auto", "lemke"
+MAX_UNKNOWNS = 400  # up to which a whole path takes no longer than a wait for Ctrl-C
 ENDS = Status.RAY, Status.STALLED, Status.BREAKDOWN
 
 
@@ -44,11 +50,9 @@ def retried(contact: Contact, result: Result) -> Result:
     )
     if not other.solved:
         return result
-    x = np.asarray(product(other_form.T, other.z))
-    problem = result.problem
-    z = point_of(contact, Motion.of_impulses(contact, x))
-    point = Point(Criterion(problem, result.tol), z)
-    if not point.solves():
+    criterion = Criterion(result.problem, result.tol)
+    point = _solution(contact, other_form, criterion, other.z)
+    if point is None:
         return result
     parts = {key: value + other.parts[key] for key, value in result.parts.items()}
     return replace(
@@ -62,3 +66,36 @@ def retried(contact: Contact, result: Result) -> Result:
         certificate=None,
         end=None,
     )
+
+
+def by_lemke(contact: Contact, problem: Problem) -> Stage:
+    """Follow Lemke's path of the other form, and yield its solution as one of the
+    problem itself.
+    """
+    form = contact.stewart_trinkle()
+    M, q, lower, upper = form.conditions
+    other = Problem(M, q, lower=lower, upper=upper)
+    if other.n > MAX_UNKNOWNS:
+        return stages.Stalled("its other form has many unknowns")
+    path = stages.begin("lemke", other, np.zeros(other.n))
+    path = stages.limited(path, MAX_PIVOTS * other.n)
+    evaluations, z = 0, np.zeros(other.n)
+    while isinstance(step := stages.advance(path), stages.Iterate):
+        evaluations, z = step.evaluations, other.box.z_of(step.x)
+    point = _solution(contact, form, Criterion(problem), z)
+    if point is None or not isinstance(step, stages.Finished):
+        return stages.Stalled("its other form is not solved")
+    x = problem.box.x_within(point.z, problem.w(point.z), problem.box.basis_at(point.z))
+    yield stages.Iterate(x, None, "", evaluations)
+    return step
+
+
+@np.errstate(all="ignore")
+def _solution(
+    contact: Contact, form: Form, criterion: Criterion, z: Vector
+) -> Point | None:
+    """Return the point of the problem for a z of its other form; None if it is no
+    solution."""
+    x = np.asarray(product(form.T, z))
+    point = Point(criterion, point_of(contact, Motion.of_impulses(contact, x)))
+    return point if point.solves() else None
