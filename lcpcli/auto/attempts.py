@@ -749,7 +749,7 @@ LATER = (
         stage_factory("z_matrix.z_matrix"),
     ),
     *BRIEF,
-    # Without it: 240 problems of redundant contacts in 21 to 48 unknowns take three
+    # Without it: 240 problems of redundant contacts in 21 to 48 unknowns take five
     # times as long.
     AttemptRule(
         "lemke",

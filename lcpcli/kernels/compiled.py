@@ -242,12 +242,13 @@ def solves(problem: Problem, z: Vector, tol: float) -> bool:
 
 
 def compact_form(
-    contacts: Vectors, before: Vector, base: Base | None
+    contacts: Vectors, before: Vector | None, base: Base | None
 ) -> tuple[Vector | None, Vector, Sizes, Sizes, float] | None:
     """Return M and q of the compact form of contacts, read-only, their sizes and the
     change of M as the kernel of this name does, if all numbers are finite; else None. M
     is None if A is that of the step before.
 
+    before : this A; None if the friction is not that of the step before.
     base : the M whose scaling factors are known, if there is one.
     """
     kernels = _module("contact_kernels")
@@ -257,8 +258,9 @@ def compact_form(
     m = contacts[1].size + contacts[-1].size
     M, q = np.empty((m, m)), np.empty(m)
     compared = NO_MATRIX if base is None else np.ascontiguousarray(base.M)
+    A_before = NO_MATRIX if before is None else np.ascontiguousarray(before)
     is_same, sizes_of_M, sizes_of_q, change = kernels.compact_form(
-        contacts, np.ascontiguousarray(before), compared, M, q
+        contacts, A_before, compared, M, q
     )
     if not (sizes_of_M[1] < math.inf and sizes_of_q[1] < math.inf):
         return None

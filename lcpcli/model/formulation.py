@@ -162,6 +162,7 @@ class Formulation:
         bounds       of z, for those that are set by an option
         proposed     a point by a special method for such problems
         followed     the same, in a sequence, from the basis of the last solution
+        in_other_form  a stage of `auto` that solves the problem in another form
         block_form   where rows, multipliers and an objective are
 
     Its inverse:

@@ -45,7 +45,6 @@ from lcpcli.model.right_hand_sides import like_with
 from lcpcli.rational.numbers import rounded, shortest_decimal, zeros
 from lcpcli.typing import BasisStatus, BoundLike, Indices, Matrix, Vector, VectorLike
 
-NO_MATRIX = np.zeros((0, 0))
 NONE = -1  # in findex: an unknown that is not tangential
 FACETS = 8
 MAX_FACETS = 1000  # with as many, friction is too small by 5e-6
@@ -350,7 +349,7 @@ class Contact(Formulation):
         facts: Facts = like.facts
         contacts = self.A, self.b, *self.friction
         has_law = self.has_law_of(before)
-        A_before = before.A if has_law else NO_MATRIX
+        A_before = before.A if has_law else None
         form = fast.compact_form(contacts, A_before, facts.near_base)
         if form is None:
             return None

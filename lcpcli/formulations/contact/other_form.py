@@ -22,19 +22,18 @@ from lcpcli.solving.result import Result, Status
 from lcpcli.typing import Vector
 from lcpcli.verify.point import Criterion, Point
 
-METHODS = "auto", "lemke"
 MAX_UNKNOWNS = 400  # up to which a whole path takes no longer than a wait for Ctrl-C
 ENDS = Status.RAY, Status.STALLED, Status.BREAKDOWN
 
 
 @np.errstate(all="ignore")  # overflow gives infinity
 def retried(contact: Contact, result: Result) -> Result:
-    """Return a result of the same method for the other form, as a result of the problem
-    itself; the original result if that is not solved either, or in space, where there
-    is only one form.
+    """Return a result of Lemke's method for the other form, as a result of the problem
+    itself; the original result if that is not solved either, if another method was
+    asked for, or in space, where there is only one form.
     """
     time_left = result.limits.time_limit - result.seconds
-    is_open = result.status in ENDS and result.method in METHODS and time_left > 0
+    is_open = result.status in ENDS and result.method == "lemke" and time_left > 0
     if not (is_open and contact.is_planar and contact.contacts):
         return result
     with imports:

@@ -101,7 +101,8 @@ def _with(
         b.setflags(write=False)
         return before.having(law, A=A, b=b), False
     matrix = readonly_matrix(as_square(of_A, A, vector.size, of_b)[0], A)
-    return before.having(law, A=matrix, b=as_vector(of_b, vector)), True
+    b = as_vector(of_b, b) if is_raw else vector
+    return before.having(law, A=matrix, b=b), True
 
 
 def _are_plain(A: Any, b: Any) -> bool:
