@@ -39,7 +39,7 @@ LONG_NUMBER = 2.0**50
 HIDDEN_TERM = 1e-8
 # The largest relative distance of a component from the exact solution for which z needs
 # no exact decision.
-SURE_DIGITS = 1e-12
+SURE_DIGITS = 1e-10
 # Exact basic solutions that are computed if only rounding makes signs wrong; branch and
 # bound takes no longer than more of them.
 MAX_EXACT_BASES = 3
