@@ -97,7 +97,7 @@ def _exact_solution(
         from lcpcli.rational.exact_problem import ExactProblem
         from lcpcli.rational.tree import first_solution
         from lcpcli.verify.exact_solution import from_point
-    data = ExactProblem(result.problem, *(game.exact_conditions() or ()))
+    data = ExactProblem(result.problem, *game.exact_conditions())
     exact_z = from_point(data, result.z, effort)
     return exact_z or first_solution(data, effort.steps(data))
 

@@ -277,14 +277,12 @@ class Latest:
         return Latest, ()
 
 
-def well_conditioned_inverse(
-    M: Matrix, largest: float = MODEST_CONDITION
-) -> Matrix | None:
+def well_conditioned_inverse(M: Matrix) -> Matrix | None:
     """Return the inverse of a dense M, or None if its condition number exceeds
-    `largest`."""
+    MODEST_CONDITION."""
     with suppress(SingularMatrix), np.errstate(over="ignore", invalid="ignore"):
         inverse = np.linalg.inv(M)
-        if norm_inf(M) * norm_inf(inverse) <= largest:
+        if norm_inf(M) * norm_inf(inverse) <= MODEST_CONDITION:
             return inverse
     return None
 

@@ -322,8 +322,7 @@ def exchanges(
     n = problem.n
     minus_q = -problem.q
     is_start, basic = basic is not None, q < 0.0 if basic is None else basic.copy()
-    guard: Safeguard | None = None
-    min_infeasible, last = n + 1, None
+    guard, last = Safeguard(n, FEW_INDEX_STEPS), None
     steps, is_single = 0, False
     while True:
         P = basic.nonzero()[0]
@@ -359,11 +358,7 @@ def exchanges(
         if not count:
             system = P, block, residual
             return _refined_and_tested(problem, solution, system, steps, tol)
-        if guard is None and count < min_infeasible:
-            min_infeasible = count
-        elif not (
-            guard := guard or Safeguard(min_infeasible - 1, FEW_INDEX_STEPS)
-        ).choose(wrong, count):
+        if not guard.choose(wrong, count):
             is_same = last is not None and np.array_equal(wrong, last)
             if is_same and is_rounding(problem, z, w):
                 answer = DirectAnswer(np.maximum(z, 0.0), False, steps)
@@ -372,7 +367,7 @@ def exchanges(
                 yield solution
                 return None
         yield solution
-        is_single, last = guard is not None and guard.single, wrong
+        is_single, last = guard.single, wrong
         basic ^= wrong
 
 
@@ -394,9 +389,7 @@ def exchanges_within_bounds(
     if has_fixed:
         is_upper[box.fixed] = False
     n_upper = number_of(is_upper)
-    guard: Safeguard | None = None
-    min_infeasible = q.size + 1
-    steps = 0
+    guard, steps = Safeguard(q.size, FEW_INDEX_STEPS), 0
     is_single = False
     while True:
         P, z = basic.nonzero()[0], np.zeros(q.size)
@@ -425,11 +418,7 @@ def exchanges_within_bounds(
             nearest = z if is_sure else box.project(z)
             return DirectAnswer(nearest, is_sure, steps, is_single=is_single)
         yield z, w, is_single
-        if guard is None and count < min_infeasible:
-            min_infeasible = count
-        elif not (
-            guard := guard or Safeguard(min_infeasible - 1, FEW_INDEX_STEPS)
-        ).choose(wrong, count) and _gives_up(guard, problem):
+        if not guard.choose(wrong, count) and _gives_up(guard, problem):
             return None
         if _may_be_rounding(problem, z, violations):
             return None
@@ -438,7 +427,7 @@ def exchanges_within_bounds(
         if n_upper or number_of(above):
             is_upper = np.where(wrong, above, is_upper)
             n_upper = number_of(is_upper)
-        is_single = guard is not None and guard.single
+        is_single = guard.single
 
 
 def _may_be_rounding(problem: Problem, z: Vector, violations: Vector) -> bool:

@@ -33,7 +33,6 @@ from lcpcli.methods.interior_steps import (
     PredictorCorrector,
     PrimalDualPoint,
     RefinedShiftedSolver,
-    SlackForm,
     proof_of,
     slack_form,
 )
@@ -49,7 +48,7 @@ from lcpcli.methods.stages import (
     Stage,
     Stalled,
 )
-from lcpcli.model.box import BASIC, of_masks
+from lcpcli.model.box import BASIC
 from lcpcli.model.problem import Problem
 from lcpcli.typing import BasisStatus, Vector
 
@@ -274,7 +273,7 @@ class Run:
             if merit < CLOSE_MERIT and merit < MERIT_DROP * merit_at_pivoting:
                 merit_at_pivoting = merit
                 # These come before the point itself, which is less accurate.
-                yield from self._exchanged(at.z, _active(self.within, at))
+                yield from self._exchanged(at.z, self._active(at))
             if lengths:
                 step = f"mu {mu:.0e}, {lengths[-1]:.2f}, rho {solver.rho:.0e}"
                 # Signs are not final yet where the next points are better.
@@ -301,7 +300,7 @@ class Run:
             self._count += 1
         if proof := proof_of(self._original_problem, self.within, (at.z,)):
             return NoSolution(proof)
-        yield from self._exchanged(best.z, _active(self.within, best), last=True)
+        yield from self._exchanged(best.z, self._active(best), last=True)
         yield self._shown(best.z, BEST)
         return Stalled("its steps no longer reduce the residual")
 
@@ -391,6 +390,11 @@ class Run:
                 if basic_solution.is_solution:
                     return
 
+    def _active(self, at: PrimalDualPoint) -> BasisStatus:
+        """Return the active set: a variable is at a bound where its slack is below its
+        multiplier."""
+        return self.within.basis(at.s < at.w, at.s)
+
     def _shown(self, z: Vector, step: str) -> Iterate:
         return Iterate(self.within.back(z / 2), None, step, self._count)
 
@@ -456,15 +460,3 @@ def _are_short(lengths: list[float]) -> bool:
     return len(lengths) >= WARM_UP_STEPS and bool(
         np.mean(lengths[-RECENT_STEPS:]) < SLOW_LENGTH
     )
-
-
-def _active(within: SlackForm, at: PrimalDualPoint) -> BasisStatus:
-    """Return the active set: a variable is at a bound, the closer one of two, where its
-    slack is below its multiplier."""
-    count = within.low.size
-    shape = 2, within.kept_columns.size
-    s, w = np.full(shape, np.inf), np.zeros(shape)
-    s[0, within.low], w[0, within.low] = at.s[:count], at.w[:count]
-    s[1, within.high], w[1, within.high] = at.s[count:], at.w[count:]
-    active = s < w
-    return of_masks(~(active[0] | active[1]), active[1] & ~(active[0] & (s[0] <= s[1])))

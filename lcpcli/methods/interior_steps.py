@@ -31,9 +31,10 @@ from lcpcli.linalg.krylov import gmres
 from lcpcli.linalg.matrices import is_sparse, multiplier
 from lcpcli.linalg.shifted_systems import Systems
 from lcpcli.linalg.units import units
+from lcpcli.model.box import of_masks
 from lcpcli.model.changes import Change
 from lcpcli.model.problem import Problem, conditions_of
-from lcpcli.typing import Indices, Matrix, Vector
+from lcpcli.typing import BasisStatus, Indices, Mask, Matrix, Vector
 from lcpcli.verify.alternative import simplest
 from lcpcli.verify.certificate import MANY, Proof, first_proof
 from lcpcli.verify.farkas import Multiplied
@@ -76,6 +77,17 @@ class SlackForm(Change):
         z[self.kept_columns] = self.problem.box.z_of(x) * self.units
         z = self.original.box.project(z)
         return self.original.box.x_of(z, self.original.w(z))
+
+    def basis(self, active: Mask, s: Vector) -> BasisStatus:
+        """Return the basis with these active bounds, first the lower ones; of two of
+        one variable, the one with the smaller slack s is."""
+        count = self.low.size
+        shape = 2, self.kept_columns.size
+        at_bounds, slacks = np.zeros(shape, dtype=bool), np.zeros(shape)
+        at_bounds[0, self.low], slacks[0, self.low] = active[:count], s[:count]
+        at_bounds[1, self.high], slacks[1, self.high] = active[count:], s[count:]
+        low, high = at_bounds
+        return of_masks(~(low | high), high & ~(low & (slacks[0] <= slacks[1])))
 
     def multipliers(self, y: Vector) -> Vector:
         original_y = np.zeros(self.original.n)
@@ -393,11 +405,9 @@ class PredictorCorrector:
         slacks from z and multipliers from w, shifted to be positive.
         """
         p = self.problem
-        admissible_z = p.box.project(np.zeros(p.n))
         D = np.zeros(p.q.size)
         D[self._index] = 1.0
-        self._systems.factorize(D)
-        z, _ = self._systems.solve(D * admissible_z - p.q)
+        z = self._solution(D)
         s = self._sign * (z[self._index] - self._bound)
         w = np.maximum(self._sign * (p.M @ z + p.q)[self._index], 0.0)
         if not self.pairs:
@@ -407,17 +417,32 @@ class PredictorCorrector:
         min_s, min_w = (0.5 * product / max(float(v.sum()), 1e-8) for v in (w, s))
         return PrimalDualPoint(z, s + max(min_s, slack), w + max(min_w, slack))
 
+    def _solution(self, D: Vector) -> Any:
+        """Return the solution of (M + D) z = -q + D mid(l, u, 0)."""
+        p = self.problem
+        self._systems.factorize(D)
+        return self._systems.solve(D * p.box.project(np.zeros(p.n)) - p.q)[0]
+
     def residuals(self, at: PrimalDualPoint) -> tuple[Vector, Vector, float]:
         """Return M z + q minus the multipliers, the distances to the bounds minus the
         slacks, and the largest of these numbers; those of the last point are cached."""
         if self._measured is None or self._measured[0] is not at:
-            dual = self._times(at.z)
-            dual += self.problem.q
+            dual = self._image(at.z)
             dual -= self._spread(self._sign * at.w)
-            primal = self._sign * (at.z[self._index] - self._bound) - at.s
+            primal = self._beyond(at)
             largest = max(float(np.abs(r).max(initial=0.0)) for r in (dual, primal))
             self._measured = at, (dual, primal, largest)
         return self._measured[1]
+
+    def _image(self, z: Any) -> Vector:
+        """Return M z + q."""
+        image = self._times(z)
+        image += self.problem.q
+        return image
+
+    def _beyond(self, at: PrimalDualPoint) -> Vector:
+        """Return the distances to the bounds minus the slacks."""
+        return self._sign * (at.z[self._index] - self._bound) - at.s
 
     def mu(self, at: PrimalDualPoint) -> float:
         return float(at.s @ at.w) / max(self.pairs, 1)

@@ -242,7 +242,7 @@ class Formulation:
         """Return whether the problem may be made from this object."""
         return True
 
-    def exact_conditions(self) -> tuple[Any, ...] | None:
+    def exact_conditions(self) -> Any:
         """Return the rows of M, each with its entries by their columns, and q, as
         fractions, with the lower bounds behind them if these are not all 0, and then
         the upper ones if some are finite; None if they are the floating-point numbers
@@ -392,7 +392,7 @@ class InFractions(Formulation):
         return [z[stop - size : stop] for stop, size in pairs]
 
     def conditions(self) -> Conditions:
-        rows, q, lower = self.exact_conditions() or ()
+        rows, q, lower = self.exact_conditions()
         # This is what `float` computes, in half the time.
         values = np.array(
             [a.numerator / a.denominator for row in rows for a in row.values()]
