@@ -209,6 +209,39 @@ class Meaning:
         return Arrangement(pieces, complete)
 
 
+class MeaningToPlayers(Meaning):
+    """The meaning of solutions at whose vertices each player has a payoff or a cost.
+
+    heading : that of the column of a player, with a placeholder for the name.
+    """
+
+    heading = "{} gets"
+
+    def __init__(self, data: ExactProblem, game: Any, players: Sequence[str]) -> None:
+        super().__init__(data)
+        self._game, self._players = game, players
+
+    def headings(self, indices: Sequence[int]) -> list[str]:  # noqa: ARG002
+        return [self.heading.format(name) for name in self._players]
+
+    def row(
+        self,
+        kind: str,
+        z: Values,
+        w: Values,  # noqa: ARG002
+        indices: Sequence[int],  # noqa: ARG002
+        cell: Callable[[Fraction], str],
+    ) -> tuple[Values, list[str]]:
+        if kind != "vertex":  # a direction has the changes of the components
+            return z, [""] * len(self._players)
+        components, amounts = self.at_vertex(z)
+        return components, [*map(cell, amounts)]
+
+    def at_vertex(self, z: Values) -> tuple[Values, Sequence[Any]]:
+        """Return the components that are shown, and the payoffs or costs."""
+        raise NotImplementedError
+
+
 def meaning_of(data: ExactProblem) -> Meaning:
     """Return the meaning of a problem in terms of its formulation."""
     meaning: Meaning = data.problem.formulation.meaning(data) or Meaning(data)

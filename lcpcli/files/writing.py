@@ -94,7 +94,7 @@ def contents_of(
     is_whole = as_program and kind.keeps == formats.ALL and not others
     origin_fields = None
     if kind.of or is_whole:
-        origin_fields = _fields_of_origin(problem, in_text)
+        origin_fields = problem.formulation.fields(problem, in_text=in_text)
     fields: dict[str, Any] = {
         key: getattr(problem, key) for key in TEXTS if getattr(problem, key)
     }
@@ -158,12 +158,6 @@ def _fields(problem: Problem, in_text: bool) -> dict[str, Any]:
         data = problem.origin.data()
         fields["origin"] = data if in_text else json.dumps(data)
     return fields
-
-
-def _fields_of_origin(problem: Problem, in_text: bool) -> dict[str, Any] | None:
-    """Return the fields of what a problem was made from, without default values; None
-    if these cannot be written."""
-    return problem.formulation.fields(problem, in_text=in_text)
 
 
 def with_exact_conditions(as_written: Written[Problem], path: str) -> Written[Problem]:

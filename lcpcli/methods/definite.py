@@ -160,11 +160,13 @@ class _AccurateSteps(PredictorCorrector):
         return PrimalDualPoint(DoubleDouble.of(z), s, w + slack)
 
     def _image(self, z: DoubleDouble) -> Vector:
-        return self._systems.product(z, self.problem.q)
+        image: Vector = self._systems.product(z, self.problem.q)
+        return image
 
     def _beyond(self, at: PrimalDualPoint) -> Vector:
         distance = at.z[self._index] - self._bound
-        return self._sign * distance.high - at.s + self._sign * distance.low
+        distances: Vector = self._sign * distance.high - at.s
+        return distances + self._sign * distance.low
 
     def _accuracy(self, *_: float) -> float:
         """Return 0: where eigenvalues are 1e-16, a residual that is small relative to

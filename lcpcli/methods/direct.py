@@ -267,12 +267,8 @@ def is_full_band(M: Matrix) -> bool:
 
 def applies(problem: Problem) -> bool:
     """Return whether a problem is an LCP with few unknowns and moderate numbers."""
-    return has_few_moderate(problem) and problem.box.is_orthant
-
-
-def has_few_moderate(problem: Problem) -> bool:
-    """Return whether a problem has few unknowns and moderate numbers."""
-    return problem.n <= MAX_UNKNOWNS and problem.is_moderate
+    is_moderate = problem.n <= MAX_UNKNOWNS and problem.is_moderate
+    return is_moderate and problem.box.is_orthant
 
 
 def basic_zeros(problem: Problem) -> Mask | None:

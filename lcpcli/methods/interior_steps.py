@@ -442,7 +442,8 @@ class PredictorCorrector:
 
     def _beyond(self, at: PrimalDualPoint) -> Vector:
         """Return the distances to the bounds minus the slacks."""
-        return self._sign * (at.z[self._index] - self._bound) - at.s
+        distances: Vector = self._sign * (at.z[self._index] - self._bound)
+        return distances - at.s
 
     def mu(self, at: PrimalDualPoint) -> float:
         return float(at.s @ at.w) / max(self.pairs, 1)

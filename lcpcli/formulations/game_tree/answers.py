@@ -13,7 +13,7 @@ from typing import Any
 
 import numpy as np
 
-from lcpcli.enumeration.meaning import Meaning, Payoff, Values
+from lcpcli.enumeration.meaning import MeaningToPlayers, Payoff, Values
 from lcpcli.errors import ProblemError
 from lcpcli.formulations import equilibria
 from lcpcli.formulations.equilibria import (
@@ -31,7 +31,6 @@ from lcpcli.formulations.game_tree.behavior import (
 )
 from lcpcli.formulations.game_tree.game import ExtensiveGame
 from lcpcli.model.formulation import Answer
-from lcpcli.rational.exact_problem import ExactProblem
 from lcpcli.report.document import Table
 from lcpcli.solving.result import Result
 from lcpcli.typing import Vector
@@ -187,23 +186,17 @@ def moves(profile: Any) -> list[list[Any]]:
     return [[1, *chain(*probabilities)] for probabilities in sets]
 
 
-class Plans(Meaning):
+class Plans(MeaningToPlayers):
     """What plans of players mean: the probabilities of their moves, and payoffs."""
 
     vertices = "the plans at its vertices"
-
-    def __init__(self, data: ExactProblem, game: ExtensiveGame) -> None:
-        super().__init__(data)
-        self._game = game
 
     def payoffs(self) -> Mapping[str, Payoff]:
         game, first = self._game, sum(self._game.sizes[:2])
         indices = first, first + game.sizes[2]
         return {
             name: Payoff(i, 1 / costs.factor, costs.constant)
-            for name, i, costs in zip(
-                game.tree.names(), indices, game.costs, strict=True
-            )
+            for name, i, costs in zip(self._players, indices, game.costs, strict=True)
         }
 
     def shown(self, indices: Sequence[int]) -> list[int]:
@@ -211,21 +204,9 @@ class Plans(Meaning):
         empty = 0, sizes[0]
         return [i for i in indices if i < sum(sizes[:2]) and i not in empty]
 
-    def headings(self, indices: Sequence[int]) -> list[str]:  # noqa: ARG002
-        return [f"{name} gets" for name in self._game.tree.names()]
-
-    def row(
-        self,
-        kind: str,
-        z: Values,
-        w: Values,  # noqa: ARG002
-        indices: Sequence[int],  # noqa: ARG002
-        cell: Callable[[Fraction], str],
-    ) -> tuple[Values, list[str]]:
-        if kind != "vertex":  # a direction has the changes of the plans
-            return z, ["", ""]
+    def at_vertex(self, z: Values) -> tuple[Values, Sequence[Any]]:
         behavior = behavior_at(self._game, z)
-        return list(chain(*moves(behavior))), [*map(cell, behavior.payoffs)]
+        return list(chain(*moves(behavior))), behavior.payoffs
 
     def equilibrium(self, z: Values) -> Behavior:
         return behavior_at(self._game, z)

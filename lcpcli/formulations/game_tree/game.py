@@ -230,7 +230,7 @@ class ExtensiveGame(InFractions):
         return {problem.n: "z", self.actions: "the probabilities of all actions"}
 
     def meaning(self, data: Any) -> Any:
-        return self.sibling("answers").Plans(data, self)
+        return self.sibling("answers").Plans(data, self, self.tree.names())
 
 
 def _costs(tree: GameTree, player: int) -> Costs:

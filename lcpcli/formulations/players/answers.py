@@ -13,7 +13,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from lcpcli.enumeration.meaning import Meaning, Values
+from lcpcli.enumeration.meaning import MeaningToPlayers, Values
 from lcpcli.formulations.equilibria import PER_UNKNOWN, Profile
 from lcpcli.formulations.players.quadratic import Players
 from lcpcli.inspection.classes import definiteness
@@ -260,27 +260,13 @@ def costs_at(
     return costs
 
 
-class Costs(Meaning):
+class Costs(MeaningToPlayers):
     """What solutions mean: the costs of the players."""
 
-    def __init__(self, data: ExactProblem, game: Players) -> None:
-        super().__init__(data)
-        self._game = game
+    heading = "cost of {}"
 
-    def headings(self, indices: Sequence[int]) -> list[str]:  # noqa: ARG002
-        return [f"cost of {name}" for name in self._game.names_of_players()]
-
-    def row(
-        self,
-        kind: str,
-        z: Values,
-        w: Values,  # noqa: ARG002
-        indices: Sequence[int],  # noqa: ARG002
-        cell: Callable[[Fraction], str],
-    ) -> tuple[Values, list[str]]:
-        if kind != "vertex":
-            return z, [""] * len(self._game.sizes)
-        return z, [*map(cell, costs_at(self._game, self.data, z))]
+    def at_vertex(self, z: Values) -> tuple[Values, Sequence[Any]]:
+        return z, costs_at(self._game, self.data, z)
 
     def equilibrium(self, z: Values) -> dict[str, Any]:
         strategies = [list(z[part]) for part in self._game.parts_of_players()]
@@ -293,7 +279,7 @@ class Costs(Meaning):
         cell: Callable[[Fraction], str],  # noqa: ARG002
     ) -> tuple[list[str], list[Any]]:
         costs = costs_at(self._game, self.data, z)
-        pairs = zip(self._game.names_of_players(), costs, strict=True)
+        pairs = zip(self._players, costs, strict=True)
         return [
             f"costs: {', '.join(f'{who} {brief(cost)}' for who, cost in pairs)}"
         ], []

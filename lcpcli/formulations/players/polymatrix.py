@@ -326,7 +326,8 @@ class Polymatrix(InFractions):
         return {problem.n: "z", sum(self.sizes): "the probabilities of all actions"}
 
     def meaning(self, data: Any) -> Any:
-        return self.sibling("strategies").Equilibria(data, self)
+        answers = self.sibling("strategies")
+        return answers.Equilibria(data, self, self.names_of_players())
 
 
 def _for_json(value: Fraction) -> int | float | str:

@@ -320,4 +320,4 @@ class Players(BlockForm):
                 raise ProblemError("H", reason, hint)
 
     def meaning(self, data: Any) -> Any:
-        return self.sibling("answers").Costs(data, self)
+        return self.sibling("answers").Costs(data, self, self.names_of_players())

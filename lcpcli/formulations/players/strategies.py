@@ -13,7 +13,7 @@ from typing import Any
 
 import numpy as np
 
-from lcpcli.enumeration.meaning import Meaning, Payoff, Values
+from lcpcli.enumeration.meaning import MeaningToPlayers, Payoff, Values
 from lcpcli.errors import ProblemError
 from lcpcli.formulations import equilibria
 from lcpcli.formulations.equilibria import (
@@ -26,7 +26,6 @@ from lcpcli.formulations.equilibria import (
 )
 from lcpcli.formulations.players.polymatrix import Polymatrix
 from lcpcli.linalg.doubles import ROW_ROUNDING
-from lcpcli.rational.exact_problem import ExactProblem
 from lcpcli.rational.numbers import brief
 from lcpcli.report import wording
 from lcpcli.solving.result import Result
@@ -211,39 +210,23 @@ def verified(game: Polymatrix, proposed: Proposed) -> Verification:
     return of_strategies(proposed, z, profile, profile.are_best(proposed.tol))
 
 
-class Equilibria(Meaning):
+class Equilibria(MeaningToPlayers):
     """What solutions mean: probabilities and payoffs."""
 
     vertices = "the probabilities at its vertices"
 
-    def __init__(self, data: ExactProblem, game: Polymatrix) -> None:
-        super().__init__(data)
-        self._game, self._k = game, sum(game.sizes)
-
     def payoffs(self) -> Mapping[str, Payoff]:
-        names = self._game.names_of_players()
+        game, k = self._game, sum(self._game.sizes)
         return {
-            name: Payoff(self._k + i, 1 / self._game.factors[i], self._game.constant(i))
-            for i, name in enumerate(names)
+            name: Payoff(k + i, 1 / game.factors[i], game.constant(i))
+            for i, name in enumerate(self._players)
         }
 
     def shown(self, indices: Sequence[int]) -> list[int]:
-        return [i for i in indices if i < self._k]
+        return [i for i in indices if i < sum(self._game.sizes)]
 
-    def headings(self, indices: Sequence[int]) -> list[str]:  # noqa: ARG002
-        return [f"{name} gets" for name in self._game.names_of_players()]
-
-    def row(
-        self,
-        kind: str,
-        z: Values,
-        w: Values,  # noqa: ARG002
-        indices: Sequence[int],  # noqa: ARG002
-        cell: Callable[[Fraction], str],
-    ) -> tuple[Values, list[str]]:
-        if kind != "vertex":
-            return z, [""] * len(self._game.sizes)
-        return z, [*map(cell, self._of(z).payoffs or ())]
+    def at_vertex(self, z: Values) -> tuple[Values, Any]:
+        return z, self._of(z).payoffs
 
     def _of(self, z: Values) -> MixedStrategies:
         profile: MixedStrategies = MixedStrategies.of(
