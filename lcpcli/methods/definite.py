@@ -166,7 +166,8 @@ class _AccurateSteps(PredictorCorrector):
     def _beyond(self, at: PrimalDualPoint) -> Vector:
         distance = at.z[self._index] - self._bound
         distances: Vector = self._sign * distance.high - at.s
-        return distances + self._sign * distance.low
+        distances += self._sign * distance.low
+        return distances
 
     def _accuracy(self, *_: float) -> float:
         """Return 0: where eigenvalues are 1e-16, a residual that is small relative to
