@@ -443,23 +443,7 @@ def _of_presolved(problem: Problem, x0: Vector) -> Iterator[Part]:
     for phase in FIRST, LATER:
         for part in attempts_in_rounds(reduced_structure, phase):
             stage = stages.in_given_variables(change, MethodSequence().run_part(part))
-            yield Part(part.method, _clearly(problem, stage))
-
-
-def _clearly(problem: Problem, stage: Stage) -> Stage:
-    """Pass on the stage, but for a proof that would not hold for slightly different
-    data: the stage is then stalled."""
-    ending = yield from stage
-    if not isinstance(ending, NoSolution) or ending.certificate.kind != "farkas":
-        return ending
-    is_clear = ending.certificate.is_clear(problem)
-    return (
-        ending
-        if is_clear
-        else Stalled(
-            "the infeasibility proof is not robust to rounding errors in the data"
-        )
-    )
+            yield Part(part.method, stage)
 
 
 class Tree:

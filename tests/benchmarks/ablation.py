@@ -630,7 +630,6 @@ SWITCHES = (
         edited(("step.signs_final and is_doubtful(problem, z)", "False")),
     ),
     Switch("improved points", "auto.policy:_improved", constant(_no_improvement)),
-    Switch("clear proofs", "auto.policy:_clearly", constant(lambda _, stage: stage)),
     # Nonlinear problems.
     *(
         Switch(f"nonlinear {name}", J + name, off)
