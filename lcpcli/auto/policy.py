@@ -372,6 +372,8 @@ def _patience(problem: Problem, sequence: MethodSequence) -> float:
     return max(min_evaluations, PATIENCE * sequence.last.evaluations)
 
 
+# Without it: 30 springs of stiffness 1e-9 to 1e9 reach a time limit, where they are
+# ill-posed, as shown in 0.2 seconds.
 def _improved(
     problem: Problem, sequence: MethodSequence, tol: float
 ) -> Generator[Iterate, None, bool]:

@@ -167,6 +167,7 @@ def _ruiz(M: Matrix, symmetric: bool) -> Vector:
     return np.exp2(np.rint(np.log2(d)))
 
 
+# Without it: to refute the linear program qual takes 2.7 times as long.
 def proof_of(
     problem: Problem, within: SlackForm, directions: Sequence[Vector]
 ) -> Proof | None:

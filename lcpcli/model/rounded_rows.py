@@ -73,6 +73,7 @@ class _Rows(NamedTuple):
     ranges: Indices
 
 
+# Without it: a row 0 x <= -7e-18 makes a program infeasible.
 def rounded_rows(
     data: Conditions, maxima: Vector, block_form: BlockForm | None, names: Sequence[str]
 ) -> RoundedRows | None:

@@ -658,6 +658,8 @@ def without_small_distances(measure: Measure, z: Vector) -> Vector:
         is_solved[units.row_part[violated]] = False
 
 
+# Without it: `check` refuses solutions of programs from other solvers in which rows
+# strictly between two sides have multipliers of 1e-11.
 def without_idle_multipliers(measure: Measure, z: Vector, w: Vector) -> Vector:
     """Return z with 0 for those z_j that are the only terms of the w_i of a z_i
     strictly between its bounds.

@@ -417,6 +417,20 @@ def test_doubt_about_a_large_solution_is_settled_before_other_methods_are_tried(
     assert len(result.route) <= 2
 
 
+@pytest.mark.parametrize("seed", [0, 1])
+def test_multipliers_of_rows_strictly_between_two_sides_may_be_noise(seed):
+    random, k, m = default_rng(seed), 200, 100
+    A = random.standard_normal((m, k)) * (random.random((m, k)) < 0.04)
+    x = random.random(k)
+    low, high = A @ x - random.choice([0, 1], m), A @ x + 1 + random.random(m)
+    c = random.standard_normal(k)
+    problem = from_qp(np.eye(k), c, A, row_lower=low, row_upper=high)
+    z = run(problem).z.copy()
+    y = z[k : k + m]
+    y += np.where(y == 0, 1e-10 * random.standard_normal(m), 0.0)
+    assert check(problem, z).accepted
+
+
 def test_large_solutions_have_the_digits_of_the_tolerance_or_of_rounding():
     problem = ring(60, 1e-8)
     z = np.linalg.solve(problem.M, -problem.q)
