@@ -70,6 +70,13 @@ def test_results_of_solve_are_accepted_and_any_changed_digit_is_refused(lcp, che
             assert (outcome.code, told in outcome.out) == (1, True), changed
 
 
+def test_of_several_solutions_one_that_is_wrong_is_told(lcp, checked):
+    found = lcp("solve bimatrix --all --format json").record
+    found["solutions"][0]["z"][0] = "7"
+    outcome = checked(found, problem="bimatrix")
+    assert (outcome.code, outcome.out.count("does not solve")) == (1, 1)
+
+
 def test_at_most_ten_violations_are_listed(lcp, tmp_path):
     writing.write(Problem(np.eye(30), -np.arange(1.0, 31.0)), tmp_path / "p.json")
     (tmp_path / "z.txt").write_text("0 " * 30)

@@ -19,6 +19,7 @@ from lcpcli.files import atomic_write
 from lcpcli.files.inputs import Input, inputs
 from lcpcli.gallery import families
 from lcpcli.solving import proof
+from lcpcli.solving.many import solve_many
 
 from ..conftest import FACE
 from ..seeds import few_of
@@ -153,6 +154,19 @@ def test_several_q_for_one_M_are_the_columns_of_a_file(name, options, lcp):
         assert np.allclose(record["z"], lcpcli.solve(problem.M, q).z)
     names = [f"day {j}" if name == "Q.csv" else f"q{j + 1}" for j in range(4)]
     assert [record["problem"] for record in found] == names
+
+
+def test_memory_that_ends_costs_the_columns_that_are_left(lcp, monkeypatch):
+    columns(3)
+
+    def one_of(*arguments, **options):
+        yield next(solve_many(*arguments, **options))
+        raise MemoryError
+
+    monkeypatch.setattr("lcpcli.solving.many.solve_many", one_of)
+    found = lcp("solve A.csv Q.npy --format json").records
+    assert [record["item"] for record in found] == [1, 2, 3]
+    assert ["z" in record for record in found] == [True, False, False]
 
 
 def test_bounds_are_those_of_every_problem(lcp):

@@ -170,6 +170,9 @@ def test_by_restitution_contacts_bounce_with_a_share_of_their_speed(tmp_path):
     w = solver.solve().answer.w
     assert w[0] == pytest.approx(1)
     assert w[2] >= -1e-15
+    solver.update(before=before)  # and q as it was
+    again = from_contact(W, after, 0.5, restitution=[0.5, 0], before=before)
+    assert np.array_equal(solver.solve().problem.q, again.q)
 
 
 def test_none_leaves_the_coefficients_of_friction_as_they_are():
@@ -593,17 +596,18 @@ def test_what_is_proved_to_be_exact_passes_the_exact_check():
     assert lcpcli.check(problem, z).exact
 
 
-def test_the_caller_may_write_the_arrays_of_a_step_again(compiled):
+@pytest.mark.parametrize("limit", [9.0, inf])
+def test_the_caller_may_write_the_arrays_of_a_step_again(limit, compiled):
     """As an engine does that has one buffer for each of them."""
     data = {"A": np.array(A, float), "b": np.array([-2.0, -3.0])}
-    data |= {"lower": np.array([0, -0.5]), "upper": np.array([0.6, 0.5])}
+    data |= {"lower": np.array([0, -0.5]), "upper": np.array([limit, 0.5])}
     data["findex"] = np.array([-1, 0])
     solver = Solver(from_findex(**data), compiled=compiled)
     solver.solve()
     rng = default_rng(0)
     for _ in range(20):
         mu = rng.uniform(0, 1)
-        data["lower"][:], data["upper"][:] = (0, -mu), (rng.uniform(0.1, 9), mu)
+        data["lower"][:], data["upper"][:] = (0, -mu), (limit / rng.uniform(1, 90), mu)
         data["A"][0, 0] = rng.uniform(1, 2)
         data["b"][:] = rng.uniform(-4, -1, 2)
         solver.update(**data)
@@ -733,9 +737,12 @@ def test_where_lemke_ends_in_a_ray_the_other_form_is_solved(seed):
     assert violation(result.answer, (W, q, lower, upper, findex)) < TOL
 
 
-def test_a_fixed_point_of_boxes_satisfies_the_law():
+@pytest.mark.parametrize("size", [1.0, 2.0**40])
+def test_a_fixed_point_of_boxes_satisfies_the_law(size):
     """Where the boxes of an engine come to rest; the first of them does not."""
-    given = generated(6)
+    A, b, lower, upper, findex = generated(6)
+    of_normals = np.where(findex < 0, size, 1.0)
+    given = A, size * b, of_normals * lower, of_normals * upper, findex
     problem = from_findex(*given, lagged=True)
     assert "a fixed point" in problem.note
     result = run(problem)

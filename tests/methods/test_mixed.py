@@ -14,11 +14,14 @@ from scipy.sparse import csr_array
 import lcpcli
 from lcpcli import Problem, Status, run
 from lcpcli.basis.free_variables import Reduction, WithoutFree
+from lcpcli.basis.tableau import follow
 from lcpcli.gallery import families
 from lcpcli.methods.fixed_point import fixed_point
+from lcpcli.methods.lemke import path_to_end, reduced
 from lcpcli.methods.shi import shi
 from lcpcli.model.box import Box
 from lcpcli.model.changes import shifted
+from lcpcli.verify.point import Criterion, Point
 
 from ..mixed_problems import definite, with_all_bounds
 from .planted import solvable
@@ -268,6 +271,16 @@ def problem_with_free(n, seed):
     return Problem(
         M, rng.uniform(-1, 1, n), lower=np.where(np.arange(n) % 2, 0.0, -np.inf)
     )
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_a_path_ends_at_the_solution_also_in_free_variables(seed):
+    random = default_rng(seed)
+    B, A = random.normal(size=(6, 6)), random.normal(size=(3, 6))
+    sides = {"row_lower": A @ np.ones(6), "row_upper": A @ np.ones(6)}
+    problem = lcpcli.from_qp(B @ B.T, random.normal(size=6), A, **sides)
+    path = path_to_end(problem, follow, reduced(problem))
+    assert Point(Criterion(problem), path.point()[0]).relative_residual < 1e-8
 
 
 @pytest.mark.parametrize("n", [6, 40, 101])
