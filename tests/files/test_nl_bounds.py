@@ -46,6 +46,7 @@ def solved(n, rows, bounds):
         (BOTH, NONNEGATIVE, 1, 0, False),
         (LOWER, (2, 0), -4, 2, False),
         (BOTH, FREE, 1, -0.5, False),
+        (BOTH, (4, 2), -10, 2, False),
     ],
 )
 def test_all_bounds_of_a_variable_count(kinds, bounds, constant, value, is_remarked):

@@ -701,6 +701,7 @@ MORE_KEYS = contents(
     => free: cannot be combined with lower; leave it out, and give null for no bound in
     lower
 "free": [2] => free[0]: is 2; indices are integers from 0 to 1
+"free": [0, -1] => free[1]: is -1; indices are integers from 0 to 1
 "sense": "maximise" => sense: {IS:'maximise'}; give min or max
 "constant": "one" => constant: {IS:the text 'one'}; {A_NUMBER}
 "rows": "r" => rows: {IS:the text 'r'}; {A_LIST_OF_NAMES}

@@ -197,6 +197,8 @@ def test_what_is_proved_of_small_fits(A, b, x, proved):
         assert not np.array_equal(answer.other, answer.x)
         assert answer.other.min() >= 0
         assert np.allclose(np.array(A) @ answer.other, np.array(A) @ answer.x)
+    below_0 = lcpcli.lsq(-np.array(A), b, -np.inf, 0).answer
+    assert below_0.proved == proved
 
 
 def test_equations_that_no_x_within_the_bounds_satisfies_are_infeasible():

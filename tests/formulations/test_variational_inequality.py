@@ -84,6 +84,10 @@ def test_an_empty_set_is_left_to_the_methods_that_prove_it():
         (from_avi(TURN, [0, 0], upper=1), (True, True, False)),
         (from_avi(TURN, [-1, 1], upper=3), (True, True, True)),
         (from_avi(INDEFINITE, [1, 1], upper=2), (True, False, False)),
+        (
+            from_avi(INDEFINITE, [1, 1], [[1, 1]], row_lower=0, upper=2),
+            (True, False, False),
+        ),
         # On x1 + x2 = 1 alone H is monotone, and so it is where two sides say that.
         (
             from_avi([[1, 3], [3, 1]], [0, 0], [[1, 1]], row_lower=1),

@@ -357,6 +357,17 @@ def test_strategies_are_checked_in_a_game_without_moves(payoffs):
     assert checked.message.startswith("the strategies are an equilibrium")
 
 
+def test_a_payoff_that_all_plays_have_is_that_of_the_game_whatever_the_chances():
+    odds = f"1/{3**800}", f"{3**800 - 1}/{3**800}"
+    lines = [
+        'EFG 2 R "one payoff" { "A" "B" }',
+        f'c "" 1 "" {{ "x" {odds[0]} "y" {odds[1]} }} 0',
+        't "" 1 "" { 1, 2 }',
+        't "" 2 "" { 1, 2 }',
+    ]
+    assert run(from_efg("\n".join(lines))).answer.payoffs == pytest.approx((1, 2))
+
+
 DRAW = """EFG 2 R "draw" { "A" "B" }
 c "" 1 "" { "low" 1/3 "high" 2/3 } 0
 p "" 1 1 "low" { "fold" "bet" } 0
