@@ -182,6 +182,13 @@ def test_a_singular_block_of_a_tridiagonal_matrix_is_reported(P):
         PrincipalSolver(M).at(np.array(P))(np.ones(len(P)))
 
 
+@pytest.mark.parametrize("form", [np.array, csr_array])
+def test_a_matrix_is_solved_as_a_definite_one_only_if_it_is(form):
+    one, other = form([[2.0, 1.0], [1.0, 2.0]]), form([[1.0, 2.0], [2.0, 1.0]])
+    assert factors.definite_solver(one)(np.ones(2)) == pytest.approx(1 / 3)
+    assert factors.definite_solver(other) is None
+
+
 def test_each_submatrix_is_factorized_once(monkeypatch):
     generator = default_rng(0)
     n, m = 70, 90

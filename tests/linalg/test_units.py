@@ -15,10 +15,12 @@ from lcpcli import Problem, from_qp
 from lcpcli.linalg.matrices import (
     FEW_AS_DENSE,
     column_maxima,
+    dense,
     multiplier,
     norm_inf,
     row_and_column_maxima,
     row_maxima,
+    scaled,
 )
 from lcpcli.linalg.stencils import Operator
 from lcpcli.linalg.units import Base, equilibrate, units
@@ -132,6 +134,13 @@ def test_rows_and_columns_of_zeros_are_equilibrated_too(other):
         R, C = equilibrate(matrix, np.array([1e10, other, 0.0]))
         assert R[1] * other / 2 <= 1e10 * R[0] <= 2 * R[1] * other
         assert R[2] == C[0] == C[2] == 1.0
+
+
+@pytest.mark.parametrize("form", [np.array, csr_array])
+def test_a_scaled_entry_that_overflows_is_the_largest_number(form):
+    largest, factors = np.finfo(float).max, np.array([1.0, 1e200])
+    made = scaled(form([[1.0, -1e200], [2.0, 0.5]]), factors, factors)
+    assert dense(made).tolist() == [[1.0, -largest], [2e200, largest]]
 
 
 @pytest.mark.parametrize("n", [5, 150])

@@ -17,7 +17,7 @@ from lcpcli.basis.free_variables import Reduction, WithoutFree
 from lcpcli.basis.tableau import follow
 from lcpcli.gallery import families
 from lcpcli.methods.fixed_point import fixed_point
-from lcpcli.methods.lemke import path_to_end, reduced
+from lcpcli.methods.lemke import RAY, path_to_end, reduced
 from lcpcli.methods.shi import shi
 from lcpcli.model.box import Box
 from lcpcli.model.changes import shifted
@@ -203,6 +203,23 @@ def test_ray_of_a_problem_with_equations_proves_that_it_is_infeasible(M, q, lowe
     result = run(Problem(M, q, lower=lower), "lemke")
     assert result.status is Status.INFEASIBLE
     assert result.certificate.vector == pytest.approx(y)
+
+
+def test_a_ray_stays_within_the_bounds():
+    """Also where the last variable to enter falls, as w does at an upper bound."""
+    ways = set()
+    for seed in range(60):
+        random = default_rng(seed)
+        M, q = random.integers(-3, 4, (4, 4)), random.integers(-5, 3, 4)
+        upper = np.where(random.random(4) < 0.5, 1.0, INF)
+        problem = Problem(M, q, upper=upper)
+        path = path_to_end(problem, follow, reduced(problem))
+        if path.end == RAY:
+            z, _ = path.ray()
+            assert (z >= 0).all()
+            assert not z[upper < INF].any()
+            ways |= {path.way} if z.any() else set()
+    assert ways == {-1, 1}
 
 
 @pytest.mark.parametrize("small", [1e-8, 1e-17, 1e-40])

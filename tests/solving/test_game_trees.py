@@ -358,13 +358,17 @@ def test_strategies_are_checked_in_a_game_without_moves(payoffs):
 
 
 def test_a_payoff_that_all_plays_have_is_that_of_the_game_whatever_the_chances():
-    odds = f"1/{3**800}", f"{3**800 - 1}/{3**800}"
+    """Also where the chances have no common denominator of a moderate length."""
     lines = [
         'EFG 2 R "one payoff" { "A" "B" }',
-        f'c "" 1 "" {{ "x" {odds[0]} "y" {odds[1]} }} 0',
-        't "" 1 "" { 1, 2 }',
-        't "" 2 "" { 1, 2 }',
+        'p "" 1 1 "" { "left" "right" } 0',
     ]
+    for number, base in enumerate((3**2000, 5**1400), 1):
+        lines += [
+            f'c "" {number} "" {{ "x" 1/{base} "y" {base - 1}/{base} }} 0',
+            f't "" {number} "" {{ 1, 2 }}',
+            f't "" {number} "" {{ 1, 2 }}',
+        ]
     assert run(from_efg("\n".join(lines))).answer.payoffs == pytest.approx((1, 2))
 
 
