@@ -251,3 +251,32 @@ def test_a_form_is_0_throughout_if_it_has_no_sign_anywhere(row, signs, is_it):
     signed = polyhedron()
     assert signed.require(2)
     assert signed.is_zero(2) == (signs[0] == 0)
+
+
+@given(st.integers(0, 10**6))
+def test_ties_are_broken_as_by_small_changes_of_the_forms(seed):
+    """Which relax a form by a positive amount, or tighten it."""
+    random = default_rng(seed)
+    cobasic, basic, order = [0, 1, 2], range(3, 8), random.permutation(8).tolist()
+    rows = {form: [0, *random.integers(-1, 2, 3).tolist()] for form in basic}
+    less = {form for form in order if random.random() < 0.5}
+    change = {
+        form: Fraction(-1 if form in less else 1, 1000**k)
+        for k, form in enumerate(order, 1)
+    }
+
+    def ratio(form):
+        _, *slopes = rows[form]
+        moved = (a * change[j] for j, a in zip(cobasic, slopes, strict=True))
+        return (change[form] - sum(moved)) / -slopes[0]
+
+    dictionary = Dictionary(rows, cobasic, order, lambda: None)
+    tied = dictionary.nearest(1)
+    first = min(tied, key=ratio, default=None)
+    assert dictionary.lexicographic(tied, 1, order, less) == first
+
+
+@given(st.fractions())
+def test_a_bound_remains_one_in_a_few_digits(value):
+    below, above = (Fraction(numbers.approximate(value, side)) for side in (-1, 1))
+    assert below <= value <= above
