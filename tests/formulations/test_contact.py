@@ -644,6 +644,15 @@ def steps_of_an_engine(key, rng):
         yield {"A": W, "b": q, "lower": box[0], "upper": box[1], "findex": findex}
 
 
+def test_steps_by_kernels_keep_to_the_limit_on_iterations():
+    first, *steps = steps_of_an_engine("W", default_rng(2))
+    solver = Solver(from_contact(**first), compiled=True, max_iterations=1)
+    solver.solve()
+    for data in steps:
+        solver.update(**data)
+        assert solver.solve().iterations <= 1
+
+
 @pytest.mark.parametrize("key", ["W", "findex"])
 def test_a_step_by_kernels_has_the_problem_and_the_solution_of_one_without(key):
     """Also where mu alone changes, and where contacts come and go."""

@@ -105,6 +105,7 @@ def test_bounds_and_m_may_change_from_step_to_step():
 def test_bounds_of_one_number_each_stay_for_a_matrix_of_another_shape():
     solver = Solver([[2, 1], [1, 2]], lower=-1, upper=1e20, infinity=1e20)
     assert solver.solve([-5, 6]).z.tolist() == [3, -1]
+    assert solver.solve([-5, 6], upper=1e20).problem.upper.tolist() == [np.inf] * 2
     solver.update(np.eye(3))
     assert solver.solve([-5, 6, 0]).z.tolist() == [5, -1, 0]
     solver = Solver([[2, 1], [1, 2]], lower=[-1, 0])

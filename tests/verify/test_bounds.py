@@ -15,7 +15,11 @@ from scipy.sparse import csr_array, diags_array, eye_array, kron
 from lcpcli import Problem, error_bound
 from lcpcli.errors import ProblemError
 from lcpcli.verify import error_theorems
-from lcpcli.verify.error_theorems import lower_image, scaling
+from lcpcli.verify.error_theorems import (
+    lower_image,
+    scaling,
+    semidefinite_by_rounding,
+)
 
 from .. import exact
 
@@ -324,3 +328,10 @@ def test_scaling_is_found_where_it_varies_by_more_than_the_digits_of_a_double():
     found = scaling(M, lambda d: bool(lower_image(M, np.ones(40), d).min() > 0))
     assert found.max() > 2.0**53 * found.min()
     assert min(image(M, found)) > 0
+
+
+def test_definiteness_depends_on_rounding_only_where_it_is_not_proved():
+    B = default_rng(0).random((5, 3))
+    assert semidefinite_by_rounding(B @ B.T) is not None
+    for definite in (B @ B.T + np.eye(5), np.eye(5)):
+        assert semidefinite_by_rounding(definite) is None
