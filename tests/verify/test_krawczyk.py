@@ -134,12 +134,15 @@ def test_degenerate_solutions_and_points_that_are_none_are_not_proved():
     assert not proved_bound(enclosed(outside), np.array([2 - 1e-17])).proved
 
 
-def test_a_solution_that_has_another_one_beside_it_is_not_called_the_only_one():
-    """w = 1e-20 - z_2 at z_2 = 0, which is at its bound, and 0 at z_2 = 1e-20."""
+@pytest.mark.parametrize("side", [1.0, -1.0])
+def test_a_solution_that_has_another_one_beside_it_is_not_called_the_only_one(side):
+    """w = 1e-20 - z_2 at z_2 = 0, which is at its lower bound, and 0 at z_2 = 1e-20;
+    and the mirror image."""
     beside = NonlinearProblem(
-        lambda z: [z[0] ** 2 - 2, 1e-20 - z[1]],
+        lambda z: [z[0] ** 2 - 2, side * 1e-20 - z[1]],
         lambda z: [[2 * z[0], 0.0], [0.0, -1.0]],
-        lower=0.0,
+        lower=[0.0, min(0.0, side * np.inf)],
+        upper=[np.inf, max(0.0, side * np.inf)],
         x0=[1.0, 0.0],
     )
     bound = proved_bound(enclosed(beside), np.array([2.0**0.5, 0.0]))
