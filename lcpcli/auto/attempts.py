@@ -40,10 +40,17 @@ from lcpcli.linalg.patterns import affordable, is_forest
 from lcpcli.methods import direct, stages
 from lcpcli.methods.newton import MAX_LEAST_INDEX_STEPS, SLOW, dense_route, newton
 from lcpcli.methods.registry import METHODS
-from lcpcli.methods.stages import Iterate, Part, RecordedStages, Stage, Stalled
+from lcpcli.methods.stages import (
+    Finished,
+    Iterate,
+    Part,
+    RecordedStages,
+    Stage,
+    Stalled,
+)
 from lcpcli.model.changes import is_far_from_one
 from lcpcli.model.problem import Problem
-from lcpcli.typing import Mask, Vector
+from lcpcli.typing import BasisStatus, Mask, Vector
 from lcpcli.verify.measure import FEW_UNKNOWNS
 
 if TYPE_CHECKING:
@@ -403,18 +410,49 @@ def newton_while_fast(structure: Structure) -> Stage:
     changed.
 
     Circuits need three steps, each with one factorization; most programs stop it at the
-    first one.
+    first one. Where two steps return to the same basis, it may be singular, and a
+    solution close to its last basic solution is sought.
     """
-    box, stage = structure.problem.box, usual_newton(structure)
-    basis, max_changes = box.basis_of(np.zeros(structure.problem.n)), math.inf
+    problem = structure.problem
+    stage, box = usual_newton(structure), problem.box
+    before = basis = box.basis_of(np.zeros(problem.n))
+    max_changes = math.inf
     while isinstance(step := stages.advance(stage), Iterate):
-        before, basis = basis, box.basis_of(step.x)
+        earlier, before, basis = before, basis, box.basis_of(step.x)
         changes = np.count_nonzero(basis != before)
         yield step
         if changes > max_changes:
             return Stalled(SLOW)
         max_changes = max(NEWTON_SETTLING_FACTOR * changes, SETTLED_CHANGES)
+        # The first of the three is that of the start, not of an iterate.
+        is_cycle = step.evaluations > 2 and np.array_equal(basis, earlier)
+        if is_cycle and not structure.is_large_and_sparse:
+            nearest = _nearest_solution(problem, step, before)
+            if nearest is not None:
+                yield nearest
+                return Finished()
     return step
+
+
+def _nearest_solution(
+    problem: Problem, last: Iterate, basis: BasisStatus
+) -> Iterate | None:
+    """Return a solution close to the last iterate, which has this basis, for a dense M;
+    None if there is none.
+
+    Where M_BB is singular, as for a circuit without a node of given potential, rounding
+    decides which of its basic solutions an elimination reaches. Pivots on their
+    infeasibilities then return to the same bases, though others are feasible.
+    """
+    with imports:
+        from lcpcli.methods.lemke import solution_of_basis, violations
+    box = problem.box
+    guess = box.project(box.z_of(last.x))
+    z, is_accurate = solution_of_basis(problem, problem.M, guess, basis)
+    if not is_accurate and violations(problem, z)[2].any():
+        return None
+    x = box.x_within(z, problem.w(z), box.basis_at(z))
+    return Iterate(x, None, "block", last.evaluations + 1)
 
 
 def usual_newton(structure: Structure) -> Stage:

@@ -214,6 +214,7 @@ def with_M(problem: Problem, M: Matrix) -> Problem:
     return Problem.of_fields(
         {name: value for name, value in vars(problem).items() if name in field_names},
         M=M,
+        facts=problem.facts.in_other_form(M),
     )
 
 

@@ -65,6 +65,14 @@ class Facts:
 
     def __init__(self, M: Matrix, block_form: BlockForm | None) -> None:
         self._M, self._form = M, block_form
+        # The units, once they are known, for M stored in any form.
+        self._in_any_form = dict[str, Units]()
+
+    def in_other_form(self, M: Matrix) -> Facts:
+        """Return the facts about this M, stored as a dense or as a sparse matrix."""
+        other = Facts(M, self._form)
+        other._in_any_form = self._in_any_form
+        return other
 
     def __getstate__(self) -> dict[str, Any]:
         """Leave the M before out of copies and pickles."""
@@ -161,7 +169,10 @@ class Facts:
 
     @cached_property
     def units(self) -> Units:
-        return units(self._M, None if self._form is None else self.signs)
+        known = self._in_any_form
+        if not known:
+            known["units"] = units(self._M, None if self._form is None else self.signs)
+        return known["units"]
 
 
 @dataclass(frozen=True, eq=False, init=False, repr=False)

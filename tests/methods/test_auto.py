@@ -189,6 +189,32 @@ def test_factors_of_narrow_bands_come_first_as_long_as_they_settle_fast():
         assert run(Problem(M, -np.ones(n))).route == ("newton",)
 
 
+def test_pivots_that_return_to_a_singular_basis_end_at_a_solution_close_by(monkeypatch):
+    """z_1 - z_2 = 1 with free z_1 and z_2, as of a circuit without a ground, and z_3 >=
+    0 complementary to z_1 + z_3 - 2: rounding decides which z_1 an elimination returns
+    with or without a basic z_3, here one that is infeasible by 1e-7 in both."""
+    M = [[1.0, -1.0, 0.0], [-1.0, 1.0, 0.0], [1.0, 0.0, 1.0]]
+    no_bound = [-np.inf, -np.inf, 0.0]
+    problem = Problem(M, [-1.0, 1.0, -2.0], lower=no_bound)
+    error = 1e-7
+    below = np.array([2.0 - error, 1.0 - error, 0.0]), np.array([0.0, 0.0, -error])
+    above = np.array([2.0 + error, 1.0 + error, -error]), np.zeros(3)
+
+    def returning(_):
+        for k in range(1, 20):
+            z, w = (above, below)[k % 2]
+            yield Iterate((z - w) / 2, None, "block", k, signs_final=False)
+        return Finished()
+
+    monkeypatch.setattr(auto_table, "usual_newton", returning)
+    structure = Structure(problem, np.zeros(3))
+    iterates, ending = through(auto_table.newton_while_fast(structure))
+    assert isinstance(ending, Finished)
+    assert len(iterates) == 4
+    z = problem.box.z_of(iterates[-1].x)
+    assert np.abs(problem.box.gaps(z, problem.w(z))).max() < 1e-14
+
+
 def test_planted_solutions_are_found():
     result = run(Problem(*planted(80, 0)))
     assert result.solved

@@ -8,8 +8,10 @@ from numpy.random import default_rng
 from scipy.sparse import block_diag, csr_array
 
 from lcpcli import Problem, from_qp, run
+from lcpcli.linalg.units import units
 from lcpcli.methods import convex_program, interior
 from lcpcli.methods.direct import may_be_program
+from lcpcli.model import problem as problem_module
 
 from .programs import random_program
 
@@ -265,3 +267,18 @@ def test_programs_whose_costs_depend_on_sums_have_the_minimum_of_dense_ones():
     assert results[0].route == ("piqp",)
     first, second = (float(result.answer.objective) for result in results)
     assert abs(first - second) <= 1e-9 * abs(second)
+
+
+def test_scaling_factors_are_computed_once_for_both_forms_of_a_dense_program(
+    monkeypatch,
+):
+    """PIQP scales the compressed M, and its answer is verified with the dense one."""
+    computed = []
+    monkeypatch.setattr(
+        problem_module, "units", lambda *given: computed.append(given) or units(*given)
+    )
+    generator = default_rng(0)
+    A = generator.integers(-3, 4, (20, 60)).astype(float)
+    program = from_qp(np.eye(60), -np.ones(60), A, row_lower=0.0, row_upper=0.0)
+    assert run(program).route == ("piqp",)
+    assert len(computed) == 1
