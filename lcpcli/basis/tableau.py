@@ -95,13 +95,14 @@ def exchange(T: Vector, row: int, column: int) -> float:
     return the largest entry of this row before, relative to the pivot."""
     pivot, others = T[row, column], T[:, column].copy()
     pivot_row = T[row] / -pivot
-    largest = np.maximum.reduce(np.abs(pivot_row))
+    sizes = np.abs(pivot_row)
+    largest = sizes[sizes.argmax()]
     others[row], pivot_row[column] = 0.0, 0.0
     if T.size <= MAX_UNSELECTED or 2 * np.count_nonzero(others) >= others.size:
-        T += np.multiply.outer(others, pivot_row)
+        T += others.reshape(-1, 1) * pivot_row
     else:
         rows = others.nonzero()[0]
-        T[rows] += np.multiply.outer(others[rows], pivot_row)
+        T[rows] += others[rows].reshape(-1, 1) * pivot_row
     T[row] = pivot_row
     T[:, column] = others / pivot
     T[row, column] = 1.0 / pivot
@@ -125,9 +126,8 @@ def choose(
     """
     n, noise = tableau.values.size, tableau.noise
     rate = np.abs(change)
-    slack = np.where(
-        change < 0.0, tableau.values - tableau.lower, tableau.upper - tableau.values
-    )
+    slack = tableau.upper - tableau.values
+    np.copyto(slack, tableau.values - tableau.lower, where=change < 0.0)
     np.maximum(slack, 0.0, out=slack)
     moves = rate > SMALL * tableau.growth[0]
     ratios = np.empty(n)
@@ -135,7 +135,7 @@ def choose(
     np.divide(slack, rate, where=moves, out=ratios)
     variable = tableau.nonbasic[entering]
     bound_flip_ratio = tableau.d[variable - n] if n <= variable < 2 * n else np.inf
-    min_ratio = min(np.minimum.reduce(ratios), bound_flip_ratio)
+    min_ratio = min(ratios[ratios.argmin()], bound_flip_ratio)
     if min_ratio == np.inf:
         return UNBOUNDED, 0.0
     fall = -change[cover_row]
@@ -151,7 +151,8 @@ def choose(
     if lexicographic:
         row = lexicographic_minimum(tableau, np.nonzero(tied)[0], change)
     else:
-        row = int(np.where(tied, rate, 0.0).argmax())
+        rate[np.logical_not(tied)] = 0.0
+        row = int(rate.argmax())
     return row, ratios[row]
 
 
@@ -181,7 +182,7 @@ def shift(tableau: Tableau, change: Vector, step: float) -> float:
     values += step * change
     np.maximum(tableau.noise, NOISE * step * rate, out=tableau.noise)
     values[np.abs(values) <= ZERO * tableau.noise] = 0.0
-    return float(np.maximum.reduce(rate))
+    return float(rate[rate.argmax()])
 
 
 def move(
@@ -254,7 +255,9 @@ def follow(
     """Follow the path for at most max_pivots pivots; return how it ended, their number,
     the column that enters next, and the sign of its step."""
     for pivots in range(max_pivots):
-        change = tableau.T[:, entering] * step_sign
+        change = tableau.T[:, entering].copy()
+        if step_sign < 0.0:
+            change = -change
         row, step = choose(tableau, entering, change, cover_row, lexicographic)
         if row == UNBOUNDED:
             return RAY, pivots, entering, step_sign

@@ -244,7 +244,7 @@ def _dense(M: Vector) -> Units | None:
         of_rows = np.maximum(counts[0], 1.0)
         shares = entries.T / of_rows
         N = (column_part[:, np.newaxis] == column_part) - shares @ entries
-        N[range(n), range(n)] += counts[1]
+        N.flat[:: n + 1] += counts[1]
         gamma = np.linalg.solve(N, shares @ sums[0] - sums[1])
         rho = -(sums[0] + entries @ gamma) / of_rows
     return Units(
@@ -566,7 +566,9 @@ def _components(used: Mask) -> tuple[Indices, Indices, int]:
             if part:
                 parts.append(part)
         count = len(parts)
-        for i, rest in enumerate(parts):
+        if count == 1:  # the usual case, without a loop over the columns
+            columns[used.any(axis=0)] = 0
+        for i, rest in enumerate(parts if count > 1 else ()):
             while rest:
                 lowest = rest & -rest
                 columns[lowest.bit_length() - 1] = i

@@ -195,26 +195,28 @@ class Safeguard:
 
 
 FIELDS = {field.name for field in fields(Problem)}
-# These fields, with those that follow from z >= 0.
-FIELDS_OF_LCP = {*FIELDS, "reference_z", "q_ref", "q_error"}
 
 
 def as_dense(problem: Problem) -> Problem:
     """Return the problem with M dense, without its origin if M was not."""
     if not is_sparse(problem.M):
         return problem
-    return with_M(problem, matrices.dense(problem.M)).having(origin=None)
+    dense = with_M(problem, matrices.dense(problem.M))
+    return dense if problem.origin is None else dense.having(origin=None)
 
 
 def with_M(problem: Problem, M: Matrix) -> Problem:
-    """Return the problem with its M in another form."""
+    """Return the problem with its M in another form, and what has been computed of M in
+    either one."""
     if M is problem.M:
         return problem
-    field_names = FIELDS_OF_LCP if problem.box.is_orthant else FIELDS
     return Problem.of_fields(
-        {name: value for name, value in vars(problem).items() if name in field_names},
+        {name: value for name, value in vars(problem).items() if name in FIELDS},
         M=M,
         facts=problem.facts.in_other_form(M),
+        reference_z=problem.reference_z,
+        q_ref=problem.q_ref,
+        q_error=problem.q_error,
     )
 
 

@@ -49,6 +49,10 @@ WITHOUT_SOLUTION = ("infeasible", "unsolvable")
 
 LCP_BOUNDS = 0.0, math.inf
 
+# Rows up to which the scaling factors of a dense M take no longer than those of the
+# sparse one from which it was made.
+MAX_UNITS_OF_DENSE = 150
+
 
 class Facts:
     """Facts about the M of a problem, or of its block form, each computed when it is
@@ -62,6 +66,8 @@ class Facts:
     kind: Any = None
     # The facts about the last dense M of a sequence whose scaling factors are known.
     _before: Facts | None = None
+    # The sparse M of many rows from which a dense one was made.
+    _sparse_form: Matrix | None = None
 
     def __init__(self, M: Matrix, block_form: BlockForm | None) -> None:
         self._M, self._form = M, block_form
@@ -72,6 +78,8 @@ class Facts:
         """Return the facts about this M, stored as a dense or as a sparse matrix."""
         other = Facts(M, self._form)
         other._in_any_form = self._in_any_form
+        if is_sparse(self._M) and M.shape[0] > MAX_UNITS_OF_DENSE:
+            other._sparse_form = self._M
         return other
 
     def __getstate__(self) -> dict[str, Any]:
@@ -171,7 +179,8 @@ class Facts:
     def units(self) -> Units:
         known = self._in_any_form
         if not known:
-            known["units"] = units(self._M, None if self._form is None else self.signs)
+            M = self._M if self._sparse_form is None else self._sparse_form
+            known["units"] = units(M, None if self._form is None else self.signs)
         return known["units"]
 
 

@@ -15,6 +15,7 @@ import lcpcli
 from lcpcli import Problem, check, run
 from lcpcli.errors import ProblemError
 from lcpcli.linalg.matrices import is_sparse
+from lcpcli.methods.direct import as_dense
 from lcpcli.model.box import BASIC, LOWER, ORTHANT
 from lcpcli.model.changes import scale
 from lcpcli.model.right_hand_sides import Columns, like_with
@@ -328,6 +329,20 @@ def test_what_is_not_known_to_depend_on_M_alone_is_dropped():
     assert other.solutions == ()
     assert other.verdict == ""
     assert other.q_ref.tolist() == [1.0, -1.0]
+
+
+def test_a_dense_form_of_a_sparse_problem_has_what_is_computed_of_either():
+    n = 160
+    M = sparse.diags_array(
+        [np.full(n - 1, -1.0), np.arange(1.0, n + 1)], offsets=[1, 0]
+    )
+    problem = Problem(M.tocsr(), -np.ones(n), lower=1.0, upper=2.0)
+    dense = as_dense(problem)
+    assert dense.q_ref is problem.q_ref
+    assert dense.reference_z is problem.reference_z
+    # Products with a sparse M of so many rows take less time.
+    assert dense.units is problem.units
+    assert dense.units.rows.tolist() == problem.anew().units.rows.tolist()
 
 
 def test_the_problems_of_a_block_know_of_M_and_not_of_q():
