@@ -426,7 +426,7 @@ def newton_while_fast(structure: Structure) -> Stage:
         max_changes = max(NEWTON_SETTLING_FACTOR * changes, SETTLED_CHANGES)
         # The first of the three is that of the start, not of an iterate.
         is_cycle = step.evaluations > 2 and np.array_equal(basis, earlier)
-        if is_cycle and not structure.is_large_and_sparse:
+        if is_cycle and not (step.signs_final or structure.is_large_and_sparse):
             nearest = _nearest_solution(problem, step, before)
             if nearest is not None:
                 yield nearest

@@ -215,6 +215,23 @@ def test_pivots_that_return_to_a_singular_basis_end_at_a_solution_close_by(monke
     assert np.abs(problem.box.gaps(z, problem.w(z))).max() < 1e-14
 
 
+def test_no_solution_is_sought_close_to_one_at_a_bound(monkeypatch):
+    """z = (1, 0) with w = 0, whose basis is that of the iterate before the last one."""
+    problem = Problem([[0.0, 1.0], [-1.0, 1.0]], [0.0, 1.0], upper=[2.0, 2.0])
+    solution = np.array([1.0, 0.0])
+    others = np.array([1.0, -1.0]), np.array([1.0, 1.0])
+
+    def ending_at_solution(_):
+        for k, z in enumerate((*others, solution), 1):
+            yield Iterate(z / 2, None, "block", k, signs_final=z is solution)
+        return Finished()
+
+    monkeypatch.setattr(auto_table, "usual_newton", ending_at_solution)
+    structure = Structure(problem, np.zeros(2))
+    iterates, _ = through(auto_table.newton_while_fast(structure))
+    assert len(iterates) == 3
+
+
 def test_planted_solutions_are_found():
     result = run(Problem(*planted(80, 0)))
     assert result.solved
