@@ -37,7 +37,7 @@ def read(
     return problem_in(files, infinity)
 
 
-def problem_in(files: Sequence[InputFile], infinity: float = math.inf) -> Problem:
+def problem_in(files: Sequence[InputFile], infinity: float) -> Problem:
     """Return the problem in one file or two; infinity : as in `read`."""
     problem = problem_of(files)
     if infinity == math.inf:

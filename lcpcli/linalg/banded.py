@@ -156,7 +156,7 @@ class Banded:
         return self._in_place(self._solve(self._ordered(b))[0])
 
     def fixed_point_factors(
-        self, d: Vector | None, basic: Mask | None = None
+        self, d: Vector | None, basic: Mask | None
     ) -> FixedPointFactors:
         """Return the factors that `factorize` computes in fixed-point arithmetic, where
         d is added without rounding; raise SingularMatrix if a pivot is 0.
@@ -164,7 +164,7 @@ class Banded:
         band, w = self._changed(None, basic), self.width
         added = None if d is None else self._ordered(d)
         if self.is_symmetric:
-            return FixedPointFactors(band, added=added)
+            return FixedPointFactors(band, None, added)
         upper = np.zeros((w + 1, self.n))
         for k in range(w + 1):
             upper[k, : self.n - k] = band[w - k, k:]

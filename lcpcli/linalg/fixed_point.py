@@ -72,7 +72,7 @@ class FixedPointFactors:
     """
 
     def __init__(
-        self, lower: Vector, upper: Vector | None = None, added: Vector | None = None
+        self, lower: Vector, upper: Vector | None, added: Vector | None
     ) -> None:
         self.is_definite = True
         self._width, self._n = lower.shape[0] - 1, lower.shape[1]

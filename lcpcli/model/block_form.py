@@ -423,7 +423,7 @@ def rows_between(
     b: Any,
     row_lower: Any,
     row_upper: Any,
-    infinity: float = math.inf,
+    infinity: float,
 ) -> tuple[Matrix, tuple[Vector, Vector]]:
     """Return the matrix of rows, of shape (m, k), and their lower and upper sides, or
     raise ProblemError. b : an alternative name of row_lower."""

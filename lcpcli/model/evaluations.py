@@ -34,6 +34,8 @@ MAX_DENSE = 100  # unknowns up to which J is differenced column by column, and i
 # Points whose F is cached, as the loop and the method, and J by differences, need it
 # again.
 MAX_CACHED = 4
+# Differences of F_i above this relative to its largest value are not considered noise.
+MAX_NOISE = 1e-10
 STEP = EPS**0.5  # of a forward difference, relative to z_j, or to 1 if z_j is smaller
 LONG_STEP = 2.0**-7  # that shows whether differences by STEP are doubtful
 # Relative to the change of F, or to the terms of J: a difference of the two that is
@@ -614,11 +616,10 @@ def _oscillates(
 
 
 @np.errstate(all="ignore")
-def rounding(values: Values, box: Box, z: Vector, max_share: float) -> Vector:
+def rounding(values: Values, box: Box, z: Vector) -> Vector:
     """Return the noise of each row of F at z that is of rounding, by the finest spacing
-    that shows it; max_share : the largest noise, relative to the largest |F_i| at the
-    points, that is treated as rounding. Where |F| is larger at the points than at z, so
-    may its rounding be; so the noise is at most that by closer points."""
+    that shows it. Where |F| is larger at the points than at z, so may its rounding be;
+    so the noise is at most that by closer points."""
     rounding_levels = np.zeros(z.size)
     is_known = np.zeros(z.size, dtype=bool)
     closest = np.full(z.size, np.inf)
@@ -628,7 +629,7 @@ def rounding(values: Values, box: Box, z: Vector, max_share: float) -> Vector:
         if not np.isfinite(F).all():
             break
         closest = np.where(third > 0, np.fmin(closest, third), closest)
-        is_noise &= level <= max_share * np.abs(F).max(axis=0)
+        is_noise &= level <= MAX_NOISE * np.abs(F).max(axis=0)
         rounding_levels = np.where(
             is_noise & ~is_known, np.minimum(level, ALIKE * closest), rounding_levels
         )

@@ -278,7 +278,7 @@ def text(value: Any) -> str:
 
 
 def record_without_result(
-    source: Source, status: str, message: str, field: str | None = None
+    source: Source, status: str, message: str, field: str | None
 ) -> dict[str, Any]:
     """Return the record of an input that cannot be used, or whose result was lost, with
     its mark in a log. field : what is wrong in the file, or on the command line."""

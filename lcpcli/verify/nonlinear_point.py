@@ -42,7 +42,7 @@ from lcpcli.linalg.doubles import (
     size,
 )
 from lcpcli.linalg.matrices import are_equal, dense, is_sparse, with_data
-from lcpcli.model.evaluations import Evaluations, Slopes, rounding
+from lcpcli.model.evaluations import MAX_NOISE, Evaluations, Slopes, rounding
 from lcpcli.model.nonlinear import NonlinearProblem
 from lcpcli.model.problem import Problem
 from lcpcli.model.right_hand_sides import like_with
@@ -147,8 +147,6 @@ def _rounded_up(sums: Vector, terms: int) -> Vector:
     return np.asarray(sums * (1 + 4 * (terms + 4) * EPS))
 
 
-# Differences of F_i above this relative to its largest value are not considered noise.
-MAX_NOISE = 1e-10
 # A component below this relative to the largest one may be the rounding error of 0.
 VANISHED = 1e-12
 # A residual of at most WORTH, or LITTLE times the residual at x0, may be due to noise
@@ -437,7 +435,7 @@ class NonlinearPoint(Point):
         other = NonlinearPoint(
             self.original_criterion,
             z,
-            rounding(problem.values, problem.box, z, MAX_NOISE),
+            rounding(problem.values, problem.box, z),
         )
         return other if other.solves() else None
 
