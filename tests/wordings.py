@@ -205,9 +205,6 @@ COMPLETE = "use .json, .npz or .mat, or .mps or .qps for a program"
 WITH_BOUNDS = "use .json, .npz, .mat or .csv"
 SUFFIXES = "use .txt, .json, .csv, .md, .tex, .html, .jsonl, .ndjson or give --format"
 PICTURES = "use one of .png, .svg, .pdf"
-A_BENCH = (
-    "name a file of lcp bench -o FILE.json, or results of lcp solve or compare in JSON"
-)
 A_LOG = "name a file that lcp solve -o FILE.jsonl has begun"
 AS_A_FILE = "give the line of one as a separate file"
 SOLVE_AGAIN = "solve the model again"

@@ -229,29 +229,6 @@ def test_names_say_in_what_the_runs_of_a_method_differ():
     assert labels([Variant("shi"), parse("shi:p=10")]) == ["shi", "shi:p=10"]
 
 
-def test_every_value_that_is_asked_for_runs(lcp):
-    runs = compared(
-        lcp,
-        "--method shi:p=10 --method shi:p=100,k-star=5 --method fixed-point",
-    )
-    asked = {
-        "shi:p=10": (10, 100),
-        "shi:p=100,k-star=5": (100, 5),
-        "fixed-point": (None, None),
-    }
-    assert {
-        run["label"]: (run["options"].get("p"), run["options"].get("k_star"))
-        for run in runs
-    } == asked
-    assert [
-        run["options"]["p"] for run in compared(lcp, "--method shi --sweep p=10,1e4")
-    ] == [10, 1e4]
-    runs = compared(lcp, "--method shi:p=10 --method shi:k-star=7 --p 50")
-    assert [run["options"]["p"] for run in runs] == [10, 50]
-    result = lcp(f"solve {EXAMPLE} --method shi:k-star=5 --format json").record
-    assert result["options"]["k_star"] == 5
-
-
 def test_bench_measures_variants_and_resumes_them(lcp, tmp_path):
     output = str(tmp_path / "bench.json")
     given = "--method shi --method newton --sweep p=100,1e4 --budget 0"

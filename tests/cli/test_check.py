@@ -9,13 +9,12 @@ import numpy as np
 import pytest
 
 import lcpcli
-from lcpcli import Problem, check
-from lcpcli.files import contents, writing
+from lcpcli import check
+from lcpcli.files import contents
 from lcpcli.formulations.quadratic_program.answers import Minimum
 
 from ..conftest import save_json
 from ..methods.programs import bounded_program
-from .conftest import assert_refused
 
 # z = (0, 15/29, 17/29, 0), w = (14/29, 0, 0, 99/29)
 EXAMPLE = contents.shipped_path("paper-example-2.json")
@@ -75,20 +74,6 @@ def test_of_several_solutions_one_that_is_wrong_is_told(lcp, checked):
     found["solutions"][0]["z"][0] = "7"
     outcome = checked(found, problem="bimatrix")
     assert (outcome.code, outcome.out.count("does not solve")) == (1, 1)
-
-
-def test_at_most_ten_violations_are_listed(lcp, tmp_path):
-    writing.write(Problem(np.eye(30), -np.arange(1.0, 31.0)), tmp_path / "p.json")
-    (tmp_path / "z.txt").write_text("0 " * 30)
-    found = lcp(
-        f"check {tmp_path / 'p.json'} {tmp_path / 'z.txt'} --format json"
-    ).record
-    assert found["violated"] == 30
-    assert len(found["violations"]) == 10
-    assert (
-        "the worst 10 of 30"
-        in lcp(f"check {tmp_path / 'p.json'} {tmp_path / 'z.txt'} --exact").out
-    )
 
 
 PORTFOLIO = contents.shipped_path("programs/portfolio.json")
@@ -184,13 +169,6 @@ def test_multipliers_of_a_maximum_have_either_sign_and_wrong_ones_are_told():
     assert found.statement == f"{UNIQUE}, but with other multipliers"
 
 
-def test_the_tolerance_is_told_that_accepts_what_was_rounded_of_a_maximum(checked):
-    third = 0.33333333
-    problem = {"c": [1, 1], "A": [[3, 7]], "row_upper": [1], "sense": "max"}
-    for answer in ([third, 0, -third], {"x": [third, 0], "y": [third]}):
-        assert "; --tol 1e-07 accepts it\n" in checked(answer, problem=problem).out
-
-
 def test_stationary_point_is_not_called_a_minimizer():
     problem = lcpcli.from_qp(
         [[-2, 0], [0, 1]], [1, 0], [[1, 1]], row_lower=-1, row_upper=2
@@ -242,45 +220,3 @@ def test_of_an_ill_posed_problem_the_proof_stands_and_no_solution(
     assert [
         checked(answer, problem="ill.json").code for answer in (result, result["z"])
     ] == [0, 1]
-
-
-@pytest.mark.parametrize(
-    "command",
-    ["check p.json 1,1", "solve p.json --z0 1,1", "why p.json --keep other"],
-)
-def test_a_wrong_argument_costs_one_line_beside_a_wrong_known_solution(
-    command, lcp, in_folder
-):
-    problem = {"M": [[2]], "q": [-2], "solution": [[5], [1]]}
-    save_json(in_folder / "p.json", problem)
-    assert_refused(lcp(command))
-    told = lcp("solve p.json -q")
-    assert told.code == 0
-    assert told.err == ""
-    assert "is ignored" in lcp("solve p.json").err
-    assert "is ignored" in lcp("check p.json 1").err
-
-
-def test_a_z_beyond_the_range_of_doubles_is_checked_in_fractions(lcp, checked):
-    two = {"M": [[2, 1], [1, 2]], "q": [-5, -6]}
-    told = checked("[1e400, 1]", problem=two)
-    assert told.err == (
-        "lcp: answer: entry 1: is beyond the range of doubles; add --exact\n"
-    )
-    assert told.code == 2
-    assert checked("[1e400, 1]", "--exact", problem=two).code == 1
-    far = {"M": [[1e-300]], "q": [-1e300]}
-    assert checked("[1]", problem=far).code == 1
-    solution = lcp("solve p.json --exact -f json").record
-    assert checked(solution, problem=far).code == 2
-    assert checked(solution, "--exact", problem=far).code == 0
-
-
-def test_x_at_which_a_row_overflows_is_refused_without_warnings(lcp, folder):
-    program = """{"Q": [[1e308, 1e308], [1e308, 1e308]], "c": [-1, -1],
-        "A": [[1e308, 1e308]], "row_lower": [1]}"""
-    (folder / "p.json").write_text(program)
-    outcome = lcp("check p.json 1,1")
-    assert outcome.code == 1
-    assert outcome.err == ""
-    assert "z does not solve the problem" in outcome.out

@@ -5,7 +5,6 @@ import json
 import os
 from pathlib import Path
 
-import numpy as np
 import pytest
 
 from lcpcli.solving import solver
@@ -36,44 +35,12 @@ def folder(in_folder):
     return inside
 
 
-def test_a_line_names_each_file_that_cannot_be_read(lcp):
-    Path("wrong.json").write_text("{")
-    files = ("wrong.json", "inside/a.csv", "nowhere.json", "inside/deeper.json")
-    for command in ("solve", "compare"):
-        outcome = lcp(command, *files)
-        lines = [line for line in outcome.err.splitlines() if "problems" not in line]
-        assert outcome.code == 2
-        assert [line.split(": ")[1] for line in lines] == [files[0], *files[2:]]
-
-
-@pytest.mark.parametrize(
-    "command",
-    [
-        "solve inside/b.json -o r.csv",
-        "solve inside/b.json -o r.json",
-        "solve inside/b.json inside/a.csv -o r.csv",
-        "solve inside/b.json --all -o r.csv",
-        "solve inside/b.json --all -o r.json",
-        "compare inside/b.json --method newton -o r.csv",
-        "solve inside/b.json --method newton --trace -o r.csv",
-        "check inside/b.json 0.5 -o r.json",
-        "inspect inside/b.json -o r.json",
-        "bench inside/b.json --method newton --budget 0 -o r.json",
-    ],
-)
-def test_no_result_is_taken_for_a_problem(command, lcp):
-    assert lcp(f"{command} -q").code == 0
-    file = command.split()[-1]
-    assert_refused(lcp(f"solve {file}"), f"{file}: {RESULT}; {NAME_PROBLEM}")
-
-
-def test_bench_and_compare_take_the_same_files(lcp):
+def test_the_record_of_a_bench_is_no_problem_and_has_the_files_of_a_folder(lcp):
     assert lcp("bench inside --method newton --budget 0 -o r.json -q").code == 0
+    assert_refused(lcp("solve r.json"), f"r.json: {RESULT}; {NAME_PROBLEM}")
     assert [
         case["file"] for case in json.loads(Path("r.json").read_text())["cases"]
     ] == INSIDE
-    outcome = lcp("compare inside --method newton --format json")
-    assert [record["file"] for record in outcome.records] == INSIDE
     Path("wrong.json").write_text("{")
     assert (
         lcp(
@@ -86,23 +53,12 @@ def test_bench_and_compare_take_the_same_files(lcp):
 
 
 PROBLEM = '{"M": [[2, 1], [1, 2]], "q": [-5, -6]}'
-GAME = '{"A": [[1, 0], [0, 1]], "B": [[0, 1], [1, 0]]}'
-INPUTS = {
-    "p.json": PROBLEM,
-    "to.json": PROBLEM.replace("-5", "5"),
-    "v.json": "[1, 1]",
-    "g.json": GAME,
-}
-TABLES = {"M.csv": "2,1\n1,2\n", "q.csv": "-5\n-6\n"}
-OF_Q = "%%MatrixMarket matrix array real general\n2 1\n-5\n-6\n"
 
 
 @pytest.fixture
 def inputs(in_folder):
-    for name, text in {**INPUTS, **TABLES, "p.q.mtx": OF_Q}.items():
-        (in_folder / name).write_text(text)
-    (in_folder / "in").mkdir()
-    (in_folder / "in" / "a.json").write_text(PROBLEM)
+    (in_folder / "p.json").write_text(PROBLEM)
+    (in_folder / "to.json").write_text(PROBLEM.replace("-5", "5"))
     return in_folder
 
 
@@ -129,44 +85,6 @@ def step(load, size=1.0):
     return json.dumps(
         {"M": [[size * a for a in row] for row in CONTACT], "q": [-load, -load, 0.5]}
     )
-
-
-def test_steps_in_folders_and_columns_have_same_verdicts_in_fewer_pivots(lcp):
-    alone, found = (
-        lcp("solve", "steps", "--format", "json", *own).records
-        for own in ((), ("--sequence",))
-    )
-    for one, other in zip(alone, found, strict=True):
-        assert list(one) == list(other)
-        for key in (
-            "file",
-            "item",
-            "problem",
-            "n",
-            "status",
-            "solved",
-            "method",
-            "options",
-            "tol",
-        ):
-            assert one[key] == other[key]
-        assert other["relative_residual"] <= 1e-10
-    assert [record["route"] for record in alone] == [["lemke"]] * 4
-    assert [record["route"] for record in found] == [
-        ["lemke"],
-        ["newton"],
-        ["newton"],
-        ["newton"],
-    ]
-    np.savetxt("M.csv", CONTACT, delimiter=",")
-    np.savetxt("q.csv", [[-1, -1.1, -1.2]] * 2 + [[0.5] * 3], delimiter=",")
-    columns = lcp("solve M.csv q.csv --sequence --format json").records
-    assert [record["item"] for record in columns] == [1, 2, 3]
-    assert [record["route"] for record in columns] == [
-        ["lemke"],
-        ["newton"],
-        ["newton"],
-    ]
 
 
 def test_interrupted_sequence_goes_on_from_its_log(lcp, monkeypatch):

@@ -25,11 +25,9 @@ import pytest
 
 from lcpcli.cli import pools
 from lcpcli.cli import streams as tasks
-from lcpcli.cli.problems import Inputs, Request
 from lcpcli.cli.streams import TaskRecord
 from lcpcli.files.input_file import InputFile
 from lcpcli.files.inputs import Input, QColumns
-from lcpcli.methods.registry import Variant
 
 from .conftest import MAIN, python
 
@@ -220,38 +218,6 @@ def test_processes_that_cannot_be_started_again_leave_what_is_solved(tmp_path):
             "".join(f"{line}\n" for line in problems).encode(), timeout=PATIENCE
         )
     assert_all_solved(process, told_then, log)
-
-
-COPIED = """
-import time
-from lcpcli.cli import pools
-
-early = time.time()
-pool = pools.Local(2)
-print(pool.submit(eval, "__import__('__main__').early").result() == early)
-pool.close()
-"""
-
-
-def test_processes_are_copies_where_there_are_no_other_threads():
-    assert python(COPIED).stdout == "True\n"
-
-
-def test_work_that_takes_long_comes_back_without_the_rest(monkeypatch):
-    task = tasks.Task(
-        Request(inputs=Inputs([]), variants=[Variant("auto")], exact=False),
-        "json",
-        20,
-        None,
-    )
-    works = [
-        Input((InputFile("-", text.encode(), k),)) for k, text in enumerate(lines(4), 1)
-    ]
-    for limit, expected in ((np.inf, [1, 2, 3, 4]), (1e-9, [1])):
-        monkeypatch.setattr(tasks, "PIECE_SECONDS", limit)
-        assert [
-            json.loads(record.text)["item"] for (record,) in task.all_of(works)[0]
-        ] == expected
 
 
 def scheduler_and_workers(folder):

@@ -57,30 +57,6 @@ def test_examples_of_the_page_print_what_they_say(capfd):
     assert len(EXAMPLES) == 3
 
 
-def test_both_bounds_count_beside_a_given_multiplier_and_a_slack_variable():
-    """Three plants at their bounds and between them; one with the multiplier of its
-    bound, and one whose condition is that of a slack variable."""
-    model = pyomo.ConcreteModel()
-    costs = {1: -10, 2: -4, 3: 1}
-    model.x = pyomo.Var([1, 2, 3, 4, 5], bounds=(0, 3), initialize=1.0)
-    model.mu, model.w = pyomo.Var(within=pyomo.NonNegativeReals), pyomo.Var()
-    conditions = [
-        *((model.x[k] >= 0, 2 * model.x[k] + cost >= 0) for k, cost in costs.items())
-    ]
-    conditions += [
-        (model.x[4] >= 0, 2 * model.x[4] - 10 + model.mu >= 0),
-        (model.mu >= 0, 3 - model.x[4] >= 0),
-    ]
-    model.slack = pyomo.Constraint(expr=model.w == 2 * model.x[5] - 10)
-    conditions.append((model.x[5] >= 0, model.w >= 0))
-    model.c = mpec.ComplementarityList(
-        rule=(mpec.complements(*each) for each in conditions)
-    )
-    assert solved(model) == "optimal"
-    values = [*(model.x[k].value for k in range(1, 6)), model.mu.value, model.w.value]
-    assert values == pytest.approx([3, 2, 0, 3, 3, 4, -4])
-
-
 def test_objective_chooses_among_solutions():
     model = pyomo.ConcreteModel()
     model.x, model.y = (pyomo.Var(within=pyomo.NonNegativeReals) for _ in range(2))
@@ -101,18 +77,6 @@ def test_reason_of_a_failure_is_in_the_warning(caplog):
     model.row = pyomo.Constraint(expr=1 + model.z**2 == 0)
     assert solved(model) == "maxIterations"
     assert "stationary point of the merit function" in caplog.text
-
-
-def test_error_in_the_model_is_in_the_log(caplog):
-    model = pyomo.ConcreteModel()
-    model.x = pyomo.Var(bounds=(0, 3), initialize=1.0)
-    model.c = mpec.Complementarity(
-        expr=mpec.complements(model.x >= 0, 2 * model.x - 10 >= 0)
-    )
-    model.objective = pyomo.Objective(expr=model.x**2)
-    with pytest.raises(Exception, match="did not exit normally"):
-        solved(model)
-    assert "has an objective that is not linear; write a linear one" in caplog.text
 
 
 def test_lcp_stands_in_the_place_of_path(on_the_path):
@@ -241,7 +205,10 @@ def refusals():
     whole.k = pyomo.Var(within=pyomo.Binary)
     whole.s = pyomo.Constraint(expr=whole.k + whole.x >= 1)
     bilevel = "lcp help solutions bilevel"
+    cost = forms()["variable first"][0]
+    cost.o = pyomo.Objective(expr=cost.x**2)
     return {
+        "objective": (cost, "has an objective that is not linear; write a linear one"),
         "leader": (leader, "without a row to its objective, as those of a leader"),
         "advice for a leader": (leader, bilevel),
         "row of a leader": (row, bilevel),

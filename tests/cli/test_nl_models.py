@@ -1,7 +1,5 @@
 """Models of AMPL in the commands, and lcp in the place of a solver that AMPL calls."""
 
-import gzip
-import json
 from types import SimpleNamespace
 
 import numpy as np
@@ -16,12 +14,7 @@ from lcpcli.solving.result import Status
 
 from .. import literature
 from ..files.nl_writing import model
-from .models import FILES, PLANT
-
-
-def test_compressed_models_have_their_names(models, lcp):
-    (models / "plant.nl.gz").write_bytes(gzip.compress(PLANT))
-    assert lcp("solve plant.nl.gz --format json").record["names"] == ["plant"]
+from .models import FILES
 
 
 @pytest.fixture(autouse=True)
@@ -31,7 +24,7 @@ def models(folder):
     return folder
 
 
-@pytest.mark.parametrize("name", ["solve", "check", "inspect", "ampl"])
+@pytest.mark.parametrize("name", ["solve", "check", "inspect", "ampl", "faults"])
 def test_commands_print_what_the_document_shows(name, document):
     document(f"models/{name}")
 
@@ -121,21 +114,6 @@ def test_inspection_in_python_counts_the_operators_of_a_model(models):
     assert inspected.operators == {"power": 1, "quotient": 1}
     assert inspected.common_expressions == 0
     assert inspected.fixed_variables == 1
-
-
-@pytest.mark.parametrize("command", ["solve twice.nl", "solve twice.nl linear.nl"])
-def test_a_fault_has_its_file_and_names(command, lcp):
-    first = lcp(f"{command} --format json").out.splitlines()[0]
-    fault = json.loads(first)
-    assert fault["file"] == "twice.nl"
-    assert fault["field"] == "clearing"
-    assert fault["message"].startswith("twice.nl: clearing: complements price, and so")
-
-
-def test_a_fault_of_one_model_leaves_others_their_methods(lcp):
-    done = lcp("compare twice.nl market.nl --format csv")
-    assert done.code == 2
-    assert "josephy-newton" in done.out
 
 
 def test_inspection_of_problems_without_an_expression_has_no_operators():

@@ -6,21 +6,7 @@ import re
 
 import pytest
 
-from ..wordings import DID_YOU_MEAN
 from .conftest import GOOD
-
-
-@pytest.fixture
-def tables(folder):
-    """The folder with Mq.csv, which has M and q; other.csv, of the same shape with
-    another M; and two.csv, two q."""
-    for name, text in {
-        "Mq": "2,1,-5\n1,2,-6\n",
-        "other": "1,0,-1\n0,1,-3\n",
-        "two": "-5,-1\n-6,-3\n",
-    }.items():
-        (folder / f"{name}.csv").write_text(text)
-    return folder
 
 
 def test_a_file_beside_the_report_is_announced_unless_it_is_to_be_quiet(lcp, folder):
@@ -88,21 +74,6 @@ def test_tables_show_0_for_residuals_that_are_rounding_and_json_all_digits(lcp):
     shown = lcp("solve rounded.json").out
     assert "residual 0, relative 0\n" in shown
     assert not re.search(r"\de-1[3-9]", shown)
-
-
-OTHER_NAMES = {
-    "fixed-point": "schafer Schaefer PSOR",
-    "shi": "vector-division",
-    "lemke": "simplex",
-    "interior": "ipm interior-point",
-}
-
-
-@pytest.mark.parametrize("method", OTHER_NAMES)
-def test_a_method_is_suggested_for_another_name(lcp, method):
-    for word in OTHER_NAMES[method].split():
-        helped = lcp(f"help {word}")
-        assert DID_YOU_MEAN.format(method) in helped.err or method in helped.out
 
 
 def test_pages_that_explain_a_word_come_before_those_that_only_have_it(lcp):

@@ -219,17 +219,6 @@ def test_pieces_with_many_bases_come_last_but_all_come(monkeypatch):
         assert {str(piece) for piece in found} == own
 
 
-def test_point_beyond_its_bounds_or_with_w_of_the_wrong_sign_at_one_is_no_piece():
-    for z, w in (((-1, 2), 0), ((3, 0), 0), ((4, -1), 0), ((0, 1), -1), ((2, 1), 1)):
-        q = [w - sum(z), -sum(z)]
-        data = ExactProblem.of_floats(
-            Problem([[1, 1], [1, 1]], q, lower=0, upper=[2, np.inf])
-        )
-        point = tuple(map(Fraction, z))
-        with pytest.raises(ArithmeticError):
-            pieces.Piece.of([pieces.states_of(data, point)], (point,))
-
-
 COUNT = int(os.environ.get("LCP_ORACLE", "80"))
 LISTS = COUNT // 10  # lists that are cut, of each kind
 MOST = 5 if "LCP_ORACLE" in os.environ else 4
@@ -569,55 +558,6 @@ def test_pieces_of_many_bases_come_from_vertices_if_these_are_few_enough(monkeyp
         assert listed.equilibria == expected.equilibria
 
 
-class Stop(Exception):
-    """What `check` raises."""
-
-
-def stopping_after(steps):
-    """Return a `check` that raises Stop after so many calls."""
-    left = iter(range(steps))
-
-    def check():
-        if next(left, None) is None:
-            raise Stop
-
-    return check
-
-
-def test_a_search_stops_at_any_vertex_of_a_piece(monkeypatch):
-    """All pairs of pure strategies are the vertices of one piece."""
-    data = ExactProblem.of_problem(from_game(*np.zeros((2, 8, 12))))
-    steps = count()
-    subsets = bimatrix.nash_subsets(data, 8, 1000, lambda: next(steps))
-    assert subsets is not None
-    assert len(list(next(subsets))) == 8 * 12
-    before = next(steps)
-    states_of, calls = pieces.states_of, count()
-
-    def counted(*arguments):
-        next(calls)
-        return states_of(*arguments)
-
-    monkeypatch.setattr(pieces, "states_of", counted)
-    with pytest.raises(Stop):
-        next(pieces.pieces(data, stopping_after(before + 10)))
-    assert next(calls) == 10
-
-
-@pytest.mark.parametrize("shape", [(11, 14), (8, 30)])
-def test_an_equilibrium_of_a_game_with_many_vertices_is_known_before_these_are(shape):
-    """It takes fewer steps than the vertices, of which there are thousands."""
-    payoffs = default_rng(1).integers(-99, 100, (2, *shape))
-    data = ExactProblem.of_problem(from_game(*payoffs))
-    steps, all_steps = count(), count()
-    first = next(pieces.pieces(data, lambda: next(steps)))
-    assert data.is_solution(first.vertices[0])
-    m = shape[0]
-    assert bimatrix.nash_subsets(data, m, 1000, lambda: None) is None
-    bimatrix.nash_subsets(data, m, 15_000, lambda: next(all_steps))
-    assert 2 * next(steps) < next(all_steps)
-
-
 def test_pairs_of_vertices_are_computed_in_parts(monkeypatch):
     """Between them the search may stop; one row at a time has the same result."""
     data = ExactProblem.of_problem(from_game(np.eye(5), np.eye(5)))
@@ -635,24 +575,6 @@ def test_pairs_of_vertices_are_computed_in_parts(monkeypatch):
     assert len(listed[0]) == 31
     # One step less than there are vertices of the first polyhedron.
     assert steps[1] - steps[0] == 30
-
-
-def test_rows_are_combined_only_as_far_as_a_search_goes():
-    """Each row of a matrix has all columns but one, so that any columns but none and
-    all belong to a submatrix without zeros."""
-    combined, n = count(), 10
-
-    class Bits(int):
-        def __and__(self, other):
-            next(combined)
-            return int(self) & other
-
-    columns = [Bits(2**n - 1 - 2**i) for i in range(n)]
-    assert len(list(bimatrix._maximal(columns, n, lambda: None))) == 2**n - 2
-    combined = count()
-    with pytest.raises(Stop):
-        list(bimatrix._maximal(columns, n, stopping_after(n + 600)))
-    assert next(combined) == 600
 
 
 def test_a_game_from_a_tournament_has_many_subsets_of_many_vertices():

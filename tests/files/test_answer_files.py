@@ -4,16 +4,12 @@ iterates have their own file."""
 import csv
 import json
 from io import StringIO
-from pathlib import Path
 
 import pytest
 
 from lcpcli import Trace, read, run
 from lcpcli.files import contents
 from lcpcli.report import plotting
-
-from ..conftest import Outcome
-from ..wordings import AS_JSON_OR_CSV, RESULT_AS_TABLE
 
 EXAMPLE = contents.shipped_path("paper-example-2.json")
 
@@ -44,16 +40,6 @@ def folder(in_folder, monkeypatch):
     for name, text in PROBLEMS.items():
         (in_folder / f"{name}.json").write_text(text)
     return in_folder
-
-
-@pytest.mark.parametrize("answer", ["z.md", "z.tex", "z.txt"])
-@pytest.mark.parametrize("options", ["", "--all"])
-def test_a_result_as_a_table_is_for_people_alone(answer, options, lcp, folder):
-    assert lcp(f"solve murty.json {options} -o {answer} -q").code == 0
-    for command in (f"check murty.json {answer}", f"solve {answer}"):
-        told = f"lcp: {answer}: {RESULT_AS_TABLE}; {AS_JSON_OR_CSV}\n"
-        assert lcp(command) == Outcome(2, "", told)
-    assert (folder / answer).exists()
 
 
 def test_a_file_of_iterates_has_each_of_them_or_every_tenth(lcp, folder):
@@ -147,48 +133,3 @@ def test_wrong_solution_among_others_in_csv_is_told_apart(
     correct = [json.loads(line)["accepted"] for line in outcome.out.splitlines()]
     assert outcome.code == 1
     assert correct.count(False) == 1
-
-
-def test_a_table_of_equilibria_that_lacks_a_player_is_refused_in_a_line(lcp, folder):
-    (folder / "all.csv").write_text(
-        "equilibrium,player,strategy,probability\n1,column,1,1/2\n1,column,2,1/2\n"
-    )
-    outcome = lcp("check both.json all.csv")
-    fault = (
-        "lcp: all.csv: has an equilibrium with the strategy of one player alone; "
-        "give both strategies\n"
-    )
-    assert outcome.code == 2
-    assert outcome.out == ""
-    assert outcome.err == fault
-
-
-LISTS = {
-    ("murty", "[[1, 0], [0, 1]]"): [True, True],
-    ("murty", '[["1/3", "1/3"], [1, 1]]'): [True, False],
-    ("murty", "[[1, 0]]"): [True],
-    ("portfolio", '[[0.2, 0.3, 0.5], ["6/775", "63.125/310"]]'): None,
-    ("transport", "[[1], [2]]"): None,
-    ("bimatrix", "[[1, 0], [1]]"): None,
-    ("murty", "[[1, 0], 1]"): None,
-    ("murty", "[[]]"): None,
-}
-
-
-@pytest.mark.usefixtures("folder")
-def test_each_of_several_lists_is_checked_and_two_may_be_parts_of_one_answer(lcp):
-    for (name, text), accepted in LISTS.items():
-        Path("lists.json").write_text(text)
-        outcome = lcp("check", name + ".json" * (name == "murty"), "lists.json")
-        if accepted is None:
-            assert (outcome.code, outcome.err.count("\n")) == (2, 1), outcome.err
-            continue
-        assert outcome.code == (not all(accepted))
-        assert outcome.out.count("z solves the problem") == sum(accepted)
-    Path("lists.json").write_text('[["3/5", "2/5"], ["2/5", "3/5"]]')
-    Path("game.json").write_text('{"A": [[3, 0], [0, 2]], "B": [[2, 0], [0, 3]]}')
-    outcome = lcp("check game.json lists.json --exact")
-    assert "the strategies are an equilibrium" in outcome.out
-    answer = run(read("portfolio")).answer
-    Path("lists.json").write_text(json.dumps([answer.x.tolist(), answer.y.tolist()]))
-    assert lcp("check portfolio lists.json").code == 0

@@ -16,7 +16,7 @@ from lcpcli.formulations.bimatrix_game.tables import input_of
 from lcpcli.formulations.game_tree.game import ExtensiveGame
 
 from ..conftest import read_exact, save_json
-from ..wordings import ADD_GAME, NOT_UTF_8, ONLY_READ, OTHER_ORIGIN
+from ..wordings import NOT_UTF_8, ONLY_READ, OTHER_ORIGIN
 
 HEAD = 'NFG 1 R "a game" { "Alice" "Bob" }\n'
 PAYOFFS = (
@@ -110,36 +110,6 @@ def test_both_forms_are_only_read_and_complete_formats_keep_payoffs_and_tree(lcp
     assert f"origin: {OTHER_ORIGIN}" in lcp("solve m.json").err
 
 
-GAMES = {
-    "labelled": (",l,r\nu,3,0\nd,0,2\n", ",l,r\nu,2,0\nd,0,3\n"),
-    "square": ("3,0\n0,2\n", "2,0\n0,3\n"),
-    "labelled below a name": (
-        "firm,low,mid\nenter,3,1\nstay,2,2\n",
-        "firm,low,mid\nenter,1,3\nstay,2,1\n",
-    ),
-    "labelled like M and q": (
-        ",l,c,r\nu,3,0,1\nd,0,2,1\n",
-        ",l,c,r\nu,2,0,1\nd,0,3,1\n",
-    ),
-    "long": ("3,0\n0,2\n1,1\n", "2,0\n0,3\n1,1\n"),
-    "wide": ("3;0;1;2\n0;2;1;2\n", "2;0;1;2\n0;3;1;2\n"),
-}
-NO_GAMES = {
-    "two problems": ("2,1,-1\n1,2,-1\n", "2,1,-1\n1,2,-2\n"),
-    "two of pandas": (",a,b,q\n0,2,1,-1\n1,1,2,-1\n", ",a,b,q\n0,2,1,-1\n1,1,2,-1\n"),
-    "three q": ("2,1\n1,2\n", "1,2,3\n-1,-2,-3\n"),
-    "one q": ("2,1\n1,2\n", "-1\n-2\n"),
-}
-
-
-@pytest.mark.parametrize("kind", [*GAMES, *NO_GAMES])
-def test_two_tables_that_may_be_a_game_get_a_hint(kind, lcp):
-    put(*(GAMES | NO_GAMES)[kind])
-    for command in ("solve", "inspect"):
-        assert lcp(f"{command} A.csv B.csv").err.count(ADD_GAME) == int(kind in GAMES)
-        assert lcp(f"{command} A.csv B.csv --game").err == "" or kind in NO_GAMES
-
-
 @pytest.mark.parametrize(
     ("first", "second", "rows", "columns"),
     [
@@ -171,18 +141,6 @@ def test_whole_numbers_as_text_are_payoffs_as_str_writes_them(last):
     assert read("game.json").origin.payoffs()[0] == payoffs
     with pytest.raises(errors.ProblemError, match="in a zero-sum game B = -A"):
         lcpcli.from_game(payoffs)
-
-
-def test_costs_are_minimized(lcp):
-    costs = {"A": [["1/3", 0], [0, 2]], "B": [[2, 0], [0, 3]]}
-    negated = {"A": [["-1/3", 0], [0, -2]], "B": [[-2, 0], [0, -3]]}
-    save_json(Path("costs.json"), costs | {"sense": "min", "players": ["Ann", "Bob"]})
-    save_json(Path("payoffs.json"), negated)
-    cost, payoff = (read(f"{name}.json") for name in ("costs", "payoffs"))
-    assert cost.M.tolist() == payoff.M.tolist()
-    assert cost.origin.payoffs() == payoff.origin.payoffs()
-    save_json(Path("costs.json"), costs | {"sense": "least"})
-    assert 'give "max" for payoffs or "min" for costs' in lcp("solve costs.json").err
 
 
 GAME = TREE + (

@@ -3,7 +3,6 @@ numbers as texts, matrices that are symmetric up to rounding."""
 
 from fractions import Fraction
 from itertools import product
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -12,7 +11,6 @@ from scipy import sparse
 import lcpcli
 from lcpcli import Problem, read
 from lcpcli.errors import ProblemError
-from lcpcli.files.npy_format import LONGEST_END, PICKLE_OF_NONE
 
 from ..conftest import read_exact, save_json
 
@@ -56,24 +54,6 @@ def test_sparse_matrix_that_qpsolvers_pickles_is_refused_and_never_left_out(
     problem.save(str(file))
     with pytest.raises(ProblemError, match=rf"{key}: is a sparse matrix as a pickle"):
         read(file)
-
-
-def single_object(value):
-    """The end of an array of shape () with one object, as numpy writes it."""
-    from io import BytesIO
-
-    array = np.empty((), dtype=object)
-    array[()] = value
-    np.save(file := BytesIO(), array, allow_pickle=True)
-    return file.getvalue()[-LONGEST_END:]
-
-
-def test_none_is_told_from_every_other_object():
-    assert PICKLE_OF_NONE.search(single_object(None))
-    others = [0, "", "None", [None], [[None]], (None,), {None}, {"a": None}]
-    others += [np.eye(2), Fraction(1, 3), sparse.csr_array(np.eye(2))]
-    for other in others:
-        assert not PICKLE_OF_NONE.search(single_object(other)), other
 
 
 @pytest.mark.parametrize("key", ["M", "q", "lower", "x0", "solution", "name", "names"])
@@ -226,44 +206,6 @@ def test_word_for_infinity_means_no_bound_alone_and_in_a_list(word, is_list, tmp
     assert lcpcli.run(problem).z.tolist() == [-3]
 
 
-@pytest.mark.usefixtures("in_folder")
-def test_games_starts_and_solutions_have_numbers_as_texts(lcp):
-    game = {"A": [["3", "0.25"], ["1/3", "2e0"]], "B": [[2, " 0 "], ["0", 3]]}
-    save_json(Path("game.json"), game)
-    game |= {"A": [["3", "1/4"], ["1/3", 2]]}
-    save_json(Path("other.json"), game)
-    texts = {
-        lcp(f"solve {name} --exact --format csv").out.partition("\ncomp")[2]
-        for name in ("game.json", "other.json")
-    }
-    assert len(texts) == 1
-    problem = {"M": [["2", "1"], [1, "2"]], "q": ["-5", -6]}
-    problem |= {"x0": ["1", "1/2"], "solution": ["4/3", "7/3"]}
-    save_json(Path("p.json"), problem)
-    found = read("p.json")
-    assert found.x0.tolist() == [1, 0.5]
-    assert found.solutions[0][0] == 4 / 3
-    Path("z.json").write_text('{"z": ["4/3", "7/3"], "w": ["0", 0]}')
-    assert lcp("solve p.json --z0 z.json --exact").code == 0
-    assert lcp("check p.json z.json --exact").code == 0
-    Path("x0.json").write_text('["1/2", " 2 "]')
-    Path("upper.json").write_text('["inf", "7/4"]')
-    more = "--x0 x0.json --upper upper.json"
-    assert lcp(f"solve p.json {more} -q").code == 0
-    Path("q.json").write_text('{"q": ["-5", "-6"]}')
-    Path("M.json").write_text('{"M": [["2", "1"], ["1", "2"]]}')
-    assert lcp("solve M.json q.json -q").code == 0
-
-
-@pytest.mark.usefixtures("in_folder")
-def test_csv_has_fractions_which_are_exact_where_that_is_asked_for(lcp):
-    Path("p.csv").write_text("x,y,q,upper\n2,1/3,-1,inf\n1/4, 1 ,-3/4,2\n")
-    assert read("p.csv").M[0, 1] == 1 / 3
-    assert "exact z = (9/23, 15/23)" in lcp("solve p.csv --exact").out
-    Path("semicolons.csv").write_text("0,5;1/3;-1\n1/3;2;-1,5\n")
-    assert read("semicolons.csv").M.tolist() == [[0.5, 1 / 3], [1 / 3, 2]]
-
-
 @pytest.mark.parametrize(
     "text", ["", " ", "1/0", "1.5/2", "1/-2", "1 / 2", "one", "1_000", "0x1", "1,5"]
 )
@@ -336,27 +278,3 @@ def test_more_is_refused_with_the_pair_and_the_call_for_an_inequality():
     assert "in Python from_avi" in str(refusal.value)
     with pytest.raises(ProblemError, match="does not yield this M and q"):
         Problem(other, [-1, -1, -1], origin={"kind": "qp", "variables": 3})
-
-
-@pytest.mark.usefixtures("in_folder")
-def test_fractions_are_written_as_such_where_they_are_read_and_else_rounded(lcp):
-    problem = {"M": [["2", "1/3"], ["1/4", 1]], "q": ["-1", "-3/7"]}
-    program = {"Q": [[2, "1/3"], ["1/3", 1]], "c": ["-1/7", "-1"]}
-    program |= {"A": [["2/3", 1]], "row_lower": ["-1/9"], "row_upper": ["1/3"]}
-    save_json(Path("problem.json"), problem)
-    save_json(Path("program.json"), program)
-    exact = read_exact("problem.json")
-    for name in ("a.json", "a.csv", "a.mtx", "a.npz"):
-        outcome = lcp(f"convert problem.json -o {name}")
-        is_rounded = name not in ("a.json", "a.csv")
-        assert ("were rounded; .json or .csv would" in outcome.err) is is_rounded
-        if not is_rounded:
-            assert read_exact(name).rows == exact.rows
-        others = ["a.q.mtx"] if name == "a.mtx" else []
-        assert (read(name, *others).M == read("problem.json").M).all()
-    for name in ("b.json", "b.mps", "b.npz"):
-        outcome = lcp(f"convert program.json -o {name}")
-        assert ("were rounded; .json would" in outcome.err) is (name != "b.json")
-        found, right = read(name).M, read("program.json").M
-        assert found == pytest.approx(right, rel=1e-15)
-    assert read_exact("b.json").rows == read_exact("program.json").rows

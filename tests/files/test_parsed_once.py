@@ -44,26 +44,19 @@ def folder(in_folder):
     np.savetxt("M.csv", M, delimiter=",")
     np.savetxt("q.csv", Q)
     np.savetxt("whole.csv", np.column_stack([M, Q]), delimiter=",")
-    np.savetxt("three.csv", np.column_stack([Q, Q, Q]), delimiter=",")
     np.save("M.npy", M)
-    np.save("q.npy", Q)
     np.savez("whole.npz", M=M, q=Q)
     io.savemat("whole.mat", {"M": M, "q": Q})
-    io.mmwrite("M.mtx", M)
     io.mmwrite("q.mtx", Q[:, np.newaxis])
     texts = {
         "whole.json": '{"M": [[2, 1], [1, 2]], "q": [-5, -6]}',
         "digits.json": '{"M": [[0.12345678901234567891]], "q": [-1]}',
-        "M.json": '{"M": [[2, 1], [1, 2]]}',
-        "q.json": "[-5, -6]",
         "game.json": '{"A": [[3, 0.1], [0, 2]], "B": [[2, 0], [0, 3]]}',
         "lower.csv": "-1,none\n",
         "game.nfg": NFG,
         "tree.efg": EFG,
         "A.csv": "1,0\n0,1\n1,1\n",
         "b.csv": "1\n2\n4\n",
-        "avi.json": '{"H": [[2, 1], [0, 2]], "h": [-1, -1]}',
-        "contact.json": '{"A": [[2, 0], [0, 2]], "b": [1, 1], "findex": [-1, -1]}',
         "program.mps": MPS,
         "three.jsonl": 3 * '{"M": [[2, 1], [1, 2]], "q": [-5, -6]}\n',
     }
@@ -107,41 +100,27 @@ def counted(monkeypatch):
 COMMANDS = {
     "solve whole.csv": {"csv": 1},
     "solve M.csv q.csv": {"csv": 2},
-    "solve M.csv three.csv": {"csv": 2},
-    "solve whole.json whole.npz": {"json": 1, "npz": 1},
     "solve --game M.csv M.csv": {"csv": 2, "json": 1, "opened": 2},
     "solve whole.json": {"json": 1},
-    "solve M.json q.json": {"json": 2},
     "solve three.jsonl": {"json": 3, "opened": 1},
-    "solve game.json": {"json": 1},
     "solve game.nfg": {"nfg": 1},
     "solve tree.efg": {"efg": 1},
     "solve --lsq A.csv b.csv": {"csv": 2, "json": 1, "opened": 2},
-    "solve avi.json": {"json": 1},
-    "solve contact.json": {"json": 1},
-    "solve three.jsonl --jobs 1 -f json": {"json": 3, "opened": 1},
-    "solve M.npy q.npy": {"npy": 2},
     "solve whole.npz": {"npz": 1},
     "solve whole.mat": {"mat": 1},
-    "solve M.mtx q.mtx": {"mtx": 2},
     "solve program.mps": {"mps": 1},
     "solve linear.nl": {"nl": 1},
     "solve curved.nl": {"nl": 1},
     "solve program.nl": {"nl": 1},
-    "compare curved.nl": {"nl": 1},
-    "inspect curved.nl": {"nl": 1},
     "check linear.nl 2": {"nl": 1, "csv": 1, "opened": 1},
-    "check M.csv q.csv q.csv": {"csv": 3},
+    "solve M.npy q.mtx": {"npy": 1, "mtx": 1},
     "why M.csv q.csv": {"csv": 4, "opened": 2},
     "convert M.csv q.csv -o whole.mtx": {"csv": 2},
     "solve whole.json --lower lower.csv": {"json": 1, "csv": 1},
-    "solve whole.json --method shi --x0 q.csv": {"json": 1, "csv": 1},
     # and where the decimals are asked for
     "solve M.csv q.csv --exact": {"csv": 4, "opened": 2},
     "solve whole.json --exact": {"json": 2, "opened": 1},
-    "solve digits.json --exact": {"json": 2, "opened": 1},
     "convert digits.json -o digits.csv": {"json": 1},
-    "solve linear.nl --exact": {"nl": 2, "opened": 1},
     "solve program.mps --exact": {"mps": 2, "opened": 1},
 }
 

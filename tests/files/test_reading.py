@@ -13,7 +13,7 @@ import pytest
 from scipy import sparse
 from scipy.io import savemat
 
-from lcpcli import Problem, Status, read, run, write
+from lcpcli import Problem, read, write
 from lcpcli.files import beside, contents
 from lcpcli.files.beside import read_start
 
@@ -337,16 +337,6 @@ def test_known_solutions_are_exact_solutions(problem):
             abs(near - value) for near, value in zip(z, given, strict=True)
         ) <= Fraction(1, 10**15)
         assert exact.solves(problem, z)
-
-
-@pytest.mark.parametrize("method", ["shi", "fixed-point"])
-def test_all_but_the_game_are_solved_by_both_methods(problem, method):
-    result = run(problem, method)
-    assert result.solved is (problem.name != "bimatrix")
-    assert problem.name != "bimatrix" or result.status in (
-        Status.STALLED,
-        Status.DIVERGED,
-    )
 
 
 @pytest.fixture

@@ -190,11 +190,6 @@ def test_arrays_are_read_to_the_right_numbers_from_a_file_and_from_standard_inpu
     )
 
 
-def test_whole_numbers_are_numbers(tmp_path):
-    np.save(tmp_path / "p.npy", (4 * BESIDE).astype(int))
-    assert (read(tmp_path / "p.npy").M / 4).tolist() == M
-
-
 @pytest.mark.parametrize(
     "kind",
     [f"{form}_array" for form in ("csr", "csc", "bsr", "coo", "dia")] + ["csr_matrix"],
@@ -300,17 +295,6 @@ def test_parts_of_a_sparse_matrix_of_a_program_have_its_name_in_front(tmp_path):
         ProblemError, match="data: is part of a sparse matrix that has no name"
     ):
         read(tmp_path / "program.npz")
-
-
-@pytest.mark.parametrize(
-    ("place", "byte"),
-    [(136, 118), (145, 75)],
-    ids=["element-of-unknown-type", "complex-flag"],
-)
-def test_a_damaged_mat_file_on_which_scipy_crashes_is_refused(place, byte):
-    content = bytearray(mat(M=np.eye(3), q=-np.ones(3)))
-    content[place] = byte
-    assert "is not a MAT file, or is damaged" in outcome(bytes(content))
 
 
 def test_bounds_called_a_and_b_in_a_mat_file_are_not_ignored(tmp_path):

@@ -401,18 +401,6 @@ def test_decimals_are_exact(value, power):
     )
 
 
-@given(
-    twos=st.integers(0, 400),
-    fives=st.integers(0, 400),
-    other=st.sampled_from([1, 3, 7 * 11, 10**40 + 1]),
-)
-def test_a_fraction_has_as_many_decimals_as_its_denominator_has_factors(
-    twos, fives, other
-):
-    value = Fraction(1, 2**twos * 5**fives * other)
-    assert places(value) == (max(twos, fives) if other == 1 else None)
-
-
 # A problem of each formulation with names, with all that its file may have.
 NAMED = {
     "program": """{"Q": [[2, 0], [0, 2]], "c": [-1, -1], "A": [[1, 1]],

@@ -1,7 +1,6 @@
 """Contact with friction from bounds and friction indices, and from Delassus matrices:
 the laws of contact hold for the answers, in the order of the caller."""
 
-import json
 from dataclasses import replace
 from fractions import Fraction
 from math import inf
@@ -20,14 +19,11 @@ from lcpcli.formulations.contact.friction import Contact
 from lcpcli.gallery.rigid_bodies import contact_in_time
 from lcpcli.verify.point import Criterion, Point
 
-from ..cli.conftest import assert_refused
-from ..conftest import save_json
 from ..refusals import calls, contents, raised
 from ..seeds import few_of
 
 A, B = [[1, 0.2], [0.2, 2]], [-1, -3]
 LOWER, UPPER, FINDEX = [0, -0.5], [inf, 0.5], [-1, 0]
-SLIDE = {"A": A, "b": B, "lo": LOWER, "hi": [None, 0.5], "findex": FINDEX}
 TOL = 1e-10
 
 
@@ -97,27 +93,6 @@ def test_without_tangential_unknowns_it_is_the_mixed_problem():
     assert np.array_equal(problem.q, b)
     mixed = lcpcli.solve(matrix, b, lower=lower, upper=upper)
     assert np.allclose(run(problem).answer.x, mixed.z)
-
-
-@pytest.mark.parametrize("seed", [2, 4, 6])
-def test_three_unknowns_have_the_impulses_of_stewart_and_trinkle(seed):
-    """Whose M is built by hand, of contacts whose impulses are unique."""
-    random = default_rng(seed)
-    k = 4
-    J = random.normal(size=(2 * k, 3 * k))
-    W, q, mu = J @ J.T, random.normal(size=2 * k), 0.1
-    N, T = slice(0, None, 2), slice(1, None, 2)
-    S = np.block([[W[N, N], W[N, T]], [W[T, N], W[T, T]]])
-    P = np.block([[np.eye(k), np.zeros((k, 2 * k))], [np.zeros((k, k)), *SIGNS(k)]])
-    E = np.vstack([np.zeros((k, k)), np.eye(k), np.eye(k)])
-    C = np.hstack([mu * np.eye(k), -np.eye(k), -np.eye(k), np.zeros((k, k))])
-    M = np.vstack([np.hstack([P.T @ S @ P, E]), C])
-    by_hand = lcpcli.solve(M, np.concatenate([P.T @ np.r_[q[N], q[T]], np.zeros(k)]))
-    answer = run(from_contact(W, q, mu)).answer
-    assert by_hand.solved
-    x = P @ by_hand.z[: 3 * k]
-    assert np.allclose(answer.x[N], x[:k], atol=1e-9)
-    assert np.allclose(answer.x[T], x[k:], atol=1e-9)
 
 
 def SIGNS(k):
@@ -235,24 +210,6 @@ def test_a_contact_is_judged_apart_from_one_with_a_far_larger_impulse():
     assert states == ["sticking", "sliding"]
 
 
-def test_boxes_under_a_ceiling_that_comes_down_are_jammed():
-    """With a singular matrix, whose rounding may leave a way for huge impulses."""
-    scene = contact_in_time("crushed", 2)
-    for _ in range(10):
-        k = len(scene.contacts)
-        problem, order = scene.problem(), np.arange(2 * k).reshape(2, k).T.ravel()
-        M = problem.M
-        W = M[order][:, order]
-        result = run(from_contact(W, problem.q[order], 0.5))
-        if not result.solved:
-            break
-        x = result.answer.x
-        scene.advance(np.concatenate((x[::2], x[1::2], np.zeros(2 * k))))
-    assert np.linalg.matrix_rank(W) < len(W)
-    assert result.status.word in ("infeasible", "ill_posed")
-    assert result.answer.statement.startswith("jammed")
-
-
 def test_without_contacts_there_is_an_answer():
     result = run(from_contact(np.zeros((0, 0)), [], 0.5))
     assert result.solved
@@ -271,6 +228,19 @@ def test_sparse_matrices_have_the_same_problem(dimension):
     assert np.allclose(run(dense).answer.x, run(sparse).answer.x)
 
 
+def by_contacts(scene):
+    """W and q of a step, the normal and the tangential unknown of each contact in
+    turn."""
+    step, k = scene.problem(), len(scene.contacts)
+    order = np.arange(2 * k).reshape(2, k).T.ravel()
+    return step.M[order][:, order], step.q[order]
+
+
+def impulses(x):
+    """What moves a scene on: normal impulses, then tangential ones."""
+    return np.concatenate((x[::2], x[1::2], np.zeros(x.size)))
+
+
 def falling(steps, compiled):
     """A heap of boxes: the results of each step by W and by friction indices, with the
     data, and the number of contacts."""
@@ -282,9 +252,7 @@ def falling(steps, compiled):
         if not k:
             scene.advance()
             continue
-        step, order = scene.problem(), np.arange(2 * k).reshape(2, k).T.ravel()
-        M = step.M
-        W, q = M[order][:, order], step.q[order]
+        W, q = by_contacts(scene)
         pairs = [(each.first, each.second) for each in scene.contacts]
         ids = [(*pair, pairs[:i].count(pair)) for i, pair in enumerate(pairs)]
         lower, upper = np.tile([0.0, -0.5], k), np.tile([inf, 0.5], k)
@@ -302,7 +270,7 @@ def falling(steps, compiled):
         results = by_W.solve(), by_findex.solve()
         yield results, given, k
         x = results[0].answer.x
-        scene.advance(np.concatenate((x[::2], x[1::2], np.zeros(2 * k))))
+        scene.advance(impulses(x))
 
 
 def test_contacts_come_and_go_in_a_loop_until_it_is_at_rest(compiled):
@@ -337,10 +305,7 @@ def test_a_stack_at_rest_keeps_its_states_though_its_contacts_are_redundant():
     scene, routes = contact_in_time("tower", 4, 0), []
     solver = None
     for _ in range(60):
-        k = len(scene.contacts)
-        step, order = scene.problem(), np.arange(2 * k).reshape(2, k).T.ravel()
-        M = step.M
-        W, q = M[order][:, order], step.q[order]
+        W, q = by_contacts(scene)
         if solver is None:
             solver = Solver(from_contact(W, q, 0.5))
         solver.update(W=W, q=q)
@@ -348,7 +313,7 @@ def test_a_stack_at_rest_keeps_its_states_though_its_contacts_are_redundant():
         assert result.solved
         routes.append(result.route)
         x = result.answer.x
-        scene.advance(np.concatenate((x[::2], x[1::2], np.zeros(2 * k))))
+        scene.advance(impulses(x))
     assert abs(scene.velocities).max() < 1e-9
     assert set(routes[-20:]) == {("newton",)}
 
@@ -409,27 +374,6 @@ def test_a_solver_with_a_q_of_another_kind_answers_for_no_formulation(problem):
     result = Solver(problem, compiled=False).solve(q)
     assert result.answer is None
     assert list(result.names) == list(problem.names)
-
-
-def test_contacts_that_persist_keep_their_states():
-    """In any order, with others before them, which begin without an impulse."""
-    W, q = np.eye(6) + 0.1, np.array([-1, 0.1, -1, -5.0, 3.0, 0])
-    solver = Solver(from_contact(W, q, 0.5))
-    solver.update(ids=["a", "b", "c"])
-    first = solver.solve()
-    states = [each.state for each in first.answer.contacts]
-    assert states == ["sticking", "sliding", "separated"]
-    origin = first.problem.origin
-    own = np.array([2, 3, 0, 1])
-    data = {"W": np.eye(6) + 0.1, "q": np.r_[9.0, 0.0, q[own]], "ids": ["d", "b", "a"]}
-    before = first.problem, first.problem.box.basis_at(first.z)
-    problem, moved = origin.update(*before, data)
-    again = run(problem)
-    kept = first.problem.box.basis_at(first.z)
-    assert moved[[0, 1, 6]].tolist() == [-1, -1, -1]
-    assert moved[[2, 3, 7]].tolist() == kept[[2, 3, 7]].tolist()
-    assert moved[[4, 5, 8]].tolist() == kept[[0, 1, 6]].tolist()
-    assert again.solved
 
 
 def test_states_go_from_update_to_update_and_not_to_another_matrix():
@@ -529,17 +473,6 @@ def as_dense(M):
     return np.asarray(M.toarray() if hasattr(M, "toarray") else M)
 
 
-def test_an_exact_answer_has_fractions(tmp_path, lcp):
-    problem = from_findex(A, B, LOWER, UPPER, FINDEX)
-    x, w = lcpcli.exact(problem).answer.exact.values()
-    assert abs(x[1]) == x[0] / 2
-    assert w[0] == 0  # of the doubles, in fractions
-    save_json(tmp_path / "slide.json", SLIDE)
-    out = lcp(f"solve {tmp_path / 'slide.json'} --exact -f json").out
-    exact = json.loads(out)["answer"]["exact"]
-    assert exact == {"x": ["10/11", "5/11"], "w": ["0", "-21/11"]}
-
-
 def test_numbers_are_exact_as_decimals():
     """A - mu a is no double here."""
     problem = from_findex([[1.1, 0.3], [0.3, 1.3]], B, LOWER, UPPER, FINDEX)
@@ -548,46 +481,6 @@ def test_numbers_are_exact_as_decimals():
     assert q[0] == -1
     assert lower[0] == 0
     assert upper[0] is None
-
-
-EXACTLY = [
-    ({"W": [["1/3", 0], [0, 1]], "q": ["-1/7", 1], "mu": "1/3"}, "3/7", "-1/7"),
-    ({"W": [["0.1", 0], [0, 1]], "q": [-0.1, 1], "mu": "1/3"}, "1", "-1/3"),
-    (
-        {"A": [[1, 0], [0, 1]], "b": [-1, 1], "lo": ["1/3", "-1/7"]}
-        | {"hi": ["2/3", "1/7"], "findex": [-1, 0]},
-        "2/3",
-        "-2/21",
-    ),
-    (
-        {"W": [["1/3", 0], [0, 1]], "q": [0.1, 1], "mu": 0}
-        | {"restitution": 0.3, "before": [-0.7, 0]},
-        "33/100",
-        "0",
-    ),
-]
-
-
-@pytest.mark.parametrize(("data", "normal", "tangential"), EXACTLY)
-def test_an_exact_answer_is_that_of_the_numbers_as_written(
-    data, normal, tangential, lcp, in_folder
-):
-    save_json(in_folder / "p.json", data)
-    solved = lcp("solve p.json --exact -f json").record
-    assert solved["answer"]["exact"]["x"] == [normal, tangential]
-    z = ",".join(solved["exact"]["z"])
-    for answer in (z, f"{normal},{tangential}"):
-        assert lcp(f"check p.json {answer} --exact").code == 0
-    (found,) = lcp("solve p.json --all --exact -f json").record["solutions"]
-    assert found["z"] == solved["exact"]["z"]
-
-
-def test_restitution_that_is_no_decimal_is_refused_where_all_is_exact(lcp, in_folder):
-    data = {"W": [[1, 0], [0, 1]], "q": [0.1, 1], "mu": 0, "before": [-0.7, 0]}
-    save_json(in_folder / "p.json", data | {"restitution": "1/3"})
-    assert lcp("solve p.json").code == 0
-    refused = lcp("solve p.json --exact")
-    assert_refused(refused, "p.json: restitution[0]: has more digits than a double")
 
 
 def test_what_is_proved_to_be_exact_passes_the_exact_check():
@@ -699,19 +592,6 @@ def test_x_is_verified_in_place_of_z():
     assert lcpcli.check(problem, [10 / 11, 5 / 11]).accepted
     assert not lcpcli.check(problem, [1, 0.5]).accepted
     assert lcpcli.check(problem, run(problem).z).accepted
-
-
-def test_a_file_that_is_solved_has_the_answer_in_text_json_and_csv(tmp_path, lcp):
-    save_json(tmp_path / "slide.json", SLIDE)
-    file = str(tmp_path / "slide.json")
-    text = lcp(f"solve {file}").out
-    assert "1 contact: 1 sliding" in text
-    answer = lcp(f"solve {file} -f json").record["answer"]
-    assert answer["contacts"] == [{"normal": 0, "tangential": [1], "state": "sliding"}]
-    assert np.allclose(answer["x"], [10 / 11, 5 / 11])
-    rows = lcp(f"solve {file} -f csv").out.splitlines()
-    assert rows[2] == "component,z,w,name,impulse,velocity,contact"
-    assert rows[3].endswith(",sliding")
 
 
 @pytest.mark.parametrize("change", [-1e-3, 0.0, 1e-3])

@@ -24,17 +24,8 @@ from lcpcli.linalg.doubles import EPS
 from lcpcli.model.box import BASIC
 
 from .. import exact
-from ..conftest import save_json
 from ..refusals import calls, raised
 from ..seeds import few_of
-
-PEAKS = {
-    "lsq": True,
-    "A": [[1, 1, 0], [1, 2, 0.5], [1, 3, 0], [1, 4, 2]],
-    "b": [1, 0, 1, 2.5],
-    "lower": 0,
-    "columns": ["level", "slope", "peak"],
-}
 
 
 def exact_norm(A, b):
@@ -284,25 +275,6 @@ def test_sparse_and_dense_A_give_the_same_fit(seed):
     assert sparse.answer.proved == whole.answer.proved
 
 
-@pytest.mark.usefixtures("in_folder")
-def test_the_command_prints_coefficients_with_their_multipliers(lcp):
-    save_json(Path("fit.json"), PEAKS | {"b": [1, 0, 1, -2.5]})
-    lines = lcp("solve fit.json").out.splitlines()
-    assert "|A x - b| = 2.872281, 0 of 3 coefficients not 0" in lines
-    assert "x is the only minimizer, also for data that differ by rounding" in lines
-    assert any(line.split() == ["level", "0", "0.5", "lower"] for line in lines)
-
-
-@pytest.mark.usefixtures("in_folder")
-def test_fractions_of_a_fit_are_those_of_its_decimals(lcp):
-    save_json(Path("fit.json"), PEAKS)
-    record = lcp("solve fit.json --exact --format json").record
-    assert record["answer"]["exact"] == ["17/94", "11/47", "27/47"]
-    x = [Fraction(value) for value in record["answer"]["exact"]]
-    assert lcp("check", "fit.json", ",".join(map(str, x)), "--exact").code == 0
-    assert lcp("check fit.json 0.18,0.23,0.57").code == 1
-
-
 @pytest.mark.parametrize("has_equation", [False, True])
 def test_many_right_hand_sides_have_the_fits_of_each(has_equation):
     rng = default_rng(5)
@@ -340,36 +312,6 @@ def spectrum(in_folder):
     Path("b.csv").write_text(SIGNAL)
 
 
-@pytest.mark.usefixtures("spectrum")
-def test_two_tables_are_a_fit_whose_bounds_are_those_of_the_coefficients(lcp):
-    done = lcp("solve --lsq A.csv b.csv --lower 0.6,none -f json")
-    answer = done.record["answer"]
-    assert answer["columns"] == ["level", "peak"]
-    assert answer["x"] == pytest.approx([0.6, 0.92])
-    assert answer["states"] == ["lower", "basic"]
-    assert lcp("convert --lsq A.csv b.csv -o fit.json").code == 0
-    assert lcpcli.read("fit.json").names[4:] == ["level", "peak"]
-
-
-@pytest.mark.usefixtures("spectrum")
-@pytest.mark.parametrize(
-    ("arguments", "line"),
-    [
-        ("A.csv", "--lsq: takes two files, not 1; give the model A, a column for "),
-        ("b.csv A.csv", "A.csv: has 4 rows and 2 columns; give a single column, b"),
-        ("A.csv A.csv", "A.csv: has 4 rows and 2 columns; give a single column, b"),
-        ("A.csv c.csv", "c.csv: has 2 numbers for 4 rows of A; make them agree"),
-        ("A.csv b.csv --lower 1,2,3", "lower: has 3 entries for 2 coefficients; "),
-    ],
-)
-def test_tables_that_are_no_fit_get_a_line(lcp, arguments, line):
-    Path("c.csv").write_text("1\n2\n")
-    done = lcp(f"solve --lsq {arguments}")
-    assert done.code == 2
-    assert done.out == ""
-    assert done.err.removeprefix("lcp: ").startswith(line)
-
-
 def test_a_run_with_a_trace_knows_of_a_fit_what_one_without_knows():
     """Also of a spectrum whose peaks have entries such as 1e-145, which are far below
     others, and whose mixed problem is too large for bounds on rounding."""
@@ -398,14 +340,6 @@ def test_the_figure_of_a_fit_needs_no_iterates(lcp):
     assert Path("fit.svg").exists()
     assert drawn[0] == plain[0]
     assert len(drawn) == len(plain)
-
-
-@pytest.mark.usefixtures("spectrum")
-def test_numbers_far_below_others_in_A_leave_a_fit_solved(lcp):
-    done = lcp("solve --lsq A.csv b.csv --lower 0 -f json")
-    record = done.record
-    assert record["status"] == "solved"
-    assert record["route"] == ["least-squares"]
 
 
 def test_the_figure_of_a_fit_has_the_data_the_curve_and_its_parts():

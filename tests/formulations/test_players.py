@@ -13,7 +13,6 @@ import lcpcli
 from lcpcli import from_players, from_polymatrix, solutions
 from lcpcli.solving import driver
 
-from ..conftest import save_json
 from ..refusals import contents
 
 INF = np.inf
@@ -188,26 +187,6 @@ def test_files_hold_it(tmp_path, suffix):
         assert list(again.names) == list(problem.names)
 
 
-def test_its_answer_in_text_json_and_csv(lcp, tmp_path):
-    file = tmp_path / "market.json"
-    save_json(file, {**MARKET, "A": [[1, 1, 1]], "row_upper": 4})
-    text = lcp(f"solve {file} --exact").out
-    assert "Ann = (7/3)" in text
-    assert "an equilibrium: by a best response Ann would gain 0, Bob 0, Cid 0" in text
-    data = lcp(f"solve {file} --format json").record["answer"]
-    assert data["players"] == MARKET["players"]
-    assert data["costs"] == pytest.approx([-14, -20 / 3, -4 / 3])
-    rows = lcp(f"solve {file} --exact --format csv").out.splitlines()
-    assert rows[-4].startswith("1,7/3,0,basic")
-    listed = lcp(f"solve {file} --all").out
-    assert "cost of Ann" in listed
-    record = lcp(f"solve {file} --all --exact --format json").record
-    (solution,) = record["solutions"]
-    assert solution["equilibrium"]["costs"] == ["-14", "-20/3", "-4/3"]
-    best = lcp(f"solve {file} --minimize z1").out
-    assert "costs: Ann -14, Bob -20/3, Cid -4/3" in best
-
-
 @pytest.mark.parametrize("shared", ["common", "each"])
 def test_published_games_have_one_equilibrium(shared):
     """Two of the examples of A. Bemporad's NashOpt: costs |x_1 - (1, -1/2)|^2,
@@ -253,13 +232,6 @@ def test_three_players_with_four_shared_rows_have_one_variational_equilibrium():
     assert len(list(listed)) == 3
     assert listed.complete
     assert lcpcli.check(general, list(x)).accepted
-
-
-def test_check_takes_fractions_of_all_players(lcp, tmp_path):
-    file = tmp_path / "market.json"
-    save_json(file, {**MARKET, "A": [[1, 1, 1]], "row_upper": 4})
-    assert lcp(f"check {file} 7/3,4/3,1/3 --exact").code == 0
-    assert lcp(f"check {file} 2,1,1").code == 1
 
 
 WRONG = contents(
@@ -408,22 +380,6 @@ def test_files_hold_a_polymatrix_game(tmp_path, suffix):
         origin = again.origin
         assert np.array_equal(again.M, problem.M)
         assert origin.data() == problem.origin.data()
-
-
-def test_strategies_in_text_json_and_csv(lcp, tmp_path):
-    file = tmp_path / "ring.json"
-    save_json(file, RING)
-    text = lcp(f"solve {file} --exact").out
-    assert "Ann = (a 3/5, b 2/5)" in text
-    assert "payoffs: Ann 0, Bob 0, Cid 1/5" in text
-    data = lcp(f"solve {file} --format json").record["answer"]
-    assert data["kind"] == "polymatrix"
-    assert data["strategies"][0] == pytest.approx([0.6, 0.4])
-    rows = lcp(f"solve {file} --exact --format csv").out.splitlines()
-    assert rows[3].endswith("Ann: a,Ann,3/5,0")
-    assert "Cid gets" in lcp(f"solve {file} --all").out
-    assert lcp(f"check {file} 3/5,2/5,1/2,1/2,1/2,1/2 --exact").code == 0
-    assert lcp(f"check {file} 1,0,1,0,1,0").code == 1
 
 
 WRONG_PAYOFFS = contents(

@@ -186,23 +186,6 @@ def test_check_completes_slacks_of_rows_between_two_sides():
 DATA = {"H": [[2, 1], [-1, 2]], "h": [-4, -4], "A": [[1, 1]], "row_upper": 2}
 
 
-def test_its_answer_in_text_json_and_csv(lcp, tmp_path):
-    file = tmp_path / "avi.json"
-    file.write_text(json.dumps({**DATA, "columns": ["left", "right"]}))
-    text = lcp(f"solve {file} --exact").out
-    assert "exact x = (left 1/2, right 3/2)" in text
-    assert "x is the only solution: H + H' is positive definite" in text
-    data = lcp(f"solve {file} --format json").record
-    assert data["answer"]["kind"] == "avi"
-    assert data["answer"]["proved"]["monotone"]["holds"] is True
-    rows = lcp(f"solve {file} --exact --format csv").out.splitlines()
-    assert rows[-3:] == [
-        "1,1/2,0,basic,left,x,1/2",
-        "2,3/2,0,basic,right,x,3/2",
-        "3,-3/2,0,basic,,y,-3/2",
-    ]
-
-
 WRONG = contents(
     "avi.json",
     r"""

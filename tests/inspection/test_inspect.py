@@ -25,7 +25,6 @@ from lcpcli.solving.driver import run
 from lcpcli.solving.proof import with_reference
 
 from ..benchmarks.accuracy import contraction, empirical_rate
-from ..conftest import Outcome
 
 OWN = ("auto", "shi", "fixed-point", "newton", "interior", "lemke", "milp")
 EXAMPLE = contents.shipped_path("paper-example-1.json")
@@ -224,31 +223,6 @@ def test_odd_problems_are_inspected_without_a_warning(problem):
             )
             <= 80
         )
-
-
-def test_command_shows_or_writes_a_table_of_80_columns_or_one_json_object(
-    lcp, tmp_path
-):
-    table = lcp(f"inspect {EXAMPLE}")
-    assert table.code == 0
-    assert table.err == ""
-    assert "P-matrix               yes: it is positive definite" in table.out
-    assert len(table.out.splitlines()) <= 28
-    assert (
-        "P-matrix                      yes  it is positive definite"
-        in lcp(f"inspect {EXAMPLE} --all").out
-    )
-    assert max(map(len, table.out.splitlines())) <= 80
-    shown = lcp(f"inspect {EXAMPLE} --format json")
-    assert shown.record["classes"]["m_matrix"]["verdict"] == "yes"
-    for name, start in (("out.json", "{"), ("out.txt", "paper-example-1: n = 4")):
-        assert lcp(f"inspect {EXAMPLE} -o {tmp_path / name} --quiet") == Outcome(
-            0, "", ""
-        )
-        assert (tmp_path / name).read_text().startswith(start)
-    (tmp_path / "M.csv").write_text("2,1\n1,2\n")
-    (tmp_path / "q.csv").write_text("-5\n-6\n")
-    assert lcp(f"inspect {tmp_path / 'M.csv'} {tmp_path / 'q.csv'}").code == 0
 
 
 def test_a_large_sparse_problem_is_inspected_without_a_dense_matrix(lcp, tmp_path):

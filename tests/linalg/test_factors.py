@@ -25,9 +25,9 @@ from lcpcli.linalg import factors, krylov, matrices, programs, shifted_systems
 from lcpcli.linalg.compressed_rows import block
 from lcpcli.linalg.doubles import in_range
 from lcpcli.linalg.factors import PrincipalSolver, SingularMatrix
-from lcpcli.linalg.patterns import LONG_ROW, Band, is_structurally_singular, order_of
+from lcpcli.linalg.patterns import is_structurally_singular
 from lcpcli.linalg.programs import minimized
-from lcpcli.linalg.shifted_systems import MAX_SPLIT_OFF, Bordered, dense_places
+from lcpcli.linalg.shifted_systems import Bordered, dense_places
 from lcpcli.linalg.units import PseudoInverse
 
 
@@ -122,13 +122,6 @@ def test_a_singular_border_is_told():
     )
     with pytest.raises(SingularMatrix):
         Bordered(M, np.array([3])).factorize(np.zeros(4))
-
-
-def test_many_dense_rows_are_no_border():
-    assert not dense_places(
-        bordered(900, list(range(MAX_SPLIT_OFF + 1)), default_rng(0))
-    ).size
-    assert not dense_places(csr_array(np.ones((50, 50)))).size
 
 
 def test_programs_with_dense_rows_are_solved_by_scipy_alone(monkeypatch):
@@ -233,35 +226,6 @@ def test_singular_submatrices_spoil_no_others():
     X = factors.solve_principal(M, sets, np.full((5, 4), 4.0))
     assert np.isnan(X).any(axis=1).tolist() == [False, True, False, False, True]
     assert X[[0, 2, 3]].tolist() == [[4, 0, 0, 0], [0, 0, 2, 0], [0, 0, 2, 1]]
-
-
-def arrow(n):
-    """A full row, a full column, and the diagonal."""
-    hub = csr_array(
-        (np.ones(n - 1), (np.zeros(n - 1, dtype=int), np.arange(1, n))), shape=(n, n)
-    )
-    return csr_array(diags_array(np.ones(n)) + hub + hub.T)
-
-
-def test_unknowns_of_a_long_row_are_ordered_by_entries_and_then_sorted(monkeypatch):
-    """scipy inserts each into a sorted list of them, which takes seconds for 100,000 in
-    any other order."""
-    n, seen = 2 * LONG_ROW, []
-    M = arrow(n) + diags_array(np.ones(n // 2), offsets=n // 2)
-    mckee = sparse.csgraph.reverse_cuthill_mckee
-
-    def recorded(A, **options):
-        return seen.append(np.diff(A.indptr)) or mckee(A, **options)
-
-    monkeypatch.setattr(sparse.csgraph, "reverse_cuthill_mckee", recorded)
-    width = Band(M.tocsr()).width
-    assert (np.diff(seen[0]) >= 0).all()
-    assert n // 2 <= width < n
-
-
-def test_long_rows_are_left_to_an_order_that_does_not_repeat_them():
-    assert order_of(arrow(40_000)) == "COLAMD"
-    assert order_of(arrow(9000)) == "MMD_AT_PLUS_A"
 
 
 def test_patterns_of_singular_matrices_alone_are_structurally_singular():

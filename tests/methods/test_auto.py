@@ -16,7 +16,7 @@ import numpy as np
 import pytest
 from numpy.random import default_rng
 from scipy import sparse
-from scipy.sparse import block_array, block_diag, csr_array, diags_array, identity
+from scipy.sparse import block_array, block_diag, csr_array, identity
 
 from lcpcli import Problem, Status, Trace, plan, run, solve, write
 from lcpcli.auto import attempts as auto_table
@@ -181,14 +181,6 @@ def test_attempts_that_the_direct_run_has_made_are_not_made_again(monkeypatch):
     assert len(made) == 1
 
 
-def test_factors_of_narrow_bands_come_first_as_long_as_they_settle_fast():
-    for n in (200, 1000):
-        M = families.make("tridiagonal", n).M + diags_array(
-            [np.ones(n - 2)], offsets=[2]
-        )  # no Z-matrix
-        assert run(Problem(M, -np.ones(n))).route == ("newton",)
-
-
 def test_pivots_that_return_to_a_singular_basis_end_at_a_solution_close_by(monkeypatch):
     """z_1 - z_2 = 1 with free z_1 and z_2, as of a circuit without a ground, and z_3 >=
     0 complementary to z_1 + z_3 - 2: rounding decides which z_1 an elimination returns
@@ -257,28 +249,6 @@ def test_a_solution_that_rounding_hides_from_a_linear_program_is_found():
         Problem(csr_array(block_array([[None, -A.T], [A, None]])), np.append(c, -b))
     )
     assert result.solved
-
-
-@pytest.mark.parametrize(("n", "is_dense"), [(100, True), (401, True), (1000, False)])
-def test_a_first_time_step_of_an_american_put_is_solved_although_far_prices_are_tiny(
-    n, is_dense
-):
-    """Far out of the money they fall to 1e-38, and q is 0 there: from q < 0, each step
-    of pivoting finds one more."""
-    strike, rate, volatility, step = 100.0, 0.05, 0.2, 0.01
-    x, h = np.linspace(-1.2, 1.2, n + 2, retstep=True)
-    payoff = np.maximum(strike - strike * np.exp(x), 0.0)
-    a, b = volatility**2 / (2 * h**2), (rate - volatility**2 / 2) / (2 * h)
-    M = diags_array(
-        [-(a - b) * step, 1 + (2 * a + rate) * step, -(a + b) * step],
-        offsets=[-1, 0, 1],
-        shape=(n, n),
-    )
-    q = M @ payoff[1:-1] - payoff[1:-1]
-    q[0] -= (a - b) * step * payoff[0]
-    result = run(Problem(M.toarray() if is_dense else csr_array(M), q))
-    assert result.solved
-    assert (result.z > 0)[np.argmax(result.z > 0) :].all()
 
 
 def test_a_few_nodes_prove_that_there_is_no_solution_before_a_search():
@@ -425,11 +395,6 @@ def test_scale_and_finish_are_added_to_the_literal_methods_in_the_open(method):
     assert finished.solved
     assert trace.rows[-1].step == "finish"
     assert (finished.options["scale"], finished.options["finish"]) == (True, True)
-
-
-def test_attempts_with_large_matrices_are_not_held(monkeypatch):
-    monkeypatch.setattr(auto_table, "MAX_HELD", PROBLEM.n - 1)
-    assert turns_of(row("a", counting))[0] == [("a", 3)]
 
 
 @pytest.mark.parametrize(

@@ -6,7 +6,7 @@ import itertools
 import numpy as np
 import pytest
 from numpy.random import default_rng
-from scipy.sparse import csr_array, linalg
+from scipy.sparse import csr_array
 
 from lcpcli import Problem, Status, Trace, check, from_qp, run
 from lcpcli.gallery import families as gallery
@@ -191,20 +191,6 @@ def test_a_proof_from_a_diverging_iterate_is_rounded_to_one_that_holds_exactly()
     assert result.status is Status.INFEASIBLE
     y = result.certificate.vector[n:]
     assert y.min() == y.max() > 0
-
-
-def test_superlu_takes_the_order_that_qdldl_has_found(monkeypatch):
-    """Its own search for one may take longer than all factorizations."""
-    pytest.importorskip("qdldl")
-    orders, own = [], linalg.splu
-    monkeypatch.setattr(
-        linalg,
-        "splu",
-        lambda A, **how: orders.append(how["permc_spec"]) or own(A, **how),
-    )
-    monkeypatch.setattr("lcpcli.linalg.shifted_systems.MAX_PER_ENTRY", 0.0)
-    assert run(gallery.make("control", 100), "interior").solved
-    assert set(orders) == {"NATURAL"}
 
 
 def test_convex_programs_in_units_that_are_far_apart_are_solved():

@@ -1,7 +1,6 @@
 """The method `lemke` follows the path of the published algorithm, cannot cycle, and
 says what its rays prove."""
 
-from dataclasses import replace
 from fractions import Fraction
 
 import numpy as np
@@ -120,27 +119,6 @@ def test_iterates_are_complementary_and_their_F_is_minus_the_covering_vector():
     assert sorted(covers, reverse=True) == covers
 
 
-def test_each_pivot_is_an_iteration_with_a_row_and_the_start_is_not_used():
-    problem, (trace, other) = families.make("harker-pang", 20, 2), (Trace(), Trace())
-    result = run(problem, "lemke", trace=trace)
-    assert result.solved
-    assert [row.k for row in trace.rows] == list(range(result.evaluations + 1))
-    assert np.array_equal(
-        run(replace(problem, x0=np.arange(20.0)), "lemke", trace=other).z, result.z
-    )
-    assert all(
-        map(
-            np.array_equal,
-            [row.z for row in trace.rows[1:]],
-            [row.z for row in other.rows[1:]],
-        )
-    )
-    assert (
-        run(problem, "lemke", limits=Limits(max_iterations=3)).status
-        is Status.ITERATION_LIMIT
-    )
-
-
 @pytest.mark.parametrize(
     ("y", "M", "q"),
     [
@@ -207,25 +185,6 @@ def test_a_path_goes_on_from_upper_bounds():
             "lemke",
         )
         assert result.solved, seed
-
-
-@pytest.mark.parametrize("ties", ["largest", "lexicographic"])
-def test_path_of_lemke_says_what_enters_and_leaves_and_has_z0(ties):
-    trace = Trace()
-    result = run(
-        Problem([[2, 1], [1, 2]], [-5, -6]),
-        "lemke",
-        ties=ties,
-        cover="ones",
-        trace=trace,
-    )
-    assert result.solved
-    assert [row.step for row in trace.rows[1:]] == [
-        "z0 for w2",
-        "z2 for w1",
-        "z1 for z0",
-    ]
-    assert [row.z0 for row in trace.rows[1:]] == pytest.approx([6, 4, 0])
 
 
 def test_in_doubles_ties_are_broken_as_in_integers_so_that_a_path_does_not_cycle():

@@ -5,7 +5,6 @@ answers, those of the literature and random programs, by several methods.
 """
 
 import math
-from dataclasses import replace
 from fractions import Fraction
 from itertools import count
 
@@ -17,7 +16,6 @@ from numpy.random import default_rng
 from scipy.sparse import csr_array
 
 from lcpcli import Problem, Status, read, run, solve
-from lcpcli.basis.dual_simplex import DualSimplex
 from lcpcli.files import contents
 from lcpcli.gallery import families
 from lcpcli.methods import milp as module
@@ -52,35 +50,6 @@ def is_right(problem, result):
     if exact.solution(problem) is None:
         return result.status in NONE
     return result.solved
-
-
-def test_forms_are_restricted_to_0_or_multipliers_prove_that_they_cannot_be():
-    proofs = points = 0
-    for seed in range(40):
-        random = default_rng(seed)
-        m, n = random.integers(1, 6, 2)
-        A, b = random.integers(-3, 4, (m, n)), random.integers(-4, 7, m)
-        simplex, restricted = DualSimplex(A, b, margin=0.0), np.zeros(n + m, bool)
-        y, point = simplex.feasible(), simplex.point()
-        for form in random.permutation(n + m).tolist():
-            if y is not None:
-                break
-            restricted[form] = True
-            y, point = simplex.fix_at_zero(form), simplex.point()
-            if y is None:
-                assert point is not None
-                z, w = point
-                assert w == pytest.approx(A @ z + b, abs=1e-9)
-                assert min(*z, *w) >= -1e-9
-                assert np.append(z, w)[restricted] == pytest.approx(0, abs=1e-9)
-                points += 1
-        if y is not None and y.any():
-            assert y @ b < -1e-9
-            assert (y >= 0)[~restricted[n:]].all()
-            assert (A.T @ y <= 1e-9)[~restricted[:n]].all()
-            proofs += 1
-    assert proofs > 30
-    assert points > 30
 
 
 def test_no_set_of_a_solution_is_excluded_whatever_the_parts_of_free_variables():
@@ -159,12 +128,6 @@ def test_a_solution_to_the_tolerance_does_not_solve_what_has_none():
     )
     assert exact.solution(problem) is None
     assert run(problem, "milp").status is Status.UNSOLVABLE
-
-
-def test_start_of_the_problem_has_no_influence_but_is_checked_first():
-    problem = read(contents.shipped_path("paper-example-1.json"))
-    for x0, iterations in ((np.array([0.5, -0.5, 0.5, -0.5]), 0), (np.full(4, 7.0), 1)):
-        assert run(replace(problem, x0=x0), "milp").iterations == iterations
 
 
 def test_tree_that_is_too_large_is_no_proof():

@@ -4,9 +4,6 @@ steps smoothed aggregation makes independent of the grid; elimination for tridia
 M-matrices, in O(n) operations.
 """
 
-import sys
-from inspect import CO_GENERATOR
-
 import numpy as np
 import pytest
 from hypothesis import given, settings
@@ -19,12 +16,11 @@ from lcpcli import Problem, Solver, run
 from lcpcli.gallery import families
 from lcpcli.linalg.krylov import StoppingCriterion, conjugate_gradients
 from lcpcli.linalg.matrices import is_symmetric
-from lcpcli.methods import active_set, z_matrix
+from lcpcli.methods import z_matrix
 from lcpcli.methods.active_set import multilevel, sparse_route
 from lcpcli.methods.multilevel import FullApproximation, Hierarchy, VCycles
 from lcpcli.methods.stages import Breakdown, Finished, Stalled, limited
 from lcpcli.methods.z_matrix import eliminated
-from lcpcli.model import problem as problems
 from lcpcli.model.box import ORTHANT
 from lcpcli.rational.elimination import Effort
 from lcpcli.rational.exact_problem import ExactProblem
@@ -309,21 +305,6 @@ def test_optimal_stopping_with_two_free_boundaries_takes_a_few_passes_on_every_g
         assert np.count_nonzero(np.diff((result.z > 0).astype(int))) == 2
 
 
-@given(n=st.integers(2, 200), seed=st.integers(0, 2**32 - 1))
-def test_elimination_computes_a_solution_with_any_number_of_runs(n, seed):
-    generator = np.random.default_rng(seed)
-    below, above = -generator.uniform(0, 1, (2, n - 1))
-    diagonal = 0.1 + np.append(0.0, -below) + np.append(-above, 0.0)
-    M = diags_array([below, diagonal, above], offsets=(-1, 0, 1), format="csr")
-    q = generator.standard_normal(n)
-    elimination = z_matrix.of_tridiagonal(M)
-    assert elimination is not None
-    z, basic = elimination.solution(q)
-    w = M @ z + q
-    assert not z[~basic].any()
-    assert np.abs(np.minimum(z, w)).max() < 1e-12 * (1 + np.abs(z).max())
-
-
 def american_put(volatility, n=501):
     """An implicit step of an American put by central differences, whose first rows have
     positive entries off the diagonal where the square of the volatility is below the
@@ -359,15 +340,6 @@ def test_a_few_positive_entries_leave_elimination_the_right_states(volatility):
         assert step.solved
         assert step.iterations == 1
         assert step.route in [("elimination",), ("newton",)]
-
-
-def test_a_shifted_problem_has_the_units_of_its_matrix_computed_once(monkeypatch):
-    asked = []
-    units = problems.units
-    monkeypatch.setattr(problems, "units", lambda *M: asked.append(M) or units(*M))
-    M, payoff = american_put(0.3)
-    assert lcpcli.solve(M, -payoff, lower=payoff).solved
-    assert len(asked) <= 1
 
 
 def test_a_dense_tridiagonal_matrix_takes_the_route_of_compressed_rows():
@@ -441,27 +413,3 @@ def test_a_solution_that_reaches_far_along_a_shuffled_chain_takes_few_steps(diag
     # Each step of newton finds the neighbours of the last ones.
     assert np.count_nonzero(result.z) > 500
     assert result.iterations < 100
-
-
-MAX_GENERATORS = 6
-
-
-@pytest.mark.parametrize("traced", [False, True])
-def test_an_iterate_passes_few_generators_on_its_way_to_the_loop(traced, monkeypatch):
-    depths, found = [], active_set.Inexact.basic_solution_of
-
-    def counting(inexact, basis):
-        frame = sys._getframe(1)
-        if frame.f_code is not active_set.active_set.__code__:
-            return found(inexact, basis)  # pivoting with some of the variables
-        flags = []
-        while frame is not None:
-            flags.append(frame.f_code.co_flags & CO_GENERATOR)
-            frame = frame.f_back
-        depths.append(sum(map(bool, flags)))
-        return found(inexact, basis)
-
-    monkeypatch.setattr(active_set.Inexact, "basic_solution_of", counting)
-    result = run(families.make("obstacle", 900), trace=traced)
-    assert result.route == ("multilevel",)
-    assert 1 < max(depths) <= MAX_GENERATORS

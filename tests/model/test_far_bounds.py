@@ -15,7 +15,6 @@ from lcpcli import Problem, Status, from_qp, from_qpsolvers, read, run, solve, w
 from lcpcli.model.block_form import Blocks
 from lcpcli.model.changes import (
     Composed,
-    Relaxed,
     composed,
     relaxed,
     scale,
@@ -160,31 +159,6 @@ def test_proofs_are_of_the_program_with_its_far_bounds(size):
     assert lcpcli.check(problem, y=result.certificate.vector).accepted
 
 
-def test_only_far_bounds_are_left_out_at_first():
-    assert relaxed(Problem([[1.0]], [1e30])).is_identity
-    assert relaxed(Problem([[1.0]], [1.0], lower=-9e12, upper=INF)).is_identity
-    assert relaxed(from_qp(None, [1.0], [[1.0]], row_lower=[-9e12])).is_identity
-    assert relaxed(Problem([[1.0]], [1.0], lower=-2e16, upper=-1e16)).is_identity
-    beside = {"lower": [-9e12, -1e18], "upper": INF}
-    assert relaxed(Problem(np.eye(2), [1.0, 1.0], **beside)).is_identity
-    beside = {"lower": [-9e7, -1e18], "upper": INF}
-    assert not relaxed(Problem(np.eye(2), [1.0, 1.0], **beside)).is_identity
-    assert not relaxed(from_qp(None, [1.0], [[1.0]], row_lower=[-9e19])).is_identity
-    assert not relaxed(from_qp(None, [1.0], [[1.0]], row_upper=[1e20])).is_identity
-    change = relaxed(from_qp(**FAR))
-    assert not change.is_identity
-    assert change.problem.box.kinds == {
-        "free": 4,
-        "lower bound": 3,
-        "upper bound": 1,
-        "fixed": 1,
-    }
-    z = np.array([1.5, 0, 0, 0, 0, 0, 1.5, 1.5, 0])
-    x = change.back(change.problem.box.x_of(z, change.problem.w(z)))
-    assert change.original.box.z_of(x).tolist() == z.tolist()
-    assert (z - 2 * x).tolist() == change.original.w(z).tolist()
-
-
 def test_changes_are_made_in_turn_and_undone_in_reverse():
     """Numbers that doubles have exactly: nothing is rounded on either way."""
     problem = Problem([[256.0, 1], [-1, 64]], [3.0, -5], lower=[-4, 2], upper=[INF, 8])
@@ -272,10 +246,6 @@ def test_only_sides_ahead_are_met():
     grows towards that of the other row."""
     A, ends = [[2.0, 0.0], [0.0, 1.0]], {"row_lower": -1e18, "row_upper": [INF, 1e17]}
     problem = from_qp(None, [-1.0, -1.0], A, upper=[1e19, INF], **ends)
-    change = relaxed(problem)
-    assert isinstance(change, Relaxed)
-    needed = change.needed(np.array([1.0, 0.0, 0.0, 0.0, 0.0]))
-    assert [np.flatnonzero(each).tolist() for each in needed] == [[], [0], []]
     result = lcpcli.run(problem)
     assert result.solved
     assert result.z[:2].tolist() == [1e19, 1e17]
@@ -318,12 +288,6 @@ def test_far_sides_of_unknowns_without_reduced_costs_do_not_count():
     """A minimizer at the bounds of x1, which costs, and of x2, which costs nothing."""
     ends = {"row_lower": [1.0], "lower": [0.0, -1e18], "upper": [1e22, 1e13]}
     problem = from_qp(None, [-1.0, 0.0], [[1.0, 0.0]], **ends)
-    change = relaxed(problem, problem.far_sides[0].without(problem.far_sides[0]))
-    assert isinstance(change, Relaxed)
-    z = np.array([change.problem.upper[0], change.problem.lower[1], 0.0])
-    x = change.problem.box.x_of(z, change.problem.w(z))
-    found = [np.flatnonzero(each).tolist() for each in change.idle(x)]
-    assert found == [[1], [1], []]
     assert lcpcli.run(problem).z[0] == 1e22
 
 

@@ -16,7 +16,6 @@ from numpy.random import default_rng
 
 import lcpcli
 from lcpcli import Problem, from_qp, path, run, solutions
-from lcpcli.gallery import families as gallery
 from lcpcli.parametric import following
 from lcpcli.parametric.following import basic_states
 from lcpcli.parametric.path import Family
@@ -25,7 +24,6 @@ from lcpcli.parametric.verified import Breakpoints, verify
 from lcpcli.rational.exact_problem import ExactProblem, fractions_of
 
 from .. import exact
-from ..benchmarks.exact_breakpoints import exact_shares
 from ..exact_measure import relative_residual
 from .families import boxed, general, integers, positive, sparsely
 
@@ -362,17 +360,6 @@ def test_a_proof_at_the_start_is_about_the_first_problem_alone():
     assert found.end == "infeasible"
     assert exact.refutes(first, y)
     assert not exact.refutes(last, y)
-
-
-def test_exact_breakpoints_of_the_line_of_murty_are_its_whole_numbers():
-    """K. G. Murty, Computational complexity of parametric linear programming,
-    Mathematical Programming 19 (1980) 213-219, and for LCPs Linear Complementarity,
-    Linear and Nonlinear Programming (1988), chapter 6."""
-    found = path(*(gallery.make("all-cones", 6, t=t) for t in (-1.0, 63.0)))
-    assert found.verified
-    assert exact_shares(found, 1000) == [(k, Fraction(k, 64)) for k in range(1, 64)]
-    assert len(exact_shares(found, 10)) == 10
-    assert len({tuple(states) for states in found.states.tolist()}) == 64
 
 
 def check_breakpoints(found):

@@ -1,7 +1,6 @@
 """What people and programs get: every kind of answer in every format of text, tables,
 columns, widths and colours."""
 
-import csv
 import re
 from collections.abc import Callable
 from dataclasses import replace
@@ -10,7 +9,7 @@ import numpy as np
 import pytest
 
 import lcpcli
-from lcpcli import Problem, Trace, error_bound, read, write
+from lcpcli import Problem, Trace, read
 from lcpcli.cli import terminal as cli_terminal
 from lcpcli.files import contents
 from lcpcli.formulations.quadratic_program import answers
@@ -111,33 +110,6 @@ def test_a_printed_bound_is_rounded_upwards():
     ]
 
 
-def test_a_bound_is_shown_where_it_is_asked_for(lcp, tmp_path):
-    file = str(tmp_path / "problem.json")
-    write(Problem([[2.0, 1.0], [1.0, 2.0]], [-5.0, -6.0]), file)
-    plain, bounded = (
-        lcp("solve", file, "--format", "json", *o).record for o in ([], ["--bound"])
-    )
-    assert plain["error_bound"] is None
-    assert plain["error_bound_source"] is None
-    expected = error_bound(read(file), np.array(bounded["z"]))
-    assert bounded["error_bound"] == expected.value
-    assert bounded["error_bound_source"] == expected.source
-    lines = lcp(
-        "compare", contents.shipped_path("paper-example-2.json"), "--bound"
-    ).out.splitlines()
-    told = [
-        re.match(r"(fixed-point|shi): \|z - z\*\| <= (\S+)", line)
-        for line in lines
-        if "|z - z*|" in line
-    ]
-    assert [found and (found[1], 0 < float(found[2]) < 1e-8) for found in told] == [
-        ("fixed-point", True),
-        ("shi", True),
-    ]
-    none = lcp("solve", contents.shipped_path("bimatrix.json"), "--bound").out
-    assert "\nno bound: M is not known to be H+ or positive definite\n" in none
-
-
 def test_default_beside_a_run_with_an_option_and_every_value_in_a_figure_are_told(
     lcp, tmp_path
 ):
@@ -154,28 +126,6 @@ def test_default_beside_a_run_with_an_option_and_every_value_in_a_figure_are_tol
 def iterates(out):
     """The lines of the table below a lone result."""
     return out.split("\n\n", 1)[1].splitlines()
-
-
-def test_csv_of_a_sweep_has_a_row_a_run_with_options_and_costs(lcp):
-    sweep = f"compare {EXAMPLE} --sweep p=1e3,1e4"
-    lines = [
-        line
-        for line in lcp(f"{sweep} --format csv").out.splitlines()
-        if not line.startswith("#")
-    ]
-    rows = list(csv.DictReader(lines))
-    assert [(row["method"], row["p"], row["omega"]) for row in rows] == [
-        ("fixed-point", "", "1"),
-        ("shi:p=1e3", "1000", ""),
-        ("shi:p=1e4", "10000", ""),
-    ]
-    records = lcp(f"{sweep} --format json").records
-    for row, record in zip(rows, records, strict=True):
-        assert row["status"] == record["status"]
-        assert int(row["iterations"]) == record["iterations"]
-        assert float(row["error"]) == record["error"]
-        reached = {each["level"]: each["k"] for each in record["milestones"]}
-        assert row["iterations_to_1e-6"] == str(reached.get(1e-6, ""))
 
 
 def test_long_runs_are_thinned_unless_every_is_given(lcp):

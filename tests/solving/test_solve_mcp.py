@@ -626,21 +626,6 @@ def test_a_linearization_has_its_step_with_kernels_and_without(n, upper, is_comp
     assert run(Problem(M, np.full(n, -1.0), upper=upper)).z == pytest.approx(found[0])
 
 
-def test_pivots_of_a_linearization_without_a_step_are_counted():
-    """They are the work after which a run without restarts stops."""
-    evaluations = Evaluations(NonlinearProblem(lambda z: z, x0=np.zeros(60)))
-    missing = 0
-    for seed in range(20):
-        M, q = linearization(seed, 60)
-        before = evaluations.pivots
-        box = Problem(M, q).box
-        args = M, q, box, None, False, evaluations, False
-        if solution_of_linearization(*args) is None:
-            missing += 1
-            assert evaluations.pivots > before
-    assert missing > 10
-
-
 @pytest.mark.parametrize("lower", [0.0, FREE])
 def test_potentials_of_traffic_are_the_times_of_the_shortest_paths(lower):
     """Flows x of each arc to each destination, and potentials p of the nodes: no flow

@@ -220,17 +220,6 @@ def test_multipliers_0_and_rows_that_repeat_leave_x_its_digits():
     assert result.not_unique == [2, 3]
 
 
-def test_what_is_not_unique_is_named_in_text_and_in_json(lcp, tmp_path):
-    """From 1 in text, from 0 in JSON; at a degenerate vertex x keeps its digits."""
-    file = tmp_path / "corner.json"
-    corner = {"c": [1, 1], "A": [[1, 0], [0, 1], [1, 1]], "row_upper": [1, 1, 2]}
-    save_json(file, {"sense": "max", **corner})
-    assert "z3, z4 and z5 are not unique" in lcp(f"solve {file}").out
-    record = lcp(f"solve {file} --format json").record
-    assert record["not_unique"] == [2, 3, 4]
-    assert record["digits"] == [16, 16, None, None, None]
-
-
 ALL, UNIT = DOUBLE_DIGITS, np.nextafter(-0.3333333333333333, -1.0)
 EXAMPLES = {
     "bounds are exact": (Problem([[2, 0], [0, 1]], [-1, 1]), {}, [ALL, ALL]),
