@@ -269,7 +269,7 @@ def _searched(
         ending = yield from search(problem, sequence)
     else:
         ending = yield from sequence.run_stage(
-            "", stages.from_reference(problem, x0, search)
+            "", stages.from_reference(problem, x0, partial(search, given=problem))
         )
     if isinstance(ending, Finished) and problem.reference_z is not None:
         z = problem.box.z_of(sequence.last.x)
@@ -279,11 +279,6 @@ def _searched(
                 "", search(problem, MethodSequence(x0), recorded_stages=None)
             )
     if milp and isinstance(ending, stages.Undecided):
-        other_form = problem.formulation.in_other_form(problem)
-        if other_form is not None:
-            of_other_form = yield from sequence.run_stage("lemke", other_form)
-            if isinstance(of_other_form, Finished):
-                return of_other_form
         return (
             yield from sequence.run_stage(
                 "milp", stages.begin("milp", problem, sequence.last.x)
@@ -303,6 +298,7 @@ def _search(
     milp: bool = True,
     recorded_stages: stages.RecordedStages | None = None,
     is_decided: Callable[[], bool] = lambda: False,
+    given: Problem | None = None,
 ) -> Stage:
     """Run the methods before milp one after another, from the start in `sequence`.
 
@@ -310,22 +306,16 @@ def _search(
     milp : whether nodes of its tree are examined.
     is_decided : called after each attempt, for other work in between; if it returns
         True, the search stops.
+    given : the problem before its reference point was moved to 0, if it was.
     """
-    x0, criterion = sequence.last.x, Criterion(problem)
-    first = list[Part]()
-    if is_basic_start:
-        first = [Part("newton", from_start(problem, problem.box.basis_of(x0)))]
-        x0 = np.zeros(problem.n)
-    elif is_warm_start and not problem.M.diagonal().all():
-        with imports:
-            from lcpcli.methods.interior import at_point
-        recorded_stages = recorded_stages or {}
-        first = [Part("interior", at_point(problem, x0, recorded_stages))]
+    criterion, start = Criterion(problem), sequence.last.x
+    x0 = np.zeros(problem.n) if is_basic_start else start
+    structure = Structure(problem, x0, recorded_stages, given)
+    first = _at_start(structure, start, is_basic_start, is_warm_start)
     undecided_ending: NoSolution | Stalled | None = None
     # Finite once there is an ending that only a better one replaces.
     evaluations_left = math.inf
-    attempts = attempts_before_milp(problem, x0, presolve, recorded_stages)
-    for part in chain(first, attempts):
+    for part in chain(first, attempts_before_milp(structure, presolve)):
         # Work beyond the limit is worthwhile for linear alone, which may have a proof.
         is_refused = part.method == "milp" and not milp
         if is_refused or (evaluations_left <= 0 and part.method != "linear"):
@@ -361,6 +351,20 @@ def _search(
         if evaluations_left <= 0 and isinstance(undecided_ending, NoSolution):
             break
     return undecided_ending or stages.Undecided("no other method is attempted")
+
+
+def _at_start(
+    structure: Structure, start: Vector, is_basic_start: bool, is_warm_start: bool
+) -> list[Part]:
+    """Return the part, if any, that begins at a start that is close to a solution."""
+    problem = structure.original_problem
+    if is_basic_start:
+        return [Part("newton", from_start(problem, problem.box.basis_of(start)))]
+    if is_warm_start and not problem.M.diagonal().all():
+        with imports:
+            from lcpcli.methods.interior import at_point
+        return [Part("interior", at_point(problem, start, structure.recorded_stages))]
+    return []
 
 
 def _patience(problem: Problem, sequence: MethodSequence) -> float:
@@ -410,23 +414,16 @@ def _improved(
     return accepted_point is not None and accepted_point.solved
 
 
-def attempts_before_milp(
-    problem: Problem,
-    x0: Vector,
-    presolve: bool,
-    recorded_stages: stages.RecordedStages | None = None,
-) -> Iterator[Part]:
+def attempts_before_milp(structure: Structure, presolve: bool) -> Iterator[Part]:
     """Yield the parts of a run before milp in order, for few unknowns only those after
-    exact arithmetic. presolve : whether presolve takes part. recorded_stages : as in
-    `Structure`."""
-    structure = Structure(problem, x0, recorded_stages)
+    exact arithmetic. presolve : whether presolve takes part."""
     after = phases(structure)
     if (EXACT,) in after:
         after = after[after.index((EXACT,)) + 1 :]
     for phase in after:
         if phase == (PRESOLVE,):
             if presolve and PRESOLVE.applies(structure):
-                yield from _of_presolved(problem, x0)
+                yield from _of_presolved(structure.original_problem, structure.x0)
         elif phase != (MILP,):
             yield from attempts_in_rounds(structure, phase)
 

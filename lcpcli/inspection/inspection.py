@@ -32,7 +32,7 @@ from lcpcli.linalg.patterns import affordable
 from lcpcli.linalg.units import equilibrate
 from lcpcli.methods.definite import MADE_FOR_IT, MAX_TOLD, in_words, stiffness
 from lcpcli.model import changes, views
-from lcpcli.model.changes import composed, relaxed, shifted
+from lcpcli.model.changes import relaxed, shifted
 from lcpcli.model.evaluations import Evaluations
 from lcpcli.model.nonlinear import NonlinearProblem
 from lcpcli.model.problem import Problem, as_problem
@@ -73,8 +73,9 @@ def plan(problem: Problem) -> list[Attempt]:
     ['newton', 'newton', 'lemke']
     """
     # The changes with which auto starts.
-    problem = composed(as_problem(problem), relaxed, shifted).problem
-    structure = Structure(problem, problem.q)
+    given = relaxed(as_problem(problem)).problem
+    problem = shifted(given).problem
+    structure = Structure(problem, problem.q, None, given)
     in_order = chain.from_iterable(
         sorted(phase, key=lambda row: row.first_round) for phase in phases(structure)
     )

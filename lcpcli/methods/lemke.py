@@ -65,6 +65,7 @@ FEW_PIVOTS = 2  # for each unknown on the first path of `auto`, before other met
 # Pivots for each unknown, and in addition, if the path is not sure to lead to a
 # solution.
 FEWER_PIVOTS, FEW_MORE_PIVOTS = 1, 20
+COVERS = 8  # covering vectors whose paths `paths` follows
 # Relative to q: a z_0 of this size may be rounding, so that the point may be a
 # solution.
 VANISHED = 1e-9
@@ -142,8 +143,7 @@ def lemke_stage(
     """
     path = path_to_end(problem, follow, reduction or reduced(problem), is_sure)
     if path.end == SOLVED:
-        x, basis = _end_of(problem, path)
-        yield Iterate(x, None, "", path.pivots, basis=basis)
+        yield _at_end_of(problem, path)
         return Finished()
     if path.end == RAY:
         certificate = _certificate(problem, *path.ray(), False)
@@ -155,6 +155,26 @@ def lemke_stage(
             problem.box.x_of(z, path.w()), None, "", path.pivots, signs_final=False
         )
     return Stalled("the path does not lead to a solution")
+
+
+def paths(problem: Problem, follow: Follow) -> Stage:
+    """Follow the paths of several covering vectors, one after another, up to MAX_PIVOTS
+    per unknown; yield the point where each terminates, whether it is a solution or not.
+
+    Where rounding ends one path on a ray, another one is likely to lead to a solution.
+    """
+    reduction, pivots = reduced(problem), 0
+    for cover in range(COVERS):
+        path = LemkePath(reduction, problem.q, cover, False, follow)
+        with suppress(np.linalg.LinAlgError):
+            path.advance(MAX_PIVOTS * path.k.size + MORE_PIVOTS)
+        pivots += path.pivots
+        if path.end == SOLVED:
+            yield _at_end_of(problem, path)._replace(evaluations=pivots)
+        else:
+            x = problem.box.x_of(path.point()[0], path.w())
+            yield Iterate(x, None, "", pivots, signs_final=False)
+    return Stalled("no path leads to a solution")
 
 
 def end_of_path(problem: Problem, follow: Follow) -> Stage:
@@ -184,6 +204,12 @@ def path_to_end(
         if path.end == PAUSED and is_sure():
             path.advance(max_pivots - path.pivots)
     return path
+
+
+def _at_end_of(problem: Problem, path: LemkePath) -> Iterate:
+    """Return the iterate at the solution to which the path leads."""
+    x, basis = _end_of(problem, path)
+    return Iterate(x, None, "", path.pivots, basis=basis)
 
 
 def _end_of(problem: Problem, path: LemkePath) -> tuple[Vector, BasisStatus]:

@@ -314,6 +314,14 @@ def in_given_variables(
     return sequence.run_stage("", stage)
 
 
+def in_new_variables(change: Change, stage: Stage) -> Stage:
+    """Pass on a stage of the original problem with x of the problem in other
+    variables."""
+    while isinstance(step := advance(stage), Iterate):
+        yield step._replace(x=change.start(step.x), F=None)
+    return step
+
+
 def moved_back(
     change: Change, stage: Stage, polishing: BasicSolutions | None = None
 ) -> Stage:

@@ -323,9 +323,9 @@ class Formulation:
         the problem."""
         return result
 
-    def in_other_form(self, problem: Any) -> Any:  # noqa: ARG002
-        """Return a stage of `auto` that solves the problem in another form, before its
-        last resort; None if there is no such form."""
+    def in_other_form(self, problem: Any, follow: Any) -> Any:  # noqa: ARG002
+        """Return a stage of `auto` that follows Lemke's paths of another form of the
+        problem by a function `follow`; None if there is no such form."""
         return None
 
     def lengths(self, problem: Any) -> dict[int, str]:

@@ -13,6 +13,7 @@ from scipy.sparse import csr_array
 
 import lcpcli
 from lcpcli import Problem, Solver, from_contact, from_findex, run
+from lcpcli.basis.tableau import follow
 from lcpcli.formulations.contact import cones
 from lcpcli.formulations.contact.cones import Friction
 from lcpcli.formulations.contact.friction import Contact
@@ -71,9 +72,33 @@ def violation(answer, given):
 @pytest.mark.parametrize("seed", range(4))
 def test_the_form_of_stewart_and_trinkle_has_the_solution(seed):
     problem = from_findex(*generated(seed))
-    iterate = next(problem.formulation.in_other_form(problem))
+    iterate = next(problem.formulation.in_other_form(problem, follow))
     z = problem.box.z_of(iterate.x)
     assert Point(Criterion(problem), z).solves()
+
+
+def uneven(seed):
+    """Seven contacts of bodies whose masses differ by up to 1e6."""
+    random = default_rng(seed)
+    J = random.integers(-2, 3, (14, 7)).astype(float)
+    masses = 10.0 ** random.integers(0, 7, 7)
+    matrix = J @ (J / masses).T + 1e-6 * np.eye(14)
+    return from_contact(matrix, J @ random.integers(-3, 3, 7), 0.5)
+
+
+@pytest.mark.parametrize("seed", [32, 269])
+def test_where_one_path_of_the_other_form_ends_on_a_ray_another_has_the_solution(seed):
+    problem = uneven(seed)
+    steps = problem.formulation.in_other_form(problem, follow)
+    criterion = Criterion(problem)
+    assert any(Point(criterion, problem.box.z_of(step.x)).solves() for step in steps)
+
+
+def test_the_other_form_is_tried_before_methods_that_take_many_iterations():
+    problem = from_findex(*generated(1245))
+    assert run(problem, max_iterations=60).solved
+    parts = [attempt.part for attempt in lcpcli.plan(problem)]
+    assert "in another form" in parts
 
 
 @pytest.mark.parametrize("seed", range(12))

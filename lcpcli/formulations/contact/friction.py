@@ -557,10 +557,10 @@ class Contact(Formulation):
     def retried(self, result: Any) -> Any:
         return self.sibling("other_form").retried(self, result)
 
-    def in_other_form(self, problem: Problem) -> Any:
+    def in_other_form(self, problem: Problem, follow: Any) -> Any:
         if not (self.is_planar and self.contacts):
             return None
-        return self.sibling("other_form").by_lemke(self, problem)
+        return self.sibling("other_form").by_lemke(self, problem, follow)
 
     def update(
         self,

@@ -15,7 +15,8 @@ from lcpcli.formulations.contact.cones import Form
 from lcpcli.formulations.contact.friction import Contact
 from lcpcli.linalg.matrices import product
 from lcpcli.methods import stages
-from lcpcli.methods.lemke import MAX_PIVOTS
+from lcpcli.methods.direct import as_dense
+from lcpcli.methods.lemke import Follow, paths
 from lcpcli.methods.stages import Stage
 from lcpcli.model.problem import Problem
 from lcpcli.solving.result import Result, Status
@@ -50,8 +51,8 @@ def retried(contact: Contact, result: Result) -> Result:
     if not other.solved:
         return result
     criterion = Criterion(result.problem, result.tol)
-    point = _solution(contact, other_form, criterion, other.z)
-    if point is None:
+    point = _point(contact, other_form, criterion, other.z)
+    if not point.solves():
         return result
     parts = {key: value + other.parts[key] for key, value in result.parts.items()}
     return replace(
@@ -67,34 +68,26 @@ def retried(contact: Contact, result: Result) -> Result:
     )
 
 
-def by_lemke(contact: Contact, problem: Problem) -> Stage:
-    """Follow Lemke's path of the other form, and yield its solution as one of the
-    problem itself.
+def by_lemke(contact: Contact, problem: Problem, follow: Follow) -> Stage:
+    """Follow paths of Lemke's method in the other form, and yield the point where each
+    terminates as one of the problem itself.
     """
     form = contact.stewart_trinkle()
     M, q, lower, upper = form.conditions
-    other = Problem(M, q, lower=lower, upper=upper)
+    other = as_dense(Problem(M, q, lower=lower, upper=upper))
     if other.n > MAX_UNKNOWNS:
         return stages.Stalled("its other form has many unknowns")
-    path = stages.begin("lemke", other, np.zeros(other.n))
-    path = stages.limited(path, MAX_PIVOTS * other.n)
-    evaluations, z = 0, np.zeros(other.n)
-    while isinstance(step := stages.advance(path), stages.Iterate):
-        evaluations, z = step.evaluations, other.box.z_of(step.x)
-    point = _solution(contact, form, Criterion(problem), z)
-    if point is None or not isinstance(step, stages.Finished):
-        return stages.Stalled("its other form is not solved")
-    x = problem.box.x_within(point.z, problem.w(point.z), problem.box.basis_at(point.z))
-    yield stages.Iterate(x, None, "", evaluations)
+    stage, criterion = paths(other, follow), Criterion(problem)
+    while isinstance(step := stages.advance(stage), stages.Iterate):
+        point = _point(contact, form, criterion, other.box.z_of(step.x))
+        basis = problem.box.basis_at(point.z)
+        x = problem.box.x_within(point.z, problem.w(point.z), basis)
+        yield step._replace(x=x, basis=None)
     return step
 
 
 @np.errstate(all="ignore")
-def _solution(
-    contact: Contact, form: Form, criterion: Criterion, z: Vector
-) -> Point | None:
-    """Return the point of the problem for a z of its other form; None if it is no
-    solution."""
+def _point(contact: Contact, form: Form, criterion: Criterion, z: Vector) -> Point:
+    """Return the point of the problem for a z of its other form."""
     x = np.asarray(product(form.T, z))
-    point = Point(criterion, point_of(contact, Motion.of_impulses(contact, x)))
-    return point if point.solves() else None
+    return Point(criterion, point_of(contact, Motion.of_impulses(contact, x)))
