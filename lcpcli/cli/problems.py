@@ -330,7 +330,9 @@ class Inputs(NamedTuple):
         if any(bound is not None for bound in self.bounds.values()):
             from lcpcli.files import beside
 
-            changed = beside.with_bounds(original, self.bounds, bounds)
+            changed = beside.with_bounds(
+                original, self.bounds, bounds, keeps_digits=self.as_written
+            )
         problem, remarks = without_wrong_solutions(changed, file.path)
         # Remarks on what has been read.
         notes = [problem.note] if file.kind.is_model else []

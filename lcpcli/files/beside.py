@@ -50,7 +50,14 @@ from lcpcli.model.box import WORDS, Box, in_words
 from lcpcli.model.problem import Problem
 from lcpcli.model.words import basis_of_words
 from lcpcli.rational.exact_problem import Bounds, ExactProblem, fractions_of, number_of
-from lcpcli.rational.numbers import Doubles, fraction, ratio, rounded
+from lcpcli.rational.numbers import (
+    KEEP_DIGITS,
+    Doubles,
+    double_unless_lost,
+    fraction,
+    ratio,
+    rounded,
+)
 from lcpcli.typing import Vector
 
 NUMBER = r"(?:[-+.eE/]*\d[-+\d.eE/]*|[-+]?inf|nan)"
@@ -73,13 +80,16 @@ def with_bounds(
     option_values: Mapping[str, Any],
     files: dict[str, InputFile] | None = None,
     doubles: Doubles | None = None,
+    keeps_digits: bool = False,
 ) -> Problem:
     """Return the problem with other bounds, lower and upper; a bound that is None is
     not changed. Known solutions are dropped if bounds change. A bound is a number, inf,
     -inf or none, a list of these, or the name of a file with such a list; a bound of
     size infinity or more is infinite. files : the files of bounds that have been read,
     by name, to which this call adds those that it reads. doubles : the conversion of
-    numbers as written, if it is not rounding to double precision."""
+    numbers as written, if it is not rounding to double precision. keeps_digits :
+    whether the caller reads exact bounds too, so that a bound that is 0 in double
+    precision alone is not lost."""
     read = {} if files is None else files
     number = float if doubles is None else doubles.of
     texts = {
@@ -89,6 +99,9 @@ def with_bounds(
         name: _values(name, text, read, number, lambda: problem.names)
         for name, text in texts.items()
     }
+    if doubles is None and not keeps_digits:
+        for name, text in texts.items():
+            _refuse_lost(name, text, read)
     kind, hint = problem.formulation.kind, problem.formulation.hint_for_bounds
     if values and (hint or kind in REFUSALS):
         what = formulations.row_of(kind).noun if hint else REFUSALS[kind][0]
@@ -188,6 +201,15 @@ def _values(
     contents = file.values(f"--{name}", float if number is float else as_written)
     is_array = number is not float and isinstance(contents, np.ndarray)
     return contents.tolist() if is_array else contents
+
+
+def _refuse_lost(name: str, text: str, files: Mapping[str, InputFile]) -> None:
+    """Raise ProblemError if a bound is 0 in double precision without being 0."""
+    if text in files:
+        files[text].refuse_underflow(f"--{name}")
+        return
+    for number in re.findall(NUMBER, text.casefold()):
+        within(f"--{name}", double_unless_lost, number, KEEP_DIGITS)
 
 
 def _is_typed(field: str, text: str) -> bool:

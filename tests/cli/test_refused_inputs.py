@@ -68,6 +68,16 @@ def test_a_number_that_is_0_only_in_double_precision_is_refused(
     assert_refused(asked, "0 in double precision", "lcp solve --exact keeps all digits")
 
 
+@pytest.mark.parametrize("bound", ["1e-400,0", "none,-1e-400", "[0,1/1" + 400 * "0"])
+def test_a_bound_that_is_0_only_in_double_precision_is_refused(bound, lcp, in_folder):
+    save_json(in_folder / "p.json", {"M": [[1, 0], [0, 1]], "q": [1, 1]})
+    (in_folder / "bound.txt").write_text(bound.strip("[").replace("none", "-inf"))
+    for lower in bound, "bound.txt":
+        asked = lcp("solve", "p.json", "--lower", lower)
+        assert_refused(asked, "0 in double precision", "--exact keeps all digits")
+        assert lcp("solve", "p.json", "--exact", "--lower", lower).code == 0
+
+
 # Of each the solutions would be those of 0 in the place of a number.
 LOST_IN_FORMULATIONS = [
     {"Q": [["1e-400"]], "c": ["-1e-400"]},
