@@ -16,7 +16,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
 from fractions import Fraction
-from functools import cache
+from functools import lru_cache
 from itertools import product
 
 import numpy as np
@@ -31,6 +31,10 @@ from lcpcli.typing import Support
 # Strategies of the player with fewer of them up to which this takes less time than
 # branch and bound, whose nodes use both polyhedra.
 MAX_STRATEGIES = 11
+
+# Vertices that are cached, as they may belong to several pieces: this many take little
+# memory.
+MAX_REMEMBERED = 10_000
 
 Check = Callable[[], None]
 
@@ -100,7 +104,7 @@ def _listed(
     """
     (_, first), (_, second) = sides
 
-    @cache
+    @lru_cache(MAX_REMEMBERED)
     def point(*pair: int) -> RationalPoint:
         z = zeros(data.n)
         for (unknowns, rays), i in zip(sides, pair, strict=True):

@@ -24,7 +24,7 @@ from typing import Any
 import numpy as np
 
 from lcpcli.clock import imports
-from lcpcli.enumeration.bimatrix import nash_subsets
+from lcpcli.enumeration.bimatrix import MAX_REMEMBERED, nash_subsets
 from lcpcli.interrupts import TimeIsUp, in_time, remaining
 from lcpcli.linalg import matrices
 from lcpcli.model.box import BASIC, LOWER, UPPER, WORDS
@@ -39,9 +39,6 @@ from lcpcli.verify.error_theorems import row_scalings, scaling
 FIXED = "fixed"
 # The most numbers of a point, and points, that are printed, so that they fit on a line.
 SHOWN_PARTS = 6
-# Vertices whose statuses are cached, as they may belong to several pieces: this many
-# take little memory.
-MAX_REMEMBERED = 10_000
 # A piece that takes more bases than this is listed after all other pieces.
 MAX_BASES_AT_FIRST = 1000
 # Unknowns up to which branch and bound finds a first solution as fast as a method in

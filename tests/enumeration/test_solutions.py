@@ -6,6 +6,7 @@ LCP_ORACLE=3000 in the environment sets the number of problems with up to 5 unkn
 here it is fewer, with up to 4.
 """
 
+import gc
 import json
 import os
 import re
@@ -27,6 +28,7 @@ from lcpcli.enumeration.search import (
 from lcpcli.files import contents
 from lcpcli.files.contents import Source
 from lcpcli.rational import double_description
+from lcpcli.rational.dictionary import Vertex
 from lcpcli.rational.exact_problem import ExactProblem, decimal_parts_of
 from lcpcli.report import solutions
 
@@ -649,3 +651,12 @@ def test_a_limit_holds_where_there_are_more_subsets_than_can_be_listed(monkeypat
     assert len(pieces) > 1
     assert not found.complete
     assert next(seconds) < 0.75
+
+
+def test_few_equilibria_of_a_large_nash_subset_are_kept_in_memory(monkeypatch):
+    monkeypatch.setattr(bimatrix, "MAX_REMEMBERED", 10)
+    data = ExactProblem.of_floats(from_game(np.zeros((3, 20)), np.zeros((3, 20))))
+    (subset,) = bimatrix.nash_subsets(data, 3, 1000, lambda: None)
+    kept = [sum(isinstance(item, Vertex) for item in gc.get_objects()) for _ in subset]
+    assert len(kept) == 60
+    assert max(kept) - min(kept) <= 12
