@@ -324,13 +324,12 @@ class Structure:
             from lcpcli.methods.bimatrix import costs
         return costs(self.problem)
 
-    @cached_property
-    def other_form(self) -> Stage | None:
-        """Return the stage that solves the problem in another form that its formulation
+    def other_form(self) -> Any:
+        """Return a stage that solves the problem in another form that its formulation
         has, in the variables in which the reference point is 0; None if there is
         none."""
         given = self.given_problem
-        stage: Stage | None = given.formulation.in_other_form(given, self.follow)
+        stage = given.formulation.in_other_form(given, self.follow)
         return stage and stages.in_new_variables(shifted(given), stage)
 
     @cached_property
@@ -423,13 +422,13 @@ def newton_while_fast(structure: Structure) -> Stage:
     changed.
 
     Circuits need three steps, each with one factorization; most programs stop it at the
-    first one. Where two steps return to the same basis, it may be singular, and a
+    first one. Where two steps first return to the same basis, it may be singular, and a
     solution close to its last basic solution is sought.
     """
     problem = structure.problem
     stage, box = usual_newton(structure), problem.box
     before = basis = box.basis_of(np.zeros(problem.n))
-    max_changes = math.inf
+    max_changes, has_cycled = math.inf, False
     while isinstance(step := stages.advance(stage), Iterate):
         earlier, before, basis = before, basis, box.basis_of(step.x)
         changes = np.count_nonzero(basis != before)
@@ -439,7 +438,10 @@ def newton_while_fast(structure: Structure) -> Stage:
         max_changes = max(NEWTON_SETTLING_FACTOR * changes, SETTLED_CHANGES)
         # The first of the three is that of the start, not of an iterate.
         is_cycle = step.evaluations > 2 and np.array_equal(basis, earlier)
-        if is_cycle and not (step.signs_final or structure.is_large_and_sparse):
+        if is_cycle and not (
+            has_cycled or step.signs_final or structure.is_large_and_sparse
+        ):
+            has_cycled = True
             nearest = _nearest_solution(problem, step, before)
             if nearest is not None:
                 yield nearest
@@ -753,8 +755,8 @@ LATER = (
         "lemke",
         "in another form",
         "the contacts have another form, in which Lemke's path leads to a solution",
-        lambda s: s.other_form is not None,
-        lambda s: s.other_form or stages.ended(Stalled("there is no other form")),
+        lambda s: s.other_form() is not None,
+        lambda s: s.other_form(),
         lambda _: 1,
     ),
     AttemptRule(

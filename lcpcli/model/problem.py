@@ -16,7 +16,7 @@ from lcpcli.clock import imports
 from lcpcli.errors import GIVE_TEXT, ProblemError, kind, unknown
 from lcpcli.linalg.doubles import FAR_FROM_ONE, are_moderate, size
 from lcpcli.linalg.factors import Latest
-from lcpcli.linalg.matrices import is_sparse, product, row_maxima
+from lcpcli.linalg.matrices import dense, is_sparse, product, row_maxima
 from lcpcli.linalg.units import Base, Units, units
 from lcpcli.model import arrays, views
 from lcpcli.model.arrays import (
@@ -49,9 +49,8 @@ WITHOUT_SOLUTION = ("infeasible", "unsolvable")
 
 LCP_BOUNDS = 0.0, math.inf
 
-# Rows up to which the scaling factors of a dense M take no longer than those of the
-# sparse one from which it was made.
-MAX_UNITS_OF_DENSE = 150
+# Rows up to which the scaling factors of a sparse M take less time as a dense one.
+MAX_UNITS_AS_DENSE = 150
 
 
 class Facts:
@@ -66,20 +65,16 @@ class Facts:
     kind: Any = None
     # The facts about the last dense M of a sequence whose scaling factors are known.
     _before: Facts | None = None
-    # The sparse M of many rows from which a dense one was made.
-    _sparse_form: Matrix | None = None
+    # The facts about the M of which this one is another form.
+    _given: Facts | None = None
 
     def __init__(self, M: Matrix, block_form: BlockForm | None) -> None:
         self._M, self._form = M, block_form
-        # The units, once they are known, for M stored in any form.
-        self._in_any_form = dict[str, Units]()
 
     def in_other_form(self, M: Matrix) -> Facts:
         """Return the facts about this M, stored as a dense or as a sparse matrix."""
         other = Facts(M, self._form)
-        other._in_any_form = self._in_any_form
-        if is_sparse(self._M) and M.shape[0] > MAX_UNITS_OF_DENSE:
-            other._sparse_form = self._M
+        other._given = self._given or self
         return other
 
     def __getstate__(self) -> dict[str, Any]:
@@ -177,11 +172,14 @@ class Facts:
 
     @cached_property
     def units(self) -> Units:
-        known = self._in_any_form
-        if not known:
-            M = self._M if self._sparse_form is None else self._sparse_form
-            known["units"] = units(M, None if self._form is None else self.signs)
-        return known["units"]
+        """Return the units of the M that was given, whichever form is read first: those
+        of another form differ by rounding."""
+        if self._given is not None:
+            return self._given.units
+        if self._form is not None:
+            return units(self._M, self.signs)
+        is_small = self._M.shape[0] <= MAX_UNITS_AS_DENSE
+        return units(dense(self._M) if is_small else self._M, None)
 
 
 @dataclass(frozen=True, eq=False, init=False, repr=False)

@@ -225,3 +225,27 @@ def test_what_is_not_solved_is_refused_with_the_right_advice(caplog):
             solved(model)
         assert words in caplog.text, name
         assert "inequality() in Pyomo" not in caplog.text
+
+
+def test_both_bounds_count_beside_a_given_multiplier_and_a_slack_variable():
+    """Three plants at their bounds and between them; one with the multiplier of its
+    bound, and one whose condition is that of a slack variable."""
+    model = pyomo.ConcreteModel()
+    costs = {1: -10, 2: -4, 3: 1}
+    model.x = pyomo.Var([1, 2, 3, 4, 5], bounds=(0, 3), initialize=1.0)
+    model.mu, model.w = pyomo.Var(within=pyomo.NonNegativeReals), pyomo.Var()
+    conditions = [
+        *((model.x[k] >= 0, 2 * model.x[k] + cost >= 0) for k, cost in costs.items())
+    ]
+    conditions += [
+        (model.x[4] >= 0, 2 * model.x[4] - 10 + model.mu >= 0),
+        (model.mu >= 0, 3 - model.x[4] >= 0),
+    ]
+    model.slack = pyomo.Constraint(expr=model.w == 2 * model.x[5] - 10)
+    conditions.append((model.x[5] >= 0, model.w >= 0))
+    model.c = mpec.ComplementarityList(
+        rule=(mpec.complements(*each) for each in conditions)
+    )
+    assert solved(model) == "optimal"
+    values = [*(model.x[k].value for k in range(1, 6)), model.mu.value, model.w.value]
+    assert values == pytest.approx([3, 2, 0, 3, 3, 4, -4])

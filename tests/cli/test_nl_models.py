@@ -1,5 +1,6 @@
 """Models of AMPL in the commands, and lcp in the place of a solver that AMPL calls."""
 
+import gzip
 from types import SimpleNamespace
 
 import numpy as np
@@ -14,7 +15,7 @@ from lcpcli.solving.result import Status
 
 from .. import literature
 from ..files.nl_writing import model
-from .models import FILES
+from .models import FILES, PLANT
 
 
 @pytest.fixture(autouse=True)
@@ -124,3 +125,8 @@ def test_inspection_of_problems_without_an_expression_has_no_operators():
         assert len(inspected.hints) == hints
         assert inspected.operators is None
         assert "structural rank" in repr(inspected)
+
+
+def test_compressed_models_have_their_names(models, lcp):
+    (models / "plant.nl.gz").write_bytes(gzip.compress(PLANT))
+    assert lcp("solve plant.nl.gz --format json").record["names"] == ["plant"]

@@ -206,6 +206,14 @@ FOREIGN = {
         archive(
             M=TWICE, q=np.array(["2021-01-01", "2021-01-02"], dtype="datetime64[D]")
         ),
+        archive(
+            data=MINUS,
+            indices=np.array([0, 5]),
+            indptr=np.array([0, 1, 2]),
+            shape=np.array([2, 2]),
+            q=MINUS,
+        ),
+        archive(M=np.ones((2, 2, 2)), q=MINUS),
         archive(M=TWICE, q=np.float64(1)),
     ],
     "p.npy": [

@@ -13,7 +13,7 @@ import pytest
 from scipy import sparse
 from scipy.io import savemat
 
-from lcpcli import Problem, read, write
+from lcpcli import Problem, Status, read, run, write
 from lcpcli.files import beside, contents
 from lcpcli.files.beside import read_start
 
@@ -385,3 +385,13 @@ def test_blanks_around_a_problem_take_no_time(content, lcp, in_folder):
     (in_folder / "problem").write_bytes(content)
     outcome = lcp("solve problem -f json")
     assert outcome.record["z"] == pytest.approx([4 / 3, 7 / 3])
+
+
+@pytest.mark.parametrize("method", ["shi", "fixed-point"])
+def test_all_but_the_game_are_solved_by_both_methods(problem, method):
+    result = run(problem, method)
+    assert result.solved is (problem.name != "bimatrix")
+    assert problem.name != "bimatrix" or result.status in (
+        Status.STALLED,
+        Status.DIVERGED,
+    )

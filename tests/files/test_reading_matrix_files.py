@@ -302,3 +302,14 @@ def test_bounds_called_a_and_b_in_a_mat_file_are_not_ignored(tmp_path):
     savemat(tmp_path / "p.mat", own)
     with pytest.raises(ProblemError, match=f"a: {MAY_BE_BOUNDS}"):
         read(tmp_path / "p.mat")
+
+
+@pytest.mark.parametrize(
+    ("place", "byte"),
+    [(136, 118), (145, 75)],
+    ids=["element-of-unknown-type", "complex-flag"],
+)
+def test_a_damaged_mat_file_on_which_scipy_crashes_is_refused(place, byte):
+    content = bytearray(mat(M=np.eye(3), q=-np.ones(3)))
+    content[place] = byte
+    assert "is not a MAT file, or is damaged" in outcome(bytes(content))

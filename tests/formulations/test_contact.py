@@ -563,6 +563,7 @@ def steps_of_an_engine(key, rng):
 
 
 def test_steps_by_kernels_keep_to_the_limit_on_iterations():
+    pytest.importorskip("numba")
     first, *steps = steps_of_an_engine("W", default_rng(2))
     solver = Solver(from_contact(**first), compiled=True, max_iterations=1)
     solver.solve()
@@ -773,3 +774,63 @@ def test_bad_input_is_one_line(refusal):
 @pytest.mark.parametrize("refusal", FILES, ids=str)
 def test_bad_files_are_one_line(refusal, refused):
     assert refused(refusal.command, refusal.files) == refusal.line
+
+
+@pytest.mark.parametrize("seed", [2, 4, 6])
+def test_three_unknowns_have_the_impulses_of_stewart_and_trinkle(seed):
+    """Whose M is built by hand, of contacts whose impulses are unique."""
+    random = default_rng(seed)
+    k = 4
+    J = random.normal(size=(2 * k, 3 * k))
+    W, q, mu = J @ J.T, random.normal(size=2 * k), 0.1
+    N, T = slice(0, None, 2), slice(1, None, 2)
+    S = np.block([[W[N, N], W[N, T]], [W[T, N], W[T, T]]])
+    P = np.block([[np.eye(k), np.zeros((k, 2 * k))], [np.zeros((k, k)), *SIGNS(k)]])
+    E = np.vstack([np.zeros((k, k)), np.eye(k), np.eye(k)])
+    C = np.hstack([mu * np.eye(k), -np.eye(k), -np.eye(k), np.zeros((k, k))])
+    M = np.vstack([np.hstack([P.T @ S @ P, E]), C])
+    by_hand = lcpcli.solve(M, np.concatenate([P.T @ np.r_[q[N], q[T]], np.zeros(k)]))
+    answer = run(from_contact(W, q, mu)).answer
+    assert by_hand.solved
+    x = P @ by_hand.z[: 3 * k]
+    assert np.allclose(answer.x[N], x[:k], atol=1e-9)
+    assert np.allclose(answer.x[T], x[k:], atol=1e-9)
+
+
+def test_boxes_under_a_ceiling_that_comes_down_are_jammed():
+    """With a singular matrix, whose rounding may leave a way for huge impulses."""
+    scene = contact_in_time("crushed", 2)
+    for _ in range(10):
+        k = len(scene.contacts)
+        problem, order = scene.problem(), np.arange(2 * k).reshape(2, k).T.ravel()
+        M = problem.M
+        W = M[order][:, order]
+        result = run(from_contact(W, problem.q[order], 0.5))
+        if not result.solved:
+            break
+        x = result.answer.x
+        scene.advance(np.concatenate((x[::2], x[1::2], np.zeros(2 * k))))
+    assert np.linalg.matrix_rank(W) < len(W)
+    assert result.status.word in ("infeasible", "ill_posed")
+    assert result.answer.statement.startswith("jammed")
+
+
+def test_contacts_that_persist_keep_their_states():
+    """In any order, with others before them, which begin without an impulse."""
+    W, q = np.eye(6) + 0.1, np.array([-1, 0.1, -1, -5.0, 3.0, 0])
+    solver = Solver(from_contact(W, q, 0.5))
+    solver.update(ids=["a", "b", "c"])
+    first = solver.solve()
+    states = [each.state for each in first.answer.contacts]
+    assert states == ["sticking", "sliding", "separated"]
+    origin = first.problem.origin
+    own = np.array([2, 3, 0, 1])
+    data = {"W": np.eye(6) + 0.1, "q": np.r_[9.0, 0.0, q[own]], "ids": ["d", "b", "a"]}
+    before = first.problem, first.problem.box.basis_at(first.z)
+    problem, moved = origin.update(*before, data)
+    again = run(problem)
+    kept = first.problem.box.basis_at(first.z)
+    assert moved[[0, 1, 6]].tolist() == [-1, -1, -1]
+    assert moved[[2, 3, 7]].tolist() == kept[[2, 3, 7]].tolist()
+    assert moved[[4, 5, 8]].tolist() == kept[[0, 1, 6]].tolist()
+    assert again.solved

@@ -410,3 +410,37 @@ def test_anderson_never_diverges_on_h_matrices(seed, n, memory):
         assert run(
             problem, "fixed-point", x0=start, omega="auto", anderson=anderson
         ).solved
+
+
+def exact_half_square(M, q, p, x):
+    """f = |F~|^2 / 2 in decimal arithmetic of the surrounding context."""
+    P = Decimal(p)
+    phi = [(1 + (P * t).exp() + (-P * t).exp()).ln() / P for t in x]
+    z = [a + b for a, b in zip(phi, x, strict=True)]
+    w = [a - b for a, b in zip(phi, x, strict=True)]
+    F = [
+        sum((m * zj for m, zj in zip(row, z, strict=True)), -wi + qi)
+        for row, wi, qi in zip(M, w, q, strict=True)
+    ]
+    return sum((Fi * Fi for Fi in F), Decimal(0)) / 2
+
+
+@pytest.mark.parametrize("p", [0.1, 1.0, 50.0, 1e4])
+def test_gradient_agrees_with_differences_in_high_precision(p):
+    M = [[8, -1, 0, -5], [1, 5, -1, 0], [2, -1, 6, -1], [6, 0, -1, 7]]
+    q = [1, -2, -3, 4]
+    x = [0.25, -1e-3, 2e-5, -0.75]
+    smoothed = Smoothed(Problem(M, q), p)
+    gradient = smoothed.gradient(smoothed.at(np.array(x)))
+    with localcontext() as context:
+        context.prec, context.Emax, context.Emin = 80, 10**9, -(10**9)
+        h = Decimal("1e-25")
+        for i in range(4):
+            ahead, behind = (
+                [Decimal(t) + (sign * h if j == i else 0) for j, t in enumerate(x)]
+                for sign in (1, -1)
+            )
+            difference = (
+                exact_half_square(M, q, p, ahead) - exact_half_square(M, q, p, behind)
+            ) / (2 * h)
+            assert gradient[i] == pytest.approx(float(difference), rel=1e-12)

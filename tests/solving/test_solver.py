@@ -2,6 +2,8 @@
 of Q for a sparse M: the verdicts of separate runs, from the states and factors of the
 last one."""
 
+import pickle
+
 import numpy as np
 import pytest
 from numpy.random import default_rng
@@ -346,3 +348,20 @@ def test_names_stay_with_another_matrix():
     solver = Solver(Problem([[2, 1], [1, 2]], [-5, -6], names=["left", "right"]))
     solver.update([[3, 1], [1, 3]])
     assert list(solver.solve([-5, -6]).names) == ["left", "right"]
+
+
+def test_copies_of_a_problem_in_a_sequence_are_without_the_matrix_before():
+    """Whose scaling bounds that of the next one."""
+    random = default_rng(0)
+    M, q = np.diag(random.uniform(1, 2, 30)) + np.eye(30, k=1), random.normal(size=30)
+    solver = Solver(M)
+    facts = solver.solve(q).problem.facts
+    assert facts.units.parts
+    sizes = []
+    for factor in (1.001, 1.002):
+        solver.update(factor * M)
+        problem = solver.solve(q).problem
+        assert problem.facts.near_units is not None
+        sizes.append(len(pickle.dumps(problem)))
+        assert pickle.loads(pickle.dumps(problem)).facts.near_units is not None
+    assert max(sizes) < 1.5 * len(pickle.dumps(Problem(M, q)))
