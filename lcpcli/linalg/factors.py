@@ -277,12 +277,14 @@ class Latest:
         return Latest, ()
 
 
-def well_conditioned_inverse(M: Matrix) -> Matrix | None:
+def well_conditioned_inverse(
+    M: Matrix, largest: float = MODEST_CONDITION
+) -> Matrix | None:
     """Return the inverse of a dense M, or None if its condition number exceeds
-    MODEST_CONDITION."""
+    `largest`."""
     with suppress(SingularMatrix), np.errstate(over="ignore", invalid="ignore"):
         inverse = np.linalg.inv(M)
-        if norm_inf(M) * norm_inf(inverse) <= MODEST_CONDITION:
+        if norm_inf(M) * norm_inf(inverse) <= largest:
             return inverse
     return None
 

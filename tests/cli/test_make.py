@@ -3,20 +3,23 @@ and refuse the rest in a line."""
 
 import subprocess
 import sys
+from itertools import pairwise
 from pathlib import Path
 
 import numpy as np
 import pytest
 
 import lcpcli
-from lcpcli import Problem, from_qp, read, write
+from lcpcli import Problem, from_game, from_qp, read, write
 from lcpcli.errors import Exit, ProblemError
 from lcpcli.files import contents
+from lcpcli.files.formats import COMPLETE, GENERAL_SUFFIXES
 from lcpcli.formulations.quadratic_program.program import Program
 from lcpcli.gallery import families as gallery
 from lcpcli.linalg.matrices import is_sparse
 from lcpcli.model.problem import conditions_of
 
+from ..conftest import numbers
 from .conftest import assert_refused
 
 EXIT_CODES = {"infeasible": 3, "unsolvable": 3, "solved": 0}
@@ -213,10 +216,54 @@ def test_what_mps_cannot_hold_is_refused_in_one_line(tmp_path):
     assert list(tmp_path.iterdir()) == []
 
 
+SPARSE = gallery.make("tridiagonal", 5)
+NAMED_GAME = from_game([[3, 0], [0, 2]], [[2, 0], [0, 3]], name="Übung")
+RICH = Problem(
+    [[1, 1], [1, 1]],
+    [-1, -1],
+    "rich",
+    [1, 2],
+    [3, 4],
+    [[1, 0], [0.25, 0.75]],
+    "",
+    "a book",
+    "a note",
+)
+
+
 def files_of(path):
     """The file of a problem, with that of q beside it."""
     q = path.with_suffix(f".q{path.suffix}")
     return [str(path), *([str(q)] if q.exists() else [])]
+
+
+@pytest.mark.parametrize(
+    ("first", "second"), [*pairwise([*GENERAL_SUFFIXES, GENERAL_SUFFIXES[0]])]
+)
+def test_numbers_are_the_same_in_all_formats(tmp_path, lcp, first, second):
+    write(Problem([[0.1, 1e-300], [-1 / 3, 5e20]], [0.7, -2]), tmp_path / f"a{first}")
+    outcome = lcp(
+        "convert", *files_of(tmp_path / f"a{first}"), "-o", str(tmp_path / f"b{second}")
+    )
+    assert outcome.code == 0
+    assert outcome.out == ""
+    assert outcome.err.count("\n") == 1
+    assert outcome.err.startswith(f"lcp: wrote {tmp_path / 'b'}")
+    assert numbers(read(*files_of(tmp_path / f"b{second}"))) == (
+        [[0.1, 1e-300], [-1 / 3, 5e20]],
+        [0.7, -2],
+    )
+
+
+@pytest.mark.parametrize("ending", COMPLETE)
+@pytest.mark.parametrize(
+    "problem", [SPARSE, NAMED_GAME, RICH], ids=lambda problem: problem.name
+)
+def test_complete_formats_keep_everything(tmp_path, lcp, ending, problem):
+    write(problem, tmp_path / "a.json", as_program=True)
+    assert lcp(f"convert {tmp_path / 'a.json'} -o {tmp_path / f'b{ending}'}").code == 0
+    outcome = lcp(f"convert {tmp_path / f'b{ending}'}")
+    assert outcome.out.encode() == (tmp_path / "a.json").read_bytes()
 
 
 @pytest.mark.parametrize("output", ["big.json", "big.npz"])
