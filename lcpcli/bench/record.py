@@ -11,8 +11,7 @@ from __future__ import annotations
 import json
 import math
 import statistics
-from collections.abc import Mapping, Sequence
-from contextlib import suppress
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, is_dataclass
 from itertools import starmap
 from types import UnionType
@@ -25,6 +24,7 @@ from lcpcli.report import wording
 
 EXCLUDED = "excluded"
 EXPECTED = "name a .json file written by lcp bench -o"
+OPENING = '{"problem":'  # of a measurement
 # Fields that only records of earlier versions have.
 GONE = {"rate", "milestones", "condition", "forward_error", "optimality"}
 
@@ -148,15 +148,10 @@ def parse(text: str) -> BenchRecord:
     """Return the record in JSON, with the measurements in the lines below it, which a
     bench that was killed has added; raise ValueError, RecursionError or OverflowError
     for any other text."""
-    data, end_of_object = json.JSONDecoder().raw_decode(text.lstrip())
-    *lines, last = text.lstrip()[end_of_object:].split(
-        "\n"
-    )  # the last line may be cut off
-    rows = [json.loads(line) for line in lines if line.strip()]
-    with suppress(ValueError):
-        rows += [json.loads(last)] * bool(last.strip())
+    begin = len(text) - len(text.lstrip())
+    data, end = json.JSONDecoder().raw_decode(text, begin)
     record: BenchRecord = _decode("it", data, BenchRecord)
-    record.measurements += [_decode("it", row, Measurement) for row in rows]
+    record.measurements += _added(text[end:], text.count("\n", 0, end) + 1)
     expected = {
         (case.name, solver) for case in record.cases for solver in record.solvers
     }
@@ -175,6 +170,26 @@ def parse(text: str) -> BenchRecord:
                 f"{row.problem}, {row.solver}: n or seconds are inconsistent"
             )
     return record
+
+
+def _added(text: str, first: int) -> Iterator[Measurement]:
+    """Yield the measurements in the lines of a text, whose numbers in the file begin
+    with `first`; a last line that was cut off counts as not written."""
+    lines = text.split("\n")
+    last = first + len(lines) - 1
+    for at, line in enumerate(lines, first):
+        if line.strip():
+            try:
+                yield _decode("it", json.loads(line), Measurement)
+            except ValueError as error:
+                is_unfinished = isinstance(error, json.JSONDecodeError)
+                if (
+                    at == last
+                    and is_unfinished
+                    and line.startswith(OPENING[: len(line)])
+                ):
+                    return
+                raise ValueError(f"line {at} is not a measurement") from None
 
 
 def _decode(name: str, value: Any, kind: Any) -> Any:

@@ -102,6 +102,30 @@ def test_other_files_are_reported_in_one_line(text, tmp_path):
     assert records.read(str(path)).measurements == [measurement("a.json", "auto")]
 
 
+@pytest.mark.parametrize(
+    ("added", "line"),
+    [
+        ("\nnonsense", 2),
+        ("\n\nnonsense\n", 3),
+        ('\n{"problem": "a.json"}', 2),
+        ('\n{"problem": \n', 2),
+        ("\n[1]", 2),
+    ],
+)
+def test_a_damaged_line_below_the_record_is_named(added, line, tmp_path):
+    path = tmp_path / "r.json"
+    path.write_text(measured() + added)
+    with pytest.raises(LCPError, match=rf"record of a bench \(line {line} "):
+        records.read(str(path))
+
+
+@pytest.mark.parametrize("added", ["", "{", '{"problem": "a'])
+def test_a_last_line_that_was_cut_off_counts_as_not_written(added, tmp_path):
+    path = tmp_path / "r.json"
+    path.write_text(f"{measured()}\n{added}")
+    assert records.read(str(path)).measurements == [measurement("a.json", "auto")]
+
+
 def test_file_that_is_missing_or_not_text_is_reported(tmp_path):
     path = tmp_path / "r.json"
     with pytest.raises(LCPError, match=NO_SUCH_FILE):
