@@ -92,7 +92,7 @@ def is_constant_sum(game: Costs) -> bool:
 def takes_briefly(game: Costs) -> bool:
     """Return whether PIQP, which cannot be interrupted, takes at most two seconds."""
     rows, columns = game.R.shape
-    return bool(rows * columns * max(rows, columns) <= MAX_DENSE_OPERATIONS)
+    return bool(rows * columns * min(rows, columns) <= MAX_DENSE_OPERATIONS)
 
 
 def by_piqp(problem: Problem, game: Costs) -> Stage:
@@ -134,16 +134,22 @@ def _of_program(problem: Problem, game: Costs, solve: SolveProgram) -> Stage:
 def _interior(R: Vector) -> tuple[Vector, Vector] | None:
     """Return y and x of `_of_program`, by PIQP."""
     rows, columns = R.shape
+    # PIQP factorizes a matrix whose order is the number of variables: they are x, whose
+    # sum is largest with R'x <= 1, x >= 0, in the dual of a program with more columns.
+    of_x = rows < columns
+    A, n = (R.T, rows) if of_x else (R, columns)
+    sides = np.ones(A.shape[0]), np.full(A.shape[0], np.inf)
     program = ConvexProgram(
-        Q=np.zeros((columns, columns)),
-        c=np.ones(columns),
-        equations=(np.zeros((0, columns)), np.zeros(0)),
-        rows=(R, np.ones(rows), np.full(rows, np.inf)),
-        bounds=(np.zeros(columns), np.full(columns, np.inf)),
+        Q=np.zeros((n, n)),
+        c=np.full(n, -1.0 if of_x else 1.0),
+        equations=(np.zeros((0, n)), np.zeros(0)),
+        rows=(A, -sides[1], sides[0]) if of_x else (A, *sides),
+        bounds=(np.zeros(n), np.full(n, np.inf)),
     )
     ended = convex_minimum(program, TOLERANCE, MAX_PROGRAM_STEPS, MAX_GAP)
-    has_minimum = is_finite(ended.x) and is_finite(ended.of_rows)
-    return (ended.x, ended.of_rows) if has_minimum else None
+    if not (is_finite(ended.x) and is_finite(ended.of_rows)):
+        return None
+    return (-ended.of_rows, ended.x) if of_x else (ended.x, ended.of_rows)
 
 
 def _vertex(R: Vector) -> tuple[Vector, Vector] | None:

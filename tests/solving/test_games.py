@@ -192,7 +192,8 @@ def test_a_game_of_nearly_zero_sum_is_solved_although_its_paths_are_long():
 
 
 @pytest.mark.parametrize(
-    "payoffs", ["real", "whole", "degenerate", "in other units", "one row"]
+    "payoffs",
+    ["real", "whole", "degenerate", "in other units", "two rows", "two columns"],
 )
 @pytest.mark.parametrize("package", ["piqp", "none"])
 def test_a_game_of_constant_sum_is_solved_as_a_linear_program(
@@ -211,8 +212,9 @@ def test_a_game_of_constant_sum_is_solved_as_a_linear_program(
         B = -A
     if payoffs == "in other units":
         B = 100.0 - 3.0 * A
-    if payoffs == "one row":
+    if payoffs.startswith("two"):
         A = rng.standard_normal((2, 40))
+        A = A if payoffs == "two rows" else A.T
         B = -A
     assert not pure_equilibria(A, B)
     result = lcpcli.run(lcpcli.from_game(A, B))
