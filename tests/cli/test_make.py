@@ -4,7 +4,6 @@ and refuse the rest in a line."""
 import subprocess
 import sys
 from itertools import pairwise
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -14,10 +13,7 @@ from lcpcli import Problem, from_game, from_qp, read, write
 from lcpcli.errors import Exit, ProblemError
 from lcpcli.files import contents
 from lcpcli.files.formats import COMPLETE, GENERAL_SUFFIXES
-from lcpcli.formulations.quadratic_program.program import Program
 from lcpcli.gallery import families as gallery
-from lcpcli.linalg.matrices import is_sparse
-from lcpcli.model.problem import conditions_of
 
 from ..conftest import numbers
 from .conftest import assert_refused
@@ -111,22 +107,6 @@ def test_one_line_of_some_length_refuses_long_names_and_numbers(lcp, folder):
 
 
 PORTFOLIO = contents.shipped_path("programs/portfolio.json")
-INF = np.inf
-
-
-def program(problem):
-    assert isinstance(problem.origin, Program)
-    data = problem.origin.blocks(conditions_of(problem))
-    assert data is not None
-    return problem.origin, data
-
-
-def parts(problem, named=True):
-    """All that a program consists of, in lists."""
-    origin, data = program(problem)
-    texts = [origin.rows, origin.columns, problem.name, problem.note] if named else []
-    arrays = [(part.toarray() if is_sparse(part) else part).tolist() for part in data]
-    return [origin.sense, origin.constant, *texts, *arrays]
 
 
 @pytest.mark.parametrize(("low", "high"), [(0.1, 1e17), (-1e17, 0.1), (-3.0, 7.0)])
@@ -141,48 +121,6 @@ def test_range_in_mps_starts_at_the_side_that_leads_to_the_other(low, high, tmp_
     )
     ends = (side, side + size) if kind == "G" else (side - size, side)
     assert ends == pytest.approx((low, high), rel=1e-15, abs=0)
-
-
-MIXED = {
-    "row_lower": [0.25, -INF, 3],
-    "row_upper": [0.75, 9, 3],
-    "lower": [-INF, 2],
-    "upper": [INF, 2],
-}
-ODD = from_qp(
-    [[2, 0.1], [0.1, 3]],
-    [1 / 3, -1e5],
-    [[1, 0], [1e-6, 2], [0, 1]],
-    **MIXED,
-    sense="max",
-    constant=0.1,
-    name="odd",
-)
-NAMED = from_qp(
-    None,
-    [1, -1],
-    [[1, 1]],
-    row_lower=[1],
-    rows=["R 1,"],
-    columns=["-ä;", ""],
-    name="S_",
-    note="a note",
-)
-
-
-@pytest.mark.parametrize("ending", ["mps", "json", "npz", "mat"])
-def test_programs_are_read_back_as_they_were(ending, tmp_path):
-    """But for names in MPS."""
-    shipped_ones = [
-        read(file)
-        for file in sorted(Path(contents.shipped_path("programs")).glob("*.json"))
-    ]
-    made = [gallery.make(name, 30) for name in ("portfolio", "control", "transport")]
-    for problem in [ODD, NAMED, *shipped_ones, *made]:
-        write(problem, tmp_path / f"p.{ending}", as_program=True)
-        assert parts(read(tmp_path / f"p.{ending}"), ending != "mps") == parts(
-            problem, ending != "mps"
-        )
 
 
 def test_starting_points_and_solutions_keep_the_conditions(lcp, tmp_path):

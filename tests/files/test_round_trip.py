@@ -17,6 +17,7 @@ from lcpcli import Problem, read, write
 from lcpcli.cli.make import read_written
 from lcpcli.cli.problems import Inputs
 from lcpcli.files import writing
+from lcpcli.files.formats import COMPLETE
 from lcpcli.linalg.matrices import dense, is_sparse
 from lcpcli.model.problem import VERDICTS
 from lcpcli.rational.numbers import decimal, fraction, places
@@ -401,36 +402,56 @@ def test_decimals_are_exact(value, power):
     )
 
 
-# A problem of each formulation with names, with all that its file may have.
-NAMED = {
-    "program": """{"Q": [[2, 0], [0, 2]], "c": [-1, -1], "A": [[1, 1]],
-        "row_lower": [1], "rows": ["flour"], "columns": ["bread", "süß"]}""",
+# A problem of each formulation, with all that its file may have.
+FORMULATIONS = {
+    "program": """{"Q": [[-2, 0.1], [0.1, -3]], "c": [-1, 1e5],
+        "A": [[1, 1], [1e-6, 2]], "row_lower": [0.25, null], "row_upper": [0.75, 9],
+        "lower": [null, 2], "upper": [null, 2], "sense": "max", "constant": 0.1,
+        "name": "odd", "note": "a note", "rows": ["R 1,", ""],
+        "columns": ["-ä;", ""]}""",
     "game": """{"A": [[3, 0], [0, 2]], "B": [[2, 0], [0, 3]], "rows": ["go", "stay"],
         "columns": ["left", "far right"], "players": ["Ann", "Bo"]}""",
-    "inequality": """{"H": [[2, 1], [0, 2]], "h": [-1, -1], "A": [[1, 1]],
-        "row_lower": [1], "rows": ["flour"], "columns": ["bread", "süß"]}""",
-    "fit": """{"lsq": true, "A": [[1, 1], [1, 2], [1, 3]], "b": [1, 2, 2],
-        "columns": ["level", "slope"]}""",
+    "inequality": """{"H": [[2, 1], [0, 2]], "h": [-1, -1], "A": [[1, 1], [1, -1]],
+        "row_lower": [-1, 0], "row_upper": [2, null], "lower": -1,
+        "rows": ["flour", "salt"], "columns": ["bread", "süß"]}""",
+    "fit": """{"lsq": true, "A": [[1, 1], [1, 2], [1, 3]], "b": [1, 2, 2], "lower": 0,
+        "upper": [1, null], "E": [[1, 1]], "d": [1], "columns": ["level", "slope"]}""",
     "players": """{"sizes": [1, 1], "H": [[2, 1], [1, 2]], "c": [-1, -2],
-        "A": [[1, 1]], "row_upper": [1], "players": ["Ann", "Bo"], "rows": ["limit"],
-        "columns": ["x", "yield"]}""",
-    "polymatrix": """{"players": ["Ann", "Bo"],
-        "actions": [["go", "stay"], ["left", "far right"]],
-        "payoffs": {"Ann": {"Bo": [[3, 0], [0, 2]]}, "Bo": {"Ann": [[2, 0], [0, 3]]}}
-    }""",
+        "A": [[1, 1], [1, 0]], "row_lower": [null, 0], "row_upper": [1, 3],
+        "owner": [null, "Ann"], "shared": "each", "players": ["Ann", "Bo"],
+        "rows": ["limit", "line"], "columns": ["x", "yield"]}""",
+    "polymatrix": """{"players": ["Ann", "Bo", "Cid"],
+        "actions": [["go", "stay"], ["left", "far right"], ["up", "down"]],
+        "payoffs": {"Ann": {"Bo": [[3, "-1/3"], [0, 2]]}, "Bo": {"Cid":
+        [[2, 0], [0, 3]]}, "Cid": {"Ann": [[1, 0], [0, 1]]}}}""",
+    "contact": """{"W": [[1, 0, 0, 0], [0, 1, 0, 0], [0, 0, 1, 0], [0, 0, 0, 1]],
+        "q": [-1, 0, 1, 0], "mu": [0.5, 0.25], "restitution": [0.5, 0],
+        "before": [-2, 0, -1, 0]}""",
+    "contact in space": """{"W": {"format": "coo", "shape": [3, 3], "rows": [0, 1, 2],
+        "cols": [0, 1, 2], "values": [1, 1, 1]}, "q": [-1, 0, 1], "mu": 0.5,
+        "dimension": 3, "facets": 6}""",
+    "friction indices": """{"A": [[1, 0.2], [0.2, 2]], "b": [-1, -3],
+        "lo": [0, -0.5], "hi": [null, 0.5], "findex": [-1, 0]}""",
     "problem": """{"M": [[2, 0], [0, 2]], "q": [-1, -1], "names": ["a", "süß"]}""",
 }
 
 
-@pytest.mark.parametrize("ending", ["npz", "mat"])
-@pytest.mark.parametrize("formulation", NAMED)
-def test_names_of_every_formulation_are_read_back_from_arrays(
-    formulation, ending, tmp_path
+@pytest.mark.parametrize("as_program", [False, True])
+@pytest.mark.parametrize("ending", COMPLETE)
+@pytest.mark.parametrize("formulation", FORMULATIONS)
+def test_what_a_problem_was_made_from_is_read_back(
+    formulation, ending, as_program, tmp_path
 ):
-    steps = [tmp_path / f"a.{each}" for each in ("json", ending)]
-    direct, back = tmp_path / "direct.json", tmp_path / "back.json"
-    steps[0].write_text(NAMED[formulation])
-    convert(*steps)
-    convert(steps[1], back)
-    convert(steps[0], direct)
-    assert json.loads(back.read_text()) == json.loads(direct.read_text())
+    """In its own keys, or beside M, q and bounds, with all names."""
+    given, direct, back = (tmp_path / f"{name}.json" for name in ("a", "direct", "b"))
+    given.write_text(FORMULATIONS[formulation])
+    held = tmp_path / f"held{ending}"
+    problem = read(given)
+    write(problem, held, as_program=as_program)
+    again = read(held)
+    assert everything(again) == everything(problem)
+    for each, path in ((problem, direct), (again, back)):
+        write(each, path, as_program=True)
+    written = json.loads(back.read_text())
+    assert written == json.loads(direct.read_text())
+    assert written.keys() >= json.loads(given.read_text()).keys()

@@ -16,7 +16,6 @@ from lcpcli import Problem, Solver, from_contact, from_findex, run
 from lcpcli.basis.tableau import follow
 from lcpcli.formulations.contact import cones
 from lcpcli.formulations.contact.cones import Friction
-from lcpcli.formulations.contact.friction import Contact
 from lcpcli.gallery.rigid_bodies import contact_in_time
 from lcpcli.verify.point import Criterion, Point
 
@@ -474,28 +473,6 @@ def test_lemke_is_guaranteed_without_redundant_contacts_in_any_order(shift, dime
         other[place] -= 9.0
         changed = lcpcli.inspect(Problem(problem.M, other[order]))
         assert changed.guarantees["lemke"].word == "not decided"
-
-
-@pytest.mark.parametrize("suffix", [".json", ".npz", ".mat"])
-@pytest.mark.parametrize("as_program", [False, True])
-@pytest.mark.parametrize("matrix", [np.array, csr_array])
-def test_files_keep_contacts(tmp_path, suffix, as_program, matrix):
-    problems = (
-        from_findex(matrix(A), B, LOWER, UPPER, FINDEX),
-        from_contact(matrix(np.eye(4)), [-1, 0, 1, 0], [0.5, 0.25]),
-        from_contact(matrix(np.eye(3)), [-1, 0, 1], 0.5, dimension=3, facets=6),
-    )
-    for problem in problems:
-        file = tmp_path / f"contact{suffix}"
-        lcpcli.write(problem, file, as_program=as_program)
-        read = lcpcli.read(file)
-        assert isinstance(read.origin, Contact)
-        assert read.origin.data() == problem.origin.data()
-        assert np.allclose(as_dense(read.M), as_dense(problem.M), atol=1e-15)
-
-
-def as_dense(M):
-    return np.asarray(M.toarray() if hasattr(M, "toarray") else M)
 
 
 def test_numbers_are_exact_as_decimals():

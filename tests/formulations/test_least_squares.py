@@ -245,21 +245,6 @@ def test_bad_input_gets_a_line_that_names_the_argument(refusal):
     assert raised(refusal.command, {}) == refusal.line
 
 
-@pytest.mark.parametrize("suffix", ["json", "npz", "mat"])
-@pytest.mark.parametrize("as_program", [False, True])
-@pytest.mark.usefixtures("in_folder")
-def test_files_keep_a_fit(suffix, as_program):
-    A = default_rng(0).standard_normal((6, 3))
-    problem = lcpcli.from_lsq(
-        A, A[:, 0], 0, [1, 2, np.inf], [1, 1, 1], 1, columns=["a", "b", "c"]
-    )
-    lcpcli.write(problem, f"fit.{suffix}", as_program=as_program)
-    read = lcpcli.read(f"fit.{suffix}")
-    assert read.origin == problem.origin
-    assert np.array_equal(read.M, problem.M)
-    assert np.array_equal(read.upper, problem.upper)
-
-
 @pytest.mark.parametrize("seed", range(4))
 def test_sparse_and_dense_A_give_the_same_fit(seed):
     rng = default_rng(seed)

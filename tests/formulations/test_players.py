@@ -15,7 +15,6 @@ from lcpcli.solving import driver
 
 from ..refusals import contents
 
-INF = np.inf
 # Three producers with costs 1, 2, 3 and 4, 3, 2 a unit, at a price of 20 less all that
 # they sell: the gradient of the loss of each.
 MARKET = {
@@ -164,27 +163,6 @@ def test_sparse_and_dense_matrices_give_the_same():
     other = from_players(**data, A=sparse.csr_array(A))
     assert np.array_equal(one.M, other.M.toarray())
     assert one.names == other.names
-
-
-@pytest.mark.parametrize("suffix", ["json", "npz"])
-def test_files_hold_it(tmp_path, suffix):
-    problem = from_players(
-        **MARKET,
-        A=[[1, 1, 1], [1, 1, 0]],
-        row_lower=[-INF, 0],
-        row_upper=[4, 3],
-        owner=[None, "Ann"],
-        shared="each",
-        rows=["net", "line"],
-        columns=["a", "b", "c"],
-    )
-    file = str(tmp_path / f"p.{suffix}")
-    for as_program in (False, True):
-        lcpcli.write(problem, file, as_program=as_program)
-        again = lcpcli.read(file)
-        assert np.array_equal(again.M, problem.M)
-        assert again.formulation == problem.formulation
-        assert list(again.names) == list(problem.names)
 
 
 @pytest.mark.parametrize("shared", ["common", "each"])
@@ -368,18 +346,6 @@ def test_games_in_strategic_form_that_are_sums_over_pairs_are_read(seed, tmp_pat
     assert verified.exact
     assert verified.accepted
     assert verified.strategies.payoffs == found.payoffs
-
-
-@pytest.mark.parametrize("suffix", ["json", "npz"])
-def test_files_hold_a_polymatrix_game(tmp_path, suffix):
-    problem = from_polymatrix(**RING)
-    file = str(tmp_path / f"p.{suffix}")
-    for as_program in (False, True):
-        lcpcli.write(problem, file, as_program=as_program)
-        again = lcpcli.read(file)
-        origin = again.origin
-        assert np.array_equal(again.M, problem.M)
-        assert origin.data() == problem.origin.data()
 
 
 WRONG_PAYOFFS = contents(

@@ -138,27 +138,6 @@ def test_a_symmetric_h_gives_the_minimizer():
     assert avi.answer.y.tolist() == program.answer.y.tolist()
 
 
-@pytest.mark.parametrize("suffix", ["json", "npz", "mat"])
-def test_files_hold_it(tmp_path, suffix):
-    names = {"rows": ["one", "two"], "columns": ["a", "b"]}
-    problem = from_avi(
-        [[2, 1], [-1, 2]],
-        [-4, -4],
-        [[1, 1], [1, -1]],
-        row_lower=[-1, 0],
-        row_upper=[2, np.inf],
-        lower=-1,
-        **names,
-    )
-    file = str(tmp_path / f"p.{suffix}")
-    for as_program in (False, True):
-        lcpcli.write(problem, file, as_program=as_program)
-        again = lcpcli.read(file)
-        assert np.array_equal(again.M, problem.M)
-        assert again.formulation == problem.formulation
-        assert again.bounds.keys() == problem.bounds.keys()
-
-
 @pytest.mark.parametrize(
     ("values", "accepted"),
     [

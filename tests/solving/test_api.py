@@ -134,12 +134,6 @@ NONE, SPARSE = np.zeros((0, 0)), csr_array((0, 0))
 BOTH = pytest.mark.parametrize("M", [NONE, SPARSE], ids=["dense", "sparse"])
 
 
-@pytest.fixture
-def file(tmp_path):
-    (tmp_path / "none.json").write_text('{"M": [], "q": []}')
-    return str(tmp_path / "none.json")
-
-
 def is_solved(result):
     """Whether the empty vector is the solution, and a result of it can be shown in
     every way."""
