@@ -8,7 +8,7 @@ import numpy as np
 
 from lcpcli import from_qp
 
-from .exact import Row
+from .exact import Row, dot, leading, reduced
 
 Rows = list[Row]
 KINDS = "equation", "lower", "upper", "range", "free"
@@ -170,10 +170,6 @@ def dependent_program(seed, most=7, linear=None):
     return Dependent(Q, exact(numbers(n)), A, low, high, lower, upper, combined)
 
 
-def dot(a, b):
-    return sum((u * v for u, v in zip(a, b, strict=True)), Fraction(0))
-
-
 def of_equations(M, q, basic, others):
     """The z_i in B that the equations w_B = 0 determine, given all others; None for
     those that they do not, and in all if the equations contradict each other."""
@@ -184,24 +180,13 @@ def of_equations(M, q, basic, others):
         ]
         for i in basic
     ]
-    pivots = []
-    for j in range(len(basic)):
-        k = len(pivots)
-        found = next((i for i in range(k, len(rows)) if rows[i][j]), None)
-        if found is None:
-            continue
-        rows[k], rows[found] = rows[found], rows[k]
-        rows[k] = [value / rows[k][j] for value in rows[k]]
-        for i, row in enumerate(rows):
-            if i != k and row[j]:
-                factor = row[j]
-                rows[i] = [a - factor * b for a, b in zip(row, rows[k], strict=True)]
-        pivots.append(j)
-    if any(row[-1] for row in rows[len(pivots) :]):
+    found = reduced(rows, len(basic))
+    if not all(any(row[:-1]) for row in found):
         return None
+    pivots = {leading(row): row for row in found}
     free = [j for j in range(len(basic)) if j not in pivots]
     solution = {basic[j]: None for j in free}
-    for row, j in zip(rows, pivots, strict=False):
+    for j, row in pivots.items():
         solution[basic[j]] = None if any(row[f] for f in free) else row[-1]
     return solution
 

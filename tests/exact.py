@@ -50,14 +50,12 @@ def states_of(problem, z):
 
 def solves(problem, z):
     M, q = rational(problem)
-    w = [_dot(row, z) + value for row, value in zip(M, q, strict=True)]
-    if problem.is_mixed:
-        lower, upper = (bound.tolist() for bound in _bounds(problem))
-        return all(
-            low <= a <= high and (b >= 0 or a == high) and (b <= 0 or a == low)
-            for a, b, low, high in zip(z, w, lower, upper, strict=True)
-        )
-    return min(z) >= 0 and min(w) >= 0 and _dot(z, w) == 0
+    w = [dot(row, z) + value for row, value in zip(M, q, strict=True)]
+    lower, upper = (bound.tolist() for bound in _bounds(problem))
+    return all(
+        low <= a <= high and (b >= 0 or a == high) and (b <= 0 or a == low)
+        for a, b, low, high in zip(z, w, lower, upper, strict=True)
+    )
 
 
 def feasible(problem):
@@ -65,7 +63,7 @@ def feasible(problem):
     M, q = rational(problem)
     return (
         nonnegative(
-            [[*row, *_unit(i, len(q), -1)] for i, row in enumerate(M)],
+            [[*row, *unit(i, len(q), -1)] for i, row in enumerate(M)],
             [-value for value in q],
         )
         is not None
@@ -90,9 +88,9 @@ def refutes(problem, y, as_written=False):
         for v, low, high in zip(y, *bounds, strict=True)
     ):
         return False
-    columns = [_dot([row[j] for row in M], y) for j in range(problem.n)]
+    columns = [dot([row[j] for row in M], y) for j in range(problem.n)]
     largest = supremum(columns, *bounds)
-    return largest is not None and _dot(q, y) + largest < 0
+    return largest is not None and dot(q, y) + largest < 0
 
 
 def supremum(a, lower, upper):
@@ -114,7 +112,7 @@ def nonnegative(A, b):
     rows = []
     for i in range(m):
         sign = -1 if b[i] < 0 else 1
-        rows.append([*(sign * v for v in A[i]), *_unit(i, m), sign * b[i]])
+        rows.append([*(sign * v for v in A[i]), *unit(i, m), sign * b[i]])
     basis = [n + i for i in range(m)]
     cost = [-sum((row[j] for row in rows), Fraction(0)) for j in range(n)]
     cost += [Fraction(0)] * m + [-sum((row[-1] for row in rows), Fraction(0))]
@@ -155,7 +153,7 @@ def of_states(M, q, lower, upper, states):
         Fraction(0 if s == "basic" else u if s == "upper" else v)
         for s, v, u in zip(states, lower, upper, strict=True)
     ]
-    w = [_dot(row, z) + value for row, value in zip(M, q, strict=True)]
+    w = [dot(row, z) + value for row, value in zip(M, q, strict=True)]
     found = regular([[M[i][j] for j in basic] for i in basic], [-w[i] for i in basic])
     if found is None:
         found = _of_singular_states(M, w, lower, upper, states)
@@ -166,7 +164,7 @@ def of_states(M, q, lower, upper, states):
             return None
         z[j] = value
     for i in rest:
-        value = w[i] + _dot([M[i][j] for j in basic], found)
+        value = w[i] + dot([M[i][j] for j in basic], found)
         if (value < 0) if states[i] == "lower" else (value > 0):
             return None
     return z
@@ -183,12 +181,12 @@ def _of_singular_states(M, w, lower, upper, states):
     ]
     for ends, slack in ((lower, SLACKS["lower"]), (upper, SLACKS["upper"])):
         rows += [
-            (_unit(k, len(basic)), Fraction(ends[j]), slack)
+            (unit(k, len(basic)), Fraction(ends[j]), slack)
             for k, j in enumerate(basic)
             if abs(ends[j]) < np.inf
         ]
     A = [
-        [*row, *(-v for v in row), *_unit(k, len(rows), slack)]
+        [*row, *(-v for v in row), *unit(k, len(rows), slack)]
         for k, (row, _, slack) in enumerate(rows)
     ]
     x = nonnegative(A, [value for _, value, _ in rows])
@@ -204,23 +202,38 @@ def _possible_states(lower, upper):
 
 def regular(A, b):
     """The solution of A x = b for a regular A, None for a singular one."""
-    n = len(b)
-    rows = [[*row, value] for row, value in zip(A, b, strict=True)]
-    for k in range(n):
-        pivot = next((i for i in range(k, n) if rows[i][k]), None)
+    return solved([(*row, -value) for row, value in zip(A, b, strict=True)], len(b))
+
+
+def solved(rows, n):
+    """The one z with a'z + b = 0 for all rows, if there is exactly one."""
+    found = reduced(rows, n)
+    if len(found) != n or not all(any(row[:-1]) for row in found):
+        return None
+    return tuple(-row[-1] for row in sorted(found, key=leading))
+
+
+def reduced(rows, n):
+    """The rows other than 0 of the reduced row echelon form, by the first n
+    columns."""
+    left, done = [list(row) for row in rows], []
+    for column in range(n):
+        pivot = next((row for row in left if row[column]), None)
         if pivot is None:
-            return None
-        rows[k], rows[pivot] = rows[pivot], rows[k]
-        for i in range(k + 1, n):
-            factor = rows[i][k] / rows[k][k]
+            continue
+        left.remove(pivot)
+        pivot = [value / pivot[column] for value in pivot]
+        for row in left + done:
+            factor = row[column]
             if factor:
-                rows[i] = [
-                    v - factor * p for v, p in zip(rows[i], rows[k], strict=True)
-                ]
-    x = [Fraction(0)] * n
-    for k in reversed(range(n)):
-        x[k] = (rows[k][n] - _dot(rows[k][k + 1 : n], x[k + 1 :])) / rows[k][k]
-    return x
+                row[:] = [a - factor * b for a, b in zip(row, pivot, strict=True)]
+        done.append(pivot)
+    return [tuple(row) for row in done + left if any(row)]
+
+
+def leading(row):
+    """The place of the first number but 0."""
+    return next(j for j, value in enumerate(row) if value)
 
 
 def determinant(rows):
@@ -254,11 +267,11 @@ def written(value):
     return Fraction(repr(value))
 
 
-def _unit(i, n, value=1):
+def unit(i, n, value=1):
     return [Fraction(value if j == i else 0) for j in range(n)]
 
 
-def _dot(a, b):
+def dot(a, b):
     return sum((x * y for x, y in zip(a, b, strict=True)), Fraction(0))
 
 

@@ -13,6 +13,8 @@ from typing import NamedTuple
 
 import numpy as np
 
+from ..exact import dot, leading, reduced, solved, unit
+
 Row = tuple[Fraction, ...]  # of a'z + b, with b last
 
 
@@ -54,10 +56,7 @@ class Polyhedron(NamedTuple):
     def hull(self, n):
         """Its vertices, rays and lines; None if it is empty."""
         lines = null_space([row[:-1] for row in self.equations + self.inequalities], n)
-        across = [
-            tuple(Fraction(int(j == leading(line))) for j in range(n + 1))
-            for line in lines
-        ]
+        across = [unit(leading(line), n + 1) for line in lines]
         fixed = reduced([*self.equations, *across], n)
         missing = n - len([row for row in fixed if any(row[:-1])])
         within = Polyhedron([*self.equations, *across], self.inequalities)
@@ -99,9 +98,9 @@ def choices(data):
     for i, (a, b, low, high) in enumerate(
         zip(data.M, data.q, data.lower, data.upper, strict=True)
     ):
-        w, unit = (*a, b), tuple(Fraction(int(i == j)) for j in range(n))
-        above = [] if low is None else [(*unit, -low)]
-        below = [] if high is None else [negative((*unit, -high))]
+        w, own = (*a, b), unit(i, n)
+        above = [] if low is None else [(*own, -low)]
+        below = [] if high is None else [negative((*own, -high))]
         if low is not None and low == high:
             options.append([(above, [])])
             continue
@@ -118,15 +117,7 @@ def choices(data):
 
 def canonical(vertices, rays, lines):
     """A hull from any generators of it."""
-    reduced_lines = [
-        primitive(line)
-        for line in reduced([(*line, Fraction(0)) for line in lines], None)
-    ]
-    basis = [
-        tuple(Fraction(v) / line[leading(line)] for v in line[:-1])
-        for line in reduced_lines
-        if any(line)
-    ]
+    basis = reduced([list(map(Fraction, line)) for line in lines], len(vertices[0]))
     return Hull(
         frozenset(across(vertex, basis) for vertex in vertices),
         frozenset(primitive(across(ray, basis)) for ray in rays),
@@ -143,42 +134,13 @@ def across(point, lines):
     return point
 
 
-def reduced(rows, n):
-    """The rows other than 0 of the reduced row echelon form, by the first n columns or
-    by all."""
-    left, done = [list(row) for row in rows], []
-    for column in range((len(rows[0]) if n is None else n) if rows else 0):
-        pivot = next((row for row in left if row[column]), None)
-        if pivot is None:
-            continue
-        left.remove(pivot)
-        pivot = [value / pivot[column] for value in pivot]
-        for row in left + done:
-            factor = row[column]
-            row[:] = (
-                [a - factor * b for a, b in zip(row, pivot, strict=True)]
-                if factor
-                else row
-            )
-        done.append(pivot)
-    return [tuple(row) for row in done + left if any(row)]
-
-
-def solved(rows, n):
-    """The one z with a'z + b = 0 for all rows, if there is exactly one."""
-    found = reduced(rows, n)
-    if len(found) != n or not all(any(row[:-1]) for row in found):
-        return None
-    return tuple(-row[-1] for row in sorted(found, key=leading))
-
-
 def null_space(rows, n):
     """The directions in which all a'z are 0, a basis of them in reduced row echelon
     form."""
     found = reduced(rows, n)
     basis = []
     for j in set(range(n)) - {leading(row) for row in found}:
-        v = [Fraction(int(i == j)) for i in range(n)]
+        v = unit(j, n)
         for row in found:
             v[leading(row)] = -row[j]
         basis.append(tuple(v))
@@ -192,16 +154,8 @@ def primitive(v):
     return tuple(Fraction(value, gcd(*whole) or 1) for value in whole)
 
 
-def leading(row):
-    return next(j for j, value in enumerate(row) if value)
-
-
 def negative(row):
     return tuple(-value for value in row)
-
-
-def dot(a, b):
-    return sum((x * y for x, y in zip(a, b, strict=True)), Fraction(0))
 
 
 def random_problem(generator, most, least=1):
