@@ -2,19 +2,18 @@
 of `tests/seams` whose run uses it are run again.
 
     # the first run of the sample, which is kept, and all switches
-    python tests/benchmarks/ablation.py --data FOLDER --sample FILE -o TABLE
+    python tests/benchmarks/ablation.py --data FOLDER --sample FILE
     # some of them
     python tests/benchmarks/ablation.py --only units presolve
     # what changes if a number that is named in the code is half or double
-    python tests/benchmarks/ablation.py --constants --most 40
+    python tests/benchmarks/ablation.py --constants
 
-A row of the table has the tokens of what would go (for a row of a table, of the whole
-table); how many of the sampled problems use it, and how many of these were run again;
-those whose verdict is lost (solved or proved before), gained, and otherwise different,
-and those that are false; of how many anything in the outcome has changed; the ratio of
-the iterations and of the processor time, off over on; and, but for constants, the
-problem with the largest ratio of time among those that take 3 ms or more, measured in
-repeated pairs.
+A row of the table has how many of the sampled problems use it, and how many of these
+were run again; those whose verdict is lost (solved or proved before), gained, and
+otherwise different, and those that are false; of how many anything in the outcome has
+changed; the ratio of the iterations and of the processor time, off over on; and, but
+for constants, the problem with the largest ratio of time among those that take 3 ms or
+more, measured in repeated pairs.
 """
 
 import argparse
@@ -22,15 +21,12 @@ import ast
 import contextlib
 import importlib
 import inspect
-import io
 import pickle
 import sys
 import textwrap
 import time
-import tokenize
 from collections import defaultdict
 from collections.abc import Callable
-from itertools import chain
 from pathlib import Path
 from statistics import median
 from tempfile import TemporaryDirectory
@@ -47,6 +43,7 @@ import numpy as np  # noqa: E402
 import oracle  # noqa: E402
 import populations  # noqa: E402
 import verdicts  # noqa: E402
+from record import Case  # noqa: E402
 
 import lcpcli  # noqa: E402
 from lcpcli.errors import LCPError  # noqa: E402
@@ -71,6 +68,7 @@ LARGE = (
 POPULATIONS = (verdicts, oracle, games, nonlinear, contact)
 # Of each kind of problem of a population, by the first words of its key; and of all.
 OF_A_KIND, OF_A_POPULATION = 3, 60
+OF_A_SWITCH = 400  # problems that are run again
 SLOWEST = 0.5  # seconds of a sampled problem
 LIMIT = 30.0  # seconds, after which a run counts as without a verdict
 CLEAR_SECONDS = 3e-3  # of a problem whose ratio of time is looked at
@@ -80,17 +78,15 @@ NOT_KEPT = ("_population", "_case")
 
 class Switch(NamedTuple):
     """target : what is replaced, as "module:name", or "module:Class.name". off : makes
-    of it what stands there without it. goes : what else goes with it. used : the
-    functions whose calls tell that a problem uses it. readers : of a constant, the code
-    objects that read it, as (file, first line). is_constant : whether it is one."""
+    of it what stands there without it. used : the functions, or such names of them,
+    whose calls tell that a problem uses it, if not those of the target. readers : of a
+    constant, the code objects that read it, as (file, first line); None of others."""
 
     name: str
     target: str
     off: Callable[[Any], Any]
-    goes: tuple[str, ...] = ()
-    used: tuple[Callable[..., Any], ...] = ()
-    readers: frozenset[tuple[str, int]] = frozenset()
-    is_constant: bool = False
+    used: tuple[Any, ...] = ()
+    readers: frozenset[tuple[str, int]] | None = None
 
 
 def constants():
@@ -133,7 +129,6 @@ def constants():
                     f"{module}:{target.id}",
                     constant(changed),
                     readers=readers,
-                    is_constant=True,
                 )
 
 
@@ -277,7 +272,7 @@ def rows():
                 f"auto {phase} {row.method} {row.part}".strip(),
                 f"auto.attempts:{phase}",
                 lacking(i),
-                used=(begun(row),),
+                (begun(row),),
             )
     for rule in presolve.RULES:
         yield Switch(
@@ -290,13 +285,6 @@ def rows():
         "presolve signs of equations",
         "presolve.presolve:signs_of_equations",
         constant(lambda _: ()),
-        tuple(
-            f"presolve.rules:{name}"
-            for name in (
-                *("_pairs", "_diagonal", "_factors", "_assign", "_alike"),
-                "_keys",
-            )
-        ),
     )
     yield Switch(
         "presolve", "auto.attempts:PRESOLVE", lambda row: row._replace(applies=never(0))
@@ -316,7 +304,7 @@ SWITCHES = (
                 "False",
             )
         ),
-        (f"{U}:_banded", f"{U}:_first_of_components"),
+        (f"{U}:_banded",),
     ),
     Switch(
         "units of symmetric M by gradients",
@@ -341,20 +329,18 @@ SWITCHES = (
         ),
         (f"{U}:_eliminated",),
     ),
-    Switch("units of dense M", f"{U}:_dense", nothing, (f"{U}:_components",)),
+    Switch("units of dense M", f"{U}:_dense", nothing),
     Switch("units of few rows at once", f"{U}:MAX_DENSE", constant(0)),
     # Sparse problems.
     Switch(
         "krylov",
         "methods.active_set:krylov",
         fails,
-        ("methods.active_set:krylov", "linalg.krylov:bicgstab"),
     ),
     Switch(
         "multilevel",
         "methods.active_set:multilevel",
         fails,
-        ("methods.multilevel:Hierarchy",),
     ),
     Switch(
         "pivoting near wrong signs",
@@ -376,18 +362,11 @@ SWITCHES = (
         "definite at the start of interior",
         "methods.interior:definite",
         fails,
-        (
-            "methods.definite:_AccurateSteps",
-            "methods.definite:_Run",
-            "methods.definite:Exchanges",
-            "linalg.definite_systems:DefiniteSystems",
-        ),
     ),
     Switch(
         "friction",
         "auto.attempts:Structure.is_frictional",
         prop(False),
-        ("linalg.patterns:has_friction",),
     ),
     Switch(
         "presolve where it may gain",
@@ -432,7 +411,6 @@ SWITCHES = (
         "neighbours in batches",
         "methods.block_pivoting:_neighbours",
         constant(lambda q: (np.arange(len(q)), np.zeros(len(q), dtype=bool))),
-        ("methods.block_pivoting:_are_near",),
     ),
     Switch(
         "gradients in batches",
@@ -453,12 +431,12 @@ SWITCHES = (
         "integer path",
         "methods.lemke:MAX_INTEGER_UNKNOWNS",
         constant(0),
-        ("methods.lemke:_integer_path", "rational.pivoting:IntegerTableau"),
+        ("methods.lemke:_integer_path",),
     ),
     # Quick attempts before the loop.
     *(
-        Switch(f"quick {i} {word}", "solving.direct_run:QUICK", lacking(*i), goes)
-        for i, word, goes in (
+        Switch(f"quick {i} {word}", "solving.direct_run:QUICK", lacking(*i), used)
+        for i, word, used in (
             (
                 (0,),
                 "proposals of a formulation",
@@ -481,9 +459,9 @@ SWITCHES = (
             f"in sequence {i} {word}",
             "solving.direct_run:IN_SEQUENCE",
             lacking(i),
-            goes,
+            used,
         )
-        for i, word, goes in (
+        for i, word, used in (
             (0, "elimination", ("solving.direct_run:elimination_steps",)),
             (1, "proposals", ("solving.direct_run:proposed_steps",)),
             (2, "pivoting", ("solving.direct_run:direct_steps",)),
@@ -502,7 +480,6 @@ SWITCHES = (
         "kernels of entries",
         "solving.direct_run:acceptance_test",
         constant(lambda *_: (None, None)),
-        ("kernels.compiled:test_sparse",),
     ),
     Switch("basic zeros", "methods.direct:basic_zeros", nothing),
     # The interior point method.
@@ -511,7 +488,6 @@ SWITCHES = (
         "interior exchanges",
         "methods.interior:Run._exchanged",
         empty,
-        ("methods.interior:_ProximalSolutions",),
     ),
     Switch(
         "interior gmres",
@@ -535,7 +511,6 @@ SWITCHES = (
         "idle multipliers, noise",
         P + "Point._without_noise",
         empty,
-        (P + "without_idle_multipliers", P + "Point._at_reference_in_noise"),
     ),
     Switch(
         "idle multipliers", P + "without_idle_multipliers", constant(lambda _, z, __: z)
@@ -546,7 +521,6 @@ SWITCHES = (
         "negligible q",
         P + "negligible_q",
         constant(lambda _, __, ___, ____, rows: rows[:0]),
-        (P + "with_sides",),
     ),
     Switch(
         "rounded rows",
@@ -561,13 +535,11 @@ SWITCHES = (
         "terms rounded once",
         "verify.measure:Measure.doubtful",
         constant(lambda _, z, *__: np.zeros(z.size, dtype=bool)),
-        ("verify.measure:rounded_once",),
     ),
     Switch(
         "solutions beside",
         "verify.acceptance:_up_to_small_entries",
         nothing,
-        ("verify.small_entries:solution_up_to_small_entries",),
     ),
     Switch(
         "rounded differences", "verify.nearby_solutions:is_rounded_difference", never
@@ -579,7 +551,6 @@ SWITCHES = (
         "exact confirmation",
         "verify.acceptance:verified_or_exact",
         constant(lambda _, z, basis=None: _confirmed(z, basis)),
-        ("verify.final_states:verified_or_exact",),
     ),
     Switch(
         "bounds on open signs",
@@ -591,23 +562,18 @@ SWITCHES = (
         "whole proofs",
         "verify.certificate:_whole",
         lambda _: _in_range,
-        ("verify.farkas:whole_proofs", "verify.farkas:_simple", "verify.farkas:_small"),
     ),
-    Switch(
-        "simple proofs", "verify.farkas:_simple", empty, ("verify.farkas:_corrected",)
-    ),
+    Switch("simple proofs", "verify.farkas:_simple", empty),
     Switch("proofs with room", "verify.alternative:with_margin", empty),
     Switch(
         "proofs up to rounding",
         "verify.farkas:cancellation",
         constant(lambda *_: 0.0),
-        ("verify.farkas:Multiplied.has_proof_nearby",),
     ),
     Switch(
         "proofs near a point",
         "verify.certificate:proof_near",
         nothing,
-        ("verify.certificate:_candidates", "verify.certificate:_null_vector"),
     ),
     Switch("proofs by dictionaries", "verify.alternative:dictionaries", empty),
     Switch("proofs of interior", "methods.interior_steps:proof_of", nothing),
@@ -616,14 +582,9 @@ SWITCHES = (
         "far sides",
         "model.problem:Problem.has_far_sides",
         prop(False),
-        (
-            "model.changes:Relaxed",
-            "model.changes:relaxed",
-            "auto.policy:_relaxed_first",
-            "model.far_sides:FarSides",
-        ),
+        ("model.changes:relaxed",),
     ),
-    Switch("exact arithmetic", "auto.policy:exactly", stalls, ("auto.policy:_exact",)),
+    Switch("exact arithmetic", "auto.policy:exactly", stalls),
     Switch(
         "without doubt",
         "auto.policy:_with_doubtful_points_exact",
@@ -674,32 +635,6 @@ def switched(target, off):
     finally:
         for each in owners:
             setattr(each, name, before)
-
-
-def tokens(target):
-    """Return the tokens of a function, class or constant of a module; 0 for one of a
-    module that needs a package which is missing."""
-    try:
-        owner, name = place(target)
-    except ImportError:
-        return 0
-    module = owner if inspect.ismodule(owner) else sys.modules[owner.__module__]
-    source = inspect.getsource(module)
-    kinds = {tokenize.NAME, tokenize.OP, tokenize.NUMBER, tokenize.STRING}
-    for node in ast.walk(ast.parse(source)):
-        named = getattr(node, "name", "") == name or (
-            isinstance(node, (ast.Assign, ast.AnnAssign))
-            and isinstance(
-                getattr(node, "target", getattr(node, "targets", [0])[0]), ast.Name
-            )
-            and getattr(node, "target", getattr(node, "targets", [0])[0]).id == name
-        )
-        if named:
-            lines = source.splitlines()[node.lineno - 1 : node.end_lineno]
-            text = textwrap.dedent("\n".join(lines))
-            read = io.StringIO(text).readline
-            return sum(each.type in kinds for each in tokenize.generate_tokens(read))
-    return 0
 
 
 class Sampled:
@@ -763,13 +698,6 @@ class Sampled:
         return {key: value for key, value in vars(self).items() if key not in NOT_KEPT}
 
 
-class Row(NamedTuple):
-    """A row of `bench_rows` as a case."""
-
-    key: str
-    make: Callable[[], Any]
-
-
 class Bench:
     """The rows of `bench_rows` as a population."""
 
@@ -780,11 +708,11 @@ class Bench:
 
     def cases(self, _):
         large = [
-            Row(f"large {family} {n}", bench_rows.of_family(family, n))
+            Case(f"large {family} {n}", bench_rows.of_family(family, n))
             for family, n in LARGE
         ]
         return large + [
-            Row(name, prepare)
+            Case(name, prepare)
             for name, prepare in self.rows.items()
             if not name.startswith(("start-up", "on request"))
         ]
@@ -796,7 +724,7 @@ class Bench:
         return {"status": found.status.word, "iterations": found.iterations}
 
 
-def sample(folder, data, of_a_kind, file):
+def sample(folder, data, file):
     """Return problems of all kinds, each of which takes at most SLOWEST. file : where
     what is known of them is kept."""
     known = pickle.loads(file.read_bytes()) if file and file.exists() else {}
@@ -809,11 +737,11 @@ def sample(folder, data, of_a_kind, file):
     for population in (*POPULATIONS, Bench(folder)):
         if hasattr(population, "GENEROUS_SECONDS"):
             population.GENEROUS_SECONDS = LIMIT
-        arguments = (0, data) if population is verdicts else (0,)
+        arguments = (0, data) if population is verdicts and data else (0,)
         kinds = defaultdict[str, list[Any]](list)
         for case in population.cases(*arguments):
             kinds[kind_of(case.key)].append(case)
-        most = max(of_a_kind, OF_A_POPULATION // len(kinds))
+        most = max(OF_A_KIND, OF_A_POPULATION // len(kinds))
         for cases in kinds.values():
             picked = random.permutation(len(cases))[:most]
             for k in sorted(picked):
@@ -836,15 +764,13 @@ def is_verdict(entry):
 
 
 def used_by(switch, sampled):
-    """Return the problems whose run calls what the switch turns off, or what goes with
-    it; all of them if it names no function."""
-    if switch.is_constant:
+    """Return the problems whose run uses what the switch turns off; all of them if
+    that cannot be told from the functions that it calls."""
+    if switch.readers is not None:
         return [each for each in sampled if each.calls & switch.readers]
     codes = set()
-    named = [inspect.getattr_static(*place(each)) for each in switch.goes]
-    for found in (
-        switch.used or named or [inspect.getattr_static(*place(switch.target))]
-    ):
+    for each in switch.used or (switch.target,):
+        found = each if callable(each) else inspect.getattr_static(*place(each))
         function = getattr(found, "func", getattr(found, "fget", found))
         function = inspect.unwrap(function) if callable(function) else function
         if inspect.isclass(found):
@@ -867,12 +793,12 @@ def ratio(each, switch):
     return median(ratios)
 
 
-def row(switch, sampled, most):
+def row(switch, sampled):
     """Return the row of the table for a switch."""
     used = used_by(switch, sampled)
     chosen = used
-    if len(used) > most:
-        picked = np.random.default_rng(1).permutation(len(used))[:most]
+    if len(used) > OF_A_SWITCH:
+        picked = np.random.default_rng(1).permutation(len(used))[:OF_A_SWITCH]
         chosen = [used[k] for k in sorted(picked)]
     lost, gained, other, false = ([] for _ in range(4))
     counts, seconds, slow = np.zeros(2), np.zeros(2), []
@@ -896,11 +822,10 @@ def row(switch, sampled, most):
                 slow.append((took / each.seconds, each))
     slow.sort(key=lambda pair: -pair[0])
     # A constant is looked at for what changes.
-    repeated = 0 if switch.is_constant else REPEATED
+    repeated = REPEATED if switch.readers is None else 0
     timed = [(ratio(each, switch), each.key) for _, each in slow[:repeated]]
     worst, key = max(timed, default=(1.0, "-"))
-    size = sum(map(tokens, switch.goes or (switch.target,)))
-    numbers = [size, len(used), len(chosen), *map(len, (lost, gained, other, false))]
+    numbers = [len(used), len(chosen), *map(len, (lost, gained, other, false))]
     numbers.append(changed)
     words = "; ".join((*lost[:3], *(f"FALSE {each}" for each in false[:3])))
     iterations = counts[1] / max(counts[0], 1)
@@ -909,17 +834,17 @@ def row(switch, sampled, most):
     return f"| {switch.name} | {cells} | {times} | {worst:.2f} {key} | {words} |"
 
 
-def tried(switch, sampled, most):
+def tried(switch, sampled):
     """Return its row, or why it cannot be switched off."""
     try:
-        return row(switch, sampled, most)
+        return row(switch, sampled)
     except (AssertionError, AttributeError, ImportError) as error:
         return f"| {switch.name} | {type(error).__name__}: {error} |"
 
 
 HEAD = (
-    "| switched off | tokens | use it | run | lost | gained | other | false | changed "
-    "| iterations | time | slowest | which |\n|" + " --- |" * 13
+    "| switched off | use it | run | lost | gained | other | false | changed "
+    "| iterations | time | slowest | which |\n|" + " --- |" * 12
 )
 
 
@@ -930,27 +855,16 @@ def main():
     parser.add_argument("--data", type=Path, help="a folder of problem files")
     parser.add_argument("--only", nargs="+", default=[""], help="beginnings of names")
     parser.add_argument("--constants", action="store_true", help="half and double")
-    parser.add_argument("--of-a-kind", type=int, default=OF_A_KIND)
     parser.add_argument("--sample", type=Path, help="a file that keeps the sample")
-    parser.add_argument("--most", type=int, default=400, help="problems of a switch")
-    parser.add_argument("-o", "--output", type=Path, help="the table is added to it")
     asked = parser.parse_args()
-    switches = list(constants()) if asked.constants else [*SWITCHES, *rows()]
-    switches = [each for each in switches if each.name.startswith(tuple(asked.only))]
-    if not asked.constants:
-        switches.sort(key=lambda each: -sum(map(tokens, each.goes or (each.target,))))
+    switches = constants() if asked.constants else [*SWITCHES, *rows()]
     with TemporaryDirectory() as folder:
-        sampled = sample(Path(folder), asked.data, asked.of_a_kind, asked.sample)
+        sampled = sample(Path(folder), asked.data, asked.sample)
         total = sum(each.seconds for each in sampled)
-        print(f"{len(sampled)} problems, {total:.0f} s of processor time", flush=True)
-        lines = [HEAD] if asked.output is None or not asked.output.exists() else []
-        for line in chain(
-            lines, (tried(each, sampled, asked.most) for each in switches)
-        ):
-            print(line, flush=True)
-            if asked.output:
-                with asked.output.open("a") as file:
-                    print(line, file=file)
+        print(f"{len(sampled)} problems, {total:.0f} s of processor time\n\n{HEAD}")
+        for switch in switches:
+            if switch.name.startswith(tuple(asked.only)):
+                print(tried(switch, sampled), flush=True)
 
 
 if __name__ == "__main__":

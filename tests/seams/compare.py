@@ -124,11 +124,9 @@ class Remade:
         if "worth" in entry:
             return str(entry["worth"])
         if self._cases is None:
-            data = [Path(self._header["data"]) if self._header["data"] else None]
-            population = self._header["population"]
-            made = import_module(population).cases(
-                self._header["seed"], *(data if population == "verdicts" else [])
-            )
+            header = self._header
+            data = [Path(header["data"])] if header["data"] else []
+            made = import_module(header["population"]).cases(header["seed"], *data)
             self._cases = {case.key: case.make for case in made}
         problem = self._cases[key]()
         return (

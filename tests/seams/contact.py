@@ -26,15 +26,13 @@ class Step(NamedTuple):
 def cases(seed):
     """Return steps with the contacts of a heap of boxes, at rest and moving, by each
     way."""
-    found = []
-    for n in SIZES:
-        for k in range(STEPS):
-            kind = ("moving", "rest")[k % 2]
-            found += [
-                Case(f"{kind} {n} {k} {way}", partial(_step, n, kind, seed, k, way))
-                for way in WAYS
-            ]
-    return found
+    return [
+        Case(f"{kind} {n} {k} {way}", partial(_step, n, kind, seed, k, way))
+        for n in SIZES
+        for k in range(STEPS)
+        for kind in [("moving", "rest")[k % 2]]
+        for way in WAYS
+    ]
 
 
 @cache
@@ -64,11 +62,7 @@ def outcome(_, step):
     else:
         result = run(problem, time_limit=GENEROUS_SECONDS, compiled=way == "compiled")
     entry = of_result(result)
-    if problem.n <= MAX_JUDGED:
-        entry["worth"] = truth.judge(problem, entry)
-        if entry["worth"].startswith("false"):
-            entry["false"] = entry["worth"]
-    return entry
+    return truth.judged(problem, entry) if problem.n <= MAX_JUDGED else entry
 
 
 if __name__ == "__main__":

@@ -5,7 +5,7 @@ from functools import partial
 
 import numpy as np
 import populations
-from record import GENEROUS_SECONDS, Case, exact, hash_of, main
+from record import GENEROUS_SECONDS, Case, exact, hash_of, main, of_result
 
 from lcpcli import Problem, run
 
@@ -25,17 +25,15 @@ CALLS = {
     "shi finished": ("shi", {"finish": True}),
 }
 FAMILIES = (
-    *(
-        "harker-pang",
-        "tridiagonal",
-        "obstacle",
-        "contact",
-        "murty",
-        "kostreva",
-        "degenerate",
-        "ill-scaled",
-        "boxes",
-    ),
+    "harker-pang",
+    "tridiagonal",
+    "obstacle",
+    "contact",
+    "murty",
+    "kostreva",
+    "degenerate",
+    "ill-scaled",
+    "boxes",
 )
 RANDOM = 150  # random problems
 TIED = 20  # problems in small integers with q = -e, in which many rows block at once
@@ -80,13 +78,9 @@ def outcome(case, problem):
         **options,
     )
     rows = result.trace.rows
-    return {
-        "status": result.status.word,
-        "iterations": result.iterations,
-        "route": "+".join(result.route),
+    return of_result(result) | {
         "steps": hash_of([len(rows)], [sum(map(ord, row.step)) for row in rows]),
         "iterates": hash_of(*(row.z for row in rows)),
-        "z": [float(value) for value in result.z],
         "exact z": hash_of(result.z),
     }
 

@@ -3,10 +3,11 @@ without."""
 
 from collections.abc import Callable
 from functools import partial
+from itertools import cycle, product
 from typing import Any, NamedTuple
 
 import numpy as np
-from record import GENEROUS_SECONDS, Case, main
+from record import GENEROUS_SECONDS, Case, main, of_result
 
 from lcpcli import solve_mcp
 
@@ -35,17 +36,14 @@ class Model(NamedTuple):
 
 def cases(seed):
     """Return models of all kinds, in units from 1e-9 to 1e9."""
-    kinds = [(terms, jacobian) for terms in TERMS for jacobian in JACOBIANS]
-    found = []
-    for k in range(NUMBER):
-        terms, jacobian = kinds[k % len(kinds)]
-        found.append(
-            Case(
-                f"{terms} {jacobian} {k}",
-                partial(_model, terms, jacobian, 1000 * seed + k),
-            )
+    kinds = zip(range(NUMBER), cycle(product(TERMS, JACOBIANS)), strict=False)
+    return [
+        Case(
+            f"{terms} {jacobian} {k}",
+            partial(_model, terms, jacobian, 1000 * seed + k),
         )
-    return found
+        for k, (terms, jacobian) in kinds
+    ]
 
 
 def _model(terms, jacobian, seed):
@@ -75,11 +73,7 @@ def outcome(_, model):
     result = solve_mcp(
         model.F, model.J, lower=model.lower, x0=model.start, time_limit=GENEROUS_SECONDS
     )
-    entry = {
-        "status": result.status.word,
-        "z": [float(value) for value in result.z],
-    }
-    entry |= {"iterations": result.iterations, "evaluations": result.evaluations}
+    entry = of_result(result) | {"evaluations": result.evaluations}
     w = model.F(result.z) / model.unit
     residual = float(
         np.abs(

@@ -116,8 +116,7 @@ def outcome(case, problem):
         entry["truth"] = "none" if found is None else "solution"
     else:
         entry["truth"] = "planted"
-    entry["worth"] = truth.judge(problem, entry)
-    entry["false"] = entry["worth"] if entry["worth"].startswith("false") else ""
+    entry = truth.judged(problem, entry)
     if int(case.key.split()[1]) % PROVED == 0 and problem.n <= truth.MAX_ENUMERATED:
         entry["false"] = entry["false"] or _fault_of_proof(problem, entry)
     return entry

@@ -33,7 +33,6 @@ import exact_measure as exact_measure  # noqa: E402
 import numpy as np  # noqa: E402
 
 GENEROUS_SECONDS = 120.0  # a limit for cases that hang; what ends the others is counted
-Entry = dict[str, Any]
 
 
 class Case(NamedTuple):
@@ -44,19 +43,18 @@ class Case(NamedTuple):
     make: Callable[[], Any]
 
 
-def main(cases, outcome, takes_data=False):
+def main(cases, outcome):
     """Run the population's cases as the arguments say, write the record, and report
     what is false on standard error.
 
-    cases : returns the cases for a seed and, if `takes_data`, a folder of problem files
-        or None.
+    cases : returns the cases for a seed and, if one is given, a folder of problem
+        files.
     outcome : returns what is compared of one case. "false" among its names says what is
         wrong, whatever the other checkout does; the exit code is then 1.
     """
-    arguments = _arguments(takes_data)
-    chosen = (
-        cases(arguments.seed, arguments.data) if takes_data else cases(arguments.seed)
-    )
+    arguments = _arguments()
+    data = [arguments.data] if arguments.data else []
+    chosen = cases(arguments.seed, *map(Path, data))
     if arguments.only is not None:
         chosen = [case for case in chosen if case.key == arguments.only]
         for case in chosen:
@@ -71,7 +69,7 @@ def main(cases, outcome, takes_data=False):
     header = {
         "population": Path(sys.argv[0]).stem,
         "seed": arguments.seed,
-        "data": str(arguments.data) if takes_data and arguments.data else None,
+        "data": arguments.data,
         "package": str(Path(lcpcli.__file__).parent),
         "version": lcpcli.__version__,
     }
@@ -90,7 +88,7 @@ def main(cases, outcome, takes_data=False):
     )
 
 
-def _arguments(takes_data):
+def _arguments():
     parser = argparse.ArgumentParser(description=sys.modules["__main__"].__doc__)
     parser.add_argument(
         "-o", "--output", help="the file of the record; by default standard output"
@@ -107,13 +105,9 @@ def _arguments(takes_data):
     parser.add_argument(
         "--only", metavar="KEY", help="run one case, and print its data"
     )
-    if takes_data:
-        parser.add_argument(
-            "--data",
-            type=Path,
-            metavar="DIR",
-            help="also run the problem files in this folder",
-        )
+    parser.add_argument(
+        "--data", metavar="DIR", help="verdicts: also run the files in this folder"
+    )
     return parser.parse_args()
 
 
@@ -154,8 +148,8 @@ def of_result(result):
         "status": result.status.word,
         "route": "+".join(result.route),
         "iterations": result.iterations,
+        "z": [float(value) for value in result.z],
     }
-    entry["z"] = [float(value) for value in result.z]
     certificate = result.certificate
     if certificate is not None:
         entry["proof"] = certificate.kind + (

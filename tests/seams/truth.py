@@ -16,13 +16,14 @@ NOISE = 1e-13
 NEAR = 1e-6
 MAX_ENUMERATED, MAX_STATES = 6, 729
 MAX_EXACT = 20  # unknowns up to which the states of z are solved exactly
+MAX_MEASURED = 500  # unknowns up to which the conditions are measured in fractions
 NO_SOLUTION = ("infeasible", "unsolvable")
 
 
 def passes(problem, z):
     """Return whether z as it is, put on the bounds, or freed from noise, passes."""
     given = np.asarray(z, dtype=float)
-    (lower, upper) = bounds(problem)
+    lower, upper = bounds(problem)
     own = Units.of(problem)
     if not np.isfinite(given).all() or (given < lower).any() or (given > upper).any():
         return False
@@ -90,18 +91,27 @@ def without_noise(z):
     return [value if abs(value) > least else 0.0 for value in z]
 
 
+def judged(problem, entry):
+    """Return the outcome with what it is worth, and what is false of it, or ""."""
+    worth = judge(problem, entry)
+    return entry | {
+        "worth": worth,
+        "false": worth if worth.startswith("false") else "",
+    }
+
+
 def judge(problem, entry):
     """Return what a recorded outcome is worth: "right", "refused", "undecided", or
     "false: ..." with the reason."""
     status = entry["status"]
     if status == "solved":
-        if near_solution(problem, entry["z"]):
+        z = entry["z"]
+        if near_solution(problem, z):
             return "right"
-        if problem.n <= 500 and any(
-            passes(problem, z) for z in (entry["z"], without_noise(entry["z"]))
-        ):
-            return "right"
-        return "false: z violates the conditions" if problem.n <= 500 else "undecided"
+        if problem.n > MAX_MEASURED:
+            return "undecided"
+        passed = passes(problem, z) or passes(problem, without_noise(z))
+        return "right" if passed else "false: z violates the conditions"
     if status not in NO_SOLUTION:
         return "refused"
     known = any(

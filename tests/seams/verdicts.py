@@ -5,6 +5,7 @@ python tests/seams/verdicts.py --data FOLDER -o record  # also files in and belo
 """
 
 from functools import partial
+from itertools import cycle
 
 import numpy as np
 import populations
@@ -39,7 +40,7 @@ SUFFIXES = {
 }
 
 
-def cases(seed, data):
+def cases(seed, data=None):
     """Return the cases of the gallery, of the folder, and the random ones."""
     found = [
         Case(f"gallery {family} {n}", partial(populations.gallery, family, n, seed))
@@ -54,13 +55,9 @@ def cases(seed, data):
             Case(f"file {file.relative_to(data)}", partial(_read, file))
             for file in files
         ]
-    kinds = list(exact.CLASSES)
     return found + [
-        Case(
-            f"random {kinds[k % len(kinds)]} {k}",
-            partial(_random, kinds[k % len(kinds)], seed, k),
-        )
-        for k in range(RANDOM)
+        Case(f"random {kind} {k}", partial(_random, kind, seed, k))
+        for k, kind in zip(range(RANDOM), cycle(exact.CLASSES), strict=False)
     ]
 
 
@@ -78,19 +75,12 @@ def _random(kind, seed, k):
 def outcome(case, problem):
     """Return the status, z, the route and the proof."""
     kind, *_, number = case.key.split()
-    if kind == "random":
-        return of_result(
-            run(
-                problem,
-                time_limit=GENEROUS_SECONDS,
-                compiled=int(number) % COMPILED == 0,
-            )
-        )
     solve = run if isinstance(problem, Problem) else solve_mcp
-    return of_result(
-        solve(problem, time_limit=GENEROUS_SECONDS, max_iterations=MAX_STEPS)
-    )
+    own = {"max_iterations": MAX_STEPS}
+    if kind == "random":
+        own = {"compiled": int(number) % COMPILED == 0}
+    return of_result(solve(problem, time_limit=GENEROUS_SECONDS, **own))
 
 
 if __name__ == "__main__":
-    main(cases, outcome, takes_data=True)
+    main(cases, outcome)
