@@ -3,8 +3,8 @@
 
 Tables: error and time on stiff structures against their condition number, as in the
 figure; how far each solver gets as the problems of `lcp bench stiff` and `extreme`
-become stiffer; the times to an error of 1e-6; how often each method is first to reach
-an error; and the convergence factors of fixed-point, measured and from theory.
+become stiffer; how often each method is first to reach an error; and the convergence
+factors of fixed-point, measured and from theory.
 """
 
 import math
@@ -39,8 +39,6 @@ STRUCTURES = {"beam", "plate", "frame"}  # families of the gallery
 # The suites whose families are in order of stiffness.
 ORDERED = {"stiff", "extreme", "all"}
 NO_ENTRY = "-"
-# The level of error whose times are listed: the accuracy that most users want.
-LISTED_LEVEL = LEVELS[1]
 # Times within this factor count as equal, as repeated measurements differ by as much.
 ALIKE = 1.02
 # Errors, relative to the solution: after the first phase, and before rounding.
@@ -56,33 +54,6 @@ MAX_INVERTED_EXACTLY = 64
 # The condition number up to which an inverse in doubles has three correct digits.
 LARGEST_CONDITION = 1e-3 / EPS
 Curve = Sequence[tuple[int, float, float | None]]
-
-
-def reached(record):
-    """Return the time that each method needs to reach an error of LISTED_LEVEL on each
-    problem."""
-    times = {
-        name: [own.get(method, {}).get(LISTED_LEVEL) for method in record.methods]
-        for name, own in competing(record)
-    }
-    length, unit = wording.common_unit(
-        seconds for own in times.values() for seconds in own if seconds is not None
-    )
-    rows = [
-        [
-            name,
-            *(
-                NO_ENTRY if seconds is None else wording.digits(seconds / length)
-                for seconds in own
-            ),
-        ]
-        for name, own in times.items()
-    ]
-    title = (
-        f"Time in {unit} to an error of {wording.level(LISTED_LEVEL)} relative to "
-        "the solution's largest component"
-    )
-    return sheet(title, ["problem", *record.methods], [rows])
 
 
 def competing(record):
@@ -475,7 +446,7 @@ def empirical_rate(k, errors, largest, smallest):
 
 def main(path, figure=""):
     record = records.read(path)
-    sections = structures, stability, reached, firsts, rates
+    sections = structures, stability, firsts, rates
     tables = [own for own in (each(record) for each in sections) if own.tables[0].rows]
     print(typeset(Document(path, tables), "table", None, False), end="")
     if figure:

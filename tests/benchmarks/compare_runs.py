@@ -5,8 +5,7 @@ and compare, run by run.
 
 --slower RATIO also counts a run as a failure that takes at least so many times as long,
 beyond its spread. The exit code is 1 if a run is worse, contradicts the earlier one or
-is slower by that, 2 if a file has no runs, else 0. Unchanged runs appear only in JSON
-and CSV.
+is slower by that, 2 if a file has no runs, else 0. Unchanged runs are only counted.
 """
 
 import argparse
@@ -15,7 +14,6 @@ import math
 import sys
 from collections import Counter
 from contextlib import suppress
-from itertools import chain
 from itertools import count as count_from
 from pathlib import PurePath
 from statistics import geometric_mean
@@ -25,7 +23,8 @@ from lcpcli.bench import record
 from lcpcli.errors import Exit, LCPError, OptionError, count
 from lcpcli.files.contents import content_of, decode, source_name, within
 from lcpcli.files.json_format import objects_in
-from lcpcli.report import document, result_formats, wording
+from lcpcli.report import wording
+from lcpcli.report.document import Document, Section, Table, typeset
 from lcpcli.solving.result import Status
 
 # Medians within this factor are as before, as from one process to the next they differ
@@ -112,17 +111,6 @@ class Change(NamedTuple):
             alike = ALIKE if later.interval[0] > sooner.interval[1] else math.inf
         return SAME if factor <= alike else SLOWER if ratio > 1 else FASTER
 
-    def data(self):
-        pair = {
-            name: [getattr(each, name, None) for each in (self.old, self.new)]
-            for name in NAMES[3:6]
-        }
-        return {
-            **dict(zip(NAMES, (*self.key, self.verdict), strict=False)),
-            **pair,
-            "ratio": self.ratio,
-        }
-
 
 def changes_between(paths):
     """Return the changes of all runs from one file to another."""
@@ -141,10 +129,9 @@ def is_failure(change, limit):
     )
 
 
-def report(paths, changes, has_failed):
-    """Return the report on the changes, of which only JSON and CSV have the runs that
-    are as before."""
-    records = [change.data() for change in changes]
+def report(paths, changes):
+    """Return the report on the changes, with a row for each run that is not as
+    before."""
     counts = Counter(change.verdict for change in changes)
     ratios = [change.ratio for change in changes if change.ratio]
     verdict = (
@@ -156,27 +143,10 @@ def report(paths, changes, has_failed):
             "; geometric mean of the ratios of times, new over old: "
             f"{geometric_mean(ratios):.3g}"
         )
-
-    def made(*_):
-        shown = [_row(change) for change in changes if change.verdict != SAME]
-        title = f"{source_name(paths[1])} against {source_name(paths[0])}"
-        tables = [document.Table(NAMES, [shown], words=(0, 1, 2, 3))]
-        return document.Document(
-            title, [document.Section(title, verdict, not has_failed, tables=tables)]
-        )
-
-    def rows():
-        header = {
-            name: [f"old_{name}", f"new_{name}"] if name in NAMES[3:6] else name
-            for name in NAMES
-        }
-        own = (
-            [value if isinstance(value, list) else [value] for value in row.values()]
-            for row in [header, *records]
-        )
-        return map(list, map(chain.from_iterable, own)), ()
-
-    return result_formats.Report(made, lambda: records, rows)
+    shown = [_row(change) for change in changes if change.verdict != SAME]
+    title = f"{source_name(paths[1])} against {source_name(paths[0])}"
+    tables = [Table(NAMES, [shown], words=(0, 1, 2, 3))]
+    return Document(title, [Section(title, verdict, tables=tables)])
 
 
 def runs_in(path):
@@ -260,15 +230,19 @@ def _of_result(result):
 
 
 def _row(change):
-    values = change.data()
-    statuses, iterations, seconds = (
-        [each for each in values[name] if each is not None] for name in NAMES[3:6]
-    )
+    ends = [end for end in (change.old, change.new) if end is not None]
+
+    def arrow(values):
+        return " -> ".join(dict.fromkeys(values))
+
     return [
-        *(values[name] for name in NAMES[:3]),
-        " -> ".join(word.replace("_", " ") for word in dict.fromkeys(statuses)),
-        " -> ".join(map(str, dict.fromkeys(iterations))),
-        " -> ".join(map(wording.duration, seconds)),
+        *change.key,
+        change.verdict,
+        arrow(end.status.replace("_", " ") for end in ends),
+        arrow(str(end.iterations) for end in ends if end.iterations is not None),
+        " -> ".join(
+            wording.duration(end.seconds) for end in ends if end.seconds is not None
+        ),
         "" if change.ratio is None else f"{change.ratio:.2f}",
     ]
 
@@ -277,7 +251,6 @@ def main(arguments=None):
     parser = argparse.ArgumentParser(description=(__doc__ or "").partition("\n")[0])
     parser.add_argument("files", nargs=2, metavar="FILE")
     parser.add_argument("--slower", type=float, default=math.inf, metavar="RATIO")
-    parser.add_argument("--format", choices=document.FORMATS, default="table")
     asked = parser.parse_args(arguments)
     if not asked.slower > 1:
         parser.error("--slower: give a ratio > 1")
@@ -287,7 +260,7 @@ def main(arguments=None):
         print(error, file=sys.stderr)
         return Exit.BAD_INPUT
     has_failed = any(is_failure(change, asked.slower) for change in changes)
-    print(report(asked.files, changes, has_failed).render(asked.format), end="")
+    print(typeset(report(asked.files, changes), "table", None, False), end="")
     return Exit.NOT_SOLVED if has_failed else Exit.SOLVED
 
 

@@ -1,12 +1,12 @@
 """Times of this checkout and of another one, in pairs: bench.py BASE [--only NAME...]
-[--data FOLDER] [--list]
+[--data FOLDER]
 
     # all rows but those marked "on request"
     python tests/seams/bench.py ../before
     # rows whose names begin with one of these
     python tests/seams/bench.py ../before --only lcp games
-    # the names
-    python tests/seams/bench.py ../before --list
+    # all names, as no row begins with this
+    python tests/seams/bench.py ../before --only ?
 
 Two processes, one for each checkout, take each case in turn, so that what the machine
 does besides affects both. A time is processor time of one call. A row has the median of
@@ -20,7 +20,6 @@ interval lies above 1.05, `faster` if it lies below 1/1.05, `same` if it lies be
 import argparse
 import itertools
 import json
-import math
 import os
 import resource
 import subprocess
@@ -35,7 +34,7 @@ from typing import Any
 HERE = Path(__file__).resolve().parents[2]
 # Pairs of a row, and seconds that a measurement should take.
 LEAST, MOST, SAMPLE = 12, 200, 0.02
-LIMIT = 1.05
+LIMIT, BUDGET = 1.05, 6.0  # a ratio; seconds of a row
 Call = Callable[[], Any]
 
 
@@ -136,23 +135,13 @@ class Worker:
         self._process.wait()
 
 
-def interval(ratios):
-    """Bounds on the median by order statistics, which hold with a probability of at
-    least 0.95."""
-    ordered, n = sorted(ratios), len(ratios)
-    tail, k = 0.0, 0
-    while (tail := tail + math.comb(n, k) / 2**n) <= 0.025:
-        k += 1
-    return ordered[max(k - 1, 0)], ordered[min(n - k, n - 1)]
-
-
-def pairs(name, own, base, budget):
+def pairs(name, own, base):
     """Times of both checkouts in turn, each first in half of the pairs, until the time
     is spent."""
     once = max(min(base.ask(name, 1) for _ in range(2)), 1e-6)
     repetitions, start = max(1, round(SAMPLE / once)), time.monotonic()
     for k in range(MOST):
-        if k >= LEAST and time.monotonic() - start > budget:
+        if k >= LEAST and time.monotonic() - start > BUDGET:
             return
         times = {
             worker: worker.ask(name, repetitions)
@@ -168,7 +157,7 @@ def verdict(low, high):
     return "slower" if low > LIMIT else "undecided"
 
 
-def row(name, own, base, budget):
+def row(name, own, base):
     """Measure and print a row; return its verdict."""
     counts = [worker.ask(name, 0) for worker in (own, base)]
     if failures := [count for count in counts if isinstance(count, str)]:
@@ -179,9 +168,11 @@ def row(name, own, base, budget):
         )
         print(f"{name:34} {word}: {failures[0]}", flush=True)
         return word
-    times = list(pairs(name, own, base, budget))
+    from lcpcli.bench.record import median_interval
+
+    times = list(pairs(name, own, base))
     ratios = [mine / other for mine, other in times]
-    low, high = interval(ratios)
+    low, high = median_interval(ratios)
     word = verdict(low, high)
     mine, other = (1e3 * median(column) for column in zip(*times, strict=True))
     numbers = (
@@ -205,12 +196,6 @@ def main():
         help="rows whose names begin with one of these",
     )
     parser.add_argument("--data", type=Path, help="a folder of MPS files, each a row")
-    parser.add_argument(
-        "--budget", type=float, default=6.0, help="seconds for each row (default 6)"
-    )
-    parser.add_argument(
-        "--list", action="store_true", help="print the names of the rows"
-    )
     arguments = parser.parse_args()
     data = (
         sorted(path.resolve() for path in arguments.data.glob("*.mps"))
@@ -228,18 +213,16 @@ def main():
             if (row.startswith(starts) if starts else not row.startswith("on request"))
         ]
         if not chosen:
+            names = "\n".join(own.names)
             sys.exit(
-                f"bench.py: no row begins with {' or '.join(starts)}; --list shows them"
+                f"no row begins with {' or '.join(starts)}, but these do:\n{names}"
             )
-        if arguments.list:
-            print("\n".join(own.names))
-            return 0
         head = (
             f"{'this ms':>10} {'base ms':>10} {'ratio':>7}  {'interval':14} "
             f"{'pairs':>5} {'calls':>8} {'base':>8}"
         )
         print(f"{'row':34} {head}  verdict", flush=True)
-        words = [row(each, own, base, arguments.budget) for each in chosen]
+        words = [row(each, own, base) for each in chosen]
         own.end()
         base.end()
     print(", ".join(f"{words.count(word)} {word}" for word in dict.fromkeys(words)))
@@ -250,4 +233,5 @@ if __name__ == "__main__":
     if sys.argv[1:2] == ["--work"]:
         work()
     else:
+        sys.path.insert(0, str(HERE))  # for the interval of a median
         sys.exit(main())

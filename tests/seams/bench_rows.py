@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 from numpy.random import default_rng
+from populations import make
 
 import lcpcli
 
@@ -27,19 +28,7 @@ def made(family, n, *parameters):
     path = FOLDER[0] / f"{'-'.join((family, str(n), *parameters))}.npz"
     if not path.exists():
         settings = [part for parameter in parameters for part in ("--set", parameter)]
-        command = [
-            sys.executable,
-            "-m",
-            "lcpcli",
-            "make",
-            family,
-            "-n",
-            str(n),
-            *settings,
-            "-o",
-            str(path),
-        ]
-        subprocess.run(command, check=True)
+        make(path, family, n, *settings)
     return lcpcli.read(path)
 
 

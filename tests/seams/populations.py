@@ -10,60 +10,50 @@ from record import exact
 from lcpcli import Problem, read
 
 RANDOM_FAMILIES = (
-    *(
-        "harker-pang",
-        "ill-scaled",
-        "tridiagonal",
-        "dominant",
-        "contact",
-        "rigid-boxes",
-        "bimatrix",
-        "poker",
-        "relays",
-    ),
-    *(
-        "spatial-prices",
-        "boxes",
-        "lp",
-        "qp",
-        "portfolio",
-        "frontier",
-        "lasso",
-        "control",
-        "transport",
-        "near-singular",
-    ),
-    *(
-        "degenerate",
-        "near-degenerate",
-        "infeasible",
-        "unsolvable",
-        "planted",
-        "gaussian",
-        "indefinite",
-        "ray",
-    ),
+    "harker-pang",
+    "ill-scaled",
+    "tridiagonal",
+    "dominant",
+    "contact",
+    "rigid-boxes",
+    "bimatrix",
+    "poker",
+    "relays",
+    "spatial-prices",
+    "boxes",
+    "lp",
+    "qp",
+    "portfolio",
+    "frontier",
+    "lasso",
+    "control",
+    "transport",
+    "near-singular",
+    "degenerate",
+    "near-degenerate",
+    "infeasible",
+    "unsolvable",
+    "planted",
+    "gaussian",
+    "indefinite",
+    "ray",
 )
 FIXED_FAMILIES = (  # without random numbers
-    *(
-        "obstacle",
-        "two-obstacles",
-        "torsion",
-        "journal-bearing",
-        "american-put",
-        "bargaining",
-        "circuit",
-        "murty",
-    ),
-    *(
-        "all-cones",
-        "fathi",
-        "ben-gharbia-gilbert",
-        "kostreva",
-        "growth",
-        "hilbert",
-        "diagonal",
-    ),
+    "obstacle",
+    "two-obstacles",
+    "torsion",
+    "journal-bearing",
+    "american-put",
+    "bargaining",
+    "circuit",
+    "murty",
+    "all-cones",
+    "fathi",
+    "ben-gharbia-gilbert",
+    "kostreva",
+    "growth",
+    "hilbert",
+    "diagonal",
 )
 FAMILIES = RANDOM_FAMILIES + FIXED_FAMILIES
 # Steps of the numbers in 1, so that products with small integers are not rounded.
@@ -165,21 +155,16 @@ def planted(random, n, kind):
 
 
 def gallery(family, n, seed):
-    """Return a problem of the gallery, by the command `lcp make`, which stays where it
-    is when modules move."""
+    """Return a problem of the gallery."""
     with TemporaryDirectory() as folder:
         file = f"{folder}/problem.npz"
-        command = [
-            sys.executable,
-            "-m",
-            "lcpcli",
-            "make",
-            family,
-            "-n",
-            str(n),
-            "-o",
-            file,
-        ]
-        seeded = ["--seed", str(seed)] if family in RANDOM_FAMILIES else []
-        subprocess.run([*command, *seeded], check=True, capture_output=True)
+        make(file, family, n, *["--seed", seed] * (family in RANDOM_FAMILIES))
         return read(file)
+
+
+def make(file, family, n, *words):
+    """Write a problem of the gallery, by the command `lcp make`, which stays where it
+    is when modules move."""
+    command = ["-m", "lcpcli", "make", family, "-n", n, "-o", file, *words]
+    words = [sys.executable, *map(str, command)]
+    subprocess.run(words, check=True, capture_output=True)
