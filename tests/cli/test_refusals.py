@@ -348,7 +348,6 @@ path p.json to.json -o to.json => to.json: {HOLDS_PROBLEM}; {OTHER_OUTPUT}
 
 MANY = commands(
     r"""
-solve good.json none.json --plot a.svg => --plot: {ONE_PICTURE}; {OR_COMPARE}
 solve good.json none.json --trace => --trace: {BUT_IN_JSON}; {GIVE_JSON}
 solve good.json none.json --every 3 => --every: {BUT_IN_JSON}; {GIVE_JSON}
 solve good.json none.json --format latex

@@ -320,6 +320,7 @@ def test_a_run_with_a_trace_knows_of_a_fit_what_one_without_knows():
 
 @pytest.mark.usefixtures("spectrum")
 def test_the_figure_of_a_fit_needs_no_iterates(lcp):
+    pytest.importorskip("matplotlib")
     plain = lcp("solve --lsq A.csv b.csv --lower 0").out.splitlines()
     drawn = lcp("solve --lsq A.csv b.csv --lower 0 --plot fit.svg").out.splitlines()
     assert Path("fit.svg").exists()

@@ -57,6 +57,7 @@ solve line.json --all --plot cones.svg
 compare empty.json --paths figure.svg => --paths: {NO_PLANE:0}; {LEAVE_IT_OUT}
 solve --all empty.json --plot figure.svg => --plot: {NO_PLANE:0}; {LEAVE_IT_OUT}
 solve two.json two.json --paths a.svg => --paths: {ONE_PICTURE}; {OR_COMPARE}
+solve two.json two.json --plot a.svg => --plot: {ONE_PICTURE}; {OR_COMPARE}
 solve two.json --all --paths a.svg => --paths: {OWN_METHOD}; {LEAVE_IT_OUT}
 compare two.json two.json two.json two.json two.json two.json two.json --paths a.svg
     => --paths: would draw 7 problems, and a page can hold 6; draw fewer at a time

@@ -86,6 +86,7 @@ def test_runs_are_those_of_a_sweep_in_json_and_csv(lcp):
 def test_figure_has_a_row_for_each_option_and_a_line_for_each_problem(
     degenerate, lcp, in_folder, monkeypatch
 ):
+    pytest.importorskip("matplotlib")
     drawn = []
     usual = plotting.variations
 
@@ -110,6 +111,7 @@ def test_figure_has_a_row_for_each_option_and_a_line_for_each_problem(
 
 
 def test_words_are_shown_and_not_drawn(lcp, in_folder):
+    pytest.importorskip("matplotlib")
     asked = f"compare {EXAMPLE} --vary omega=1,2,auto"
     assert [row[0] for row in rows(lcp(asked).out)[3:6]] == ["1", "2", "auto"]
     told = "--plot: draws numbers, and omega=auto is none; leave one out"
