@@ -51,77 +51,80 @@ def alone(tmp_path_factory):
     return folder
 
 
-def run(folder, line):
+# Each line in the same process, as loading the package takes longer than what it does.
+EACH = """
+import sys
+from lcpcli.cli import main as cli
+cli.leave = sys.exit  # it would end the process
+for line in sys.stdin:
+    sys.argv = ["lcp", *line.split()]
+    try:
+        cli.main()
+    except SystemExit as ending:
+        print(end=f"\\0{ending.code or 0}\\0", flush=True)
+"""
+
+
+def python(folder, code, given=""):
+    """Run a program with the package of a folder."""
     return subprocess.run(
-        [sys.executable, "-m", "lcpcli", *line.split()],
+        [sys.executable, "-c", code],
         cwd=folder,
         env=os.environ | {"PYTHONPATH": str(folder)},
+        input=given,
         capture_output=True,
         text=True,
+        check=True,
     )
 
 
-@pytest.mark.parametrize(
-    "line",
-    [
-        "solve p.json",
-        "solve p.csv --all",
-        "solve p.json --exact -f json",
-        "compare p.json",
-        "check p.json 1.3333333333333333,2.3333333333333335",
-        "inspect p.json",
-        "bench p.json --method auto --budget 0",
-        "make bimatrix -n 4",
-        "make --list",
-    ],
-)
-def test_lcps_need_no_formulation(alone, line):
-    done = run(alone, line)
-    assert (done.returncode, done.stderr) == (0, ""), done.stderr
+LINES = """\
+solve p.json
+solve p.csv --all
+solve p.json --exact -f json
+compare p.json
+check p.json 1.3333333333333333,2.3333333333333335
+inspect p.json
+bench p.json --method auto --budget 0
+make bimatrix -n 4
+make --list
+"""
 
 
-@pytest.mark.parametrize(
-    ("file", "what", "folder"),
-    [
-        ("game.nfg", ".nfg", "bimatrix_game"),
-        ("game.json", "a game", "bimatrix_game"),
-        ("tree.efg", ".efg", "game_tree"),
-        ("tree.json", "a game", "game_tree"),
-        ("fit.json", "a least-squares problem", "least_squares"),
-        ("contact.json", "contact with friction", "contact"),
-        ("model.nl", ".nl", "nonlinear_model"),
-        ("program.mps", ".mps", "quadratic_program"),
-        ("program.json", "a program", "quadratic_program"),
-        ("osqp.json", "a program", "quadratic_program"),
-    ],
-)
-def test_a_file_without_its_formulation_gets_one_line(alone, file, what, folder):
-    done = run(alone, f"solve {file}")
-    told = f"lcp: {file}: {MISSING.format(what, folder)}\n"
-    assert done.returncode == 2
-    assert done.stdout == ""
-    assert done.stderr == told
+def test_lcps_need_no_formulation(alone):
+    done = python(alone, EACH, LINES)
+    *parts, rest = done.stdout.split("\0")
+    assert (done.stderr, rest) == ("", "")
+    assert parts[1::2] == ["0"] * LINES.count("\n")
+    assert all(parts[::2])
 
 
-def test_a_word_without_its_formulation_gets_one_line(alone):
-    done = run(alone, "model.nl -AMPL")
-    told = f"lcp: {MISSING.format('-AMPL', 'nonlinear_model')}\n"
-    assert done.returncode == 2
-    assert done.stdout == ""
-    assert done.stderr == told
-
-
-def test_tables_without_their_formulation_get_one_line(alone):
-    done = run(alone, "solve A.csv A.csv --game")
-    told = f"lcp: {MISSING.format('--game', 'bimatrix_game')}\n"
-    assert done.returncode == 2
-    assert done.stdout == ""
-    assert done.stderr == told
+def test_what_needs_a_formulation_that_is_missing_gets_one_line(alone):
+    missing = {
+        f"solve {file}": f"{file}: {MISSING.format(what, folder)}"
+        for file, what, folder in (
+            ("game.nfg", ".nfg", "bimatrix_game"),
+            ("game.json", "a game", "bimatrix_game"),
+            ("tree.efg", ".efg", "game_tree"),
+            ("tree.json", "a game", "game_tree"),
+            ("fit.json", "a least-squares problem", "least_squares"),
+            ("contact.json", "contact with friction", "contact"),
+            ("model.nl", ".nl", "nonlinear_model"),
+            ("program.mps", ".mps", "quadratic_program"),
+            ("program.json", "a program", "quadratic_program"),
+            ("osqp.json", "a program", "quadratic_program"),
+        )
+    }
+    missing["model.nl -AMPL"] = MISSING.format("-AMPL", "nonlinear_model")
+    missing["solve A.csv A.csv --game"] = MISSING.format("--game", "bimatrix_game")
+    done = python(alone, EACH, "".join(f"{line}\n" for line in missing))
+    assert done.stdout.split("\0") == ["", "2"] * len(missing) + [""]
+    assert done.stderr.splitlines() == [f"lcp: {told}" for told in missing.values()]
 
 
 def test_two_tables_without_a_formulation_are_refused_without_a_hint_at_it(alone):
-    done = run(alone, "solve A.csv A.csv")
-    assert done.returncode == 2
+    done = python(alone, EACH, "solve A.csv A.csv")
+    assert done.stdout.split("\0") == ["", "2", ""]
     assert done.stderr.count("\n") == 1
     assert "--game" not in done.stderr
 
@@ -140,15 +143,7 @@ def test_each_public_name_without_its_formulation_is_an_error_of_one_line(alone)
         "    try: exec(f'from lcpcli import {name}')\n"
         "    except ImportError as error: print(isinstance(error, LCPError), error)"
     )
-    done = subprocess.run(
-        [sys.executable, "-c", code],
-        cwd=alone,
-        env=os.environ | {"PYTHONPATH": str(alone)},
-        capture_output=True,
-        text=True,
-        check=True,
-    )
-    assert done.stdout.splitlines() == [
+    assert python(alone, code).stdout.splitlines() == [
         f"True {MISSING.format(f'lcpcli.{name}', folder)}"
         for name, folder in homes.items()
     ]

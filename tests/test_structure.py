@@ -95,13 +95,30 @@ def modules():
         gc.enable()
 
 
-def of_modules(*, of_the_command=True):
+@cache
+def nodes_by_kind():
+    """The nodes of each type in all modules, with the names of these."""
+    found = {}
+    for name, own in modules().items():
+        for node in own:
+            found.setdefault(type(node), []).append((name, node))
+    return found
+
+
+def of_modules(kind, *, of_the_command=True):
+    """The nodes of a type in the modules, perhaps without those of the command."""
     return [
         node
-        for name, own in modules().items()
+        for name, node in nodes_by_kind()[kind]
         if of_the_command or subpackage_of(name) != "cli"
-        for node in own
     ]
+
+
+def path_of(name):
+    """The path of a module in the package."""
+    file = ROOT / name.replace(".", "/")
+    file = file / "__init__" if file.is_dir() else file
+    return file.with_suffix(".py").relative_to(ROOT / "lcpcli").as_posix()
 
 
 def body_of(name):
@@ -178,10 +195,8 @@ def takes_any_options(node):
 def test_entries_of_docstrings_name_what_there_is():
     """Parameters, attributes and the like, whose names have not changed since."""
     missing = []
-    for module, nodes in modules().items():
-        for node in nodes:
-            if not isinstance(node, (ast.FunctionDef, ast.ClassDef)):
-                continue
+    for kind in (ast.FunctionDef, ast.ClassDef):
+        for module, node in nodes_by_kind()[kind]:
             entries = ENTRY.findall(ast.get_docstring(node) or "")
             names = {name for entry in entries for name in entry.split(", ")}
             if names and not takes_any_options(node):
@@ -268,20 +283,29 @@ FORMULATIONS = sorted(
 NAMING = {"lcpcli.model.formulations", "lcpcli"}
 
 
-@pytest.mark.parametrize("folder", FORMULATIONS)
-def test_only_a_table_names_the_folder_of_a_formulation(folder):
-    path = f"formulations.{folder}"
-    texts = {
+@cache
+def texts_of_modules():
+    """The texts and names in each module."""
+    return {
         name: {
-            str(getattr(node, kind))
+            getattr(node, kind)
             for node in own
             for kind in ("value", "id", "attr", "module", "name")
             if isinstance(getattr(node, kind, None), str)
         }
         for name, own in modules().items()
-        if not f"{name}.".startswith(f"lcpcli.{path}.")
     }
-    naming = {name for name, own in texts.items() if any(path in each for each in own)}
+
+
+@pytest.mark.parametrize("folder", FORMULATIONS)
+def test_only_a_table_names_the_folder_of_a_formulation(folder):
+    path = f"formulations.{folder}"
+    naming = {
+        name
+        for name, own in texts_of_modules().items()
+        if not f"{name}.".startswith(f"lcpcli.{path}.")
+        and any(path in each for each in own)
+    }
     assert naming <= NAMING
     assert NAMING & naming, "the table has no row for it"
 
@@ -297,11 +321,9 @@ def test_the_table_of_the_page_on_development_has_all_subpackages_in_their_order
 def test_the_page_on_development_names_each_function_that_keeps_numbers():
     page = (ROOT / "lcpcli/development.md").read_text(encoding="utf-8")
     keeping = [
-        f"`{node.name}` of `{path.relative_to(ROOT / 'lcpcli').as_posix()}`"
-        for path in sorted((ROOT / "lcpcli").rglob("*.py"))
-        for node in ast.walk(ast.parse(path.read_text(encoding="utf-8")))
-        if isinstance(node, ast.FunctionDef)
-        and any("lru_cache" in ast.unparse(each) for each in node.decorator_list)
+        f"`{node.name}` of `{path_of(name)}`"
+        for name, node in nodes_by_kind()[ast.FunctionDef]
+        if any("lru_cache" in ast.unparse(each) for each in node.decorator_list)
     ]
     assert len(keeping) >= 3
     assert not [name for name in keeping if name not in page]
@@ -329,9 +351,9 @@ def test_views_are_functions_of_named_modules_and_records_call_them_all():
     }
     called = {
         (node.value.attr, node.attr)
-        for node in of_modules()
-        if isinstance(node, ast.Attribute) and isinstance(node.value, ast.Attribute)
-        if ast.unparse(node.value.value) == "views"
+        for node in of_modules(ast.Attribute)
+        if isinstance(node.value, ast.Attribute)
+        and ast.unparse(node.value.value) == "views"
     }
     assert {name for name, _ in called} == homes.keys()
     for name, function in called:
@@ -341,24 +363,20 @@ def test_views_are_functions_of_named_modules_and_records_call_them_all():
 
 
 def test_nothing_is_patched_onto_a_class_from_outside():
-    classes = {node.name for node in of_modules() if isinstance(node, ast.ClassDef)}
-    for node in of_modules():
-        targets = node.targets if isinstance(node, ast.Assign) else []
-        owners = [
-            ast.unparse(target.value)
-            for target in targets
-            if isinstance(target, ast.Attribute)
-        ]
-        if (
-            isinstance(node, ast.Call)
-            and isinstance(node.func, ast.Name)
-            and node.func.id == "setattr"
-        ):
-            owners = [ast.unparse(node.args[0])]
-            assert not owners[0].startswith("getattr("), ast.unparse(node)
-        assert not {owner.split(".")[-1] for owner in owners} & classes, ast.unparse(
-            node
-        )
+    owners = [
+        ast.unparse(target.value)
+        for node in of_modules(ast.Assign)
+        for target in node.targets
+        if isinstance(target, ast.Attribute)
+    ]
+    set_by_name = [
+        ast.unparse(node.args[0])
+        for node in of_modules(ast.Call)
+        if isinstance(node.func, ast.Name) and node.func.id == "setattr"
+    ]
+    assert not [owner for owner in set_by_name if owner.startswith("getattr(")]
+    classes = {node.name for node in of_modules(ast.ClassDef)}
+    assert not {owner.split(".")[-1] for owner in owners + set_by_name} & classes
 
 
 def test_what_is_frozen_is_filled_by_its_own_class_alone():
@@ -375,7 +393,8 @@ def test_what_is_frozen_is_filled_by_its_own_class_alone():
         changes = [
             node
             for node in outside
-            if isinstance(getattr(node, "ctx", None), ast.Store)
+            if isinstance(node, (ast.Attribute, ast.Subscript))
+            and isinstance(node.ctx, ast.Store)
         ]
         changes += [
             node
@@ -393,10 +412,9 @@ NAMES = {name.split(".")[1] for name in OF_THE_PROCESS}
 
 def test_no_generator_is_decorated_by_errstate_which_ends_before_its_first_step():
     """`doubles.each_step` stands for it."""
-    functions = [node for node in of_modules() if isinstance(node, ast.FunctionDef)]
     quiet = [
         each
-        for each in functions
+        for each in of_modules(ast.FunctionDef)
         if any("errstate" in ast.unparse(own) for own in each.decorator_list)
     ]
     assert len(quiet) > 10
@@ -417,27 +435,19 @@ def test_only_the_command_changes_its_process_and_has_exit_codes():
     """
     owners = {
         subpackage_of(name)
-        for name, own in modules().items()
-        for node in own
-        if isinstance(node, ast.Attribute)
-        and node.attr in NAMES
-        and ast.unparse(node) in OF_THE_PROCESS
+        for name, node in nodes_by_kind()[ast.Attribute]
+        if node.attr in NAMES and ast.unparse(node) in OF_THE_PROCESS
         if (name, node.attr) != ("lcpcli.interrupts", "dup2")
     }
     assert owners == {"cli"}
-    below = of_modules(of_the_command=False)
-    assert "exit_code" not in {
-        getattr(node, kind, "") for node in below for kind in ("attr", "name", "id")
-    }
+    texts = texts_of_modules().items()
+    below = (own for name, own in texts if subpackage_of(name) != "cli")
+    assert "exit_code" not in set().union(*below)
 
 
 def test_errors_in_options_name_them_as_python_does():
     """The command alone writes their flags, `cli.main.as_written`."""
-    calls = [
-        node
-        for node in of_modules(of_the_command=False)
-        if isinstance(node, ast.Call) and node.args
-    ]
+    calls = [node for node in of_modules(ast.Call, of_the_command=False) if node.args]
     raised = [
         ast.unparse(node.args[0])
         for node in calls
@@ -480,7 +490,8 @@ def timed_loading(node, in_function=False):
         called = ast.unparse(child.func) if isinstance(child, ast.Call) else ""
         if called in LOADING or (called == "np.unique" and not child.keywords):
             yield ast.unparse(child)
-        if isinstance(child, ast.Attribute) and ast.unparse(child) in LATE_IN_NUMPY:
+        is_late = f"np.{getattr(child, 'attr', '')}" in LATE_IN_NUMPY
+        if is_late and ast.unparse(child) in LATE_IN_NUMPY:
             yield ast.unparse(child)
         yield from timed_loading(
             child, in_function or isinstance(child, ast.FunctionDef)

@@ -205,10 +205,10 @@ def test_a_count_of_thousands_of_digits_in_a_model_is_refused(line, lcp, folder)
     assert_refused(lcp("solve long.nl"), f"long.nl: line {line + 1}")
 
 
-ZEROS = 140_000 * "0"
+ZEROS = 70_000 * "0"  # the time that digits take grows with their square
 
 
-@pytest.mark.parametrize("number", ["-1." + ZEROS, f"-1{ZEROS}/2{ZEROS}"])
+@pytest.mark.parametrize("number", [f"-1.{2 * ZEROS}", f"-1{ZEROS}/2{ZEROS}"])
 def test_a_number_longer_than_cells_of_csv_may_be_is_read(number, lcp, folder):
     (folder / "M.csv").write_text("2,1\n1,2\n")
     (folder / "q.csv").write_text(f"{number}\n-1\n")
@@ -236,11 +236,14 @@ def test_closed_standard_output_is_an_error_only_where_it_is_written(tmp_path):
 @pytest.mark.parametrize(
     "line", ["solve -", "compare -", f"check {EXAMPLE} -", "solve - --jobs 2 -q"]
 )
-def test_closed_standard_input_is_an_error_only_where_it_is_read(line):
+def test_closed_standard_input_is_an_error_where_it_is_read(line):
     refused = python(MAIN, line, preexec_fn=lambda: os.close(0))
     assert refused.returncode == 2
     assert refused.stdout == ""
     assert refused.stderr == "lcp: standard input: is closed; name a file\n"
+
+
+def test_closed_standard_input_does_not_matter_where_it_is_not_read():
     solved = python(MAIN, f"solve {EXAMPLE} -q", preexec_fn=lambda: os.close(0))
     assert solved.returncode == 0
     assert solved.stderr == ""
@@ -262,14 +265,11 @@ def test_files_are_whole_though_all_standard_streams_are_closed(tmp_path):
 
 
 @pytest.mark.skipif(sys.platform == "win32", reason="keeps a folder that is used")
-def test_removed_working_folder_is_named_where_it_is_needed(tmp_path):
-    def removed(line):
-        folder = tmp_path / "gone"
-        folder.mkdir()
-        leaving = f"import os\nos.chdir({str(folder)!r})\nos.rmdir(os.getcwd())\n"
-        return python(f"{leaving}{MAIN}", line)
-
+def test_removed_working_folder_is_named_where_it_is_needed(lcp, tmp_path, monkeypatch):
     gone = "the working folder has been removed: change to another one\n"
+    (folder := tmp_path / "gone").mkdir()
+    monkeypatch.chdir(folder)
+    folder.rmdir()
     for line in (
         "solve good.json",
         f"solve {EXAMPLE} -o x.json",
@@ -277,18 +277,17 @@ def test_removed_working_folder_is_named_where_it_is_needed(tmp_path):
         f"{BENCH} -q -o y.json",
         "make tridiagonal -n 9 -o t.json",
     ):
-        done = removed(line)
-        assert done.returncode == 2
-        assert done.stderr.count("\n") == 1
-        assert done.stderr.endswith(gone), done.stderr
+        done = lcp(line)
+        assert done.code == 2
+        assert done.err.count("\n") == 1
+        assert done.err.endswith(gone), done.err
         has_record = "solve" in line and "-o" in line
-        assert bool(done.stdout) == has_record
-    out = str(tmp_path / "result.json")
-    for line in (f"solve {EXAMPLE} -q", f"solve {EXAMPLE} -o {out} -q"):
-        done = removed(line)
-        # On Python 3.13 NumPy does not load in such a folder.
-        usual = (0, "") if sys.version_info[:2] != (3, 13) else (2, f"lcp: {gone}")
-        assert (done.returncode, done.stderr) in ((0, ""), usual)
+        assert bool(done.out) == has_record
+    # Where nothing is loaded yet; on Python 3.13 NumPy does not load there.
+    line = f"solve {EXAMPLE} -o {tmp_path / 'result.json'} -q"
+    done = python(MAIN, line)
+    usual = (0, "") if sys.version_info[:2] != (3, 13) else (2, f"lcp: {gone}")
+    assert (done.returncode, done.stderr) in ((0, ""), usual)
 
 
 def test_stray_refusal_of_the_system_is_not_blamed_on_standard_output(lcp, monkeypatch):

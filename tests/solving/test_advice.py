@@ -16,7 +16,7 @@ DECIDED = {0, 3}
 FAILING = {
     "shi, badly scaled": ("ill-scaled", 10, "--method shi --max-iterations 300"),
     "shi, no P-matrix": ("bimatrix", 10, "--method shi --max-iterations 200"),
-    "shi, local minimum": ("growth", 6, "--method shi"),
+    "shi, local minimum": ("growth", 4, "--method shi"),
     "fixed-point, few iterations": (
         "tridiagonal",
         100,
@@ -122,7 +122,7 @@ def test_more_iterations_are_advised_than_were_not_enough():
 
 
 def test_other_starts_are_advised_where_stuck_and_what_may_be_wrong_with_f():
-    stuck = solve_mcp(lambda z: 1 + z**2, lower=None, x0=[0.5])
+    stuck = solve_mcp(lambda z: 1 + z**2, lower=None, x0=[0.5], restarts=1)
     assert stuck.status is Status.STALLED
     assert re.fullmatch(r"try restarts=\d+, or another start", stuck.advice)
     outside = solve_mcp(lambda z: np.sqrt(z) + 1, lower=None, x0=[1.0], restarts=10)
@@ -135,7 +135,10 @@ def test_other_starts_are_advised_where_stuck_and_what_may_be_wrong_with_f():
     )
     assert "F is undefined, in row 2, were cut back" in second.message
     scaled = solve_mcp(
-        lambda z: [1 + z[0] ** 2, 1e9 * (z[1] - 1)], lower=None, x0=[0.5, 2.0]
+        lambda z: [1 + z[0] ** 2, 1e9 * (z[1] - 1)],
+        lower=None,
+        x0=[0.5, 2.0],
+        restarts=0,
     )
     assert "another scaling, as rows or columns of J differ by " in scaled.advice
     assert solve_mcp(lambda z: z - 1, x0=[0.0]).advice == ""
