@@ -317,3 +317,30 @@ def test_a_tableau_that_is_computed_anew_is_that_of_the_pivots():
             assert np.abs(made.values - values).max() <= 1e-9
         assert end == tableau.SOLVED
     assert n_upper > 10
+
+
+def test_a_tableau_that_is_computed_anew_forgets_the_bound_that_a_variable_has_left():
+    """As in 2 z - 4 nothing remains of the 4 if z is 1e20."""
+    made = tableau.tableau_of(
+        np.full((1, 1), 2.0), np.full(1, -4.0), np.full(1, 1e20), np.ones(1)
+    )
+    made.at_upper[0] = True
+    made.basic[0], made.nonbasic[0] = 1, 0
+    tableau.refactorize(made, np.array([[2.0, 1.0]]), np.full(1, -4.0))
+    assert made.values.tolist() == [2.0]
+
+
+def test_the_rounding_of_a_variable_that_enters_is_that_of_its_own_size():
+    """A z of 1e-6 takes the place of z_0 = 1."""
+    cover, d = np.ones(1), np.full(1, np.inf)
+    made = tableau.tableau_of(np.full((1, 1), 1e6), -cover, d, cover)
+    row, *following = tableau.begin(made, cover, False)
+    tableau.follow(made, *following, row, False, 1)
+    assert made.values == pytest.approx([1e-6])
+    assert made.noise.max() < 1e-5 * tableau.NOISE
+
+
+def test_a_ray_that_is_one_by_rounding_alone_is_not_the_end():
+    """z_1 is 3.75e6 by its second row, and its own term in the first row is tiny."""
+    M = [[2e-20, -8e-9, -1e-12], [8e-9, 0, 0], [1e-12, 0, 0]]
+    assert run(Problem(M, [-2e-7, -0.03, 5e-6]), "lemke").solved
