@@ -145,7 +145,11 @@ class ExtensiveGame(InFractions):
         """Return the costs of both players, as coefficients of pairs of their
         sequences.
         """
-        return _costs(self.tree, 0), _costs(self.tree, 1)
+        chances = [chance for _, chance, _ in self.tree.terminal_nodes]
+        common = _common(chances)
+        weights = _multiples(chances, common) if common else []
+        one, two = (_costs(self.tree, player, weights, common) for player in (0, 1))
+        return one, two
 
     @property
     def sizes(self) -> tuple[int, int, int, int]:
@@ -233,20 +237,24 @@ class ExtensiveGame(InFractions):
         return self.sibling("answers").Plans(data, self, self.tree.names())
 
 
-def _costs(tree: GameTree, player: int) -> Costs:
-    """Return the costs of a player."""
-    chances = _common(chance.denominator for _, chance, _ in tree.terminal_nodes)
-    units = _common(payoffs[player].denominator for *_, payoffs in tree.terminal_nodes)
-    if chances and units:
-        return _whole_costs(tree, player, chances, units)
-    largest, smallest = (
-        extreme(payoffs[player] for *_, payoffs in tree.terminal_nodes)
-        for extreme in (max, min)
-    )
+def _costs(tree: GameTree, player: int, weights: list[int], chances: int) -> Costs:
+    """Return the costs of a player.
+
+    weights : the chances of the terminal nodes as multiples of 1 / `chances`; empty if
+        that has too many digits.
+    """
+    payoffs = [payoffs[player] for _, _, payoffs in tree.terminal_nodes]
+    units = _common(payoffs)
+    if weights and units:
+        sequences = [each for each, _, _ in tree.terminal_nodes]
+        return _whole_costs(
+            sequences, weights, _multiples(payoffs, units), chances, units
+        )
+    largest, smallest = max(payoffs), min(payoffs)
     constant = largest + ((largest - smallest) or 1)
     at = dict[tuple[int, int], Fraction]()
-    for sequences, chance, payoffs in tree.terminal_nodes:
-        at[sequences] = at.get(sequences, 0) + chance * (constant - payoffs[player])
+    for (pair, chance, _), payoff in zip(tree.terminal_nodes, payoffs, strict=True):
+        at[pair] = at.get(pair, 0) + chance * (constant - payoff)
     greatest, common = max(at.values()), 1
     for cost in at.values():
         if common.bit_length() <= MAX_BITS:
@@ -260,32 +268,37 @@ def _costs(tree: GameTree, player: int) -> Costs:
     return Costs({pair: cost * factor for pair, cost in at.items()}, constant, factor)
 
 
-def _common(denominators: Iterable[int]) -> int:
-    """Return the least common multiple of some denominators; 0 if it is long."""
+def _common(numbers: Iterable[Fraction]) -> int:
+    """Return the least common multiple of the denominators; 0 if it is long."""
     common = 1
-    for each in set(denominators):
+    for each in {number.denominator for number in numbers}:
         common = math.lcm(common, each)
         if common.bit_length() > MAX_BITS:
             return 0
     return common
 
 
-def _whole_costs(tree: GameTree, player: int, chances: int, units: int) -> Costs:
-    """Return the costs of a player computed in integers: chances are integer multiples
-    of 1 / `chances`, and payoffs of 1 / `units`.
+def _multiples(numbers: Iterable[Fraction], common: int) -> list[int]:
+    """Return numbers as integer multiples of 1 / `common`."""
+    return [number.numerator * (common // number.denominator) for number in numbers]
+
+
+def _whole_costs(
+    sequences: Sequence[tuple[int, int]],
+    weights: Sequence[int],
+    payoffs: Sequence[int],
+    chances: int,
+    units: int,
+) -> Costs:
+    """Return the costs of a player computed in integers, from the sequences, chances
+    and payoffs of the terminal nodes: chances are multiples of 1 / `chances`, and
+    payoffs of 1 / `units`.
     """
-    payoffs_of = [
-        payoffs[player].numerator * (units // payoffs[player].denominator)
-        for *_, payoffs in tree.terminal_nodes
-    ]
-    largest, smallest = max(payoffs_of), min(payoffs_of)
+    largest, smallest = max(payoffs), min(payoffs)
     constant = largest + ((largest - smallest) or units)
     at = dict[tuple[int, int], int]()
-    for (sequences, chance, _), payoff in zip(
-        tree.terminal_nodes, payoffs_of, strict=True
-    ):
-        parts = chance.numerator * (chances // chance.denominator)
-        at[sequences] = at.get(sequences, 0) + parts * (constant - payoff)
+    for pair, weight, payoff in zip(sequences, weights, payoffs, strict=True):
+        at[pair] = at.get(pair, 0) + weight * (constant - payoff)
     numerator, divisor = chances * units, math.gcd(*at.values())
     greatest = max(at.values())
     common = numerator // math.gcd(numerator, divisor)
