@@ -139,8 +139,6 @@ def test_whole_numbers_as_text_are_payoffs_as_str_writes_them(last):
     A = [[str(v) for v in row] for row in payoffs]
     save_json(Path("game.json"), {"A": A, "B": [["1", "0"], ["0", "1"]]})
     assert read("game.json").origin.payoffs()[0] == payoffs
-    with pytest.raises(errors.ProblemError, match="in a zero-sum game B = -A"):
-        lcpcli.from_game(payoffs)
 
 
 GAME = TREE + (
@@ -200,10 +198,6 @@ def test_it_is_recognized_by_its_first_word_also_compressed_and_from_text(lcp):
     assert lcp("solve g.efg.gz -q").code == lcp("inspect g.efg.gz").code == 0
     Path("g.efg").write_text(GAME)
     assert "g.efg" in map(str, map(Path, contents.files_in(["."], print)))
-    with pytest.raises(
-        errors.ProblemError, match=r"efg: is a number; give the text of an .efg file"
-    ):
-        from_efg(1)
 
 
 def test_labels_in_latin_1_are_read_and_what_is_no_text_is_refused(lcp):

@@ -97,6 +97,9 @@ Problem(M, q, names=None) => names: {IS:null}; {A_LIST_OF_NAMES}
 Problem(M, q, names=3.0) => names: {IS:a number}; {A_LIST_OF_NAMES}
 Problem(np.eye(3), [-5, -6, -1], names=["price", "price", "flow"])
     => names: {ENTRIES:'price'|2 unknowns}; give each another name, or an empty one
+from_efg(1) => efg: {IS:a number}; give the text of an .efg file
+from_game([[1, 2]])
+    => B: {MISSING}; give the payoffs of the column player; in a zero-sum game B = -A
 from_efg("") => line 1: {NO_TREE}; {BEGIN_TREE}
 """,
 )

@@ -18,7 +18,7 @@ from scipy.sparse import csr_array
 
 import lcpcli
 from lcpcli import Problem, run
-from lcpcli.errors import DerivativeError, OptionError
+from lcpcli.errors import DerivativeError
 from lcpcli.gallery import families
 from lcpcli.linalg.matrices import dense
 from lcpcli.parametric import derivative
@@ -366,8 +366,6 @@ def test_the_first_problem_without_derivatives_is_named_or_its_row_is_nan():
     assert np.isnan(gradient.q).all(axis=1).tolist() == [False, True, False]
     assert np.isnan(gradient.M).all(axis=(1, 2)).tolist() == [False, True, False]
     assert gradient.q[0].tolist() == [-1.0, -1.0]
-    with pytest.raises(OptionError, match="unsolved: 'no' "):
-        batch.gradient(g, unsolved="no")
 
 
 def test_what_is_given_without_a_first_dimension_is_the_same_for_all():

@@ -74,6 +74,12 @@ path(Problem(M, [1, 1]), Problem(M, [1, 1]))(2)
 """,
     ),
     *calls(
+        "ParameterError",
+        """
+batch.gradient([1, 2], unsolved="no") => unsolved: {UNKNOWN:'no'}; give "raise" or "nan"
+""",
+    ),
+    *calls(
         "DerivativeError",
         r"""
 unsolvable.derivative(dq=[1, 0]) => {NOT_SOLVED}

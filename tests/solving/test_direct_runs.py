@@ -16,7 +16,6 @@ from numpy.random import default_rng
 
 import lcpcli
 from lcpcli import Problem
-from lcpcli.errors import OptionError
 from lcpcli.gallery import families
 from lcpcli.methods import direct as module
 from lcpcli.methods.direct import (
@@ -38,7 +37,6 @@ from .. import (
     mixed_problems,
 )
 from ..direct_answers import direct
-from ..wordings import NO_EFFECT
 from .conftest import assert_same
 
 TOL = 1e-10
@@ -324,26 +322,6 @@ def test_kernels_are_loaded_when_asked_for_and_not_where_they_are_not_used():
         [sys.executable, "-c", LOADED], capture_output=True, text=True, check=True
     )
     assert done.stdout.split() == ["False", "True"]
-
-
-def test_kernels_are_refused_where_they_have_no_effect_or_are_missing(monkeypatch):
-    with pytest.raises(
-        OptionError, match=f"compiled: {NO_EFFECT.format('the method newton')}"
-    ):
-        lcpcli.solve([[2]], [-1], "newton", compiled=True)
-    monkeypatch.undo()
-    monkeypatch.setattr(direct_run, "has_numba", lambda: False)
-    for call in (lcpcli.solve, lcpcli.solve_many):
-        with pytest.raises(
-            OptionError, match=r"compiled: needs numba; pip install numba$"
-        ):
-            list(
-                call(
-                    [[2]],
-                    [[-1] * 5] if call is lcpcli.solve_many else [-1],
-                    compiled=True,
-                )
-            )
 
 
 def test_kernels_are_compiled_when_they_are_loaded_and_not_during_a_run():

@@ -355,10 +355,6 @@ def test_matrices_without_rows_are_no_constraints(form):
     assert lcpcli.solve_qp(Q, c, rows, sides).tolist() == pytest.approx([1, 1])
     fit = lcpcli.lsq(np.eye(2), [1.0, 2.0], E=rows, d=sides)
     assert fit.answer.x == pytest.approx([1, 2])
-    with pytest.raises(ProblemError, match="A: has 3 columns for 2 variables"):
-        from_qp(Q, c, np.zeros((0, 3)), sides)
-    with pytest.raises(ProblemError, match="b: has 1 entry for 0 rows"):
-        from_qp(Q, c, rows, [1.0])
 
 
 def test_many_variables_without_rows_have_an_answer():

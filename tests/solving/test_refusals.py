@@ -130,6 +130,19 @@ solve(M, q, names=["a", "b"])
 solve(M, q, "lemke", scale=True) => scale: {NO_EFFECT:the method lemke}; {LEAVE_IT_OUT}
 solve(M, q, "lemke", finish=True)
     => finish: {NO_EFFECT:the method lemke}; {LEAVE_IT_OUT}
+solve(M, q, "shi", compiled=True)
+    => compiled: {NO_EFFECT:the method shi}; {LEAVE_IT_OUT}
+solve(M, q, callback=3)
+    => callback: {IS:a number}; give a function of one argument, a TraceRow
+run(Problem(M, q), presolve=1)
+    => presolve: 1 is neither True nor False; give one of them
+solve([[1]], [-1], gap=0) => gap: {OUT_OF_RANGE:0}; {IT_MUST_BE:error > 0}
+Trace(columns=("aplha",)) => columns: {UNKNOWN:'aplha'}; {DID_YOU_MEAN:alpha}
+run(Problem(M, q), "newton", trace=Trace(columns=("alpha",)))
+    => columns: newton has no alpha; it belongs to shi
+solve_mcp(F, x0=[0.0], trace=Trace(columns=["x"]))
+    => columns: josephy-newton has no x; it belongs to auto, shi, fixed-point, newton,
+    lemke, reflections and milp
 Solver([[1]], tol=2) => tol: {OUT_OF_RANGE:2}; {IT_MUST_BE:{OF_TOL}}
 """,
     ),
@@ -178,6 +191,10 @@ PROBLEMS = [
 check(Problem(M, q), [1, 2, Fraction(1, 3)])
     => z: {ENTRIES:3 entries|2 unknowns}; {AGREE}
 check(infeasible, z=[1.0, 2.0]) => z: {ENTRIES:2 entries|1 unknown}; {AGREE}
+error_bound(infeasible, [1, 2]) => z: {ENTRIES:2 entries|1 unknown}; {AGREE}
+from_qp(M, q, np.zeros((0, 3)), np.zeros(0))
+    => A: {ENTRIES:3 columns|2 variables}; {AGREE}
+from_qp(M, q, np.zeros((0, 2)), [1.0]) => b: {ENTRIES:1 entry|0 rows}; {AGREE}
 """,
     ),
     *calls(

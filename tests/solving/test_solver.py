@@ -11,7 +11,7 @@ from scipy.sparse import csr_array, diags_array
 
 import lcpcli
 from lcpcli import Problem, Solver, run, solve_many
-from lcpcli.errors import OptionError, ProblemError
+from lcpcli.errors import OptionError
 from lcpcli.gallery import families
 from lcpcli.linalg import factors
 
@@ -108,9 +108,6 @@ def test_bounds_of_one_number_each_stay_for_a_matrix_of_another_shape():
     assert solver.solve([-5, 6], upper=1e20).problem.upper.tolist() == [np.inf] * 2
     solver.update(np.eye(3))
     assert solver.solve([-5, 6, 0]).z.tolist() == [5, -1, 0]
-    solver = Solver([[2, 1], [1, 2]], lower=[-1, 0])
-    with pytest.raises(ProblemError, match="M: has 3 rows for 2 bounds"):
-        solver.update(np.eye(3))
 
 
 def test_a_solver_uses_the_kernels_unless_that_is_declined(way):

@@ -17,7 +17,6 @@ from lcpcli.options import KERNELS
 from lcpcli.solving import direct_run
 
 from .. import kernels_together  # noqa: F401
-from ..wordings import NO_EFFECT
 
 pytest.importorskip("numba")
 NAMES = ("harker-pang", "boxes", "contact", "bimatrix", "obstacle")
@@ -91,10 +90,6 @@ def test_other_methods_are_as_before_and_not_refused():
     (of_many,) = lcpcli.solve_many([result.problem], "shi")
     assert result.options == of_many.options == before.options
     assert np.array_equal(result.z, before.z)
-    with pytest.raises(
-        OptionError, match=f"compiled: {NO_EFFECT.format('the method shi')}"
-    ):
-        solve([[2, 1], [1, 2]], [-5, -6], "shi", compiled=True)
 
 
 def test_without_numba_it_is_refused_and_nothing_changes(
