@@ -1,48 +1,13 @@
 """Input that cannot be used costs one line on standard error, which names the file, the
 field and what to do, and the exit code 2."""
 
-import io
 import json
 from fractions import Fraction
 
-import numpy as np
 import pytest
-from scipy import sparse
 
 from ..conftest import save_json
 from .conftest import assert_refused
-
-
-def archive(**arrays):
-    np.savez(file := io.BytesIO(), **arrays)
-    return file.getvalue()
-
-
-def objects(value):
-    found = np.empty((), dtype=object)
-    found[()] = value
-    return found
-
-
-PAIR = {"P": np.eye(2), "q": np.ones(2)}
-# Arrays in an NPZ file.
-NPZ = [
-    (PAIR | {"G": objects([None])}, "G: is not an array"),
-    (PAIR | {"G": objects({})}, "G: is not an array"),
-    (PAIR | {"G": objects(sparse.eye_array(2))}, "G: is a sparse matrix as a pickle"),
-    (PAIR | {"h": np.array([None, None])}, "h: is not an array"),
-    (PAIR | {"unknown": objects(None)}, "unknown: is not a key of a program"),
-    ({"P": objects(None), "q": objects(None), "G": np.eye(2)}, "q: is missing"),
-    ({"M": objects(None), "q": np.ones(2)}, "M: is missing"),
-    ({"M": np.eye(2), "q": np.ones(2), "bound": objects(None)}, "bound: is not a key"),
-]
-
-
-@pytest.mark.parametrize(("arrays", "words"), NPZ, ids=[words for _, words in NPZ])
-def test_arrays(arrays, words, lcp, in_folder):
-    (in_folder / "bad.npz").write_bytes(archive(**arrays))
-    assert_refused(lcp("solve bad.npz"), f"lcp: bad.npz: {words}")
-
 
 TINY = "1/1" + 400 * "0"
 # Files whose M is 1e-400, the first of them.

@@ -11,6 +11,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from scipy import sparse
 
 from lcpcli.errors import ProblemError
 from lcpcli.files import beside, reading
@@ -21,7 +22,22 @@ from .binary import archive, mat, npy, zip_of
 
 GOOD = '{"M": [[2, 0], [0, 2]], "q": [-1, -1]}'
 EYE, ONES = np.eye(2), np.ones(2)
-NAMES = {"np": np, "eye": EYE, "ones": ONES, "nan": np.nan}
+
+
+def objects(value):
+    found = np.empty((), dtype=object)
+    found[()] = value
+    return found
+
+
+NAMES = {
+    "np": np,
+    "eye": EYE,
+    "ones": ONES,
+    "nan": np.nan,
+    "objects": objects,
+    "sparse": sparse,
+}
 
 
 def npz(arrays):
@@ -41,6 +57,20 @@ M=eye, q=ones, name=3 => name: is an array of int64; {A_TEXT}
 M=eye, q=ones, lower=eye
     => lower: {DIMENSIONS:2 dimensions}; give a number, or a flat list of numbers
 P=eye, c=ones => P: {TWO_WAYS:c}; {WAYS_TO_WRITE_PROGRAMS}
+P=eye, q=ones, G=objects([None]) => G: {NO_ARRAY_OF_NUMBERS}; {NPZ_AGAIN}
+P=eye, q=ones, G=objects({}) => G: {NO_ARRAY_OF_NUMBERS}; {NPZ_AGAIN}
+P=eye, q=ones, G=objects(sparse.eye_array(2))
+    => G: is a sparse matrix as a pickle, which may run any code when it is read; save
+    it dense, as by toarray()
+P=eye, q=ones, h=[None, None] => h: {NO_ARRAY_OF_NUMBERS}; {NPZ_AGAIN}
+P=eye, q=ones, unknown=objects(None)
+    => unknown: {NO_KEY:a program}; the keys are P, q, G, h, A, b, lb, ub, name,
+    source, note
+P=objects(None), q=objects(None), G=eye => q: {MISSING}; add the objective, q'x
+M=objects(None), q=ones
+    => M: {MISSING}; add the key M, or data, indices, indptr and shape of a sparse M
+M=eye, q=ones, bound=objects(None)
+    => bound: {NO_KEY:a problem}; give the bounds as lower and upper, each a list
 """,
     made=npz,
 )
@@ -119,6 +149,15 @@ sizeless => M: {NO_ARRAY_OF_NUMBERS}; {NPZ_AGAIN}
     made=lambda name: DAMAGED_FILES[name],
 )
 
+SHEET = zip_of({"[Content_Types].xml": "", "xl/workbook.xml": ""})
+
+
+def saved(array):
+    file = io.BytesIO()
+    np.save(file, array, allow_pickle=True)
+    return file.getvalue()
+
+
 OTHERS = commands(
     r"""
 solve M.csv lower.npz
@@ -132,6 +171,19 @@ solve good.json --lower xy.npz
 solve lb.mat => lb.mat: lb: {MAY_BE_BOUNDS}; {RENAME}
 solve L.mat => L.mat: L: {MAY_BE_BOUNDS}; {RENAME}
 solve bnds.mat => bnds.mat: bnds: {MAY_BE_BOUNDS}; {RENAME}
+solve sheet.xlsx => sheet.xlsx: {SPREADSHEET}; {AS_CSV}
+solve sheet.csv => sheet.csv: {SPREADSHEET}; {AS_CSV}
+solve p.zip => p.zip: is compressed; uncompress it first
+solve Ab.mat
+    => Ab.mat: M: {MISSING}; call the matrix M and the vector q; the file holds A, b
+solve complex.mat => complex.mat: M: is complex (complex128); {REAL}
+solve complex.npy => complex.npy: q: is complex (complex128); {REAL}
+solve objects.npy
+    => objects.npy: is not an NPY file of numbers or texts, or is damaged; save it again
+    with numpy.save, and not as objects
+solve cut.npy
+    => cut.npy: is not an NPY file of numbers or texts, or is damaged; save it again
+    with numpy.save, and not as objects
 """,
     {
         "good.json": GOOD,
@@ -145,6 +197,14 @@ solve bnds.mat => bnds.mat: bnds: {MAY_BE_BOUNDS}; {RENAME}
         "lb.mat": mat(M=EYE, q=ONES, lb=ONES),
         "L.mat": mat(M=EYE, q=ONES, L=-1),
         "bnds.mat": mat(M=EYE, q=ONES, bnds=EYE),
+        "sheet.xlsx": SHEET,
+        "sheet.csv": SHEET,
+        "p.zip": zip_of({"p.json": GOOD}),
+        "Ab.mat": mat(A=EYE, b=ONES),
+        "complex.mat": mat(M=EYE * 1j, q=ONES),
+        "complex.npy": saved(np.column_stack((EYE, ONES)) * 1j),
+        "objects.npy": saved(np.array([1, "a"], dtype=object)),
+        "cut.npy": npy(EYE)[:-8],
     },
 )
 LONG = [
@@ -183,12 +243,7 @@ def test_a_binary_file_that_cannot_be_used_is_refused(refusal, refused):
 TWICE, MINUS = 2 * np.eye(2), -np.ones(2)
 
 
-def pickled_array():
-    file = io.BytesIO()
-    np.save(file, np.array([{"a": 1}, None], dtype=object), allow_pickle=True)
-    return file.getvalue()
-
-
+PICKLED = saved(np.array([{"a": 1}, None], dtype=object))
 WHOLE_NPZ = archive(M=TWICE, q=MINUS)
 WHOLE_MAT = mat(M=TWICE, q=MINUS[:, None])
 WHOLE_NPY = npy(TWICE)
@@ -196,7 +251,7 @@ MATRIX_MARKET = "%%MatrixMarket matrix array real general\n2 2\n2\n0\n0\n2\n"
 ZIPPED = gzip.compress(MATRIX_MARKET.encode())
 FOREIGN = {
     "p.npz": [
-        zip_of({"M.npy": pickled_array(), "q.npy": npy(MINUS)}),
+        zip_of({"M.npy": PICKLED, "q.npy": npy(MINUS)}),
         zip_of({"M.npy": pickle.dumps(TWICE), "q.npy": npy(MINUS)}),
         *(WHOLE_NPZ[:size] for size in (1, 40, 200, -1)),
         *(
@@ -217,7 +272,7 @@ FOREIGN = {
         archive(M=TWICE, q=np.float64(1)),
     ],
     "p.npy": [
-        pickled_array(),
+        PICKLED,
         *(WHOLE_NPY[:size] for size in (6, 9, 40, -1)),
         *(
             WHOLE_NPY + b"more",

@@ -4,14 +4,12 @@ them, in one file or in two; what is not read is refused by its name."""
 import io
 import json
 import sys
-import zipfile
 from fractions import Fraction
 from pathlib import Path
 
 import numpy as np
 import pytest
 from scipy import sparse
-from scipy.io import savemat
 
 from lcpcli import Problem, Status, read, run, write
 from lcpcli.files import beside, contents
@@ -19,7 +17,8 @@ from lcpcli.files.beside import read_start
 
 from .. import exact
 from ..conftest import JSON, M, Q, numbers, save_json
-from ..wordings import ADD_Q, AS_CSV, MISSING, NO_Q, NUMBERS, SPREADSHEET
+from ..wordings import ADD_Q, NO_Q
+from .binary import mat, npy
 
 MARK = b"\xef\xbb\xbf"
 
@@ -148,29 +147,9 @@ def test_one_solution_or_several_are_read_from_json(tmp_path):
         ] == expected
 
 
-def mat(**variables):
-    file = io.BytesIO()
-    savemat(file, variables)
-    return file.getvalue()
-
-
-def npy(array):
-    file = io.BytesIO()
-    np.save(file, array)
-    return file.getvalue()
-
-
-def archive(*names):
-    file = io.BytesIO()
-    with zipfile.ZipFile(file, "w") as writing:
-        for name in names:
-            writing.writestr(name, "content")
-    return file.getvalue()
-
-
 FILES = {
-    "M.npy": npy(M),
-    "q.npy": npy([[value] for value in Q]),
+    "M.npy": npy(np.array(M)),
+    "q.npy": npy(np.array(Q)[:, None]),
     "M.mat": mat(M=M),
     "b.mat": mat(b=Q),
     "p.csv": b"2,-1,-1\n-0.5,2,0.25\n",
@@ -256,45 +235,6 @@ def test_numbers_are_typed_in_any_usual_way_unless_a_file_has_their_name(lcp):
     assert beside.typed_numbers("--x0", "1") is None
     assert beside.typed_numbers("--x0", "2") == ["2"]
     assert beside.typed_numbers("--x0", "p.csv") is None
-
-
-SHEET = archive("[Content_Types].xml", "xl/workbook.xml")
-UNREAD_NPY = (
-    "is not an NPY file of numbers or texts, or is damaged; save it again with "
-    "numpy.save, and not as objects"
-)
-FOREIGN = [
-    ("p.xlsx", SHEET, f"{SPREADSHEET}; {AS_CSV}"),
-    ("p.csv", SHEET, f"{SPREADSHEET}; {AS_CSV}"),
-    ("p.zip", archive("p.json"), "is compressed; uncompress it first"),
-    (
-        "p.mat",
-        mat(A=M, b=Q),
-        f"M: {MISSING}; call the matrix M and the vector q; the file holds A, b",
-    ),
-    (
-        "p.mat",
-        mat(M=np.array(M) * 1j, q=Q),
-        f"M: is complex (complex128); {NUMBERS}",
-    ),
-    (
-        "p.npy",
-        npy(np.column_stack((M, Q)) * 1j),
-        f"q: is complex (complex128); {NUMBERS}",
-    ),
-    ("p.npy", npy(np.array([1, "a"], dtype=object)), UNREAD_NPY),
-    ("p.npy", npy(M)[:-8], UNREAD_NPY),
-]
-
-
-@pytest.mark.parametrize(("name", "content", "words"), FOREIGN)
-def test_what_is_not_read_is_refused_by_name(tmp_path, lcp, name, content, words):
-    (tmp_path / name).write_bytes(content)
-    outcome = lcp(f"solve {tmp_path / name}")
-    assert outcome.err.startswith(f"lcp: {tmp_path / name}: {words}"), outcome.err
-    assert outcome.code == 2
-    assert outcome.out == ""
-    assert outcome.err.count("\n") == 1
 
 
 FOLDER = Path(contents.shipped_path("paper-example-1.json")).parent
