@@ -1,7 +1,6 @@
 """How long a bench repeats a measurement, the statistics of the times, and what it
 looks like in each format."""
 
-import math
 import re
 from dataclasses import replace
 from itertools import chain, cycle, repeat
@@ -15,9 +14,6 @@ from lcpcli.bench.record import (
     EXCLUDED,
     BenchRecord,
     median_interval,
-    performance_ratios,
-    shifted_geometric_mean,
-    summary,
 )
 from lcpcli.bench.report import render
 from lcpcli.bench.suites import SUITES, Grid, Kind, Suite, case
@@ -330,20 +326,6 @@ def test_median_is_stable_where_its_interval_is_narrow(times, stable):
     assert is_stable(times) is stable
 
 
-def test_median_and_quartiles_by_hand():
-    found = summary([5.0, 1.0, 2.0, 4.0, 3.0])
-    assert found.lower == 2.0
-    assert found.median == 3.0
-    assert found.upper == 4.0
-    assert found.repeats == 5
-    assert found.spread == pytest.approx(1 / 3)
-    found = summary([1.0, 2.0, 3.0, 4.0])
-    assert found.lower == 1.75
-    assert found.median == 2.5
-    assert found.upper == 3.25
-    assert summary([2.5]).spread is None
-
-
 @pytest.mark.parametrize(
     ("n", "ranks"),
     # The largest rank with P(Bin(n, 1/2) < rank) <= 0.025, as tables of the sign test
@@ -361,22 +343,3 @@ def test_median_and_quartiles_by_hand():
 )
 def test_interval_of_the_median_has_the_ranks_of_the_sign_test(n, ranks):
     assert median_interval([float(i) for i in range(n, 0, -1)]) == ranks
-
-
-def test_shifted_geometric_mean_by_hand():
-    # sqrt(2 * 8) = 4, less 1.
-    assert shifted_geometric_mean([0.001, 0.007]) == pytest.approx(0.003)
-    assert shifted_geometric_mean([0.0, 0.099]) == pytest.approx(0.009)
-
-
-def test_performance_ratios_by_hand():
-    times = {
-        "a": {"one": 1.0, "two": 4.0, "three": math.inf},
-        "b": {"one": 2.0, "two": 2.0, "three": math.inf},
-        "c": {"two": 3.0},
-    }
-    assert performance_ratios(times) == {
-        "a": [1.0, 2.0, math.inf],
-        "b": [1.0, 2.0, math.inf],
-        "c": [1.5],
-    }

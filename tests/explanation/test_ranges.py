@@ -11,7 +11,6 @@ from numpy.random import default_rng
 
 import lcpcli
 from lcpcli import Problem, why
-from lcpcli.errors import ProblemError
 from lcpcli.rational.exact_problem import ExactProblem
 
 FIELDS = ("q", "lower", "upper")
@@ -279,13 +278,3 @@ def test_ends_of_ranges_have_the_objective_and_the_basis_a_smaller_range():
     assert (side.below and side.below.value) == 0
     assert side.above is None
     assert first.basis in {(None, 1), (0, 1), (1, None)}
-
-
-def test_moving_a_number_beyond_a_crossing_of_bounds_is_refused_by_problems():
-    """So that the range of a bound ends where it meets the other one."""
-    problem = Problem([[1]], [-9], lower=[0], upper=[2])
-    found = why(problem)
-    (lower,) = found.ranges["lower"]
-    assert lower.above.value == 2
-    with pytest.raises(ProblemError):
-        Problem([[1]], [-9], lower=[3], upper=[2])

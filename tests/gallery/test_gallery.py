@@ -171,24 +171,6 @@ def test_lemke_solves_most_rigid_contact_problems():
 
 
 @settings(max_examples=20)
-@given(
-    n=st.integers(1, 40),
-    seed=st.integers(0, 10**6),
-    # Coefficients like 1e-174 leave some problems undecided.
-    friction=st.just(0.0) | st.floats(1e-12, 10),
-    compliance=st.just(0.0) | st.floats(0, 10),
-)
-def test_rounding_defeats_lemke_on_rigid_contact_and_auto_never(
-    n, seed, friction, compliance
-):
-    """Their bases are degenerate; where Lemke's method ends on a ray it says so, and
-    auto goes on."""
-    problem = gallery.make("contact", n, seed, friction=friction, compliance=compliance)
-    assert run(problem, "lemke").status in (Status.SOLVED, Status.RAY, Status.STALLED)
-    assert run(problem, "auto").solved
-
-
-@settings(max_examples=20)
 @given(n=st.integers(1, 40), seed=st.integers(0, 10**6))
 def test_programs_have_the_one_solution_that_is_known(n, seed):
     """Strictly complementary, with a regular basis: as M is positive semidefinite,

@@ -159,38 +159,6 @@ def test_h_plus_matrices_get_the_omega_that_is_guaranteed():
     assert small.guarantees["fixed-point"].word == "yes"
 
 
-def test_hints_come_with_evidence_only():
-    assert hints([[4.0, -1.0], [-1.0, 4.0]]) == ""
-    assert "transposed" in hints([[3.0, -4.0], [-2.0, 5.0]])
-    assert "transposed" not in hints([[5.0, -4.0], [-2.0, 3.0]])
-    assert "symmetric up to rounding" in hints([[4.0, 1.0], [1.0 + 2**-52, 4.0]])
-    assert "badly scaled" in hints([[1e6, 1.0], [-1.0, 1.0]])
-    assert "badly scaled" in hints(np.diag([1.0, 1e5]) @ [[2.0, 1.0], [0.0, 2.0]])
-    assert "ill-conditioned" in hints([[1.0, 1.0], [1.0, 1.0 + 1e-13]])
-    a = np.array([0.1, 0.7, 0.3])
-    thrice = np.outer(a, a) * 3
-    thrice[0, 0] = np.nextafter(thrice[0, 0], 0)
-    thrice[0, 1] = thrice[1, 0] = np.nextafter(thrice[0, 1], 1)
-    assert "up to the rounding of its entries" in hints(thrice)
-    # Short decimals are exact, and this is a product.
-    assert "rounding" not in hints([[0.03, 0.21], [0.21, 1.47]])
-
-
-def test_what_is_obvious_is_said():
-    assert "the unique one" in inspect(Problem(np.eye(2), [0.0, 1.0])).obvious
-    assert (
-        inspect(Problem(-np.eye(2), [0.0, 1.0])).obvious
-        == "q >= 0: z = 0 is a solution"
-    )
-    for M in ([[1.0, 0.0], [0.0, -1.0]], sparse.csr_array([[1.0, 0.0], [0.0, -1.0]])):
-        assert "no solution, as w2 < 0" in inspect(Problem(M, [-1.0, -1.0])).obvious
-    assert (
-        "exactly one solution, for this and every other q"
-        in inspect(random_problem(0, 5, True)).obvious
-    )
-    assert inspect(Problem([[0.0, 1.0], [1.0, 0.0]], [-1.0, -1.0])).obvious == ""
-
-
 ODD = [
     Problem([[0.0]], [-1.0]),
     Problem(np.zeros((3, 3)), np.zeros(3)),
@@ -236,26 +204,8 @@ def test_a_large_sparse_problem_is_inspected_without_a_dense_matrix(lcp, tmp_pat
     assert shown["factor_entries"] == 90_000
 
 
-@pytest.mark.parametrize(
-    ("M", "q", "told"),
-    [
-        ([[1.0, 2.0], [0.0, 1.0]], [1.0, 1.0], "M(1, 2) = 2"),
-        ([[1.0, 0.0], [0.0, -1.0]], [1.0, 1.0], "M(2, 2) = -1"),
-        ([[3.0, 1.0], [2.0, 1.0]], [1.0, 1.0], "row 2"),
-        ([[1.0, -2.0], [-2.5, 1.0]], [1.0, 1.0], "principal minor {1, 2}"),
-        ([[1.0, 0.0], [-1.0, 0.0]], [1.0, -1.0], "q2 < 0 and no entry of row 2"),
-    ],
-)
-def test_rows_and_entries_are_counted_from_1(M, q, told):
-    found = inspect(Problem(M, q))
-    assert told in " ".join(
-        [found.obvious, *(verdict.evidence for verdict in found.classes.values())]
-    )
-
-
 INF = math.inf
 COPOSITIVE = [[1, 4], [4, 1]]  # strictly, but neither row sufficient nor a P-matrix
-SWAPPED = [[0, 1], [1, 0]]  # copositive, but not copositive-plus
 
 
 def random_mixed_problem(kind, random):
@@ -318,38 +268,6 @@ def test_what_is_guaranteed_depends_on_bounds_and_size(M, bounds, words):
     )
     assert {method: found.guarantees[method].word for method in words} == words
     assert M is not COPOSITIVE or found.classes["strictly_copositive"].word == "yes"
-
-
-def test_evident_solutions_are_said_for_the_bounds():
-    def obvious(q, M=SWAPPED, **bounds):
-        return inspect(Problem(M, q, **bounds), INF).obvious
-
-    assert (
-        obvious([-1, -2], lower=0, upper=1)
-        == "there is a solution, as all bounds are finite"
-    )
-    assert obvious([-1, -2], lower=0, upper=[1, INF]) == ""
-    assert obvious([-1, -2], lower=2).startswith(
-        "the z within the bounds nearest to 0 is a solution"
-    )
-    for bounds in ({"lower": None}, {"lower": 1, "upper": 2}):
-        assert "exactly one solution, for these and all other bounds" in obvious(
-            [-9, -2], np.eye(2) * 3, **bounds
-        )
-
-
-def test_json_counts_the_kinds_of_variables():
-    mixed = Problem(np.eye(3), np.ones(3), lower=[None, 0, 1], upper=[None, 2, 1])
-    shown = json.loads(inspection_text.inspection_report(inspect(mixed)).render("json"))
-    assert shown["bounds"] == {"free": 1, "boxed": 1, "fixed": 1}
-    assert (
-        json.loads(
-            inspection_text.inspection_report(inspect(Problem([[1]], [1]))).render(
-                "json"
-            )
-        )["bounds"]
-        is None
-    )
 
 
 def test_smoothing_parameter_is_the_one_that_shi_uses():
