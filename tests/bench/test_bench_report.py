@@ -1,6 +1,7 @@
 """How long a bench repeats a measurement, the statistics of the times, and what it
 looks like in each format."""
 
+import math
 import re
 from dataclasses import replace
 from itertools import chain, cycle, repeat
@@ -14,6 +15,7 @@ from lcpcli.bench.record import (
     EXCLUDED,
     BenchRecord,
     median_interval,
+    performance_ratios,
 )
 from lcpcli.bench.report import render
 from lcpcli.bench.suites import SUITES, Grid, Kind, Suite, case
@@ -343,3 +345,16 @@ def test_median_is_stable_where_its_interval_is_narrow(times, stable):
 )
 def test_interval_of_the_median_has_the_ranks_of_the_sign_test(n, ranks):
     assert median_interval([float(i) for i in range(n, 0, -1)]) == ranks
+
+
+def test_performance_ratios_by_hand():
+    times = {
+        "a": {"one": 1.0, "two": 4.0, "three": math.inf},
+        "b": {"one": 2.0, "two": 2.0, "three": math.inf},
+        "c": {"two": 3.0},
+    }
+    assert performance_ratios(times) == {
+        "a": [1.0, 2.0, math.inf],
+        "b": [1.0, 2.0, math.inf],
+        "c": [1.5],
+    }

@@ -22,6 +22,7 @@ from lcpcli.inspection.verdict import (
     NO,
     UNDECIDED,
     YES,
+    called,
     classify,
 )
 from lcpcli.interrupts import deadline_after
@@ -382,6 +383,22 @@ def test_without_time_only_what_takes_none_is_decided():
     assert found["symmetric"].word == YES
     assert found["positive_definite"].word == UNDECIDED
     assert "used up" in found["positive_definite"].evidence
+
+
+def test_classes_have_words():
+    words = (
+        "symmetric",
+        "skew-symmetric",
+        "a Z-matrix",
+        "strictly diagonally dominant",
+        "an H+-matrix",
+        "an M-matrix",
+    )
+    assert tuple(map(called, CLASSES))[: len(words)] == words
+    assert [called(name) for name in ("p0_matrix", "copositive_plus")] == [
+        "a P0-matrix",
+        "copositive-plus",
+    ]
 
 
 def test_large_sparse_matrices_are_classified_without_becoming_dense():
