@@ -14,17 +14,17 @@ BOTH = "solve good.json none.json"
 
 
 @pytest.mark.parametrize(
-    "line",
+    ("suffix", "line"),
     [
-        BOTH,
-        f"{BOTH} --jobs 2",
-        "solve good.json absent.json",
-        "solve M.csv Q.csv",
-        "compare good.json --method newton --method lemke",
-        "compare good.json none.json --method newton",
+        ("json", BOTH),
+        ("JSON", BOTH),
+        ("json", f"{BOTH} --jobs 2"),
+        ("json", "solve good.json absent.json"),
+        ("json", "solve M.csv Q.csv"),
+        ("json", "compare good.json --method newton --method lemke"),
+        ("json", "compare good.json none.json --method newton"),
     ],
 )
-@pytest.mark.parametrize("suffix", ["json", "JSON"])
 def test_json_file_of_several_runs_is_one_list_with_the_records_of_the_lines(
     suffix, line, lcp, folder
 ):

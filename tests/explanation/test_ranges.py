@@ -224,12 +224,16 @@ def _is_degenerate(highs, basic, program):
     )
 
 
-def test_ranges_of_programs_are_those_of_highs_where_no_basis_is_degenerate():
+@pytest.mark.parametrize(
+    "seeds",
+    [range(30), pytest.param(range(30, 60), marks=pytest.mark.slow("further seeds"))],
+)
+def test_ranges_of_programs_are_those_of_highs_where_no_basis_is_degenerate(seeds):
     highspy = pytest.importorskip("highspy")
     from lcpcli.linalg.programs import highs_of_program
 
     compared = 0
-    for seed in range(60):
+    for seed in seeds:
         program = random_program(seed)
         c, A = program["c"], program["A"]
         ends = program["row_lower"], program["row_upper"]
@@ -256,7 +260,7 @@ def test_ranges_of_programs_are_those_of_highs_where_no_basis_is_degenerate():
                 assert own is not None
                 _assert_near(own, low, high)
                 compared += 1
-    assert compared > 150
+    assert compared > 75
 
 
 def _assert_near(own, low, high):

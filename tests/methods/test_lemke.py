@@ -14,7 +14,7 @@ from lcpcli import Problem, Status, Trace, inspect, read
 from lcpcli.basis import tableau
 from lcpcli.files import contents
 from lcpcli.gallery import families
-from lcpcli.methods.lemke import lemke
+from lcpcli.methods.lemke import lemke, refine_small_components
 from lcpcli.methods.registry import LEXICOGRAPHIC, METHODS, ONES
 from lcpcli.options import Limits
 from lcpcli.solving.driver import run
@@ -344,3 +344,15 @@ def test_a_ray_that_is_one_by_rounding_alone_is_not_the_end():
     """z_1 is 3.75e6 by its second row, and its own term in the first row is tiny."""
     M = [[2e-20, -8e-9, -1e-12], [8e-9, 0, 0], [1e-12, 0, 0]]
     assert run(Problem(M, [-2e-7, -0.03, 5e-6]), "lemke").solved
+
+
+@pytest.mark.parametrize(("sign", "lower", "upper"), [(1, -1, 0), (-1, 0, 1)])
+def test_a_small_component_leaves_a_bound_where_w_has_the_wrong_sign(
+    sign, lower, upper
+):
+    """Beside an unknown of size 1: z = -1e-10 or 1e-10 from z = 0."""
+    problem = Problem(
+        np.eye(2), [-1.0, sign * 1e-10], lower=[0, lower], upper=[2, upper]
+    )
+    z = refine_small_components(problem, np.array([1.0, 0.0]), tableau.follow)
+    assert z.tolist() == [1.0, pytest.approx(-sign * 1e-10, abs=0.0)]

@@ -17,6 +17,8 @@ def liar(monkeypatch):
 @pytest.fixture(params=["compiled", "numpy"])
 def way(request, monkeypatch):
     """Whether there are kernels, which are then used from the first problem on."""
+    if request.param == "compiled":  # which is the same as the other one without it
+        pytest.importorskip("numba")
     monkeypatch.setattr(direct_run, "MANY", 0)
     if request.param == "numpy":
         monkeypatch.setattr(direct_run, "has_numba", lambda: False)

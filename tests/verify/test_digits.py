@@ -172,11 +172,15 @@ def test_no_digits_are_told_at_kinks_that_rounding_the_data_changes():
     assert told >= 40
 
 
-def test_digits_of_each_component_are_those_that_its_states_determine():
+@pytest.mark.parametrize(
+    "seeds",
+    [range(60), pytest.param(range(60, 120), marks=pytest.mark.slow("further seeds"))],
+)
+def test_digits_of_each_component_are_those_that_its_states_determine(seeds):
     """Beside equations that follow from others, free rows, and rows strictly inside
     their ranges, whose multipliers are 0: with each number moved in its last place."""
     told = undetermined = 0
-    for seed in range(120):
+    for seed in seeds:
         program, random = dependent_program(seed), default_rng(seed)
         result = run(program.problem())
         assert result.solved
@@ -201,8 +205,8 @@ def test_digits_of_each_component_are_those_that_its_states_determine():
                 right = -np.log10(float(motion / abs(own))) if motion else 17
                 assert right - 3 <= result.digits[i] <= min(right, 16) + 2, (seed, i)
                 told += 1
-    assert told > 200
-    assert undetermined > 50
+    assert told > 100
+    assert undetermined > 25
 
 
 def test_multipliers_0_and_rows_that_repeat_leave_x_its_digits():

@@ -215,6 +215,13 @@ def test_rounding_of_zero_is_accepted_far_away_and_beside_redundant_rows():
     assert accepted(problem, [point], criterion.tol, BY_CRITERION) is None
 
 
+@pytest.mark.parametrize(("z", "q"), [(-1.0, 1.0), (3.0, -3.0)])
+def test_a_point_beyond_its_bounds_is_not_taken_for_a_large_solution(z, q):
+    problem = Problem([[1]], [q], upper=2)
+    assert not is_run_off(problem, np.array([z]), 1e-10)
+    assert is_run_off(problem, np.array([max(-q, 0.0) / 1.5]), 1.0)
+
+
 @pytest.mark.parametrize("n", [1, 30])
 def test_a_w_at_the_bounds_that_is_only_rounding_gives_no_size(n):
     """z = 0.1 is at its bound, with w = 3 z + q = -8e-17 for this q near -0.3."""
