@@ -64,29 +64,11 @@ def test_wrong_options_are_told_in_one_line(refusal, refused):
     assert refused(refusal.command, refusal.files) == refusal.line
 
 
-def test_json_has_all_keys_for_every_outcome(lcp):
-    keys = (
-        "version file item problem n names status message complete conflict "
-        "irreducible fewest near repair repairable z ranges seconds"
-    )
-    found = {
-        name: lcp(f"why {name}.json --format json").record
-        for name in ("diet", "pipes", "two")
-    }
-    assert {" ".join(each) for each in found.values()} == {keys}
-    diet, two = found["diet"], found["two"]
-    assert (diet["status"], diet["irreducible"]) == ("unsolvable", True)
-    assert diet["repair"]["changes"] == [
-        {"name": "protein", "what": "lower side", "value": "3", "change": "-9/5"}
-    ]
-    assert diet["ranges"] is None
-    assert two["conflict"] == []
-    assert two["repair"] is None
-    assert two["ranges"]["q"][0]["lower"] == "-12"
-    assert two["ranges"]["q"][0]["leaves_below"] == ["z2"]
-    assert two["ranges"]["upper"] == [None, None]
-    same = lcpcli.why(lcpcli.read("two.json")).to_dict()
-    assert {**same, "seconds": 0, "file": 0} == {**two, "seconds": 0, "file": 0}
+@pytest.mark.parametrize("name", ["pipes", "two"])
+def test_the_record_of_a_call_is_that_of_the_command(name, lcp):
+    ours = lcpcli.why(lcpcli.read(f"{name}.json")).to_dict()
+    theirs = lcp(f"why {name}.json --format json").record
+    assert {**ours, "seconds": 0, "file": 0} == {**theirs, "seconds": 0, "file": 0}
 
 
 def test_a_hint_names_no_input_that_another_command_cannot_read():

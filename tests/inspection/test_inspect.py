@@ -14,6 +14,7 @@ from scipy.sparse import eye_array
 import lcpcli
 from lcpcli import Problem, Trace, write
 from lcpcli.files import contents
+from lcpcli.gallery.families import make
 from lcpcli.inspection.inspection import inspect
 from lcpcli.inspection.theory import smoothing
 from lcpcli.inspection.verdict import CLASSES
@@ -40,10 +41,8 @@ def random_problem(seed, n, symmetric):
     return Problem(M if symmetric else M + S - S.T, random.standard_normal(n))
 
 
-def tridiagonal(n, diagonal=2.0):
-    M = sparse.diags_array(
-        [-1.0, diagonal, -1.0], offsets=[-1, 0, 1], shape=(n, n)
-    ).tocsr()
+def tridiagonal(n):
+    M = sparse.diags_array([-1.0, 2.0, -1.0], offsets=[-1, 0, 1], shape=(n, n)).tocsr()
     return Problem(M, default_rng(n).standard_normal(n))
 
 
@@ -135,12 +134,8 @@ def test_bound_is_that_of_eigenvalues_and_a_singular_iteration_has_none():
     assert contraction(Problem([[-1.0]], [1.0]), np.ones(1)) is None
 
 
-def kostreva(n):
-    return Problem(np.eye(n) + 2 * np.roll(np.eye(n), 1, 1), -np.ones(n))
-
-
 def test_modulus_iteration_is_not_guaranteed_for_the_matrix_of_kostreva():
-    guarantees = inspect(kostreva(5), math.inf).guarantees
+    guarantees = inspect(make("kostreva", 5), math.inf).guarantees
     assert {name: guarantees[name].word for name in OWN} == dict.fromkeys(
         OWN, "yes"
     ) | {
