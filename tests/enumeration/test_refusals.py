@@ -1,4 +1,5 @@
-"""Searches for all solutions that cannot end are refused in one line."""
+"""Searches for all solutions that cannot end, and objectives that are no sums, are
+refused in one line."""
 
 import numpy as np
 import pytest
@@ -24,9 +25,34 @@ csr_array(coupled) => M: {DEPENDENT:600}; {UP_TO_500}
 """,
         "solutions(Problem({}, -np.ones(700)))",
     ),
+    *calls(
+        "ProblemError",
+        r"""
+"" => objective: {NAMES:''}; {USE_NAMES:1}
+"z1 +"
+    => objective: {IN_PLACE_OF:'+'|a term}; write numbers
+    and names with + and - between them, such as 2 z1 - 1/3 z2 + "a name with blanks"
+"z1 z2"
+    => objective: {IN_PLACE_OF:'z2'|a term}; write numbers
+    and names with + and - between them, such as 2 z1 - 1/3 z2 + "a name with blanks"
+"3"
+    => objective: {IN_PLACE_OF:'3'|a term}; write numbers
+    and names with + and - between them, such as 2 z1 - 1/3 z2 + "a name with blanks"
+"z1 + 3"
+    => objective: {IN_PLACE_OF:'+ 3'|a term}; write numbers
+    and names with + and - between them, such as 2 z1 - 1/3 z2 + "a name with blanks"
+"z1 * z2"
+    => objective: {IN_PLACE_OF:'* z2'|a term}; write numbers
+    and names with + and - between them, such as 2 z1 - 1/3 z2 + "a name with blanks"
+"2 +"
+    => objective: {IN_PLACE_OF:'2 +'|a term}; write numbers
+    and names with + and - between them, such as 2 z1 - 1/3 z2 + "a name with blanks"
+""",
+        "optimum(Problem([[1]], [1]), {})",
+    ),
 ]
 
 
 @pytest.mark.parametrize("refusal", REFUSALS, ids=str)
-def test_a_search_that_cannot_end_is_refused(refusal):
+def test_a_search_that_has_no_answer_is_refused(refusal):
     assert raised(refusal.command, NAMES) == refusal.line
