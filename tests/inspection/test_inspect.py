@@ -12,7 +12,7 @@ from scipy import sparse
 from scipy.sparse import eye_array
 
 import lcpcli
-from lcpcli import Problem, Trace, write
+from lcpcli import Problem, Trace
 from lcpcli.files import contents
 from lcpcli.gallery.families import make
 from lcpcli.inspection.inspection import inspect
@@ -144,16 +144,6 @@ def test_modulus_iteration_is_not_guaranteed_for_the_matrix_of_kostreva():
     }
 
 
-def test_h_plus_matrices_get_the_omega_that_is_guaranteed():
-    large = inspect(Problem([[5.0, 99.0], [0.0, 1.0]], [-1.0, -1.0]), math.inf)
-    assert large.classes["positive_definite"].word == "no"
-    assert large.guarantees["fixed-point"].word == "no"
-    assert "5, the largest diagonal entry" in large.guarantees["fixed-point"].reason
-    assert large.best.omega == 5
-    small = inspect(Problem([[0.5, 99.0], [0.0, 1.0]], [-1.0, -1.0]), math.inf)
-    assert small.guarantees["fixed-point"].word == "yes"
-
-
 ODD = [
     Problem([[0.0]], [-1.0]),
     Problem(np.zeros((3, 3)), np.zeros(3)),
@@ -186,17 +176,6 @@ def test_odd_problems_are_inspected_without_a_warning(problem):
             )
             <= 80
         )
-
-
-def test_a_large_sparse_problem_is_inspected_without_a_dense_matrix(lcp, tmp_path):
-    file = tmp_path / "large.npz"
-    write(tridiagonal(30_000), str(file))
-    shown = lcp(f"inspect {file} --format json").record
-    assert [shown["classes"][name]["verdict"] for name in ("m_matrix", "p_matrix")] == [
-        "yes",
-        "yes",
-    ]
-    assert shown["factor_entries"] == 90_000
 
 
 INF = math.inf
@@ -271,19 +250,6 @@ def test_smoothing_parameter_is_the_one_that_shi_uses():
         smoothing(problem)[0]
         == lcpcli.run(problem, "shi", max_iterations=1).options["p"]
     )
-
-
-def test_a_contradiction_that_is_rounding_is_not_stated():
-    """3 * 0.1 is rounded, so that the second row is no multiple of the first one."""
-    problem = Problem([[1, 0.1, 1], [3, 3 * 0.1, 3], [1, 2, 4]], [-1, 0, 1], lower=-INF)
-    assert lcpcli.run(problem).solved
-    found = inspect(problem)
-    assert found.presolve is None
-    assert (
-        json.loads(inspection_text.inspection_report(found).render("json"))["presolve"]
-        is None
-    )
-    assert "cannot have its sign" not in repr(found)
 
 
 def test_presolve_ends_with_the_time_of_an_inspection():
