@@ -29,8 +29,10 @@ from lcpcli.clock import imports
 from lcpcli.linalg import factors
 from lcpcli.linalg.krylov import is_semidefinite
 from lcpcli.linalg.matrices import (
+    compressed,
     has_no_positive_links,
     is_narrow,
+    is_skew,
     is_sparse,
     may_be_eliminated,
     may_be_stiff,
@@ -75,9 +77,11 @@ MAX_HELD = 4000
 ROUNDS, ROUNDS_BEFORE_MILP = 6, 5
 MAX_FOR_MILP = 100  # unknowns up to which milp does
 # Work limits of the simplex method, in the seconds that its iterations usually take: on
-# a linear program, before the interior point method, for each entry of M; after the
-# first attempts of the interior point method, times n^3; and the smallest limit.
+# a linear program, before the interior point method, for each entry of M, and for each
+# operation of a factorization, of which interior takes some twenty; after the first
+# attempts of the interior point method, times n^3; and the smallest limit.
 SIMPLEX_EFFORT = 4e-5
+SIMPLEX_EFFORT_BY_OPERATIONS = 6e-9
 SIMPLEX_EFFORT_BY_ORDER = 1e-9
 MIN_SIMPLEX_EFFORT = 0.1
 # newton while it converges fast: the largest ratio of the numbers of variables whose
@@ -181,9 +185,7 @@ class Structure:
         # The rows of a program have zeros on the diagonal.
         if not (self.is_large_and_sparse and self.is_no_p_matrix):
             return ""
-        with imports:
-            from lcpcli.methods.linear import is_skew
-        if is_skew(M):
+        if self.linear_program is not None:
             return "linear"
         # The signs of rows with which M is symmetric: a program has both kinds.
         S = self.problem.signs
@@ -192,6 +194,19 @@ class Structure:
             if S is not None and (S[0] != S).any() and is_semidefinite(M)
             else ""
         )
+
+    @cached_property
+    def linear_program(self) -> Problem | None:
+        """Return the problem with sparse M if M is skew-symmetric, as for a linear
+        program, and sparse or that of a program, of so many unknowns that pivoting
+        takes longer than the simplex method; else None."""
+        given = self.original_problem
+        if given.n <= direct.MAX_PIVOTED or given.M.diagonal().any():
+            return None
+        if not is_sparse(given.M) and given.block_form is None:
+            return None
+        M = compressed(given.M)
+        return direct.with_M(given, M) if is_skew(M) else None
 
     @cached_property
     def is_no_p_matrix(self) -> bool:
@@ -542,6 +557,21 @@ BRIEFLY_LINEAR = stage_factory(
         max(SIMPLEX_EFFORT_BY_ORDER * s.problem.n**3, MIN_SIMPLEX_EFFORT),
     ),
 )
+
+
+def _simplex(structure: Structure) -> Stage:
+    """Run the simplex method on a linear program for as long as the interior point
+    method might take."""
+    problem = structure.linear_program
+    assert problem is not None
+    max_seconds = max(
+        MIN_SIMPLEX_EFFORT,
+        SIMPLEX_EFFORT * problem.M.nnz,
+        SIMPLEX_EFFORT_BY_OPERATIONS * problem.facts.factor_operations,
+    )
+    return stage_factory("linear.linear", lambda _: (problem, max_seconds))(structure)
+
+
 INTERIOR_AT_FIRST = stage_factory("interior.first_attempts", lambda s: (s.thin,))
 FIRST = (
     # Without it: games of 300 strategies each take 5 times as long, if one is pure.
@@ -564,15 +594,9 @@ FIRST = (
     AttemptRule(
         "linear",
         "of half of the variables",
-        "M is large, sparse and skew-symmetric, as for a linear program",
-        lambda s: s.program == "linear",
-        stage_factory(
-            "linear.linear",
-            lambda s: (
-                s.original_problem,
-                max(SIMPLEX_EFFORT * s.problem.M.nnz, MIN_SIMPLEX_EFFORT),
-            ),
-        ),
+        "M is large and skew-symmetric, as for a linear program",
+        lambda s: s.linear_program is not None,
+        _simplex,
     ),
     AttemptRule(
         "interior",

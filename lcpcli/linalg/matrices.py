@@ -433,6 +433,14 @@ def mirrored(M: Matrix) -> tuple[Matrix, Vector] | None:
     )
 
 
+def is_skew(M: Matrix) -> bool:
+    """Return whether a sparse M is equal to -M'."""
+    if not is_sparse(M) or not M.nnz or M.diagonal().any():
+        return False
+    pair = mirrored(M)
+    return pair is not None and np.array_equal(pair[0].data, -pair[1])
+
+
 def is_narrow(M: Matrix, max_entries: float = MAX_NARROW_ENTRIES) -> bool:
     """Return whether the entries of a sparse M are so close to its diagonal, as for
     problems in one space dimension, that the band has at most `max_entries` times as

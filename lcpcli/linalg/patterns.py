@@ -15,7 +15,7 @@ code trusts them.
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from typing import Any
 
 import numpy as np
@@ -175,13 +175,13 @@ def _spreads(M: Matrix) -> bool:
     return bool(reached.sum() > reached.size / 2)
 
 
-def fill(M: Matrix, max_entries: int) -> int:
-    """Count the entries of L below the diagonal, for diagonal pivots of M + M' in the
-    order of increasing row length.
+def column_lengths(M: Matrix) -> Iterator[int]:
+    """Yield the number of entries below the diagonal of each column of L, for diagonal
+    pivots of M + M' in the order of increasing row length.
 
     For the optimality conditions of programs this order is not much worse than minimum
     degree, and it takes negligible time. M is sparse, of shape (n, n). Counting stops
-    above `max_entries`, or when TimeIsUp is raised.
+    when TimeIsUp is raised.
     """
     with imports:
         from scipy.sparse import tril
@@ -192,7 +192,6 @@ def fill(M: Matrix, max_entries: int) -> int:
     columns = np.split(lower.indices, lower.indptr[1:-1])
     # The patterns that each column inherits from its children in the elimination tree.
     from_children: list[list[Indices]] = [[] for _ in columns]
-    total = 0
     for j, column_entries in enumerate(columns):
         raise_if_timed_out()
         merged = (
@@ -201,11 +200,32 @@ def fill(M: Matrix, max_entries: int) -> int:
             else column_entries
         )
         from_children[j] = []
-        total += merged.size
-        if total > max_entries:
-            break
+        yield merged.size
         if merged.size:
             from_children[merged[0]].append(merged[1:])
+
+
+def fill(M: Matrix, max_entries: int) -> int:
+    """Return the sum of `column_lengths`, or a part of it that exceeds
+    `max_entries`."""
+    return int(_sum_until(column_lengths(M), max_entries))
+
+
+def factor_operations(M: Matrix, max_operations: float) -> float:
+    """Return the operations of factors whose columns have `column_lengths`, which are
+    up to five times those in an order of minimum degree; or a part of them that exceeds
+    `max_operations`."""
+    squares = (float(length) ** 2 for length in column_lengths(M))
+    return _sum_until(squares, max_operations)
+
+
+def _sum_until(terms: Iterable[float], most: float) -> float:
+    """Return the sum of the terms, or that of the first ones that exceeds `most`."""
+    total = 0.0
+    for term in terms:
+        total += term
+        if total > most:
+            break
     return total
 
 

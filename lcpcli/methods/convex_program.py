@@ -15,7 +15,7 @@ from lcpcli.clock import imports
 from lcpcli.errors import ProblemError
 from lcpcli.linalg.compressed_rows import block, of_arrays
 from lcpcli.linalg.factors import SingularMatrix
-from lcpcli.linalg.matrices import compressed, may_be_stiff, stack
+from lcpcli.linalg.matrices import compressed, is_skew, may_be_stiff, stack
 from lcpcli.linalg.programs import ConvexProgram, PiqpResult, convex_minimum
 from lcpcli.linalg.rank_one_blocks import rank_one_blocks
 from lcpcli.linalg.shifted_systems import operations, systems
@@ -53,6 +53,11 @@ MAX_CONDITION = 5e12
 # Operations of a factorization with which PIQP, which cannot be interrupted, stops in a
 # few tenths of a second.
 MAX_OPERATIONS = 6e7
+# On a linear program, by `patterns.factor_operations`, for each constraint and in all:
+# beyond, the simplex method takes less time, even with eight iterations for each
+# constraint, as for qap8, where it usually takes one or two.
+MAX_LINEAR_OPERATIONS_PER_ROW = 1e5
+MAX_LINEAR_OPERATIONS = 6e8
 
 
 def convex_program(problem: Problem, max_steps: int | None = None) -> Stage:
@@ -62,7 +67,8 @@ def convex_program(problem: Problem, max_steps: int | None = None) -> Stage:
     program.
 
     Finished : one of them has no infeasibility beyond rounding. Breakdown : the problem
-    is not that of a convex program, or too large for PIQP, or PIQP finds no minimum.
+    is not that of a convex program, or too large for PIQP, or a linear program that the
+    simplex method solves in less time, or PIQP finds no minimum.
     Stalled : no basic solution solves it.
     """
     problem = with_M(problem, compressed(problem.M))
@@ -71,9 +77,11 @@ def convex_program(problem: Problem, max_steps: int | None = None) -> Stage:
         return (yield from _bounded(problem))
     if S is None or not (S < 0).any() or problem.M.diagonal().min() < 0:
         return Breakdown("the problem is not that of a convex program")
+    if is_skew(problem.M) and _takes_longer_than_simplex(problem, S < 0):
+        return Breakdown("the simplex method takes less time")
     try:
         run = Run(problem, by_units=True)
-        max_operations = _operation_bound(problem.M, S < 0)
+        max_operations = _operation_bound(problem.M, S < 0, MAX_OPERATIONS)
         if (
             max_operations > MAX_OPERATIONS
             and operations(systems(run.within.problem.M, run.within.S)) > MAX_OPERATIONS
@@ -131,22 +139,35 @@ def _bounded(problem: Problem) -> Stage:
     return Stalled("the basis of PIQP's minimizer is not that of the solution")
 
 
-def _operation_bound(M: Matrix, is_row: Mask) -> float:
+def _takes_longer_than_simplex(problem: Problem, is_row: Mask) -> bool:
+    """Return whether PIQP takes longer on a linear program than the simplex method."""
+    most = min(
+        MAX_LINEAR_OPERATIONS_PER_ROW * float(np.count_nonzero(is_row)),
+        MAX_LINEAR_OPERATIONS,
+    )
+    # Counting operations takes longer than the bound, which is larger.
+    return (
+        _operation_bound(problem.M, is_row, 2 * most) > 2 * most
+        and problem.facts.factor_operations > most
+    )
+
+
+def _operation_bound(M: Matrix, is_row: Mask, enough: float) -> float:
     """Return a bound, but for lower terms, on the operations of a factorization: one
     that eliminates the constraints first, or the variables without entries of Q off the
-    diagonal, and fills the rest; if that takes more than MAX_OPERATIONS, one that fills
-    the envelope of the rest in the reverse Cuthill-McKee order."""
+    diagonal, and fills the rest; if that takes more than `enough`, one that fills the
+    envelope of the rest in the reverse Cuthill-McKee order."""
     counts = np.diff(M.indptr)
     n = M.shape[0]
     rows = int(np.count_nonzero(is_row))
     operations_of_rows = float(np.square(counts, dtype=np.float64).sum())
     operations: float = operations_of_rows + (n - rows) ** 3 / 3
-    if operations <= MAX_OPERATIONS:
+    if operations <= enough:
         return operations
     of_Q = counts - np.bincount(M.indices[np.repeat(is_row, counts)], minlength=n)
     first = ~is_row & (of_Q <= (M.diagonal() != 0))
     operations = operations_of_rows + (n - int(np.count_nonzero(first))) ** 3 / 3
-    if operations <= MAX_OPERATIONS:
+    if operations <= enough:
         return operations
     with imports:
         from scipy.sparse.csgraph import reverse_cuthill_mckee

@@ -14,7 +14,7 @@ import math
 
 import numpy as np
 
-from lcpcli.linalg.matrices import is_sparse, mirrored
+from lcpcli.linalg.matrices import is_skew
 from lcpcli.linalg.programs import minimized
 from lcpcli.methods.newton import finish
 from lcpcli.methods.stages import (
@@ -29,7 +29,7 @@ from lcpcli.methods.stages import (
 )
 from lcpcli.model import changes
 from lcpcli.model.problem import Problem, conditions_of
-from lcpcli.typing import Matrix, Vector
+from lcpcli.typing import Vector
 from lcpcli.verify.alternative import farkas_multipliers
 from lcpcli.verify.certificate import MANY, first_proof
 
@@ -67,14 +67,6 @@ def _finished(units: changes.Scaled, z: Vector | None) -> Stage:
             units, finish(problem, None, ended(Finished(), iterate))
         )
     )
-
-
-def is_skew(M: Matrix) -> bool:
-    """Return whether a sparse M is equal to -M'."""
-    if not is_sparse(M) or not M.nnz or M.diagonal().any():
-        return False
-    pair = mirrored(M)
-    return pair is not None and np.array_equal(pair[0].data, -pair[1])
 
 
 def _saddle_point(problem: Problem, max_seconds: float) -> Vector | None:

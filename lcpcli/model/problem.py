@@ -51,6 +51,8 @@ LCP_BOUNDS = 0.0, math.inf
 
 # Rows up to which the scaling factors of a sparse M take less time as a dense one.
 MAX_UNITS_AS_DENSE = 150
+# Operations of a factorization that are counted, as none takes as long.
+MAX_COUNTED_OPERATIONS = 1e10
 
 
 class Facts:
@@ -169,6 +171,14 @@ class Facts:
         with imports:
             from lcpcli.linalg.patterns import signs
         return signs(self._M)
+
+    @cached_property
+    def factor_operations(self) -> float:
+        """Return the operations of factors of a sparse M + M' + I, as
+        `patterns.factor_operations` counts them, up to MAX_COUNTED_OPERATIONS."""
+        with imports:
+            from lcpcli.linalg.patterns import factor_operations
+        return factor_operations(self._M, MAX_COUNTED_OPERATIONS)
 
     @cached_property
     def units(self) -> Units:

@@ -5,9 +5,10 @@ from importlib.util import find_spec
 import numpy as np
 import pytest
 from numpy.random import default_rng
-from scipy.sparse import block_diag, csr_array
+from scipy.sparse import block_diag, csr_array, random_array
 
 from lcpcli import Problem, from_qp, run
+from lcpcli.linalg import programs, shifted_systems
 from lcpcli.linalg.units import units
 from lcpcli.methods import convex_program, interior
 from lcpcli.methods.direct import may_be_program
@@ -282,3 +283,32 @@ def test_scaling_factors_are_computed_once_for_both_forms_of_a_dense_program(
     program = from_qp(np.eye(60), -np.ones(60), A, row_lower=0.0, row_upper=0.0)
     assert run(program).route == ("piqp",)
     assert len(computed) == 1
+
+
+def feasible(A):
+    """A linear program with the constraints A x >= b, x >= 0, where A x > b and the
+    costs are positive."""
+    random = default_rng(0)
+    b = A @ random.uniform(0.0, 1.0, A.shape[1]) - 0.1
+    return from_qp(None, random.uniform(0.0, 1.0, A.shape[1]), A, row_lower=b)
+
+
+def test_the_simplex_method_solves_linear_programs_whose_factors_take_long(monkeypatch):
+    """Neither their number of operations nor a solution is worth a factorization."""
+    A = random_array((900, 1500), density=6e-3, rng=default_rng(0)).tocsr()
+
+    def refused(*_):
+        raise AssertionError("a factorization is begun")
+
+    monkeypatch.setattr(shifted_systems.LDL, "factorize", refused)
+    result = run(feasible(A))
+    assert (result.solved, result.route) == (True, ("linear",))
+
+
+def test_without_piqp_the_simplex_method_solves_dense_linear_programs(monkeypatch):
+    monkeypatch.setattr(programs, "has_piqp", lambda: False)
+    A = default_rng(1).uniform(0.0, 1.0, (150, 200))
+    program = feasible(A)
+    assert isinstance(program.M, np.ndarray)
+    result = run(program)
+    assert (result.solved, result.route) == (True, ("linear",))
