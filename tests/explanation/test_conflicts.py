@@ -10,7 +10,6 @@ import pytest
 import lcpcli
 from lcpcli import why
 from lcpcli.explanation.conditions import COMPLEMENTARITY, LOWER
-from lcpcli.explanation.report import Explanation
 
 from ..refusals import calls, raised
 from .brute_force import keys_of, unsolvable
@@ -144,36 +143,6 @@ def test_multipliers_prove_that_rows_of_a_program_conflict(seed):
     assert np.linalg.matrix_rank(rows) == len(rows) - 1
 
 
-def test_an_unbounded_program_has_a_conflict_of_its_conditions_of_optimality():
-    problem = lcpcli.from_qp(None, [-1, 1], [[1, -1]], row_lower=[0])
-    found = why(problem)
-    assert found.message.startswith(
-        "these 2 optimality conditions cannot hold together"
-    )
-    assert {each.what for each in found.conflict} <= {
-        "reduced cost",
-        "sign of the multiplier",
-    }
-    assert found.repair.is_least
-    assert found.repair.changes[0].number.what == "cost"
-
-
-def test_rows_that_conflict_up_to_rounding_are_named_beside_a_far_solution():
-    """A third of a row in doubles is another row, so that both hold far away."""
-    A = np.array([[1 / 3, 0.6666666666666667], [1, 2]])
-    sides = [1, 3.5]
-    free = {"lower": [-np.inf] * 2, "row_lower": sides, "row_upper": sides}
-    found = why(lcpcli.from_qp(None, [1, 1], A, **free, rows=["a", "b"]))
-    assert found.status == "solved"
-    assert found.conflict == ()
-    assert found.z is not None
-    assert max(map(abs, found.z)) > 10**14
-    assert [each.name for each in found.near] == ["a", "b"]
-    assert "up to rounding, 2 conditions contradict: a (equation), b (equ" in str(found)
-    near = found.to_dict()["near"]
-    assert near == [{"name": name, "what": "equation"} for name in "ab"]
-
-
 WRONG = calls(
     "ParameterError",
     r"""
@@ -196,14 +165,3 @@ WRONG += calls("ProblemError", r"why([[1]]) => problem: {IS:a list}; {BY_READING
 def test_wrong_problems_and_parameters_are_refused(refusal):
     names = {"P": lcpcli.Problem([[-1]], [-1])}
     assert raised(refusal.command, names) == refusal.line
-
-
-def test_brackets_in_names_stand_for_themselves_and_a_star_for_any_text():
-    M, q = [[-1, 0], [0, -1]], [-1, -1]
-    problem = lcpcli.Problem(M, q, names=["x[1]", "x[2]"])
-    both = why(problem, change="x[*] q")
-    one = why(problem, change="x[1] q")
-    assert both.repair.total == 2
-    assert isinstance(one, Explanation)
-    assert one.is_impossible
-    assert one.to_dict()["repairable"] is False

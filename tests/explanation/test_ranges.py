@@ -174,15 +174,6 @@ def test_a_range_belongs_to_the_solution_of_a_problem_that_has_several():
                 assert there.is_solution(end.z)
 
 
-def test_what_is_said_of_ranges_names_the_solution_unless_m_is_monotone():
-    boxed = why(Problem([[-3]], [3], upper=2))
-    assert boxed.message.endswith(
-        "for the solutions near z = (0) alone, as M may not be monotone"
-    )
-    monotone = why(Problem([[3, -3], [-3, 3]], [-1, 1]))
-    assert monotone.message.endswith("each range is known")
-
-
 def random_program(seed):
     random = default_rng(seed)
     m, k = random.integers(1, 7), random.integers(2, 8)
