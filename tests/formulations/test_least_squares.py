@@ -13,6 +13,7 @@ from scipy import optimize
 from scipy.sparse import csr_array
 
 import lcpcli
+from lcpcli.formulations.least_squares import at_once
 from lcpcli.formulations.least_squares.active_set import (
     Minimizer,
     are_clear,
@@ -20,6 +21,7 @@ from lcpcli.formulations.least_squares.active_set import (
 )
 from lcpcli.formulations.least_squares.factors import Factors
 from lcpcli.formulations.least_squares.fit import Data
+from lcpcli.formulations.least_squares.sparse_fits import minimize_sparse
 from lcpcli.linalg.doubles import EPS
 from lcpcli.model.box import BASIC
 
@@ -275,6 +277,22 @@ def test_many_right_hand_sides_have_the_fits_of_each(has_equation):
         assert result.answer.support.tolist() == alone.support.tolist()
         assert result.relative_residual < 1e-12
         assert result.answer.proved == alone.proved
+
+
+@pytest.mark.parametrize("share", [0.1, 1.0])
+def test_sparse_products_are_taken_of_an_A_with_many_zeros_alone(share, monkeypatch):
+    """The conditions of many measurements are stored sparse, whatever A is."""
+    taken = []
+    monkeypatch.setattr(
+        at_once,
+        "minimize_sparse",
+        lambda data: taken.append(data) or minimize_sparse(data),
+    )
+    random = default_rng(0)
+    A = random.standard_normal((600, 20)) * (random.random((600, 20)) < share)
+    fit = lcpcli.run(lcpcli.from_lsq(A, random.standard_normal(600), lower=0.0))
+    assert fit.solved
+    assert bool(taken) == (share < 1.0)
 
 
 def test_the_result_of_a_call_has_the_problem_that_from_lsq_makes():
