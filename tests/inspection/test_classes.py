@@ -326,26 +326,6 @@ def test_ends_of_the_range_of_floats_are_classified_without_overflow(huge):
         check(M, classify(M))
 
 
-def test_horn_form_is_copositive_though_neither_semidefinite_nor_nonnegative():
-    """A. J. Hoffman and M. A. Marcus, on copositive forms: the circulant of (1, -1, 1,
-    1, -1)."""
-    row = np.array([1.0, -1, 1, 1, -1])
-    M = np.array([np.roll(row, i) for i in range(5)])
-    found = classify(M)
-    words = {
-        name: found[name].word
-        for name in ("copositive", "strictly_copositive", "copositive_plus")
-    }
-    assert words == {
-        "copositive": YES,
-        "strictly_copositive": NO,
-        "copositive_plus": NO,
-    }
-    assert found["positive_semidefinite"].word == NO
-    M[0, 0] -= 1e-9
-    assert classify(M)["copositive"].word == NO
-
-
 def test_a_minor_that_is_0_in_doubles_only_excludes_nothing():
     """That of the first two rows is 2^-53; the other two rule out what makes it
     needless to look at minors."""
