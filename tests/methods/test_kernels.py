@@ -3,6 +3,7 @@ the rest of the package, for few unknowns with any bounds, sparse problems, and 
 of many; and at the limits of numbers.
 """
 
+from fractions import Fraction
 from functools import partial
 
 import numpy as np
@@ -30,7 +31,7 @@ from lcpcli.kernels.compiled import (
     surely_solves,
 )
 from lcpcli.kernels.kernels import solve_one
-from lcpcli.methods.direct import CERTAIN, DOUBTFUL, NOTHING
+from lcpcli.methods.direct import CANDIDATE, CERTAIN, DOUBTFUL, NOTHING
 from lcpcli.methods.lemke import LemkePath, reduced
 from lcpcli.verify.point import Criterion, Point
 
@@ -181,6 +182,18 @@ def test_only_small_numbers_that_may_decide_a_state_are_left_to_fractions():
     q = np.array([-1.0, -1 / 3, 1e-17])
     assert solve_one(M, q, q < 0, False, 3.0, 1e-10)[0] == DOUBTFUL
     assert lemke(Problem(M, q), 1e-10).z.tolist() == [1 / 3, 0, 0]
+
+
+def test_no_solution_is_certain_where_a_product_underflows():
+    """w_2 is 0 as computed, and -0.4 times the smallest double in fact."""
+    least = np.nextafter(0, 1)
+    M, q = np.array([[1e-200, 0], [-4.9424e-201, 1e-200]]), np.array([-1e-320, 0])
+    q[1] = 1000 * least
+    verdict_code, _, z = solve_one(M, q, q < 0, False, 1e-200, 1e-10)
+    w = Fraction(q[1]) + Fraction(M[1, 0]) * Fraction(z[0])
+    assert verdict_code == CANDIDATE
+    assert w / Fraction(least) < -0.1
+    assert q[1] + M[1, 0] * z[0] == 0.0
 
 
 def test_each_matrix_of_many_is_measured_by_itself():
