@@ -158,9 +158,7 @@ def units(M: Matrix, S: Vector | None = None) -> Units:
     )
     if fitted is not None:
         return fitted
-    with imports:
-        from scipy.sparse import csr_array
-    return _sparse(csr_array(M))
+    return _sparse(matrices.thinned(M, M.size))
 
 
 class Base:

@@ -15,7 +15,7 @@ from lcpcli.clock import imports
 from lcpcli.errors import ProblemError
 from lcpcli.linalg.compressed_rows import block, of_arrays
 from lcpcli.linalg.factors import SingularMatrix
-from lcpcli.linalg.matrices import compressed, is_skew, may_be_stiff, stack
+from lcpcli.linalg.matrices import is_skew, may_be_stiff, stack, thinned
 from lcpcli.linalg.programs import ConvexProgram, PiqpResult, convex_minimum
 from lcpcli.linalg.rank_one_blocks import rank_one_blocks
 from lcpcli.linalg.shifted_systems import operations, systems
@@ -71,7 +71,7 @@ def convex_program(problem: Problem, max_steps: int | None = None) -> Stage:
     simplex method solves in less time, or PIQP finds no minimum.
     Stalled : no basic solution solves it.
     """
-    problem = with_M(problem, compressed(problem.M))
+    problem = with_M(problem, thinned(problem.M, problem.M.size))
     S = problem.signs
     if S is not None and (S > 0).all() and may_be_stiff(problem.M):
         return (yield from _bounded(problem))

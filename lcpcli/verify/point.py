@@ -675,13 +675,12 @@ def without_idle_multipliers(measure: Measure, z: Vector, w: Vector) -> Vector:
     if not is_between.any():
         return z
     rows = is_between.nonzero()[0]
-    M = data.M[rows]
-    number = (
-        np.bincount(M.nonzero()[0], minlength=rows.size)
-        if is_sparse(M)
-        else np.count_nonzero(M, axis=1)
-    )
-    columns = columns_of(measure, rows[np.equal(number, 1)])
+    if is_sparse(data.M):
+        entries_before = np.append(0, np.cumsum(data.M.data != 0))
+        number = np.diff(entries_before[data.M.indptr])[rows]
+    else:
+        number = np.count_nonzero(data.M[rows], axis=1)
+    columns = columns_of(measure, rows[number == 1])
     columns = columns[(low[columns] <= 0) & (high[columns] >= 0)]
     freed: Vector = np.array(z)
     freed[columns] = 0.0
