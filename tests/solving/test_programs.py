@@ -29,7 +29,9 @@ from lcpcli import (
 )
 from lcpcli.errors import ProblemError
 from lcpcli.formulations.quadratic_program import no_minimum
+from lcpcli.formulations.quadratic_program.conclusions import data_of
 from lcpcli.report.result_formats import plain
+from lcpcli.verify.certificate import Proof
 from lcpcli.verify.point import Criterion, Point
 
 from ..methods.programs import bounded_program
@@ -534,3 +536,14 @@ def test_several_minimizers_are_seen_beside_a_far_larger_variable(large):
         upper=[np.inf, 1],
     )
     assert run(problem).answer.proved == "several_optima"
+
+
+def test_a_proof_up_to_rounding_makes_no_program_unbounded():
+    """The minimizer is 1e20."""
+    problem = from_qp([[1e-20]], [-1.0])
+    proof = Proof("farkas", np.ones(1), is_rounded=True)
+    program = problem.origin
+    data = data_of(problem, program)
+    found = no_minimum.without_minimum(problem, proof, program, data)
+    end = "the program has no minimum up to the rounding of its data"
+    assert (found.statement, found.proved) == (end, None)
