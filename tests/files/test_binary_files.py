@@ -54,6 +54,8 @@ M=eye > 0, q=ones => M: {OF_OTHER_TYPE:bool}; {NUMBERS}
 M=eye, q=[1, nan] => q[1]: {NOT_FINITE}; {FINITE}{FROM_0}
 M=ones, q=ones => M: {DIMENSIONS:1 dimension}; {A_LIST_OF_ROWS}
 M=eye, q=ones, name=3 => name: is an array of int64; {A_TEXT}
+M=eye, q=ones, name=np.array([2**30], "<u4").view("<U1").reshape(())
+    => name: {NO_ARRAY_OF_NUMBERS}; {NPZ_AGAIN}
 M=eye, q=ones, lower=eye
     => lower: {DIMENSIONS:2 dimensions}; give a number, or a flat list of numbers
 P=eye, c=ones => P: {TWO_WAYS:c}; {WAYS_TO_WRITE_PROGRAMS}
@@ -171,6 +173,7 @@ solve good.json --lower xy.npz
 solve lb.mat => lb.mat: lb: {MAY_BE_BOUNDS}; {RENAME}
 solve L.mat => L.mat: L: {MAY_BE_BOUNDS}; {RENAME}
 solve bnds.mat => bnds.mat: bnds: {MAY_BE_BOUNDS}; {RENAME}
+solve ab.mat => ab.mat: a: {MAY_BE_BOUNDS}; {RENAME}
 solve sheet.xlsx => sheet.xlsx: {SPREADSHEET}; {AS_CSV}
 solve sheet.csv => sheet.csv: {SPREADSHEET}; {AS_CSV}
 solve p.zip => p.zip: is compressed; uncompress it first
@@ -197,6 +200,7 @@ solve cut.npy
         "lb.mat": mat(M=EYE, q=ONES, lb=ONES),
         "L.mat": mat(M=EYE, q=ONES, L=-1),
         "bnds.mat": mat(M=EYE, q=ONES, bnds=EYE),
+        "ab.mat": mat(M=EYE, q=ONES, a=0 * ONES, b=ONES),
         "sheet.xlsx": SHEET,
         "sheet.csv": SHEET,
         "p.zip": zip_of({"p.json": GOOD}),

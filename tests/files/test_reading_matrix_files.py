@@ -21,7 +21,6 @@ from lcpcli.files.beside import read_start
 from lcpcli.linalg.matrices import is_sparse
 
 from ..conftest import M, Q, numbers, read_exact
-from ..wordings import MAY_BE_BOUNDS, NO_ARRAY_OF_NUMBERS
 
 BANNER = "%%MatrixMarket matrix"
 MATRICES = {
@@ -242,15 +241,6 @@ def test_scipy_is_loaded_for_a_sparse_or_matrix_market_file_alone(tmp_path):
     assert done.stdout.strip() == "False"
 
 
-def test_a_text_of_characters_that_do_not_exist_is_refused(tmp_path):
-    name = np.frombuffer(np.array([2**30], dtype="<u4").tobytes(), dtype="<U1").reshape(
-        ()
-    )
-    np.savez(tmp_path / "p.npz", M=np.eye(2), q=-np.ones(2), name=name)
-    with pytest.raises(ProblemError, match=f"name: {NO_ARRAY_OF_NUMBERS}"):
-        read(tmp_path / "p.npz")
-
-
 def outcome(content):
     try:
         mat_format.fields(mat_format.parse(content))
@@ -295,13 +285,6 @@ def test_parts_of_a_sparse_matrix_of_a_program_have_its_name_in_front(tmp_path):
         ProblemError, match="data: is part of a sparse matrix that has no name"
     ):
         read(tmp_path / "program.npz")
-
-
-def test_bounds_called_a_and_b_in_a_mat_file_are_not_ignored(tmp_path):
-    own = {"M": np.eye(2), "q": [1.0, 2.0], "a": [0.0, 0.0], "b": [1.0, 1.0]}
-    savemat(tmp_path / "p.mat", own)
-    with pytest.raises(ProblemError, match=f"a: {MAY_BE_BOUNDS}"):
-        read(tmp_path / "p.mat")
 
 
 @pytest.mark.parametrize(

@@ -13,7 +13,6 @@ from scipy.sparse import eye_array
 
 import lcpcli
 from lcpcli import Problem, Trace
-from lcpcli.files import contents
 from lcpcli.gallery.families import make
 from lcpcli.inspection.inspection import inspect
 from lcpcli.inspection.theory import smoothing
@@ -28,7 +27,6 @@ from lcpcli.solving.proof import with_reference
 from ..benchmarks.accuracy import contraction, empirical_rate
 
 OWN = ("auto", "shi", "fixed-point", "newton", "interior", "lemke", "milp")
-EXAMPLE = contents.shipped_path("paper-example-1.json")
 OBJECT = json.loads(
     inspection_text.inspection_report(inspect(Problem([[1.0]], [1.0]))).render("json")
 )

@@ -2,7 +2,6 @@
 columns, widths and colours."""
 
 import re
-from collections.abc import Callable
 from dataclasses import replace
 
 import numpy as np
@@ -209,7 +208,6 @@ COMMANDS = {
     "bench": f"bench {EXAMPLE} --budget 0 --method newton --method shi",
     "list": "make --list",
 }
-Terminal = Callable[[int, bool], None]
 
 
 @pytest.mark.parametrize("name", COMMANDS)
