@@ -29,7 +29,6 @@ from lcpcli.clock import imports
 from lcpcli.linalg import factors
 from lcpcli.linalg.krylov import is_semidefinite
 from lcpcli.linalg.matrices import (
-    compressed,
     has_no_positive_links,
     is_narrow,
     is_skew,
@@ -185,7 +184,7 @@ class Structure:
         # The rows of a program have zeros on the diagonal.
         if not (self.is_large_and_sparse and self.is_no_p_matrix):
             return ""
-        if self.linear_program is not None:
+        if is_skew(M):
             return "linear"
         # The signs of rows with which M is symmetric: a program has both kinds.
         S = self.problem.signs
@@ -194,19 +193,6 @@ class Structure:
             if S is not None and (S[0] != S).any() and is_semidefinite(M)
             else ""
         )
-
-    @cached_property
-    def linear_program(self) -> Problem | None:
-        """Return the problem with sparse M if M is skew-symmetric, as for a linear
-        program, and sparse or that of a program, of so many unknowns that pivoting
-        takes longer than the simplex method; else None."""
-        given = self.original_problem
-        if given.n <= direct.MAX_PIVOTED or given.M.diagonal().any():
-            return None
-        if not is_sparse(given.M) and given.block_form is None:
-            return None
-        M = compressed(given.M)
-        return direct.with_M(given, M) if is_skew(M) else None
 
     @cached_property
     def is_no_p_matrix(self) -> bool:
@@ -559,17 +545,13 @@ BRIEFLY_LINEAR = stage_factory(
 )
 
 
-def _simplex(structure: Structure) -> Stage:
-    """Run the simplex method on a linear program for as long as the interior point
-    method might take."""
-    problem = structure.linear_program
-    assert problem is not None
-    max_seconds = max(
-        MIN_SIMPLEX_EFFORT,
-        SIMPLEX_EFFORT * problem.M.nnz,
-        SIMPLEX_EFFORT_BY_OPERATIONS * problem.facts.factor_operations,
-    )
-    return stage_factory("linear.linear", lambda _: (problem, max_seconds))(structure)
+def _simplex_effort(structure: Structure) -> float:
+    """Return the limit on the work of the simplex method on a linear program, in
+    seconds: about the time of the interior point method, if this is longer."""
+    problem = structure.problem
+    by_entries = SIMPLEX_EFFORT * float(problem.M.nnz)
+    by_operations = SIMPLEX_EFFORT_BY_OPERATIONS * problem.facts.elimination_operations
+    return max(by_entries, by_operations, MIN_SIMPLEX_EFFORT)
 
 
 INTERIOR_AT_FIRST = stage_factory("interior.first_attempts", lambda s: (s.thin,))
@@ -594,9 +576,11 @@ FIRST = (
     AttemptRule(
         "linear",
         "of half of the variables",
-        "M is large and skew-symmetric, as for a linear program",
-        lambda s: s.linear_program is not None,
-        _simplex,
+        "M is large, sparse and skew-symmetric, as for a linear program",
+        lambda s: s.program == "linear",
+        stage_factory(
+            "linear.linear", lambda s: (s.original_problem, _simplex_effort(s))
+        ),
     ),
     AttemptRule(
         "interior",

@@ -211,7 +211,7 @@ def fill(M: Matrix, max_entries: int) -> int:
     return int(_sum_until(column_lengths(M), max_entries))
 
 
-def factor_operations(M: Matrix, max_operations: float) -> float:
+def elimination_operations(M: Matrix, max_operations: float) -> float:
     """Return the operations of factors whose columns have `column_lengths`, which are
     up to five times those in an order of minimum degree; or a part of them that exceeds
     `max_operations`."""

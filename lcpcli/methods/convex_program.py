@@ -15,11 +15,11 @@ from lcpcli.clock import imports
 from lcpcli.errors import ProblemError
 from lcpcli.linalg.compressed_rows import block, of_arrays
 from lcpcli.linalg.factors import SingularMatrix
-from lcpcli.linalg.matrices import is_skew, may_be_stiff, stack, thinned
+from lcpcli.linalg.matrices import is_skew, is_sparse, may_be_stiff, stack, thinned
 from lcpcli.linalg.programs import ConvexProgram, PiqpResult, convex_minimum
 from lcpcli.linalg.rank_one_blocks import rank_one_blocks
 from lcpcli.linalg.shifted_systems import operations, systems
-from lcpcli.methods.direct import with_M
+from lcpcli.methods.direct import MAX_AS_DENSE, with_M
 from lcpcli.methods.interior import (
     CLOSE_MERIT,
     EXCHANGE_ROUNDS,
@@ -53,9 +53,9 @@ MAX_CONDITION = 5e12
 # Operations of a factorization with which PIQP, which cannot be interrupted, stops in a
 # few tenths of a second.
 MAX_OPERATIONS = 6e7
-# On a linear program, by `patterns.factor_operations`, for each constraint and in all:
-# beyond, the simplex method takes less time, even with eight iterations for each
-# constraint, as for qap8, where it usually takes one or two.
+# On a large linear program, by `patterns.elimination_operations`, for each constraint
+# and in all: beyond, the simplex method takes less time, even with eight iterations for
+# each constraint, as for qap8, where it usually takes one or two.
 MAX_LINEAR_OPERATIONS_PER_ROW = 1e5
 MAX_LINEAR_OPERATIONS = 6e8
 
@@ -71,13 +71,16 @@ def convex_program(problem: Problem, max_steps: int | None = None) -> Stage:
     simplex method solves in less time, or PIQP finds no minimum.
     Stalled : no basic solution solves it.
     """
+    is_large = is_sparse(problem.M) and problem.n > MAX_AS_DENSE
     problem = with_M(problem, thinned(problem.M, problem.M.size))
     S = problem.signs
     if S is not None and (S > 0).all() and may_be_stiff(problem.M):
         return (yield from _bounded(problem))
     if S is None or not (S < 0).any() or problem.M.diagonal().min() < 0:
         return Breakdown("the problem is not that of a convex program")
-    if is_skew(problem.M) and _takes_longer_than_simplex(problem, S < 0):
+    # With other M, the simplex method is no early attempt.
+    is_linear = is_large and is_skew(problem.M)
+    if is_linear and _takes_longer_than_simplex(problem, S < 0):
         return Breakdown("the simplex method takes less time")
     try:
         run = Run(problem, by_units=True)
@@ -145,10 +148,10 @@ def _takes_longer_than_simplex(problem: Problem, is_row: Mask) -> bool:
         MAX_LINEAR_OPERATIONS_PER_ROW * float(np.count_nonzero(is_row)),
         MAX_LINEAR_OPERATIONS,
     )
-    # Counting operations takes longer than the bound, which is larger.
+    # For most programs the bound, which takes less time than counting, is enough.
     return (
         _operation_bound(problem.M, is_row, 2 * most) > 2 * most
-        and problem.facts.factor_operations > most
+        and problem.facts.elimination_operations > most
     )
 
 

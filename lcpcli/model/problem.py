@@ -173,12 +173,12 @@ class Facts:
         return signs(self._M)
 
     @cached_property
-    def factor_operations(self) -> float:
+    def elimination_operations(self) -> float:
         """Return the operations of factors of a sparse M + M' + I, as
-        `patterns.factor_operations` counts them, up to MAX_COUNTED_OPERATIONS."""
+        `patterns.elimination_operations` counts them, up to MAX_COUNTED_OPERATIONS."""
         with imports:
-            from lcpcli.linalg.patterns import factor_operations
-        return factor_operations(self._M, MAX_COUNTED_OPERATIONS)
+            from lcpcli.linalg.patterns import elimination_operations
+        return elimination_operations(self._M, MAX_COUNTED_OPERATIONS)
 
     @cached_property
     def units(self) -> Units:

@@ -104,10 +104,11 @@ def bits(A: Rows) -> int:
 
 
 def duration(A: Rows) -> float:
-    """Return roughly the seconds that `solve` takes for a nonsingular A with many
-    rows.
+    """Return roughly the seconds that `solve` takes for the largest nonsingular part of
+    an A with many rows and columns.
     """
-    return SECONDS_PER_BIT * bits(A) * float(len(A)) ** 3
+    rank = min(len(A), len(A[0])) if A else 0
+    return SECONDS_PER_BIT * bits(A) * float(rank) ** 3
 
 
 def particular(A: Rows, b: Sequence[int]) -> list[Fraction] | None:

@@ -11,6 +11,7 @@ from __future__ import annotations
 import math
 import os
 from collections.abc import Callable, Generator, Iterator, Sequence
+from contextlib import suppress
 from dataclasses import dataclass
 from functools import cache
 from itertools import chain, islice
@@ -422,8 +423,15 @@ def direct_steps(session: Session) -> Steps:
     if result is not None or session.is_late():
         return result
     steps = first_steps(session, start, dense, fast)
-    # The loop raises errors of numpy, too.
-    return (yield from steps) if session.is_shown else strictly_exhausted(steps)
+    if session.is_shown:
+        return (yield from steps)
+    with (
+        suppress(TimeIsUp),
+        deadline_after(session.limits.time_limit - session.stopwatch.elapsed()),
+    ):
+        # The loop raises errors of numpy, too.
+        return strictly_exhausted(steps)
+    return None
 
 
 def _answer(

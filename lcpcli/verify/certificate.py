@@ -169,6 +169,7 @@ def first_proof(
     statement: str = "",
     rounded_from: float = math.inf,
     whole: bool = False,
+    corrects: bool = True,
 ) -> Proof | None:
     """Return the proof by the first y that is one, multiplied by a power of two that
     keeps it in the range of double precision. If there is none, return the proof by the
@@ -178,11 +179,11 @@ def first_proof(
     statement : by default, the statement for the bounds of the problem. rounded_from :
         the number of unknowns from which proofs up to rounding are accepted; by default
         the proof has to hold exactly. whole : whether a vector of integers close to a
-        multiple of y is tested first.
+        multiple of y is tested first. corrects : as in `farkas.refutes`.
     """
     rejected = list[Vector]()
     for y in ys:
-        vector = _whole(problem, y) if whole else _in_range(problem, y)
+        vector = _whole(problem, y) if whole else _in_range(problem, y, corrects)
         if vector is not None:
             return Proof("farkas", vector, statement or problem.box.wording.farkas)
         rejected.append(y)
@@ -198,11 +199,14 @@ def first_proof(
     return None
 
 
-def _in_range(problem: Problem, y: Vector) -> Vector | None:
+def _in_range(problem: Problem, y: Vector, corrects: bool = True) -> Vector | None:
     """Return y times the power of two that scales it to about 1 if that is a proof;
-    otherwise None."""
+    otherwise None. corrects : as in `farkas.refutes`."""
     y = in_range(y)
-    return y if Proof("farkas", y).holds(problem) else None
+    is_proof = y.shape == problem.q.shape and farkas.refutes(
+        problem.M, problem.q, y, problem.box, corrects=corrects
+    )
+    return y if is_proof else None
 
 
 def _whole(problem: Problem, y: Vector) -> Vector | None:

@@ -53,6 +53,9 @@ LARGEST_EXACT = 48
 LARGEST_BY_FLINT = 400  # the same with FLINT
 # Limit on the number of entries times the bits of the largest: one or two seconds.
 MAX_BITS = 10_000_000
+# Estimated seconds of a system, up to which a correction, which may take two systems of
+# longer numbers, takes less than a second.
+MAX_SECONDS = 0.1
 
 
 def sides(box: Box, n: int) -> tuple[Vector, Vector, Mask, Mask]:
@@ -63,7 +66,12 @@ def sides(box: Box, n: int) -> tuple[Vector, Vector, Mask, Mask]:
 
 @np.errstate(all="ignore")
 def refutes(
-    A: Matrix, b: Vector, y: Vector, box: Box = ORTHANT, rows: Box | None = None
+    A: Matrix,
+    b: Vector,
+    y: Vector,
+    box: Box = ORTHANT,
+    rows: Box | None = None,
+    corrects: bool = True,
 ) -> bool:
     """Return whether y proves that no such z exists, for finite A of shape (m, n), b
     and y (m,).
@@ -86,7 +94,8 @@ def refutes(
       arithmetic: an exact solution of A'y = 0 in those columns, on the support of y,
       has to pass all tests; or, if there is none because rounding of A has made the
       columns independent, one with A'y < 0 close to y. y is then that proof rounded.
-      This is done for at most LARGEST_EXACT columns and entries, or LARGEST_BY_FLINT.
+      This is done for at most LARGEST_EXACT columns and entries, or LARGEST_BY_FLINT,
+      and only if `corrects` is true.
     """
     of = Multiplied(A, b, y, box, rows)
     if (
@@ -99,6 +108,8 @@ def refutes(
         return True
     if (of.excess <= of.error).all() and of.holds(fractions_of(of.y), of.is_certain):
         return True
+    if not corrects:
+        return False
     part = matrices.dense(of.rows[:, np.flatnonzero(of.is_active)])
     if (
         not part.size
@@ -306,6 +317,7 @@ def corrected(
     if quickly and (
         max(len(A), len(A[0])) > max_exact_unknowns()
         or len(A) * len(A[0]) * elimination.bits(A) > MAX_BITS
+        or elimination.duration(A) > MAX_SECONDS
     ):
         return None
     # Pivots are chosen among the large entries, whose relative change is smallest.

@@ -8,7 +8,7 @@ from numpy.random import default_rng
 from scipy.sparse import block_diag, csr_array, random_array
 
 from lcpcli import Problem, from_qp, run
-from lcpcli.linalg import programs, shifted_systems
+from lcpcli.linalg import shifted_systems
 from lcpcli.linalg.units import units
 from lcpcli.methods import convex_program, interior
 from lcpcli.methods.direct import may_be_program
@@ -305,10 +305,24 @@ def test_the_simplex_method_solves_linear_programs_whose_factors_take_long(monke
     assert (result.solved, result.route) == (True, ("linear",))
 
 
-def test_without_piqp_the_simplex_method_solves_dense_linear_programs(monkeypatch):
-    monkeypatch.setattr(programs, "has_piqp", lambda: False)
-    A = default_rng(1).uniform(0.0, 1.0, (150, 200))
-    program = feasible(A)
-    assert isinstance(program.M, np.ndarray)
-    result = run(program)
-    assert (result.solved, result.route) == (True, ("linear",))
+def flow(n):
+    """A linear program of flows through a random graph of n nodes and 4 n edges."""
+    random = default_rng(0)
+    edges = np.arange(4 * n)
+    begin = random.integers(0, n, edges.size)
+    end = (begin + random.integers(1, n, edges.size)) % n
+    A = csr_array(
+        (np.repeat([1.0, -1.0], edges.size), (np.r_[begin, end], np.r_[edges, edges])),
+        shape=(n, edges.size),
+    )
+    b = A @ random.uniform(0.0, 1.0, edges.size)
+    costs = random.uniform(0.0, 1.0, edges.size)
+    return from_qp(None, costs, A, row_lower=b, row_upper=b)
+
+
+@pytest.mark.parametrize(("n", "method"), [(200, "piqp"), (2000, "linear")])
+def test_a_linear_program_goes_to_the_method_that_takes_less_time(n, method):
+    """With more nodes, factors have more entries for each row, and the simplex method
+    gets as many iterations as take the time of interior."""
+    result = run(flow(n))
+    assert (result.solved, result.route) == (True, (method,))

@@ -17,6 +17,7 @@ from numpy.random import default_rng
 import lcpcli
 from lcpcli import Problem
 from lcpcli.gallery import families
+from lcpcli.interrupts import TimeIsUp, remaining
 from lcpcli.methods import direct as module
 from lcpcli.methods.direct import (
     BLOCK_PATIENCE,
@@ -376,3 +377,17 @@ def test_a_small_dense_call_passes_through_few_functions():
     upper = np.array([0.5, np.inf, np.inf, np.inf])
     assert len(functions_of(lambda: lcpcli.solve(M, q))) <= 35
     assert len(functions_of(lambda: lcpcli.solve(M, q, upper=upper))) <= 48
+
+
+def test_the_first_attempts_that_nobody_sees_have_the_time_limit(monkeypatch):
+    left = []
+
+    def steps(*_):
+        left.append(remaining())
+        raise TimeIsUp
+        yield
+
+    monkeypatch.setattr(direct_run, "first_steps", steps)
+    problem = families.make("murty", 40)
+    assert lcpcli.run(problem, time_limit=1000.0, compiled=False).solved
+    assert 0.0 < left[0] <= 1000.0

@@ -307,6 +307,24 @@ def test_no_infeasible_program_is_said_to_have_a_point(seed):
     assert not sides.hold_near(x)
 
 
+@pytest.mark.parametrize("n", [20, 160])
+def test_no_vector_is_corrected_where_it_takes_long(n, monkeypatch):
+    """In double precision n numbers of each row have 53 bits: a system of 160 takes
+    seconds, and an interior point method tests many vectors."""
+    taken = []
+    monkeypatch.setattr(
+        elimination,
+        "particular",
+        lambda *given: taken.append(given),  # which returns that there is none
+    )
+    M = default_rng(0).standard_normal((n, n))
+    y = np.ones(n)
+    M[0] -= y @ M  # M'y is almost 0
+    free = Box(np.full(n, -np.inf), np.full(n, np.inf))
+    assert not refutes(M, -y, y, free)
+    assert len(taken) == (n == 20)
+
+
 def test_farkas_vector_is_corrected_where_no_double_fits():
     """3 y1 = y2 is asked for with a y1 that is no multiple: only the corrected vector
     has M'y = 0."""
