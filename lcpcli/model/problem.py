@@ -51,7 +51,7 @@ LCP_BOUNDS = 0.0, math.inf
 
 # Rows up to which the scaling factors of a sparse M take less time as a dense one.
 MAX_UNITS_AS_DENSE = 150
-# Operations of a factorization that are counted, as none takes as long.
+# Counting the operations of a factorization ends here: it would take several seconds.
 MAX_COUNTED_OPERATIONS = 1e10
 
 
