@@ -11,6 +11,7 @@ import pytest
 
 import lcpcli
 
+from .conftest import BATCH
 from .files.nl_writing import model
 
 PACKAGE = Path(lcpcli.__file__).parent
@@ -51,18 +52,9 @@ def alone(tmp_path_factory):
     return folder
 
 
-# Each line in the same process, as loading the package takes longer than what it does.
-EACH = """
-import sys
-from lcpcli.cli import main as cli
-cli.leave = sys.exit  # it would end the process
-for line in sys.stdin:
-    sys.argv = ["lcp", *line.split()]
-    try:
-        cli.main()
-    except SystemExit as ending:
-        print(end=f"\\0{ending.code or 0}\\0", flush=True)
-"""
+# Each line in the same process, as loading the package takes longer than what it does;
+# the exit code of each comes behind its output.
+EACH = BATCH.replace("assert not ending.code", 'print(end=f"\\0{ending.code or 0}")')
 
 
 def python(folder, code, given=""):

@@ -283,6 +283,10 @@ ALL_FILES_OF_CHECK = (
 )
 USE_NAMES = "use names of unknowns, or z1 to z{}"
 WRITE_Z = "write z1 to z{}, or a name"
+WRITE_A_SUM = (
+    "write numbers and names with + and - between them, such as 2 z1 - 1/3 z2 + "
+    '"a name with blanks"'
+)
 
 # Hints: words and options.
 DID_YOU_MEAN = "did you mean {}?"

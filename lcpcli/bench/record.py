@@ -182,12 +182,8 @@ def _added(text: str, first: int) -> Iterator[Measurement]:
             try:
                 yield _decode("it", json.loads(line), Measurement)
             except ValueError as error:
-                is_unfinished = isinstance(error, json.JSONDecodeError)
-                if (
-                    at == last
-                    and is_unfinished
-                    and line.startswith(OPENING[: len(line)])
-                ):
+                is_begun = at == last and line.startswith(OPENING[: len(line)])
+                if is_begun and isinstance(error, json.JSONDecodeError):
                     return
                 raise ValueError(f"line {at} is not a measurement") from None
 

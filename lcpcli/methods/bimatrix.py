@@ -137,13 +137,14 @@ def _interior(R: Vector) -> tuple[Vector, Vector] | None:
     # PIQP factorizes a matrix whose order is the number of variables: they are x, whose
     # sum is largest with R'x <= 1, x >= 0, in the dual of a program with more columns.
     of_x = rows < columns
-    A, n = (R.T, rows) if of_x else (R, columns)
-    sides = np.ones(A.shape[0]), np.full(A.shape[0], np.inf)
+    A, sign = (R.T, -1.0) if of_x else (R, 1.0)
+    ones, none = np.ones(A.shape[0]), np.full(A.shape[0], np.inf)
+    n = A.shape[1]
     program = ConvexProgram(
         Q=np.zeros((n, n)),
-        c=np.full(n, -1.0 if of_x else 1.0),
+        c=np.full(n, sign),
         equations=(np.zeros((0, n)), np.zeros(0)),
-        rows=(A, -sides[1], sides[0]) if of_x else (A, *sides),
+        rows=(A, -none, ones) if of_x else (A, ones, none),
         bounds=(np.zeros(n), np.full(n, np.inf)),
     )
     ended = convex_minimum(program, TOLERANCE, MAX_PROGRAM_STEPS, MAX_GAP)

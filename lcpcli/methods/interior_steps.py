@@ -49,9 +49,6 @@ ENTRIES_FAR_APART = 60.0  # binary digits between entries of M: more than number
 DIVERGED_SIZE = 1e2
 # Relative to the largest entry of y: smaller ones are omitted first.
 COARSE_ENTRY = 1e-3
-# Unknowns up to which each vector close to y is corrected in rational arithmetic: with
-# more this takes seconds, and is done for y alone.
-MAX_CORRECTED = 100
 # Relative to the sum of |y|: by how much a proof has to be negative, far above
 # rounding.
 CLEAR_MARGIN = 1e-10
@@ -193,16 +190,12 @@ def proof_of(
                 candidates += reversed(
                     list(simplest(np.where(np.abs(y) < small, 0.0, y)))
                 )
-            clear = [
+            clear = (
                 candidate
                 for candidate in candidates
                 if _is_clear(within, candidate, NEARLY_ZERO)
-            ]
-            proof = None
-            if problem.n > MAX_CORRECTED:
-                proof = first_proof(problem, clear, corrects=False)
-                clear = clear[-1:]
-            proof = proof or first_proof(problem, clear, rounded_from=MANY)
+            )
+            proof = first_proof(problem, clear, rounded_from=MANY)
             if proof is not None:
                 return proof
     return None

@@ -169,7 +169,6 @@ def first_proof(
     statement: str = "",
     rounded_from: float = math.inf,
     whole: bool = False,
-    corrects: bool = True,
 ) -> Proof | None:
     """Return the proof by the first y that is one, multiplied by a power of two that
     keeps it in the range of double precision. If there is none, return the proof by the
@@ -179,11 +178,11 @@ def first_proof(
     statement : by default, the statement for the bounds of the problem. rounded_from :
         the number of unknowns from which proofs up to rounding are accepted; by default
         the proof has to hold exactly. whole : whether a vector of integers close to a
-        multiple of y is tested first. corrects : as in `farkas.refutes`.
+        multiple of y is tested first.
     """
     rejected = list[Vector]()
     for y in ys:
-        vector = _whole(problem, y) if whole else _in_range(problem, y, corrects)
+        vector = _whole(problem, y) if whole else _in_range(problem, y)
         if vector is not None:
             return Proof("farkas", vector, statement or problem.box.wording.farkas)
         rejected.append(y)
@@ -199,14 +198,11 @@ def first_proof(
     return None
 
 
-def _in_range(problem: Problem, y: Vector, corrects: bool = True) -> Vector | None:
+def _in_range(problem: Problem, y: Vector) -> Vector | None:
     """Return y times the power of two that scales it to about 1 if that is a proof;
-    otherwise None. corrects : as in `farkas.refutes`."""
+    otherwise None."""
     y = in_range(y)
-    is_proof = y.shape == problem.q.shape and farkas.refutes(
-        problem.M, problem.q, y, problem.box, corrects=corrects
-    )
-    return y if is_proof else None
+    return y if Proof("farkas", y).holds(problem) else None
 
 
 def _whole(problem: Problem, y: Vector) -> Vector | None:

@@ -66,12 +66,7 @@ def sides(box: Box, n: int) -> tuple[Vector, Vector, Mask, Mask]:
 
 @np.errstate(all="ignore")
 def refutes(
-    A: Matrix,
-    b: Vector,
-    y: Vector,
-    box: Box = ORTHANT,
-    rows: Box | None = None,
-    corrects: bool = True,
+    A: Matrix, b: Vector, y: Vector, box: Box = ORTHANT, rows: Box | None = None
 ) -> bool:
     """Return whether y proves that no such z exists, for finite A of shape (m, n), b
     and y (m,).
@@ -94,8 +89,7 @@ def refutes(
       arithmetic: an exact solution of A'y = 0 in those columns, on the support of y,
       has to pass all tests; or, if there is none because rounding of A has made the
       columns independent, one with A'y < 0 close to y. y is then that proof rounded.
-      This is done for at most LARGEST_EXACT columns and entries, or LARGEST_BY_FLINT,
-      and only if `corrects` is true.
+      This is done for at most LARGEST_EXACT columns and entries, or LARGEST_BY_FLINT.
     """
     of = Multiplied(A, b, y, box, rows)
     if (
@@ -108,8 +102,6 @@ def refutes(
         return True
     if (of.excess <= of.error).all() and of.holds(fractions_of(of.y), of.is_certain):
         return True
-    if not corrects:
-        return False
     part = matrices.dense(of.rows[:, np.flatnonzero(of.is_active)])
     if (
         not part.size

@@ -30,23 +30,17 @@ csr_array(coupled) => M: {DEPENDENT:600}; {UP_TO_500}
         r"""
 "" => objective: {NAMES:''}; {USE_NAMES:1}
 "z1 +"
-    => objective: {IN_PLACE_OF:'+'|a term}; write numbers
-    and names with + and - between them, such as 2 z1 - 1/3 z2 + "a name with blanks"
+    => objective: {IN_PLACE_OF:'+'|a term}; {WRITE_A_SUM}
 "z1 z2"
-    => objective: {IN_PLACE_OF:'z2'|a term}; write numbers
-    and names with + and - between them, such as 2 z1 - 1/3 z2 + "a name with blanks"
+    => objective: {IN_PLACE_OF:'z2'|a term}; {WRITE_A_SUM}
 "3"
-    => objective: {IN_PLACE_OF:'3'|a term}; write numbers
-    and names with + and - between them, such as 2 z1 - 1/3 z2 + "a name with blanks"
+    => objective: {IN_PLACE_OF:'3'|a term}; {WRITE_A_SUM}
 "z1 + 3"
-    => objective: {IN_PLACE_OF:'+ 3'|a term}; write numbers
-    and names with + and - between them, such as 2 z1 - 1/3 z2 + "a name with blanks"
+    => objective: {IN_PLACE_OF:'+ 3'|a term}; {WRITE_A_SUM}
 "z1 * z2"
-    => objective: {IN_PLACE_OF:'* z2'|a term}; write numbers
-    and names with + and - between them, such as 2 z1 - 1/3 z2 + "a name with blanks"
+    => objective: {IN_PLACE_OF:'* z2'|a term}; {WRITE_A_SUM}
 "2 +"
-    => objective: {IN_PLACE_OF:'2 +'|a term}; write numbers
-    and names with + and - between them, such as 2 z1 - 1/3 z2 + "a name with blanks"
+    => objective: {IN_PLACE_OF:'2 +'|a term}; {WRITE_A_SUM}
 """,
         "optimum(Problem([[1]], [1]), {})",
     ),
