@@ -32,8 +32,7 @@ def relative_residual(problem, z):
     )
 
 
-@pytest.mark.parametrize("sparse", [False, True])
-@pytest.mark.parametrize("degenerate", [False, True])
+@pytest.mark.parametrize(("degenerate", "sparse"), [(True, False), (False, True)])
 @pytest.mark.parametrize("kind", KINDS)
 def test_every_kind_of_monotone_problem_is_solved_in_few_steps(
     kind, degenerate, sparse
@@ -44,7 +43,7 @@ def test_every_kind_of_monotone_problem_is_solved_in_few_steps(
     counts as exact may hang on its last digit, so that single runs may take twice as
     long."""
     steps = []
-    for seed in range(3):
+    for seed in range(2):
         random = default_rng(seed)
         problem = solvable(
             kind, int(random.integers(3, 40)), random, degenerate, sparse
@@ -67,7 +66,7 @@ def test_every_kind_of_monotone_problem_is_solved_in_few_steps(
 def test_programs_without_a_feasible_point_or_a_minimum_are_refuted(sparse):
     """The rows of A x >= b add up to 0 >= 1, in integers; or |A| x >= 1 does not bound
     the sum of x."""
-    for seed in range(4):
+    for seed in range(2):
         random = default_rng(seed)
         n, m = 8, 6
         A = random.integers(-5, 6, (m, n)).astype(float)
@@ -87,19 +86,8 @@ def test_programs_without_a_feasible_point_or_a_minimum_are_refuted(sparse):
             assert check(problem, y=result.certificate.vector).accepted
 
 
-MODELS = [
-    (family, 40)
-    for family in (
-        "portfolio",
-        "control",
-        "transport",
-        "circuit",
-        "spatial-prices",
-        "qp",
-        "lp",
-    )
-]
-MODELS += [("portfolio", 300), ("transport", 300), ("control", 300)]
+MODELS = [("circuit", 40), ("spatial-prices", 40), ("qp", 40), ("lp", 40)]
+MODELS += [("portfolio", 300), ("transport", 300)]
 # Small components lose their digits in differences from the reference point.
 MODELS += [("control", 10_000)]
 
@@ -197,7 +185,7 @@ def test_convex_programs_in_units_that_are_far_apart_are_solved():
     """The variables are in units of up to 2^20, and down to 2^-20, so that entries of Q
     differ by up to 24 digits."""
     k, m = 200, 80
-    for seed in range(3):
+    for seed in range(2):
         random = default_rng(seed)
         A, R = (
             random.integers(-2, 3, (rows, k)) * (random.random((rows, k)) < 4 / k)

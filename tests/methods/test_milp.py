@@ -5,6 +5,9 @@ answers, those of the literature and random programs, by several methods.
 """
 
 import math
+import os
+import signal
+import threading
 from fractions import Fraction
 from itertools import count
 
@@ -28,7 +31,6 @@ from lcpcli.model.changes import standard_form
 from lcpcli.rational.exact_problem import ExactProblem
 from lcpcli.verify.certificate import Proof
 from lcpcli.verify.exact_solution import exact_basis
-from lcpcli.verify.measure import FEW_UNKNOWNS
 from lcpcli.verify.point import Criterion, Point
 
 from .. import exact
@@ -154,16 +156,35 @@ def test_time_limit_is_kept_and_called_so(monkeypatch):
 
 def test_a_set_neither_solved_nor_excluded_leaves_open_whether_one_solves():
     """But for last digits 3 w_1 + w_2 = 4 z_4 - 4 z_1 - 5, where z_4 = 0 as w_4 >= 1:
-    so z has size 1e31. The unknowns from z_5 on are there as exact arithmetic would
-    decide a problem of FEW_UNKNOWNS by itself."""
+    so z has size 1e31."""
     rows = np.array([[-2, 1, -1], [2, -3, 3], [6, -3, 3]]) + 2.0**-52 * np.array(
         [[2, 1, 1], [-4, 6, -4], [-8, -4, 6]]
     )
-    M, q = np.eye(FEW_UNKNOWNS + 1), np.ones(FEW_UNKNOWNS + 1)
-    M[:3, :3], M[:3, 3], q[:3] = rows, 1, [-2, 1, 5]
-    problem, z = Problem(M, q), exact.solution(Problem(rows, q[:3]))
-    assert exact.solves(problem, [*z, *[Fraction(0)] * (q.size - 3)])
-    assert run(problem, "milp").status not in NONE
+    M, q = np.eye(4), np.array([-2, 1, 5, 1])
+    M[:3, :3], M[:3, 3] = rows, 1
+    z = exact.solution(Problem(rows, q[:3]))
+    assert exact.solves(Problem(M, q), [*z, Fraction(0)])
+    tree = module.candidates(system(M, q))
+    while not isinstance(ending := advance(tree), Stalled):
+        assert isinstance(ending, tuple), "no proof"
+
+
+def test_ctrl_c_reaches_the_solver_of_programs(monkeypatch):
+    """Which is called in another thread, as compiled code ignores signals."""
+    # So that the tree is left after one node.
+    monkeypatch.setattr(module, "MAX_ENTRIES", 0)
+    threads, released = [], threading.Event()
+
+    def solver(*_, **__):
+        threads.append(threading.current_thread())
+        os.kill(os.getpid(), signal.SIGINT)
+        released.wait(60)
+
+    monkeypatch.setattr("scipy.optimize.milp", solver)
+    result = run(families.make("bimatrix", 20), "milp", interrupts="return")
+    released.set()
+    assert result.status is Status.INTERRUPTED
+    assert threads[0] is not threading.main_thread()
 
 
 def test_several_basic_solutions_are_not_taken_for_the_only_one():
@@ -258,14 +279,13 @@ def is_decided(seed, most):
 LARGE = pytest.param(range(100, 200), 160, marks=pytest.mark.slow("100 programs"))
 
 
-@pytest.mark.parametrize(("seeds", "most"), [(range(16), 30), LARGE])
+@pytest.mark.parametrize(("seeds", "most"), [(range(10), 30), LARGE])
 def test_integer_programs_are_decided_with_proofs(seeds, most):
     assert not [seed for seed in seeds if not is_decided(seed, most)]
 
 
-@pytest.mark.parametrize("seed", [1, 2])
-def test_contradiction_hidden_by_rounding_is_said_to_be_one_but_for_rounding(seed):
-    problem = with_rounded_combination(seed).problem()
+def test_contradiction_hidden_by_rounding_is_said_to_be_one_but_for_rounding():
+    problem = with_rounded_combination(1).problem()
     result = run(problem, time_limit=120)
     assert result.status is Status.INFEASIBLE
     if not result.certificate.is_rounded:  # rounding has left a contradiction
@@ -288,7 +308,7 @@ INFINITY = math.inf
 
 @pytest.mark.parametrize(
     ("n", "seed"),
-    [(60, 0), (60, 1), pytest.param(300, 1, marks=pytest.mark.slow("many unknowns"))],
+    [(60, 0), pytest.param(300, 1, marks=pytest.mark.slow("many unknowns"))],
 )
 def test_planted_problems_that_pivoting_does_not_solve_are_solved(n, seed):
     M, q = planted(n, seed)
@@ -306,11 +326,10 @@ def test_a_proof_by_the_equation_of_a_free_variable_is_one_for_the_problem_as_gi
     assert Proof("farkas", result.certificate.vector).holds(problem)
 
 
-@pytest.mark.parametrize("seed", range(2))
-def test_sparse_problems_and_those_with_bounds_and_free_variables_are_solved(seed):
-    M, q = planted(60, seed, 0.15)
+def test_sparse_problems_and_those_with_bounds_and_free_variables_are_solved():
+    M, q = planted(60, 0, 0.15)
     assert solve(csr_array(M), q, "reflections").solved
-    assert run(solvable("any", 40, default_rng(seed)), "reflections").solved
+    assert run(solvable("any", 40, default_rng(0)), "reflections").solved
 
 
 @pytest.mark.parametrize(
@@ -324,13 +343,11 @@ def test_planted_problems_in_other_units_are_solved(rows, columns, q):
     assert solve(R[:, None] * M * C, q * R * given, "reflections").solved
 
 
-@pytest.mark.parametrize("option", [{"beta": 0.3}, {"walkers": 3}, {"seed": 5}])
-def test_each_option_has_an_effect(option):
+def test_each_option_has_an_effect():
     M, q = planted(60, 3)
-    assert (
-        solve(M, q, "reflections", **option).evaluations
-        != solve(M, q, "reflections").evaluations
-    )
+    options = ({}, {"beta": 0.3}, {"walkers": 3}, {"seed": 5})
+    evaluations = {solve(M, q, "reflections", **each).evaluations for each in options}
+    assert len(evaluations) == len(options)
 
 
 def test_reflections_claim_nothing_without_a_solution_or_without_units():
@@ -352,7 +369,7 @@ BOXES = {
 
 
 @pytest.mark.parametrize("kind", BOXES)
-@settings(max_examples=50)
+@settings(max_examples=20)
 @given(z=st.floats(-3, 3, width=32), w=st.floats(-3, 3, width=32))
 def test_the_nearest_complementary_point_is_nearer_than_all_others(kind, z, w):
     lower, upper = BOXES[kind]

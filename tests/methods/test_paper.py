@@ -214,7 +214,7 @@ def test_alpha_maximises_the_cosine_among_all_alphas_that_descend():
     < 0 it turns round."""
     generator, sides = default_rng(0), set()
     steps = np.concatenate([np.logspace(-8, 8, 200), [1e12]])
-    for n in np.repeat([2, 3, 5], 40).tolist():
+    for n in np.repeat([2, 3, 5], 15).tolist():
         F, v, y, d = generator.standard_normal((4, n))
         u, w = vectors_of_step_3(F, v, y)
         step, s = chosen(F, v, y, d)
@@ -251,10 +251,10 @@ def test_small_p_ends_at_the_smoothing_error_and_says_so():
 
 
 @pytest.mark.parametrize(
-    ("family", "n", "p"), [("hilbert", 8, None), ("gaussian", 3, 50.0)]
+    ("family", "n", "p"), [("hilbert", 6, None), ("gaussian", 2, 10.0)]
 )
 def test_an_end_far_from_a_zero_or_by_rounding_is_no_smoothing_error(family, n, p):
-    result = run(families.make(family, n), "shi", p=p, max_iterations=3000)
+    result = run(families.make(family, n), "shi", p=p)
     assert result.status is Status.STALLED
     assert "no step decreases |F~| any further" in result.message
 
@@ -270,7 +270,7 @@ def test_direction_that_cannot_descend_gives_way_to_steepest_descent(k_star, sta
     problem = Problem(
         factor @ factor.T + 12 * np.eye(12), generator.standard_normal(12)
     )
-    assert run(problem, "shi", k_star=k_star, max_iterations=4000).status is status
+    assert run(problem, "shi", k_star=k_star, max_iterations=1000).status is status
 
 
 def test_evaluations_of_a_search_in_vain_are_counted(monkeypatch):
@@ -341,7 +341,7 @@ def test_small_large_and_sparse_matrices_give_the_same_iterates(n):
     assert np.allclose(dense.z, sparse.z, rtol=0, atol=1e-13)
 
 
-@settings(max_examples=50)
+@settings(max_examples=20)
 @given(seed=st.integers(0, 2**32 - 1), spread=st.floats(0, 8), sparse=st.booleans())
 def test_auto_omega_is_near_the_best_for_positive_definite_matrices(
     seed, spread, sparse
@@ -394,7 +394,7 @@ def test_anderson_restarts_with_a_plain_step_from_the_best_point():
     assert following.tolist() == images[0].tolist(), "without an earlier difference"
 
 
-@settings(max_examples=25)
+@settings(max_examples=8)
 @given(seed=st.integers(0, 2**32 - 1), n=st.integers(1, 30), memory=st.integers(1, 12))
 def test_anderson_never_diverges_on_h_matrices(seed, n, memory):
     """Strictly diagonally dominant by rows, rows and columns in other units, omega at

@@ -53,14 +53,13 @@ def scaled(M):
 
 
 MATRICES = {
-    "line": lambda: line(2000),
-    "plane": lambda: plane(45),
-    "anisotropic": lambda: plane(40, 0.02),
-    "space": lambda: space(13),
-    "slow stream": lambda: stream(40, 5),
-    "fast stream": lambda: stream(40, 2000),
-    "graph": lambda: graph(2500, 250, 1e-3),
-    "other units": lambda: scaled(plane(40)),
+    "line": lambda: line(1000),
+    "anisotropic": lambda: plane(30, 0.02),
+    "space": lambda: space(10),
+    "slow stream": lambda: stream(30, 5),
+    "fast stream": lambda: stream(30, 2000),
+    "graph": lambda: graph(1200, 120, 1e-3),
+    "other units": lambda: scaled(plane(30)),
 }
 
 
@@ -120,7 +119,7 @@ def test_auto_solves_what_the_route_leaves():
     assert_equal_to_newton(problem, run(problem).z)
 
 
-@pytest.mark.parametrize("name", ["plane", "space", "slow stream", "graph"])
+@pytest.mark.parametrize("name", ["space", "slow stream", "graph"])
 def test_bounds_on_both_sides(name):
     M = MATRICES[name]()
     n = M.shape[0]
@@ -262,7 +261,7 @@ def by_chandrasekaran(M, q):
         basic |= new
 
 
-@settings(max_examples=100)
+@settings(max_examples=30)
 @given(st.integers(0, 10**6), st.integers(2, 30), st.integers(0, 2))
 def test_the_solution_is_found_wherever_the_basic_variables_lie(seed, n, spread):
     rng = np.random.default_rng(seed)
@@ -305,7 +304,7 @@ def test_optimal_stopping_with_two_free_boundaries_takes_a_few_passes_on_every_g
         assert np.count_nonzero(np.diff((result.z > 0).astype(int))) == 2
 
 
-def american_put(volatility, n=501):
+def american_put(volatility, n=405):
     """An implicit step of an American put by central differences, whose first rows have
     positive entries off the diagonal where the square of the volatility is below the
     rate; and the payoff, below which the value must not fall."""
@@ -352,6 +351,7 @@ def test_a_dense_tridiagonal_matrix_takes_the_route_of_compressed_rows():
     assert lcpcli.run(problem).problem is problem
 
 
+@settings(max_examples=30)
 @given(st.integers(0, 10**6))
 def test_a_z_matrix_has_a_solution_or_a_proof_in_fractions(seed):
     """Also where the rows have different denominators."""
@@ -375,7 +375,7 @@ def tree(n):
 
 
 @pytest.mark.parametrize("upper", [np.inf, 0.1])
-@pytest.mark.parametrize("shift", [0.5, 10.0, 1000.0])
+@pytest.mark.parametrize("shift", [0.5, 1000.0])
 @pytest.mark.parametrize(
     "make", [lambda: plane(60), lambda: tree(4000)], ids=["plane", "tree"]
 )

@@ -78,7 +78,7 @@ def definite(n, seed):
 
 
 @of_each_way
-@settings(max_examples=60)
+@settings(max_examples=25)
 @given(
     matrix=st.integers(1, 6).flatmap(
         lambda n: arrays(float, (n, n), elements=st.integers(-4, 4))
@@ -142,7 +142,7 @@ def test_its_answer_is_that_of_newton_and_a_nonnegative_q_needs_no_system(way):
     assert answer.steps == 0
 
 
-@pytest.mark.parametrize("seed", range(20))
+@pytest.mark.parametrize("seed", range(0, 20, 4))
 def test_a_problem_with_bounds_of_all_kinds_is_exchanged_as_by_newton(
     seed, monkeypatch
 ):
@@ -174,7 +174,7 @@ def within_bounds(problem):
         return exhausted(module.exchanges_within_bounds(problem, TOL))
 
 
-@pytest.mark.parametrize("seed", range(40))
+@pytest.mark.parametrize("seed", range(12))
 def test_what_is_certain_within_bounds_solves_by_the_exact_measure(seed):
     generator = default_rng(seed)
     n = 2 + seed % 9
@@ -252,7 +252,7 @@ def test_solved_means_a_small_residual_or_said_rounded_if_nearly_singular(distan
         )
 
 
-@settings(max_examples=60)
+@settings(max_examples=25)
 @given(st.integers(0, 10**6))
 def test_both_ways_and_the_loop_agree(seed):
     """Every third M is nonnegative, so that Lemke's path goes on where block pivoting

@@ -57,7 +57,7 @@ def assert_proved(result, whole, units=1):
         )
 
 
-@settings(max_examples=80)
+@settings(max_examples=30)
 @given(st.integers(0, 10**6), st.booleans())
 def test_verdict_is_that_of_enumeration(seed, mixed):
     M, q, lower, upper = random_mixed_problem(np.random.default_rng(seed), 4)
@@ -69,7 +69,7 @@ def test_verdict_is_that_of_enumeration(seed, mixed):
     assert_proved(proved(problem), problem)
 
 
-@settings(max_examples=40)
+@settings(max_examples=15)
 @given(st.integers(0, 10**6))
 def test_verdict_on_decimals_is_that_of_enumeration_on_integers(seed):
     """Rows are divided by powers of ten, which rounds them; many of these q are
@@ -191,7 +191,7 @@ def test_a_proved_solution_beyond_the_range_of_doubles_says_so():
     assert "beyond the range of doubles" in result.message
 
 
-@settings(max_examples=50)
+@settings(max_examples=15)
 @given(
     arrays(
         float,
@@ -216,7 +216,7 @@ def test_residuals_of_many_rows_are_those_of_single_rows():
     much longer."""
     random = default_rng(0)
     for most in (6, 300):
-        A = sparse.random_array((500, 300), density=0.02, rng=random, format="csr")
+        A = sparse.random_array((150, 300), density=0.02, rng=random, format="csr")
         A.data *= 2.0 ** random.integers(-60, 60, A.nnz)
         A = sparse.csr_array(
             A
@@ -226,8 +226,8 @@ def test_residuals_of_many_rows_are_those_of_single_rows():
             )
         )
         x = random.standard_normal(300)
-        b = np.where(random.random(500) < 0.5, A @ x, random.integers(-1, 2, 500))
-        single = [accurate_residual(A[[i]], x, b[[i]])[0] for i in range(500)]
+        b = np.where(random.random(150) < 0.5, A @ x, random.integers(-1, 2, 150))
+        single = [accurate_residual(A[[i]], x, b[[i]])[0] for i in range(150)]
         assert np.array_equal(accurate_residual(A, x, b), single)
 
 
@@ -247,7 +247,7 @@ def test_reference_is_exact_where_rational_arithmetic_can_be_had(monkeypatch):
 
 
 def test_reference_of_random_problems_solves_them():
-    for seed in range(0, 60, 3):
+    for seed in range(0, 60, 6):
         problem = oracle.random_problem(seed, 5)
         referred = with_reference(problem)
         assert bool(referred.solutions) is (oracle.solution(problem) is not None)
@@ -304,7 +304,7 @@ def program_with_rows(seed, sense):
 @pytest.mark.parametrize("sense", ["min", "max"])
 def test_measures_of_an_exact_minimum_are_rounded_once(make, sense):
     n_solved = 0
-    for seed in range(20):
+    for seed in range(8):
         problem = program_with_rows(seed, sense)
         solved = run(problem, "auto")
         result = prove(partial(make, problem), solved)
@@ -325,4 +325,4 @@ def test_measures_of_an_exact_minimum_are_rounded_once(make, sense):
         assert not answer.slacks[answer.y != 0].any()
         # Those of the run are 0 too, not rounding of 0.
         assert not solved.answer.slacks[solved.answer.y != 0].any()
-    assert n_solved >= 10
+    assert n_solved >= 4

@@ -276,7 +276,7 @@ def check_proof(result, problem):
         assert result.exact.status is Status.UNSOLVABLE or not exact.feasible(problem)
 
 
-@settings(max_examples=60)
+@settings(max_examples=25)
 @given(
     seed=seeds,
     kind=st.sampled_from(
@@ -414,12 +414,7 @@ def use(problem, random):
             continue
 
 
-# Seeds that reach nearly all lines that all reach.
-MOST = {0, 2, 4, 5, 8, 11, 12, 16, 23, 24}
-HOSTS = (
-    ({"all": "raise"}, MOST),
-    ({}, {1, 23}),
-)
+HOSTS = (({"all": "raise"}, {0, 5, 8, 12, 24}), ({}, {1}))
 
 
 @pytest.mark.parametrize(

@@ -173,14 +173,14 @@ def small_games():
                 for player in game_of(each).tree.players
             ],
         )
-        for each in map(tree_of, range(60))
+        for each in map(tree_of, range(20))
     )
     return [problem for problem, pure in numbers if max(pure) <= MAX_PURE]
 
 
 def test_no_pure_strategy_gains_in_an_equilibrium_in_fractions():
     problems = small_games()
-    assert len(problems) > 30
+    assert len(problems) > 10
     for problem in problems:
         found, tree = exactly(problem).answer.exact, game_of(problem).tree
         strategies = [
@@ -220,7 +220,7 @@ def test_best_responses_on_the_tree_are_the_best_of_all_pure_strategies():
         assert all(
             plan_of(player, strategy_of(player, plan)) == plan for player, plan in plans
         )
-    assert gainers > 20
+    assert gainers > 6
 
 
 def _mixture(random, size):
@@ -232,7 +232,6 @@ def _mixture(random, size):
 TREES = [
     ("poker", 40, 0),
     ("poker", 76, 0),
-    ("poker", 160, 3),
     ("poker", 244, 3),
     ("bargaining", 142, 0),
 ]
@@ -308,7 +307,7 @@ def gains_little(gains, reached):
 
 
 def test_solved_trees_are_equilibria_by_fractions_and_check_agrees():
-    for seed in range(30):
+    for seed in range(12):
         problem = tree_of(seed, 3, with_penalties)
         result = run(problem)
         assert result.solved == lcpcli.check(problem, result.z).accepted

@@ -37,7 +37,7 @@ from ..mixed_problems import monotone, with_all_bounds
 COUNT = int(os.environ.get("LCP_ORACLE", "400"))
 COUNTS = pytest.mark.parametrize(
     "count",
-    [150, pytest.param(COUNT, marks=pytest.mark.slow("each against exact arithmetic"))],
+    [64, pytest.param(COUNT, marks=pytest.mark.slow("each against exact arithmetic"))],
 )
 
 
@@ -173,7 +173,7 @@ def near(z, reference, size=1.0):
     )
 
 
-@pytest.mark.parametrize("seed", range(10))
+@pytest.mark.parametrize("seed", range(4))
 def test_units_order_signs_and_shifts_do_not_matter(seed):
     generator = default_rng(seed)
     n = int(generator.integers(1, 30))
@@ -212,8 +212,7 @@ def test_units_order_signs_and_shifts_do_not_matter(seed):
     assert plain.relative_residual == spelt.relative_residual
 
 
-SIZES = (5, 20, 21, 34)
-NEAR = (8, 22)  # that are solved in different ways
+SIZES = (5, 21)  # that are solved in different ways
 
 
 def crushed(n, seed, decades=0):
@@ -290,7 +289,9 @@ def test_boxes_that_are_not_crushed_are_solved(n):
     assert run(make("hilbert", n)).solved, "as there is no such proof"
 
 
-@pytest.mark.parametrize("n", NEAR)
+@pytest.mark.parametrize(
+    "n", [8, pytest.param(22, marks=pytest.mark.slow("two seconds"))]
+)
 def test_mixed_forms_and_columns_have_the_same_verdict(n):
     plain = ill_posed(n)
     M, q, free = plain.M, plain.q, np.full(n, -np.inf)
@@ -304,8 +305,11 @@ def test_mixed_forms_and_columns_have_the_same_verdict(n):
     columns = np.column_stack([q, lifted(plain).q, q])
     words = [result.status.word for result in lcpcli.solve_many(M, columns)]
     assert words == ["ill_posed", "solved", "ill_posed"]
+
+
+def test_doubles_as_they_are_have_an_exact_solution():
     pytest.importorskip("flint")
-    exact = lcpcli.exact(plain)  # of the doubles as they are
+    exact = lcpcli.exact(ill_posed(5))
     assert exact.solved
     assert exact.certificate is None
 

@@ -6,7 +6,7 @@ from math import comb
 import numpy as np
 import pytest
 import scipy.sparse as sp
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import lcpcli
@@ -43,7 +43,6 @@ def test_a_large_error_of_the_objective_is_told_and_may_be_refused():
     assert refused.status is Status.STALLED
     assert "objective known to 3 digits, and gap = 1e-06" in refused.message
     assert refused.objective_error is None
-    assert lcpcli.run(problem, "interior", gap=1e-2).solved
 
 
 def test_auto_goes_on_until_the_objective_is_known():
@@ -76,6 +75,7 @@ def test_usual_programs_have_an_exact_objective():
         assert "objective known" not in outcome.verdict(result)
 
 
+@settings(max_examples=30)
 @given(seed=st.integers(0, 2**32 - 1), size=st.integers(-9, -2))
 def test_the_error_bounds_that_of_a_feasible_point(seed, size):
     """min x'Qx / 2 + c'x, x >= 0, A x >= b, with x >= x* near the minimizer x*: both

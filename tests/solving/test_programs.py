@@ -55,7 +55,7 @@ def test_strategies_that_are_not_an_equilibrium_are_reported_as_such():
     assert wrong.statement == words
 
 
-@settings(max_examples=30)
+@settings(max_examples=10)
 @given(st.floats(10, 40), st.integers(0, 2**20))
 def test_one_of_several_minimizers_is_said_whatever_the_last_digits_of_x(moved, seed):
     """Dantzig's transport program: New York may be served from either plant, at the
@@ -190,7 +190,7 @@ def forms(p, folder):
     return found | {"osqp:sparse": from_osqp(**osqp_names(p, 1e20) | sparse)}
 
 
-@pytest.mark.parametrize("seed", range(4))
+@pytest.mark.parametrize("seed", range(2))
 def test_each_form_has_the_same_answer_and_of_osqp_bounds_are_rows_and_1e20_is_none(
     seed, tmp_path
 ):
@@ -253,7 +253,7 @@ def test_linear_programs_and_infinite_ends_are_taken_as_others_take_them(tmp_pat
     assert x.tolist() == [-3, -1]
 
 
-@pytest.mark.parametrize("seed", range(4))
+@pytest.mark.parametrize("seed", range(2))
 def test_solve_qp_and_the_solver_of_qpsolvers_return_the_same_x(seed):
     qpsolvers = pytest.importorskip("qpsolvers")
     lcpcli.add_to_qpsolvers()
@@ -486,11 +486,11 @@ def test_derivatives_with_respect_to_bounds_have_the_sense_of_the_program(sense,
         assert getattr(answer, name) == pytest.approx([sign])
 
 
-@pytest.mark.parametrize("power", [-40, 0, 30, 50])
+@pytest.mark.parametrize("power", [-40, 50])
 def test_a_variable_inside_its_bounds_has_no_multiplier_in_any_unit(power):
     """Its w is rounding of terms that are as large as the objective."""
     random = np.random.default_rng(0)
-    for _ in range(20):
+    for _ in range(5):
         A = random.standard_normal((4, 4))
         Q, x = A @ A.T + np.eye(4), random.uniform(0.5, 2.0, 4)
         problem = lcpcli.from_qp(Q * 2.0**power, -(Q @ x) * 2.0**power, upper=2.5)

