@@ -3,6 +3,7 @@ solves the changed problem."""
 
 from fractions import Fraction
 
+import numpy as np
 import pytest
 
 from lcpcli import why
@@ -24,16 +25,16 @@ def changed(data, found):
     ("most", "is_mixed"), [(4, False), (3, True)], ids=["lcp", "mixed"]
 )
 def test_the_repair_is_the_least_one_and_its_point_a_solution(most, is_mixed):
-    for seed, small in unsolvable(25, most, is_mixed):
+    for seed, small in unsolvable(10, most, is_mixed):
         found = why(small.problem())
-        least = small.least_change()
-        if least is None:
+        least = small.least_change(small.keys())
+        if np.isinf(least):
             assert found.is_impossible, seed
             assert found.repair is None, seed
             continue
         repair = found.repair
         assert repair.is_least, seed
-        assert repair.total == least, seed
-        assert sum(abs(each.change) for each in repair.changes) == least, seed
+        assert float(repair.total) == pytest.approx(least), seed
+        assert sum(abs(each.change) for each in repair.changes) == repair.total, seed
         assert repair.z is not None, seed
         assert changed(found.data, repair).is_solution(repair.z), seed
