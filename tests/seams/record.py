@@ -30,6 +30,7 @@ sys.path.append(str(Path(__file__).parents[1]))  # for what the tests share
 
 import exact as exact  # noqa: E402
 import exact_measure as exact_measure  # noqa: E402
+import nonlinear_problems as nonlinear_problems  # noqa: E402
 import numpy as np  # noqa: E402
 
 GENEROUS_SECONDS = 120.0  # a limit for cases that hang; what ends the others is counted
