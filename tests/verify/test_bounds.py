@@ -100,7 +100,7 @@ def others(true, random):
     ]
 
 
-@settings(deadline=None, max_examples=40)
+@settings(deadline=None, max_examples=15)
 @given(
     seed=st.integers(0, 2**32 - 1),
     kind=st.sampled_from(sorted(FAMILIES)),
@@ -126,7 +126,7 @@ def test_every_bound_holds_exactly(seed, kind, margin, form):
         )
 
 
-@settings(deadline=None, max_examples=100)
+@settings(deadline=None, max_examples=40)
 @given(seed=st.integers(0, 2**32 - 1))
 def test_no_bound_of_any_class_of_matrix_is_wrong(seed):
     """Any class at all: where a bound is claimed there is one solution, and z is that
@@ -139,7 +139,7 @@ def test_no_bound_of_any_class_of_matrix_is_wrong(seed):
         assert error(z, exact.solution(problem)) <= Fraction(bound.value)
 
 
-@settings(deadline=None, max_examples=50)
+@settings(deadline=None, max_examples=15)
 @given(
     seed=st.integers(0, 2**32 - 1),
     kind=st.sampled_from(sorted(FAMILIES)),
@@ -172,20 +172,6 @@ def test_neither_class_has_a_bound():
             assert error_bound(Problem(same, -np.ones(len(M))), np.ones(len(M))) is None
 
 
-def test_bound_is_what_the_theorem_says_on_an_example():
-    """M = [[2, 1], [1, 2]], q = -(3, 3), z* = (1, 1): at z = (1.1, 1), w = (0.2, 0.1)
-    and |z - z*| <= <M>^-1 w."""
-    problem, z = Problem([[2.0, 1.0], [1.0, 2.0]], [-3.0, -3.0]), np.array([1.1, 1.0])
-    w = problem.w(z)
-    h_plus = error_theorems.h_plus_theorem(problem)
-    assert h_plus(z, w) == pytest.approx(0.5 / 3, rel=1e-6)
-    assert (
-        0.1
-        <= error_theorems.definite_theorems(problem)[error_theorems.DEFINITE](z, w)
-        <= np.sqrt(0.05) + 1e-12
-    )
-
-
 @pytest.mark.parametrize(("n", "sparse"), [(3, False), (100, False), (100, True)])
 def test_bound_that_is_attained_is_not_undercut_by_rounding(n, sparse):
     """M = tridiag(-1, 2, -1), z* = 1, z = 1 + i (n + 1 - i) / 2^20: w = M (z - z*) > 0,
@@ -197,14 +183,6 @@ def test_bound_that_is_attained_is_not_undercut_by_rounding(n, sparse):
     h_plus = error_theorems.h_plus_theorem(problem)
     value = h_plus(z, problem.w(z))
     assert np.abs(z - true).max() <= value <= (1 + 1e-5) * np.abs(z - true).max()
-
-
-def test_sources_name_the_theorem_and_the_class():
-    for M, z, source in (
-        ([[1, -4], [0, 1]], [1, 3], "Chen and Xiang 2006, M is H+"),
-        ([[1, -5], [5, 1]], [-1, 0], "Mathias and Pang 1990, M is positive definite"),
-    ):
-        assert source in error_bound(Problem(M, [-1, -2]), z).source
 
 
 def test_definite_matrix_has_a_bound_after_rows_were_multiplied_by_numbers():
@@ -254,20 +232,15 @@ def test_a_bound_takes_no_factors_of_a_matrix_with_much_fill(monkeypatch):
 
 def test_no_factors_with_much_fill_are_taken_where_there_is_no_bound(monkeypatch):
     monkeypatch.setattr("scipy.sparse.linalg.splu", None)
-    k = 64
+    k = 40
     line, one = diags_array([np.full(k - 1, -1.0)] * 2, offsets=[-1, 1]), eye_array(k)
     grid = (
         kron(kron(line, one), one)
         + kron(kron(one, line), one)
         + kron(kron(one, one), line)
     )
-    assert (
-        error_bound(
-            Problem(csr_array(grid + 5.5 * eye_array(k**3)), -np.ones(k**3)),
-            np.ones(k**3),
-        )
-        is None
-    )
+    M = csr_array(grid + 5.5 * eye_array(k**3))
+    assert error_bound(Problem(M, -np.ones(k**3)), np.ones(k**3)) is None
 
 
 def test_numbers_beyond_range_have_no_bound_and_no_traceback():

@@ -20,11 +20,11 @@ from lcpcli.formulations.quadratic_program.no_minimum import Constraints
 from lcpcli.interrupts import TimeIsUp
 from lcpcli.model.box import ORTHANT, Box
 from lcpcli.model.problem import conditions_of
-from lcpcli.rational import elimination, numbers
+from lcpcli.rational import elimination
 from lcpcli.rational.exact_problem import ExactProblem, fractions_of
 from lcpcli.rational.numbers import approximate, brief
 from lcpcli.rational.tree import first_solution
-from lcpcli.report import result_formats, wording
+from lcpcli.report import result_formats
 from lcpcli.solving import proof as solving
 from lcpcli.verify.alternative import FarkasSystem, farkas_multipliers
 from lcpcli.verify.certificate import Proof, first_proof
@@ -64,6 +64,9 @@ def test_a_proof_may_have_any_length_and_little_room_left_by_rounding():
         Proof("farkas", np.array([size, 0.0])).holds(INFEASIBLE)
         for size in (1.0, 1e-300, 1e300, 5e-324)
     )
+    for entry, size in ((1e-200, 1e-200), (1e300, 1e300)):
+        M = [[-entry, 0], [0, 1]]
+        assert Proof("farkas", np.array([size, 0.0])).holds(Problem(M, [-entry, 0]))
     assert Proof("farkas", np.ones(2)).holds(Problem([[1, -1], [-1, 1]], [-1, 0]))
     assert Proof("farkas", np.ones(2)).holds(Problem([[1, -1], [-1, 1 - ULP]], [-1, 0]))
 
@@ -110,18 +113,7 @@ def test_what_rounding_hides_of_a_feasible_problem_makes_no_proof(name):
     assert not refutes(problem.M, problem.q, np.array(y, dtype=float), problem.box)
 
 
-def test_proof_whose_products_underflow_or_overflow_is_checked_all_the_same():
-    tiny = Problem([[1e-200, 0], [0, 1]], [-1e-200, 0])
-    assert not Proof("farkas", np.array([1e-200, 0.0])).holds(tiny)
-    assert Proof("farkas", np.array([1e-200, 0.0])).holds(
-        Problem([[-1e-200, 0], [0, 1]], [-1e-200, 0])
-    )
-    assert Proof("farkas", np.array([1e300, 0.0])).holds(
-        Problem([[-1e300, 0], [0, 1]], [-1e300, 0])
-    )
-
-
-@pytest.mark.parametrize("seeds", parts(30, 120))
+@pytest.mark.parametrize("seeds", parts(12, 120))
 def test_nearly_infeasible_problems_are_distinguished_from_infeasible_ones(seeds):
     for seed in seeds:
         problem, y = nearly_infeasible(seed)
@@ -169,28 +161,13 @@ def test_proofs_are_found_where_the_first_linear_program_fails(monkeypatch):
     assert list(found) == [True, True, False]
 
 
-@pytest.mark.parametrize("seeds", parts(40, 160))
+@pytest.mark.parametrize("seeds", parts(15, 160))
 def test_every_infeasible_random_problem_is_proved_so_and_no_feasible_one(seeds):
     """In any units, dense and sparse."""
     for seed in seeds:
         problem = exact.random_problem(seed)
         given = Problem(csr_array(problem.M), problem.q) if seed % 3 == 0 else problem
         assert (farkas(given) is None) == exact.feasible(problem), problem.name
-
-
-def test_contradictions_among_many_rows_are_found():
-    """Row 0 is minus a positive combination of the others with a margin; and sparse
-    rows without positive entries."""
-    random, n = default_rng(2), 100
-    M, weights = random.normal(size=(n, n)), random.random(n) + 0.1
-    q = random.normal(size=n)
-    M[0] = -(weights[1:] @ M[1:]) - 1e-3
-    q[0] = -(weights[1:] @ q[1:]) - 1.0
-    assert farkas(Problem(M, q)) is not None
-    negative = -np.abs(random.normal(size=(300, 300))) * (
-        random.random((300, 300)) < 0.02
-    )
-    assert farkas(Problem(csr_array(negative), -np.ones(300))) is not None
 
 
 def test_problem_beyond_the_range_of_floats_when_equilibrated_has_no_proof():
@@ -203,7 +180,7 @@ def test_a_contradiction_by_less_than_rounding_is_not_clear():
     assert not Proof("farkas", np.array([0.0, 1.0])).is_clear(problem)
 
 
-@pytest.mark.parametrize("seed", range(8))
+@pytest.mark.parametrize("seed", few_of(range(8), 4))
 def test_enclosure_holds_an_exact_solution(seed):
     random = default_rng(seed)
     k, n = int(random.integers(1, 6)), int(random.integers(6, 12))
@@ -211,26 +188,12 @@ def test_enclosure_holds_an_exact_solution(seed):
     y = np.linalg.svd(G)[2][-1]
     d = enclosure(G, y)
     changed = np.flatnonzero(d)
-    exact = [[Fraction(value) for value in row] for row in G.tolist()]
-    residual = [
-        sum(
-            value * Fraction(other)
-            for value, other in zip(row, y.tolist(), strict=True)
-        )
-        for row in exact
-    ]
     rows = [
-        [*(row[j] for j in changed), -r] for row, r in zip(exact, residual, strict=True)
+        [*(row[j] for j in changed), exact.dot(row, map(Fraction, y.tolist()))]
+        for row in np.vectorize(Fraction, otypes=[object])(G).tolist()
     ]
-    whole = [numbers.over_one_denominator(row)[0] for row in rows]
-    found = elimination.solve([row[:-1] for row in whole], [row[-1] for row in whole])[
-        0
-    ]
-    assert found is not None
-    assert all(
-        abs(change) <= Fraction(d[j])
-        for change, j in zip(found, changed.tolist(), strict=True)
-    )
+    found = exact.solved(rows, changed.size)
+    assert (np.abs(found) <= d[changed]).all()
 
 
 def test_a_proof_nearby_has_the_signs_of_multipliers_too():
@@ -294,7 +257,7 @@ def test_dependent_equations_and_too_many_have_no_enclosure():
     assert enclosure(np.ones((3, 2)), np.ones(2)) is None
 
 
-@pytest.mark.parametrize("seed", range(6))
+@pytest.mark.parametrize("seed", few_of(range(6), 3))
 def test_no_infeasible_program_is_said_to_have_a_point(seed):
     """Not even near points that violate one constraint by little."""
     problem = random_program(2 * seed, 30, "infeasible").problem()
@@ -374,54 +337,16 @@ def test_each_violation_is_named():
     assert lcpcli.check(problem, [1, 0.5, -1, 1]).accepted
 
 
-def tight(random, n):
-    """M and q of integers; in half of them row 0 is almost minus a positive combination
-    of the others."""
-    M = random.integers(-9, 10, (n, n)) * (random.random((n, n)) < 0.7)
-    q = random.integers(-9, 10, n)
-    if random.integers(2):
-        c, k = random.integers(0, 8, n), int(random.integers(1, 8))
-        M, q = k * M, k * q
-        M[0], q[0] = -(c[1:] @ M[1:]) // k, -(c[1:] @ q[1:]) // k - 1
-    return M, q
-
-
-def bounds(random, n):
-    lower = np.where(random.random(n) < 0.6, random.integers(-2, 3, n), -np.inf)
-    width = np.where(random.random(n) < 0.3, random.integers(0, 3, n), np.inf)
-    return {"lower": lower, "upper": np.where(np.isfinite(lower), lower, 0) + width}
-
-
 def whole(values):
     assert all(value == int(value) for value in values), values
     return [Fraction(value) for value in values]
 
 
-@pytest.mark.parametrize("with_bounds", [False, True])
-def test_farkas_vectors_in_json_hold_exactly(with_bounds):
-    proofs = 0
-    for seed in range(12):
-        random = default_rng(seed)
-        n = int(random.integers(2, 9))
-        problem = Problem(
-            *tight(random, n), **(bounds(random, n) if with_bounds else {})
-        )
-        record = json.loads(lcpcli.run(problem).to_json())
-        if record["status"] == "infeasible":
-            assert exact.refutes(problem, whole(record["certificate"]["vector"])), seed
-            proofs += 1
-    assert proofs > 2
-
-
-def test_whole_numbers_are_shown_with_all_digits_and_others_as_rounded():
-    shown = {2.0**53: "9007199254740992", 0.5: "0.5", 1 / 3: "~0.3333333", -3.0: "-3"}
-    assert {value: wording.multiplier(value) for value in shown} == shown
+def test_numbers_beyond_doubles_are_shown_as_rounded():
     huge, tiny = Fraction(10) ** 400 / 3, Fraction(1, 3 * 10**400)
     assert brief(huge) == "~3.333333e+399"
     assert brief(tiny) == "~3.333333e-401"
     assert approximate(-huge) == "-3.333333e+399"
-    assert approximate(Fraction(0)) == "0"
-    assert approximate(Fraction(1, 3)) == "0.3333333"
 
 
 def test_proof_in_integers_leaves_columns_of_bounded_variables_that_nearly_vanish():
@@ -479,7 +404,7 @@ def infeasible(seed):
 
 @pytest.mark.parametrize(
     "seed",
-    few_of((seed for seed in range(0, 60, 2) if seed not in ROUNDED_TO_FEASIBLE), 9),
+    few_of((seed for seed in range(0, 60, 2) if seed not in ROUNDED_TO_FEASIBLE), 5),
 )
 def test_what_is_written_proves_exactly_what_it_claims(seed):
     pytest.importorskip("flint")
@@ -513,7 +438,21 @@ SWAP = np.array([[0.0, 1.0], [1.0, 0.0]])
 NONE = {"INFEASIBLE", "UNSOLVABLE"}
 
 
-def without_solution(kind):
+def as_pyomo_writes_it(M, q, lower, upper):
+    """With free w = Mz + q."""
+    n, one = len(q), np.eye(len(q))
+    ends = {
+        "lower": np.append(lower, np.full(n, -np.inf)),
+        "upper": np.append(upper, np.full(n, np.inf)),
+    }
+    return run(
+        Problem(
+            np.block([[0 * one, one], [-M, one]]), np.append(np.zeros(n), -q), **ends
+        )
+    )
+
+
+def without_solution(has_all_bounds):
     """Return a feasible problem without a solution, of 17 unknowns, whose bounds make q
     round in other variables."""
     random, n, m = default_rng(5), 17, 6
@@ -529,36 +468,10 @@ def without_solution(kind):
         np.tile([-1.0, 1.0], m // 2), random.integers(-9, 10, n - m)
     ) - M @ np.full(n, 0.1)
     lower, upper = np.full(n, 0.1), np.full(n, np.inf)
-    if kind != "lower":
+    if has_all_bounds:
         lower[m : m + 3], upper[m + 3 : m + 6] = -np.inf, 0.7
-    if kind == "all":
         lower[m + 4], upper[m + 1], lower[m + 6], upper[m + 6] = -np.inf, 3.3, 0.3, 0.3
     return Problem(M, q, lower=lower, upper=upper)
-
-
-@pytest.mark.parametrize("n", [50, 100])
-def test_a_solution_with_w_0_is_found_by_one_look_however_many_z_are_rounding_of_0(n):
-    random = default_rng(n)
-    A = random.standard_normal((n, n))
-    for M in (A, A + A.T):
-        z = np.where(random.random(n) < 0.5, 0.0, random.random(n))
-        result = run(Problem(M, -M @ z))
-        assert result.solved
-        assert result.route == ("newton",)
-
-
-def as_pyomo_writes_it(M, q, lower, upper):
-    """With free w = Mz + q."""
-    n, one = len(q), np.eye(len(q))
-    ends = {
-        "lower": np.append(lower, np.full(n, -np.inf)),
-        "upper": np.append(upper, np.full(n, np.inf)),
-    }
-    return run(
-        Problem(
-            np.block([[0 * one, one], [-M, one]]), np.append(np.zeros(n), -q), **ends
-        )
-    )
 
 
 WAYS = {
@@ -569,17 +482,13 @@ WAYS = {
     "solve_many": lambda M, q, **bounds: list(
         solve_many(M, np.column_stack((q, q)), **bounds)
     )[1],
-    "pairs": lambda M, q, **bounds: list(solve_many([M, M], [q, q], **bounds))[1],
     "exact": lambda M, q, **bounds: lcpcli.exact(Problem(M, q, **bounds)),
 }
 
 
-@pytest.mark.parametrize(
-    ("way", "kind"),
-    [*((way, "all") for way in WAYS), ("milp", "lower"), ("auto", "free and boxes")],
-)
-def test_no_way_in_loses_the_proof(way, kind):
-    problem = without_solution("lower" if way == "pyomo" else kind)
+@pytest.mark.parametrize("way", WAYS)
+def test_no_way_in_loses_the_proof(way):
+    problem = without_solution(way != "pyomo")
     result = WAYS[way](problem.M, problem.q, lower=problem.lower, upper=problem.upper)
     assert result.status.name in (NONE if way == "pyomo" else {"UNSOLVABLE"})
     assert way not in ("auto", "milp") or result.certificate.kind == "exhaustion"
@@ -587,7 +496,7 @@ def test_no_way_in_loses_the_proof(way, kind):
 
 def test_the_tree_of_milp_agrees_with_that_in_rational_arithmetic_for_any_bounds():
     random = default_rng(11)
-    for _ in range(40):
+    for _ in range(15):
         n = int(random.integers(2, 8))
         M = random.integers(-3, 4, (n, n)) * (random.random((n, n)) < 0.7)
         kind = random.integers(0, 5, n)
@@ -602,6 +511,10 @@ def test_the_tree_of_milp_agrees_with_that_in_rational_arithmetic_for_any_bounds
         assert z or status.name in NONE or run(problem).solved, (
             "a solution but for rounding"
         )
+        record = json.loads(run(problem).to_json())
+        if record["status"] == "infeasible":
+            y = whole(record["certificate"]["vector"])
+            assert exact.refutes(problem, y)
 
 
 @pytest.mark.parametrize("decimals", [0, 1, 16])

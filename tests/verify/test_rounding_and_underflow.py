@@ -13,7 +13,6 @@ from scipy.sparse import csr_array
 
 import lcpcli
 from lcpcli import Problem, check, from_qp, run, solve_many
-from lcpcli.linalg.matrices import may_underflow, row_errors
 from lcpcli.solving import direct_run
 from lcpcli.verify import exact_solution
 from lcpcli.verify.acceptance import BY_CRITERION, accepted
@@ -86,7 +85,7 @@ def triangular(random):
     return Problem(M, q), z
 
 
-@pytest.mark.parametrize("seed", few_of(range(30), 9))
+@pytest.mark.parametrize("seed", few_of(range(30), 5))
 def test_what_is_solved_is_the_only_solution(seed):
     problem, solution = triangular(default_rng(seed))
     M = csr_array(problem.M) if seed % 3 == 0 else problem.M
@@ -102,20 +101,6 @@ def test_what_is_solved_is_the_only_solution(seed):
         assert (
             last_digits or exact_measure.relative_residual(problem, result.z) <= 1e-10
         )
-
-
-def test_bounds_on_rounding_errors_count_products_that_underflow():
-    M, z = np.array([[1e-300, 0.0], [1.0, 1.0]]), np.array([1e-30, 0.0])
-    terms = np.abs(M) @ z
-    assert terms[0] == 0
-    errors = row_errors(M, z, terms)
-    assert 0 < Fraction(1e-300) * Fraction(1e-30) <= errors[0] < 1e-300
-    assert may_underflow(M, z)
-    assert not may_underflow(M, np.array([1.0, 0.0]))
-    assert row_errors(M, np.array([0.0, 1.0]), np.zeros(2)).tolist() == [
-        0.0,
-        pytest.approx(0.0, abs=1e-307),
-    ]
 
 
 def test_bound_that_underflows_in_other_units_is_a_bound_still():
@@ -369,7 +354,7 @@ def test_contradictions_by_less_than_rounding_are_not_confirmed():
     assert lcpcli.run(problem).status.has_no_solution
 
 
-@pytest.mark.parametrize("seed", range(40))
+@pytest.mark.parametrize("seed", few_of(range(40), 12))
 def test_a_confirmed_solution_of_few_unknowns_is_near_an_exact_one(seed):
     random = default_rng(seed)
     n = int(random.integers(2, 5))

