@@ -19,49 +19,6 @@ def answer_of(program):
     return result.answer
 
 
-# The program, y and the multipliers of bounds: the least and the greatest of each.
-DERIVATIVES = {
-    "a row with a small slack": (
-        from_qp(None, [1, 1], [[1, -1]], row_upper=0.1, lower=1.7e9),
-        [(0, 0)],
-        [(1, 1), (1, 1)],
-    ),
-    "a row that leaves a small range": (
-        from_qp(None, [1], [[1]], row_upper=1.7e9 + 0.1, lower=1.7e9),
-        [(0, 0)],
-        [(1, 1)],
-    ),
-    "a small multiplier": (
-        from_qp(None, [1e9 + 1, 1e9], [[1, 1]], row_lower=1, row_upper=1),
-        [(1e9, 1e9)],
-        [(1, 1), (0, 0)],
-    ),
-    "a small range of multipliers": (
-        from_qp(
-            None,
-            [1e11, 1e11 + 1, 1e11 + 1],
-            [[1, 1, 1]],
-            row_lower=1,
-            row_upper=1,
-            upper=[1, 0.5, 0.5],
-        ),
-        [(1e11, 1e11 + 1)],
-        [(-1, 0), (0, 1), (0, 1)],
-    ),
-}
-
-
-@pytest.mark.parametrize("name", DERIVATIVES)
-def test_derivatives_are_those_of_the_active_sides(name):
-    program, of_rows, of_bounds = DERIVATIVES[name]
-    answer = answer_of(program)
-    assert [*zip(answer.y_down, answer.y_up, strict=True)] == of_rows
-    bounds = answer.bound_multipliers_down, answer.bound_multipliers_up
-    assert [*zip(*bounds, strict=True)] == of_bounds
-    is_unique = all(low == high for low, high in (*of_rows, *of_bounds))
-    assert answer.unique_multipliers is is_unique
-
-
 def test_a_multiplier_that_is_nearly_negative_at_a_vertex_is_not_said_to_be():
     """u = c - y >= 0 for y <= c_1, which is less than c_2 by 1."""
     c = [199999999999.0, 200000000000.0]
@@ -93,10 +50,11 @@ def test_multipliers_of_many_dependent_rows_may_be_unique():
 
 
 def test_a_point_that_only_rounding_makes_a_minimizer_is_none():
-    program = DERIVATIVES["a small range of multipliers"][0]
+    c, sides = [1e11, 1e11 + 1, 1e11 + 1], {"row_lower": 1, "row_upper": 1}
+    program = from_qp(None, c, [[1, 1, 1]], **sides, upper=[1, 0.5, 0.5])
     assert answer_of(program).statement == "x is a minimizer of the linear program"
     c = [1e11, 1e11, 1e11 + 1]
-    program = from_qp(None, c, [[1, 1, 1]], row_lower=1, row_upper=1)
+    program = from_qp(None, c, [[1, 1, 1]], **sides)
     assert "one of several minimizers" in answer_of(program).statement
 
 
@@ -141,7 +99,7 @@ def ranges(found, A, b):
 
 def test_what_is_said_of_random_programs_is_true_of_all_their_solutions():
     said = decided = count = 0
-    for seed in range(120):
+    for seed in range(50):
         program = random_program(seed)
         result = run(program)
         if not result.solved:
@@ -164,6 +122,6 @@ def test_what_is_said_of_random_programs_is_true_of_all_their_solutions():
         claimed = zip(np.concatenate(downs), np.concatenate(ups), strict=True)
         for each, expected in zip(claimed, of_z[k : k + m] + of_w[:k], strict=True):
             assert each == pytest.approx(expected, rel=1e-6, abs=1e-3)
-    assert count > 30
+    assert count > 12
     assert decided > 0.95 * count
-    assert said > 5
+    assert said > 2

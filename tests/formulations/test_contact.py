@@ -100,7 +100,7 @@ def test_the_other_form_is_tried_before_methods_that_take_many_iterations():
     assert "in another form" in parts
 
 
-@pytest.mark.parametrize("seed", range(12))
+@pytest.mark.parametrize("seed", few_of(range(12), 6))
 def test_generated_contacts_satisfy_the_laws_in_the_order_of_the_caller(seed):
     given = generated(seed)
     result = run(from_findex(*given))
@@ -117,10 +117,6 @@ def test_without_tangential_unknowns_it_is_the_mixed_problem():
     assert np.array_equal(problem.q, b)
     mixed = lcpcli.solve(matrix, b, lower=lower, upper=upper)
     assert np.allclose(run(problem).answer.x, mixed.z)
-
-
-def SIGNS(k):
-    return np.eye(k), -np.eye(k)
 
 
 def test_both_calls_say_the_same_of_contacts_in_the_plane():
@@ -184,7 +180,7 @@ def test_none_leaves_the_coefficients_of_friction_as_they_are():
 @pytest.mark.parametrize("facets", [4, 8, 16])
 def test_friction_of_a_polygon_is_too_small_by_at_most_its_share(facets):
     mu = 0.5
-    for angle in np.linspace(0, np.pi / 2, 9):
+    for angle in np.linspace(0, np.pi / 2, 5):
         q = [-1.0, -3 * np.cos(angle), -3 * np.sin(angle)]
         problem = from_contact(np.eye(3), q, mu, dimension=3, facets=facets)
         x = run(problem).answer.x
@@ -214,7 +210,7 @@ def test_jammed_is_said_only_where_no_impulses_are_allowed():
 
 
 @pytest.mark.parametrize("method", ["auto", "lemke", "milp"])
-@pytest.mark.parametrize("seed", few_of(range(40), 4))
+@pytest.mark.parametrize("seed", few_of(range(40), 2))
 def test_bodies_at_rest_without_a_tangential_load_stick(method, seed):
     """x_t = beta - mu x_n is 0 up to the rounding of both."""
     random = default_rng(seed)
@@ -307,7 +303,7 @@ def test_contacts_come_and_go_in_a_loop_until_it_is_at_rest(compiled):
     assert len(numbers) > 2
 
 
-@pytest.mark.parametrize("seed", range(8))
+@pytest.mark.parametrize("seed", few_of(range(8), 4))
 def test_steps_that_jump_satisfy_the_laws(seed, compiled):
     """From the states of the last step, with limits, motors and redundant contacts, of
     which the matrix changes now and then."""
@@ -328,7 +324,7 @@ def test_steps_that_jump_satisfy_the_laws(seed, compiled):
 def test_a_stack_at_rest_keeps_its_states_though_its_contacts_are_redundant():
     scene, routes = contact_in_time("tower", 4, 0), []
     solver = None
-    for _ in range(60):
+    for _ in range(40):
         W, q = by_contacts(scene)
         if solver is None:
             solver = Solver(from_contact(W, q, 0.5))
@@ -339,13 +335,13 @@ def test_a_stack_at_rest_keeps_its_states_though_its_contacts_are_redundant():
         x = result.answer.x
         scene.advance(impulses(x))
     assert abs(scene.velocities).max() < 1e-9
-    assert set(routes[-20:]) == {("newton",)}
+    assert set(routes[-10:]) == {("newton",)}
 
 
 def test_a_step_with_the_data_of_the_one_before_takes_one_system():
     """Also where impulses are not unique, and some are at the limit of friction though
     nothing slides."""
-    for _, (W, q, *_), _ in list(falling(240, False))[::12]:
+    for _, (W, q, *_), _ in list(falling(60, False))[::6]:
         solver = Solver(from_contact(W, q, 0.5))
         assert solver.solve().solved
         solver.update(W=W, q=q)
@@ -356,7 +352,7 @@ def test_a_step_with_the_data_of_the_one_before_takes_one_system():
 
 def test_redundant_contacts_take_few_pivots():
     random = default_rng(3)
-    for _ in range(40):
+    for _ in range(15):
         J = random.normal(size=(16, 3)) * (random.random((16, 3)) < 0.6)
         # A motion that opens all contacts: they are not jammed.
         J[::2] *= np.sign(J[::2] @ random.normal(size=3))[:, None]
@@ -500,7 +496,7 @@ def test_the_caller_may_write_the_arrays_of_a_step_again(limit, compiled):
     solver = Solver(from_findex(**data), compiled=compiled)
     solver.solve()
     rng = default_rng(0)
-    for _ in range(20):
+    for _ in range(8):
         mu = rng.uniform(0, 1)
         data["lower"][:], data["upper"][:] = (0, -mu), (limit / rng.uniform(1, 90), mu)
         data["A"][0, 0] = rng.uniform(1, 2)
@@ -751,63 +747,3 @@ def test_bad_input_is_one_line(refusal):
 @pytest.mark.parametrize("refusal", FILES, ids=str)
 def test_bad_files_are_one_line(refusal, refused):
     assert refused(refusal.command, refusal.files) == refusal.line
-
-
-@pytest.mark.parametrize("seed", [2, 4, 6])
-def test_three_unknowns_have_the_impulses_of_stewart_and_trinkle(seed):
-    """Whose M is built by hand, of contacts whose impulses are unique."""
-    random = default_rng(seed)
-    k = 4
-    J = random.normal(size=(2 * k, 3 * k))
-    W, q, mu = J @ J.T, random.normal(size=2 * k), 0.1
-    N, T = slice(0, None, 2), slice(1, None, 2)
-    S = np.block([[W[N, N], W[N, T]], [W[T, N], W[T, T]]])
-    P = np.block([[np.eye(k), np.zeros((k, 2 * k))], [np.zeros((k, k)), *SIGNS(k)]])
-    E = np.vstack([np.zeros((k, k)), np.eye(k), np.eye(k)])
-    C = np.hstack([mu * np.eye(k), -np.eye(k), -np.eye(k), np.zeros((k, k))])
-    M = np.vstack([np.hstack([P.T @ S @ P, E]), C])
-    by_hand = lcpcli.solve(M, np.concatenate([P.T @ np.r_[q[N], q[T]], np.zeros(k)]))
-    answer = run(from_contact(W, q, mu)).answer
-    assert by_hand.solved
-    x = P @ by_hand.z[: 3 * k]
-    assert np.allclose(answer.x[N], x[:k], atol=1e-9)
-    assert np.allclose(answer.x[T], x[k:], atol=1e-9)
-
-
-def test_boxes_under_a_ceiling_that_comes_down_are_jammed():
-    """With a singular matrix, whose rounding may leave a way for huge impulses."""
-    scene = contact_in_time("crushed", 2)
-    for _ in range(10):
-        k = len(scene.contacts)
-        problem, order = scene.problem(), np.arange(2 * k).reshape(2, k).T.ravel()
-        M = problem.M
-        W = M[order][:, order]
-        result = run(from_contact(W, problem.q[order], 0.5))
-        if not result.solved:
-            break
-        x = result.answer.x
-        scene.advance(np.concatenate((x[::2], x[1::2], np.zeros(2 * k))))
-    assert np.linalg.matrix_rank(W) < len(W)
-    assert result.status.word in ("infeasible", "ill_posed")
-    assert result.answer.statement.startswith("jammed")
-
-
-def test_contacts_that_persist_keep_their_states():
-    """In any order, with others before them, which begin without an impulse."""
-    W, q = np.eye(6) + 0.1, np.array([-1, 0.1, -1, -5.0, 3.0, 0])
-    solver = Solver(from_contact(W, q, 0.5))
-    solver.update(ids=["a", "b", "c"])
-    first = solver.solve()
-    states = [each.state for each in first.answer.contacts]
-    assert states == ["sticking", "sliding", "separated"]
-    origin = first.problem.origin
-    own = np.array([2, 3, 0, 1])
-    data = {"W": np.eye(6) + 0.1, "q": np.r_[9.0, 0.0, q[own]], "ids": ["d", "b", "a"]}
-    before = first.problem, first.problem.box.basis_at(first.z)
-    problem, moved = origin.update(*before, data)
-    again = run(problem)
-    kept = first.problem.box.basis_at(first.z)
-    assert moved[[0, 1, 6]].tolist() == [-1, -1, -1]
-    assert moved[[2, 3, 7]].tolist() == kept[[2, 3, 7]].tolist()
-    assert moved[[4, 5, 8]].tolist() == kept[[0, 1, 6]].tolist()
-    assert again.solved

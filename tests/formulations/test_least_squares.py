@@ -14,18 +14,9 @@ from scipy.sparse import csr_array
 
 import lcpcli
 from lcpcli.formulations.least_squares import at_once
-from lcpcli.formulations.least_squares.active_set import (
-    Minimizer,
-    are_clear,
-    column_norms,
-)
-from lcpcli.formulations.least_squares.factors import Factors
-from lcpcli.formulations.least_squares.fit import Data
 from lcpcli.formulations.least_squares.sparse_fits import minimize_sparse
 from lcpcli.linalg.doubles import EPS
-from lcpcli.model.box import BASIC
 
-from .. import exact
 from ..refusals import calls, raised
 from ..seeds import few_of
 
@@ -48,7 +39,7 @@ def exact_norm(A, b):
     return float(dot(r, r)) ** 0.5
 
 
-@pytest.mark.parametrize("seed", few_of(range(200), 20))
+@pytest.mark.parametrize("seed", few_of(range(200), 12))
 def test_a_fit_is_unique_only_where_its_norm_is_the_least(seed):
     """Of two columns that differ by a few rounding errors."""
     random = default_rng(seed)
@@ -75,7 +66,7 @@ def random_fit(seed):
     return A, rng.standard_normal(m)
 
 
-@pytest.mark.parametrize("seed", few_of(range(40), 12))
+@pytest.mark.parametrize("seed", few_of(range(40), 8))
 def test_no_fit_is_worse_than_that_of_scipy(seed):
     A, b = random_fit(seed)
     result = lcpcli.nnls(A, b)
@@ -84,7 +75,7 @@ def test_no_fit_is_worse_than_that_of_scipy(seed):
     assert result.answer.norm <= optimize.nnls(A, b)[1] + 1e-12 * np.linalg.norm(b)
 
 
-@pytest.mark.parametrize("seed", few_of(range(20), 8))
+@pytest.mark.parametrize("seed", few_of(range(20), 5))
 def test_fits_within_bounds_are_not_worse_than_those_of_scipy(seed):
     A, b = random_fit(seed)
     lower, upper = -0.2 / np.abs(A).max(axis=0), 0.3 / np.abs(A).max(axis=0)
@@ -94,7 +85,7 @@ def test_fits_within_bounds_are_not_worse_than_those_of_scipy(seed):
     assert answer.norm <= np.linalg.norm(A @ other - b) + 1e-12
 
 
-@pytest.mark.parametrize("seed", few_of(range(20), 8))
+@pytest.mark.parametrize("seed", few_of(range(20), 5))
 def test_fits_with_equations_satisfy_their_conditions(seed):
     rng = default_rng(seed)
     m, n = rng.integers(3, 12, 2)
@@ -109,7 +100,7 @@ def test_fits_with_equations_satisfy_their_conditions(seed):
 
 
 @given(st.integers(0, 30), st.integers(-200, 200), st.integers(0, 2**30))
-@settings(max_examples=8, deadline=None)
+@settings(max_examples=4, deadline=None)
 def test_powers_of_two_change_nothing_but_the_powers(seed, power, other):
     A, b = random_fit(seed)
     powers = np.random.default_rng(other).integers(-100, 100, A.shape[1])
@@ -127,7 +118,7 @@ def test_supports_are_those_of_fractions_where_A_A_has_no_digits_left():
     """cond(A) is 1e10: the square of it is beyond doubles."""
     rng = default_rng(3)
     planted, lost = np.array([1.0, 0, 2, 0, 3, 0]), 0
-    for _ in range(10):
+    for _ in range(5):
         left, _ = np.linalg.qr(rng.standard_normal((9, 6)))
         right, _ = np.linalg.qr(rng.standard_normal((6, 6)))
         A = left * np.logspace(0, -10, 6) @ right
@@ -137,37 +128,7 @@ def test_supports_are_those_of_fractions_where_A_A_has_no_digits_left():
         if result.answer.proved == "unique":
             assert result.answer.support.tolist() == support
         lost += result.answer.proved != "unique"
-    assert lost < 5
-
-
-def test_a_point_is_not_clear_where_its_error_moves_it_beyond_a_bound():
-    """cond(A) is 1e7, and the residual as large as b: x has an error of up to 1e-2."""
-    moved = 0
-    for seed in range(20):
-        random = default_rng(seed)
-        left, _ = np.linalg.qr(random.standard_normal((6, 4)))
-        right, _ = np.linalg.qr(random.standard_normal((3, 3)))
-        A = left[:, :3] * [1, 1e-3, 1e-7] @ right
-        b = A @ np.ones(3) + left[:, 3]
-        columns = [list(map(Fraction, column)) for column in A.T.tolist()]
-        products = [[dot(one, two) for two in columns] for one in columns]
-        side = [dot(column, list(map(Fraction, b.tolist()))) for column in columns]
-        x = exact.regular(products, side)
-        assert x is not None
-        none = np.zeros((0, 3))
-        factors = Factors(A, none)
-        step = factors.step(b, np.zeros(3), np.zeros(0))
-        between = (step.dx + np.array(list(map(float, x)))) / 2
-        is_beyond = step.dx > between
-        moved += np.count_nonzero(is_beyond)
-        lower = np.where(is_beyond, between, -np.inf)
-        data = Data(A, b, lower, np.full(3, np.inf), none, np.zeros(0))
-        states = np.full(3, BASIC, np.int8)
-        point = Minimizer(step.dx, step.dr, np.zeros(0), states)
-        rows = factors.row_norms
-        if is_beyond.any():
-            assert not are_clear(data, point, column_norms(A), rows)
-    assert moved > 20
+    assert lost < 3
 
 
 @pytest.mark.parametrize(
@@ -319,7 +280,7 @@ def test_a_run_with_a_trace_knows_of_a_fit_what_one_without_knows():
     """Also of a spectrum whose peaks have entries such as 1e-145, which are far below
     others, and whose mixed problem is too large for bounds on rounding."""
     grid = np.linspace(0, 10, 1000)
-    centres = np.linspace(0, 10, 20)
+    centres = np.linspace(0, 10, 8)
     A = np.exp(-((grid[:, np.newaxis] - centres) ** 2) / 0.3)
     b = A[:, ::3].sum(axis=1) + 0.05 * default_rng(0).standard_normal(1000)
     problem = lcpcli.from_lsq(A, b, lower=0)

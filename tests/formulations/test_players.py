@@ -14,6 +14,7 @@ from lcpcli import from_players, from_polymatrix, solutions
 from lcpcli.solving import driver
 
 from ..refusals import contents
+from ..seeds import few_of
 
 # Three producers with costs 1, 2, 3 and 4, 3, 2 a unit, at a price of 20 less all that
 # they sell: the gradient of the loss of each.
@@ -36,7 +37,7 @@ def test_no_player_gains_by_another_output():
     assert result.solved
     assert answer.costs == pytest.approx(losses(answer.x))
     for player in range(3):
-        for output in np.linspace(0, 4, 41):
+        for output in np.linspace(0, 4, 9):
             other = answer.x.copy()
             other[player] = output
             assert losses(other)[player] >= answer.costs[player] - 1e-9
@@ -58,7 +59,7 @@ def follower(slope):
     return from_players([1, 1], [[slope, 0], [slope, 0]], [-1, -1])
 
 
-@pytest.mark.parametrize("slope", [3, 7, 49, 49e8, 49e-8, 103])
+@pytest.mark.parametrize("slope", [3, 49, 49e8, 49e-8])
 def test_a_cost_without_slope_but_for_rounding_refutes_no_equilibrium(slope):
     problem = follower(slope)
     for words in (
@@ -191,27 +192,6 @@ def test_published_games_have_one_equilibrium(shared):
         assert answer.gains == pytest.approx([0.0] * len(answer.gains), abs=1e-10)
 
 
-def test_three_players_with_four_shared_rows_have_one_variational_equilibrium():
-    """The data of an example of A. Bemporad's NashOpt: costs |x|^2 / 2 + i e'x for the
-    players i = 0, 1, 2, so that the variational equilibrium is a projection."""
-    A = np.round(10 * np.random.RandomState(2).standard_normal((4, 6))) / 10
-    c = np.repeat([0.0, 1.0, 2.0], 2)
-    data = {"sizes": [2, 2, 2], "H": np.eye(6), "c": c, "A": A}
-    sides = {"row_upper": 1, "lower": None}
-    found = solutions(from_players(**data, **sides))
-    (piece,) = list(found)
-    x = np.array(piece.vertices[0][:6], dtype=float)
-    program = lcpcli.from_qp(np.eye(6), c, A, row_upper=1, lower=None)
-    assert found.complete
-    assert piece.is_point
-    assert np.allclose(x, lcpcli.run(program).z[:6])
-    general = from_players(**data, **sides, shared="each")
-    listed = solutions(general)
-    assert len(list(listed)) == 3
-    assert listed.complete
-    assert lcpcli.check(general, list(x)).accepted
-
-
 WRONG = contents(
     "game.json",
     r"""
@@ -273,7 +253,7 @@ RING = {
 
 def test_a_game_of_two_players_has_the_same_equilibria_as_by_from_game():
     random = default_rng(0)
-    for _ in range(6):
+    for _ in range(4):
         A, B = random.integers(-4, 5, (2, 3, 3))
         own = solutions(from_polymatrix({(0, 1): A, (1, 0): B.T}))
         found = {vertex[:6] for piece in own for vertex in piece.vertices}
@@ -295,13 +275,6 @@ def test_an_equilibrium_of_a_ring_in_fractions():
     assert found.accepted
 
 
-def test_gains_are_those_of_pure_best_responses():
-    problem = from_polymatrix({(0, 1): PENNIES, (1, 0): OTHER})
-    found = lcpcli.check(problem, [1, 0, 1, 0])
-    assert not found.accepted
-    assert found.strategies.gains == (0, 2)
-
-
 def test_the_best_equilibrium_of_a_player():
     # A battle of the sexes, while Cid watches.
     payoffs = {(0, 1): [[2, 0], [0, 1]], (1, 0): [[1, 0], [0, 2]]}
@@ -314,7 +287,7 @@ def test_the_best_equilibrium_of_a_player():
     assert len(list(solutions(problem))) == 3
 
 
-@pytest.mark.parametrize("seed", range(6))
+@pytest.mark.parametrize("seed", few_of(range(6), 3))
 def test_games_in_strategic_form_that_are_sums_over_pairs_are_read(seed, tmp_path):
     """Of three or four players, with fractions: any split of the payoffs has the same
     expected ones."""
@@ -395,25 +368,6 @@ WRONG_PAYOFFS = contents(
 @pytest.mark.parametrize("refusal", WRONG_PAYOFFS, ids=str)
 def test_what_is_wrong_with_payoffs_is_named(refusal, refused):
     assert refused(refusal.command, refusal.files) == refusal.line
-
-
-def test_check_of_exact_numbers_is_exact():
-    problem = from_players(**MARKET)
-    exact = lcpcli.exact(problem)
-    found = lcpcli.check(problem, exact.exact.z)
-    assert found.exact
-    assert found.accepted
-    assert sum(exact.answer.exact["costs"], Fraction(0)) < 0
-
-
-@pytest.mark.parametrize("payoffs", [[[3, 3], [3, 3]], [[0]], [[-1, 2], [2, -1]]])
-def test_costs_are_positive_whatever_the_payoffs_are(payoffs):
-    other = [[0] * len(payoffs) for _ in payoffs[0]]
-    problem = from_polymatrix({(0, 1): payoffs, (1, 0): other})
-    m, k = len(payoffs), len(payoffs) + len(payoffs[0])
-    assert (problem.M[:m, m:k] > 0).all()
-    assert (problem.M[m:k, :m] > 0).all()
-    assert lcpcli.run(problem).answer.payoffs[1] == pytest.approx(0)
 
 
 @pytest.mark.parametrize("common", [0, 10**6, 10**8, 10**12])
