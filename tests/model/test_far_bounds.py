@@ -24,6 +24,7 @@ from lcpcli.model.changes import (
 from lcpcli.verify.certificate import Proof
 
 from ..far_bounds import FAR, lists, random_program, with_far_bounds
+from ..seeds import few_of
 
 INF = np.inf
 
@@ -43,9 +44,7 @@ def same(one, other):
     )
 
 
-@pytest.mark.parametrize(
-    ("seed", "size"), [(0, 1e30), (5, 1e20), (12, 1e20), (19, 1e30)]
-)
+@pytest.mark.parametrize(("seed", "size"), [(0, 1e30), (12, 1e20)])
 def test_programs_with_far_bounds_have_the_minima_of_those_without_in_as_many_steps(
     seed, size
 ):
@@ -60,7 +59,7 @@ def test_programs_with_far_bounds_have_the_minima_of_those_without_in_as_many_st
     assert far.iterations <= 2 * plain.iterations + 10
 
 
-@pytest.mark.parametrize("seed", range(4))
+@pytest.mark.parametrize("seed", range(1))
 def test_all_ways_to_say_it_make_the_same_problem(seed, tmp_path):
     program = random_program(seed, 8)
     far, plain = with_far_bounds(program, 1e20), from_qp(**program)
@@ -185,19 +184,7 @@ def test_a_change_that_loses_a_bound_makes_the_whole_inexact():
     assert not composed(problem, relaxed, shifted).is_exact
 
 
-def test_a_proof_comes_out_of_several_changes():
-    """w_1 = -2^40 z_1 - 2^-30 is negative for z >= 0, and z_2 has a lower bound of
-    1."""
-    problem = Problem(
-        [[-(2.0**40), 0], [0, 1]], [-(2.0**-30), 1], lower=[0, 1], upper=INF
-    )
-    change = composed(problem, shifted, scale)
-    y = np.array([1.0, 0])
-    assert Proof("farkas", y).holds(change.problem)
-    assert Proof("farkas", change.multipliers(y)).holds(problem)
-
-
-@pytest.mark.parametrize("seed", range(12))
+@pytest.mark.parametrize("seed", few_of(range(12), 4))
 @pytest.mark.parametrize("kind", ["linear", "convex"])
 def test_sides_that_nothing_reaches_change_no_answer(kind, seed):
     """A planted minimizer, and sides from 1e13 to 1e22 where others have none."""
@@ -228,17 +215,6 @@ def test_sides_that_nothing_reaches_change_no_answer(kind, seed):
     assert lcpcli.check(problem, result.z).accepted
     least = x @ Q @ x / 2 + c @ x
     assert abs(result.answer.objective - least) <= 1e-9 * (1 + np.abs(c) @ x)
-
-
-def test_a_far_bound_that_is_met_counts():
-    """Without its bound, x1 would be infinite; 1e19 is what the problem says."""
-    A, sides = [[-1.0, 1.0, 0.0], [0.0, 1.0, 1.0]], {"row_lower": [-INF, 1.0]}
-    upper = [1e19, 1e20, 1e20]
-    costs = [-1.0, 1.0, 2.0]
-    problem = from_qp(None, costs, A, row_upper=[3.0, INF], upper=upper, **sides)
-    result = lcpcli.run(problem)
-    assert result.solved
-    assert result.z[:3].tolist() == [1e19, 1.0, 0.0]
 
 
 def test_only_sides_ahead_are_met():

@@ -9,7 +9,6 @@ import pytest
 
 import lcpcli
 from lcpcli import Problem, solve
-from lcpcli.errors import ProblemError
 
 from ..refusals import calls, raised
 
@@ -174,25 +173,6 @@ def test_labels_of_payoffs_name_the_strategies():
     )
     assert list(game.names) == ["opera", "box", "l", "r", "m"]
     assert list(lcpcli.from_game(Frame(A), np.ones((2, 2))).names) == [""] * 4
-
-
-def test_pandas_itself_is_taken_by_label():
-    pandas = pytest.importorskip("pandas")
-    matrix = pandas.DataFrame(M, index=["a", "b"], columns=["a", "b"])
-    q = pandas.Series(Q[::-1], index=["b", "a"])
-    for dtype in ("int64", "Int64", "Float64", object):
-        assert solve(matrix.astype(dtype), q.astype(dtype)).z == pytest.approx(Z)
-    assert solve(matrix.loc[["b", "a"]], q).z == pytest.approx(Z)
-    for wrong in (
-        q[["a"]],
-        pandas.Series([1, None], index=["a", "b"]),
-        pandas.Series(Q, index=["a", "c"]),
-    ):
-        with pytest.raises(ProblemError):
-            solve(matrix, wrong)
-    bound = pandas.Series({"b": None, "a": 3.0})
-    with pytest.raises(ProblemError, match="is not a number; give inf for no bound"):
-        Problem(matrix, q, upper=bound)
 
 
 def test_unknowns_have_the_labels_of_columns_of_M_unless_named():

@@ -34,8 +34,9 @@ from lcpcli.verify.certificate import Proof
 from lcpcli.verify.farkas import farkas_vector
 
 from ..exact import refutes
+from ..seeds import few_of
 
-COUNT = int(os.environ.get("LCP_ORACLE", "60"))
+COUNT = int(os.environ.get("LCP_ORACLE", "25"))
 ONE_BY_ONE = [*((rule,) for rule in ALL), ALL]
 
 INF = np.inf
@@ -80,13 +81,10 @@ def comes_back(change, z, w):
     assert np.array_equal(inside, there)
 
 
-@pytest.mark.parametrize("most", [4, 6])
-def test_what_each_rule_says_and_what_comes_back_from_it_are_true_of_small_problems(
-    most,
-):
+def test_what_each_rule_says_and_what_comes_back_from_it_are_true_of_small_problems():
     random, used = default_rng(31), dict.fromkeys(ONE_BY_ONE, 0)
     for _ in range(COUNT):
-        problem = random_problem(random, most)
+        problem = random_problem(random)
         has_solution = (
             first_solution(ExactProblem.of_floats(problem), check) is not None
         )
@@ -96,7 +94,7 @@ def test_what_each_rule_says_and_what_comes_back_from_it_are_true_of_small_probl
     assert min(used.values()) >= COUNT / 60
 
 
-@pytest.mark.parametrize("seed", range(10))
+@pytest.mark.parametrize("seed", few_of(range(10), 4))
 def test_definitions_of_free_variables_are_substituted_exactly(seed):
     """F(z) >= 0 for bounds of all kinds, written as b >= 0 with free b = F(z)."""
     random = default_rng(seed)
@@ -117,34 +115,6 @@ def test_definitions_of_free_variables_are_substituted_exactly(seed):
     assert np.array_equal(change.problem.q, q)
     z = first_solution(ExactProblem.of_floats(change.problem), check)
     assert (z is None) == (first_solution(ExactProblem.of_floats(whole), check) is None)
-
-
-# The rule, the problem by M, q, l and u, the columns that are left, and the z that
-# comes back from a solution.
-EXAMPLES = [
-    (
-        "single entries of free variables",
-        ([[2, 0], [-3, 1]], [-6, 1], [0, -INF], INF),
-        [0],
-        [3, 8],
-    ),
-]
-
-
-@pytest.mark.parametrize(("rule", "given_data", "left", "z"), EXAMPLES)
-def test_rules_leave_what_they_should(rule, given_data, left, z):
-    M, q, lower, upper = given_data
-    problem = Problem(M, q, lower=lower, upper=upper)
-    change = presolved(problem, [rule])
-    assert change.kept_columns.tolist() == left
-    assert change.removed == {rule: problem.n - len(left)}
-    inner = lcpcli.run(change.problem)
-    assert (
-        problem.box.z_of(
-            change.back(change.problem.box.x_of(inner.z, inner.w))
-        ).tolist()
-        == z
-    )
 
 
 def test_presolve_can_be_switched_off():
@@ -176,7 +146,7 @@ def test_solutions_and_proofs_come_back_from_what_was_pickled():
         linear_program(0, written)
         for written in ("plainly", "signs", "disorder", "units")
     ]
-    problems += [random_problem(generator(seed)) for seed in range(40)]
+    problems += [random_problem(generator(seed)) for seed in range(15)]
     changes = [presolved(given, rules) for given in problems for rules in ONE_BY_ONE]
     found = [change for change in changes if change is not None]
     assert {*ALL} - {DEFINITIONS, SIGNS} == set().union(
@@ -218,37 +188,6 @@ def test_an_equation_with_a_negative_diagonal_gets_the_other_sign():
     assert change.problem.q.tolist() == [-1, -2]
 
 
-@pytest.mark.parametrize("seed", range(2))
-def test_conditions_of_programs_that_are_not_convex_are_solved(seed):
-    """Stationary points of x'Qx / 2 + c'x, with Q indefinite, on 0 <= x <= 10 with
-    equations; bounds are rows."""
-    random = default_rng(seed)
-    n, m = 30, 6
-    A = np.where(random.random((m, n)) < 0.2, random.integers(-5, 6, (m, n)), 0).astype(
-        float
-    )
-    B = np.where(random.random((n, n)) < 0.1, random.integers(-5, 6, (n, n)), 0).astype(
-        float
-    )
-    top = np.hstack([B + B.T, -A.T, -np.eye(n), np.eye(n)])
-    rows = np.vstack([A, np.eye(n), -np.eye(n)])
-    M = np.vstack([top, np.hstack([rows, np.zeros((len(rows), len(rows)))])])
-    b = A @ random.integers(0, 6, n)
-    q = np.concatenate([random.integers(-5, 6, n), -b, np.zeros(n), np.full(n, 10.0)])
-    lower = np.where(np.arange(q.size) < n + m, -np.inf, 0.0)
-    result = lcpcli.run(Problem(csr_array(M), q, lower=lower, upper=np.inf))
-    assert result.solved
-    assert "milp" not in result.route
-
-
-def test_a_definition_takes_the_place_of_its_variable_without_sums():
-    """z2 = 4 z0 - 8 z1 + 3 is the only term of the row of z1."""
-    M = [[1.0, 0, 0], [0, 0, -2], [-4, 8, 1]]
-    change = presolved(Problem(M, [1, 0, -3], lower=[0, 0, -INF]))
-    assert change.problem.M.tolist() == [[1, 0], [-8, 16]]
-    assert change.problem.q.tolist() == [1, -6]
-
-
 def test_a_constant_that_counts_as_rounding_is_lost():
     for size, is_it in ((2.0**20, True), (2.0**51, False)):
         system = ReducedProblem(
@@ -280,10 +219,10 @@ def test_entries_that_rounding_moved_from_their_mirror_images_are_not_exact():
         assert system.is_lossless is is_it
 
 
-def random_problem(random, most=6):
+def random_problem(random):
     """Small integers; bounds of all kinds; a pattern that a rule looks for; a solution,
     for more than half of them."""
-    n = int(random.integers(1, most + 1))
+    n = int(random.integers(1, 7))
     M = np.where(
         random.random((n, n)) < random.choice([0.2, 0.35, 0.5, 0.8]),
         random.integers(-2, 3, (n, n)),

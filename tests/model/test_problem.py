@@ -18,7 +18,7 @@ from lcpcli.linalg.matrices import is_sparse
 from lcpcli.methods.direct import as_dense
 from lcpcli.model.box import BASIC, LOWER, ORTHANT
 from lcpcli.model.changes import scale
-from lcpcli.model.right_hand_sides import Columns, like_with
+from lcpcli.model.right_hand_sides import like_with
 
 from ..conftest import M, Q, numbers
 
@@ -108,23 +108,6 @@ def test_a_matrix_of_any_kind_is_taken_with_the_right_values_and_left_alone(matr
         ]
         assert run(lcpcli.from_game(matrix, matrix)).solved
     assert parts(matrix) == before
-
-
-def test_integers_become_floats_and_single_precision_is_taken_as_it_is():
-    problem = Problem(
-        np.array([[2, 1], [-3, 2]]),
-        np.array([-1, 1], dtype=np.int8),
-        x0=np.array([7, 8], np.uint8),
-    )
-    assert numbers(problem) == ([[2, 1], [-3, 2]], [-1, 1])
-    assert {v.dtype for v in (problem.M, problem.q, problem.x0) if v is not None} == {
-        np.dtype(float)
-    }
-    tenth = np.float32(0.1)
-    assert numbers(Problem(np.array([[tenth]]), np.array([tenth]))) == (
-        [[float(tenth)]],
-        [float(tenth)],
-    )
 
 
 @pytest.mark.parametrize("diagonal", [1.0, 0.0, 1e-70])
@@ -342,18 +325,6 @@ def test_a_dense_form_of_a_sparse_problem_has_what_is_computed_of_either(n):
     assert dense.reference_z is problem.reference_z
     assert dense.units is problem.units
     assert dense.units.rows.tolist() == problem.anew().units.rows.tolist()
-
-
-def test_the_problems_of_a_block_know_of_M_and_not_of_q():
-    columns = Columns(
-        [[2.0, 1.0], [1.0, 2.0]], [[-5.0, 1.0], [-6.0, -1.0]], 0.0, np.inf
-    )
-    columns.like = columns.like.having(a_new_property_of_q=0.0)
-    first, second = columns.problems()
-    assert first.units is second.units is columns.like.units
-    assert "a_new_property_of_q" not in vars(first)
-    assert first.q.tolist() == [-5.0, -6.0]
-    assert second.q.tolist() == [1.0, -1.0]
 
 
 @pytest.mark.parametrize("side", ["lower", "upper"])
