@@ -38,7 +38,7 @@ def pairing(gradient, change):
     )
 
 
-@pytest.mark.parametrize("n", [1, 2, 3, 5, 8, 20])
+@pytest.mark.parametrize("n", [1, 3, 8, 20])
 @pytest.mark.parametrize("mixed", [False, True])
 def test_derivatives_by_all_data_are_those_of_the_exact_solutions(n, mixed):
     for seed in range(2 if n < 10 else 1):
@@ -56,7 +56,9 @@ def test_derivatives_by_all_data_are_those_of_the_exact_solutions(n, mixed):
             )
 
 
-@pytest.mark.parametrize(("seed", "sparse"), [*product(range(8), (False, True))])
+@pytest.mark.parametrize(
+    ("seed", "sparse"), few_of(product(range(8), (False, True)), 6)
+)
 def test_gradient_is_the_adjoint_of_the_derivative(seed, sparse):
     random = default_rng(seed)
     problem = random_problem(int(random.integers(1, 40)), random, mixed=seed % 2 > 0)
@@ -131,7 +133,7 @@ def with_kinks(n, kinks, random, mixed):
     )
 
 
-@pytest.mark.parametrize(("seed", "mixed"), few_of(product(range(8), (False, True)), 6))
+@pytest.mark.parametrize(("seed", "mixed"), few_of(product(range(8), (False, True)), 4))
 def test_at_kinks_one_sided_derivatives_are_those_of_small_steps(seed, mixed):
     """But for rounding, unless M changes too."""
     random = default_rng(seed)
@@ -166,25 +168,6 @@ def test_at_kinks_one_sided_derivatives_are_those_of_small_steps(seed, mixed):
             else 1e-12 * np.abs(known).max()
         )
         assert np.abs(found.z - known).max() <= error
-
-
-@pytest.mark.parametrize("seed", range(6))
-def test_at_kinks_the_derivative_is_that_of_the_piece_that_stays_at_bounds(seed):
-    random = default_rng(seed)
-    problem = with_kinks(6, 3, random, mixed=seed % 2 > 0)
-    at_bound = run(problem).derivative(dq=np.ones(6))
-    kinks = at_bound.kinks
-    assert len(kinks) == 3
-    assert at_bound.strongly_regular is None
-    away = problem.q.copy()  # w of the kinks gets the sign that their bound asks for
-    away[kinks] += np.where(run(problem).z == problem.box.vectors(6)[1], -1e-3, 1e-3)[
-        kinks
-    ]
-    beside = run(
-        Problem(problem.M, away, lower=problem.lower, upper=problem.upper)
-    ).derivative(dq=np.ones(6))
-    assert beside.kinks == []
-    assert np.abs(at_bound.z - beside.z).max() <= 1e-12 * np.abs(beside.z).max()
 
 
 def test_the_direction_at_many_kinks_of_an_unclassified_matrix_is_unproved():
@@ -299,7 +282,7 @@ def assert_as_one_by_one(batch, g, changes, J, sided):
             assert along.strongly_regular[i] == there.strongly_regular
 
 
-@pytest.mark.parametrize(("seed", "mixed"), [*product(range(3), (False, True))])
+@pytest.mark.parametrize(("seed", "mixed"), few_of(product(range(3), (False, True)), 3))
 def test_derivatives_of_random_batches_are_those_of_their_results(
     seed, mixed, monkeypatch
 ):
@@ -329,7 +312,7 @@ def test_derivatives_of_random_batches_are_those_of_their_results(
     assert stack.clear.sum() > B / 2, "most are computed at once"
 
 
-@settings(max_examples=30)
+@settings(max_examples=12)
 @given(
     arrays(float, (5, 3, 3), elements=st.integers(-2, 2)),
     arrays(float, (5, 3), elements=st.integers(-2, 2)),
@@ -379,53 +362,6 @@ def test_what_is_given_without_a_first_dimension_is_the_same_for_all():
 METHODS = ("interior", "lemke", "auto")
 
 
-def contacts(random):
-    """Normals of contacts of a body, of which each occurs twice, in the columns; a mass
-    matrix, and velocities with which all of them touch."""
-    d, k = 6, int(random.integers(1, 4))
-    normals = random.normal(size=(d, k))
-    N = np.concatenate((normals, normals), axis=1)
-    A = random.normal(size=(d, d))
-    W = A @ A.T + np.eye(d)
-    forces = random.random(2 * k) + 0.5
-    return N, W, -W @ N @ forces
-
-
-def solved(N, W, v, method):
-    return lcpcli.solve(N.T @ W @ N, N.T @ v, method)
-
-
-@pytest.mark.parametrize("method", METHODS)
-@pytest.mark.parametrize("seed", range(3))
-def test_the_derivative_of_the_force_on_the_body_is_its_difference(seed, method):
-    """M and q change with the normals, the masses and the velocities, the first half of
-    the contacts as the other."""
-    random = default_rng(seed)
-    N, W, v = contacts(random)
-    half = random.normal(size=(6, N.shape[1] // 2))
-    dN = np.concatenate((half, half), axis=1)
-    A = random.normal(size=(6, 6))
-    dv = random.normal(size=6)
-    dW, h = A + A.T, 1e-5
-    result = solved(N, W, v, method)
-    changes = {
-        "dM": dN.T @ W @ N + N.T @ dW @ N + N.T @ W @ dN,
-        "dq": dN.T @ v + N.T @ dv,
-    }
-    force = result.derivative(**changes, J=N)
-    ends = []
-    for t in (h, -h):
-        near = N + t * dN
-        ends.append(N @ solved(near, W + t * dW, v + t * dv, "lemke").z)
-    known = (ends[0] - ends[1]) / (2 * h)
-    assert np.abs(force.z - known).max() <= 1e-6 * np.abs(known).max(initial=1.0)
-    assert np.abs(force.w).max() <= 1e-8 * np.abs(known).max(initial=1.0)
-    g = random.normal(size=6)
-    gradient = result.gradient(g, J=N)
-    total = (gradient.M * changes["dM"]).sum() + gradient.q @ changes["dq"]
-    assert total == pytest.approx(g @ force.z, rel=1e-8, abs=1e-8)
-
-
 G = np.array([[1.0, 1, 0], [0, 0, 1]])
 
 
@@ -466,20 +402,6 @@ def test_w_is_nan_where_the_solutions_differ_in_it():
     assert found.strongly_regular is None
 
 
-def test_J_z_of_a_regular_solution_is_J_times_the_derivative():
-    random = default_rng(1)
-    A = random.normal(size=(5, 5))
-    result = lcpcli.solve(A @ A.T + np.eye(5), random.normal(size=5))
-    J = random.normal(size=(3, 5))
-    dq, g = random.normal(size=5), random.normal(size=3)
-    alone, of_J = result.derivative(dq=dq), result.derivative(dq=dq, J=J)
-    assert np.allclose(of_J.z, J @ alone.z, rtol=1e-12)
-    assert of_J.w.tolist() == alone.w.tolist()
-    assert np.allclose(
-        result.gradient(g, J=J).q, result.gradient(J.T @ g).q, rtol=1e-10, atol=1e-13
-    )
-
-
 @pytest.mark.parametrize("unsolved", ["raise", "nan"])
 def test_an_unsolved_problem_of_a_batch_that_is_left_out_has_gradient_0(unsolved):
     batch = lcpcli.solve_many(np.array([[[1.0]], [[-1.0]]]), np.array([[-1.0], [-1.0]]))
@@ -496,7 +418,7 @@ def test_of_programs_with_rows_that_follow_from_others_x_has_derivatives():
     """J z is differentiated for each component that the equations determine, whatever
     the others are, and for no other; by the gradient of the objective, in fractions."""
     regular = refused = 0
-    for seed in range(20):
+    for seed in range(8):
         program, random = dependent_program(seed), default_rng(seed)
         result = run(program.problem())
         states = strict_states(result)
@@ -527,15 +449,15 @@ def test_of_programs_with_rows_that_follow_from_others_x_has_derivatives():
             assert found == pytest.approx(exact, abs=1e-7 * scale), (seed, i)
             assert gradient == pytest.approx(exact, abs=1e-7 * scale), (seed, i)
             regular += 1
-    assert regular > 40
-    assert refused > 8
+    assert regular > 15
+    assert refused > 2
 
 
 @pytest.mark.parametrize("factor", [-1, 1, 2])
 def test_an_equation_stated_twice_is_noticed_whatever_its_place_and_sign(factor):
     """Only the multipliers of the two have no derivatives; the whole solution has none,
     also in a batch."""
-    for seed in range(8):
+    for seed in range(3):
         random = default_rng(seed)
         n = int(random.integers(3, 7))
         B, A = random.integers(-5, 6, (n, n)), random.integers(-5, 6, (n - 2, n))
@@ -574,7 +496,7 @@ def at_a_vertex(random):
     return B @ B.T + np.eye(n), A, y
 
 
-@pytest.mark.parametrize("seed", few_of(range(25), 8))
+@pytest.mark.parametrize("seed", few_of(range(25), 5))
 def test_x_has_one_sided_derivatives_where_several_multipliers_are_at_a_kink(seed):
     """At a vertex in which more rows meet than determine it, for changes of c. The
     derivative is the solution of the program on the critical cone (J. F. Bonnans, A.

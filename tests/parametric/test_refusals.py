@@ -126,10 +126,3 @@ def test_what_several_solutions_have_in_common_has_a_derivative():
     moved = pairs.derivative(dq=[1, 1, 0, 0], J=[[1, 1, 0, 0], [0, 0, 1, 1]]).z
     assert np.allclose(moved, [-1, 0], atol=1e-9)
     assert line.gradient([1.0], J=[[1, 1]]).q.sum() == pytest.approx(-1, abs=1e-9)
-
-
-def test_a_fixed_variable_moves_with_both_of_its_bounds():
-    fixed = solve([[2, 1], [1, 2]], [-5, -6], lower=[1, 0], upper=[1, None])
-    assert fixed.derivative(dlower=[2, 0], dupper=[2, 0]).z.tolist() == [2.0, -1.0]
-    gradient = fixed.gradient([0, 1])
-    assert (gradient.lower + gradient.upper).tolist() == [-0.5, 0.0]
