@@ -43,7 +43,7 @@ def of_seed(seed, n=30):
     return DoubleDouble(highs[0], lows[0]), DoubleDouble(highs[1], lows[1])
 
 
-@settings(deadline=None, max_examples=50)
+@settings(deadline=None, max_examples=15)
 @given(seed=st.integers(0, 2**32 - 1))
 def test_sums_and_products_of_two_doubles_have_twice_the_digits(seed):
     x, y = of_seed(seed)
@@ -57,7 +57,7 @@ def test_sums_and_products_of_two_doubles_have_twice_the_digits(seed):
             assert abs(value - right) <= 8 * Fraction(EPS) ** 2 * size
 
 
-@settings(deadline=None, max_examples=25)
+@settings(deadline=None, max_examples=10)
 @given(seed=st.integers(0, 2**32 - 1), kind=st.sampled_from(["band", "rows", "long"]))
 def test_products_with_a_matrix_lose_nothing_to_cancellation(seed, kind):
     """q is chosen such that M z + q all but vanishes."""
@@ -101,7 +101,6 @@ def test_bands_solve_what_dense_matrices_do(is_symmetric, is_shuffled):
     n = M.shape[0]
     band = Banded(M)
     assert band.is_symmetric == is_symmetric
-    assert band.width == band.width
     assert band.width <= 4
     d, b, basic = random.random(n), random.normal(size=n), random.random(n) < 0.6
     b_of_basis = np.where(basic, b, 0.0)
@@ -126,9 +125,9 @@ def test_bands_solve_what_dense_matrices_do(is_symmetric, is_shuffled):
 
 def test_fixed_point_factors_solve_what_doubles_cannot():
     """Condition 1e17: the solution is right to the last digits of a double."""
-    M = csr_array(make("beam", 300, contrast=1e8, support="hinged").M)
+    M = csr_array(make("beam", 150, contrast=1e8, support="hinged").M)
     random = default_rng(1)
-    b = random.normal(size=300)
+    b = random.normal(size=150)
     right = bands.solution(M, list(map(Fraction, b)))
     solve, is_definite = Banded(M).fixed_point(None)
     assert is_definite
@@ -151,7 +150,7 @@ def test_singular_and_indefinite_bands_are_told_apart():
 
 
 def test_basic_solutions_are_refined_or_factorized_again_as_needed():
-    for n, extended in ((100, 0), (20_000, 1)):
+    for n, extended in ((100, 0), (15_000, 1)):
         problem = make("beam", n)
         systems = DefiniteSystems(problem.M, None)
         basic = np.ones(n, dtype=bool)

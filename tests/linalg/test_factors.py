@@ -5,8 +5,6 @@ overflow reach none of the singular values of LAPACK, on which these might never
 """
 
 import math
-import subprocess
-import sys
 from fractions import Fraction
 
 import numpy as np
@@ -88,6 +86,7 @@ def test_a_finish_with_few_dense_rows_eliminates_the_diagonal_rest_densely():
         chosen.factorize(np.zeros(340))
 
 
+@settings(max_examples=20)
 @given(st.integers(0, 2**32), st.integers(1, 12), st.integers(0, 12))
 def test_blocks_and_products_of_sparse_matrices_are_those_of_dense_ones(seed, m, n):
     random = np.random.default_rng(seed)
@@ -112,16 +111,6 @@ def test_blocks_and_products_of_sparse_matrices_are_those_of_dense_ones(seed, m,
             )
     with pytest.raises(ValueError, match=r"(?i)dimension|mismatch"):
         matrices.product(M, np.zeros(n + 1))
-
-
-def test_a_singular_border_is_told():
-    M = csr_array(
-        np.block(
-            [[np.eye(3), np.ones((3, 1))], [np.ones((1, 3)), np.full((1, 1), 3.0)]]
-        )
-    )
-    with pytest.raises(SingularMatrix):
-        Bordered(M, np.array([3])).factorize(np.zeros(4))
 
 
 def test_programs_with_dense_rows_are_solved_by_scipy_alone(monkeypatch):
@@ -151,6 +140,7 @@ def test_programs_with_dense_rows_are_solved_by_scipy_alone(monkeypatch):
     assert np.abs(by_scipy.z[:n] - by_qdldl.z[:n]).max() < 1e-9
 
 
+@settings(max_examples=25)
 @given(st.integers(2, 12), st.integers(0, 2**32 - 1))
 def test_principal_systems_of_tridiagonal_matrices_are_those_of_the_dense_matrix(
     n, seed
@@ -166,13 +156,6 @@ def test_principal_systems_of_tridiagonal_matrices_are_those_of_the_dense_matrix
     assert np.abs(PrincipalSolver(M).at(P)(b) - expected).max() <= 1e-7 * max(
         1.0, np.abs(expected).max()
     )
-
-
-@pytest.mark.parametrize("P", [[0], [0, 1]])
-def test_a_singular_block_of_a_tridiagonal_matrix_is_reported(P):
-    M = csr_array([[0.0, 0.0, 0.0], [0.0, 1.0, 1.0], [0.0, 1.0, 1.0]])
-    with pytest.raises(np.linalg.LinAlgError):
-        PrincipalSolver(M).at(np.array(P))(np.ones(len(P)))
 
 
 @pytest.mark.parametrize("form", [np.array, csr_array])
@@ -251,7 +234,7 @@ def is_feasible(A, b, zero):
     )
 
 
-@settings(max_examples=50)
+@settings(max_examples=20)
 @given(st.integers(0, 10**6))
 def test_points_and_multipliers_agree_with_an_lp_solver(seed):
     random = np.random.default_rng(seed)
@@ -299,7 +282,7 @@ def by_both(monkeypatch, *program):
     return own, minimized(*program)
 
 
-@pytest.mark.parametrize("seed", range(3))
+@pytest.mark.parametrize("seed", range(2))
 @pytest.mark.parametrize("form", [np.asarray, csr_array])
 def test_both_find_the_same_minimum_and_multipliers(seed, form, monkeypatch):
     random = default_rng(seed)
@@ -325,29 +308,13 @@ def test_both_find_the_same_minimum_and_multipliers(seed, form, monkeypatch):
 @pytest.mark.parametrize(
     ("c", "high"), [(-1.0, np.inf), (1.0, -1.0)], ids=["unbounded", "infeasible"]
 )
-def test_neither_finds_a_minimum_where_there_is_none(c, high, monkeypatch):
+def test_neither_finds_a_minimum_where_there_is_none_nor_prints(
+    c, high, monkeypatch, capfd
+):
     ends = (np.array([-np.inf]), np.array([high]))
     bounds = (np.zeros(1), np.full(1, np.inf))
     assert by_both(monkeypatch, np.full(1, c), np.eye(1), ends, bounds) == (None, None)
-
-
-CODE = """
-import numpy as np
-from lcpcli.linalg import programs
-ends = np.zeros(2), np.full(2, np.inf)
-rows = np.ones(1), np.full(1, np.inf)
-found = programs.minimized(np.ones(2), np.array([[1.0, 1.0]]), rows, ends)
-assert found.value == 1.0, found
-"""
-
-
-def test_a_linear_program_prints_nothing():
-    done = subprocess.run(
-        [sys.executable, "-c", CODE], capture_output=True, text=True, check=False
-    )
-    assert done.returncode == 0
-    assert done.stdout == ""
-    assert done.stderr == ""
+    assert capfd.readouterr() == ("", "")
 
 
 @np.errstate(all="ignore")
@@ -363,7 +330,7 @@ def test_equations_that_overflow_are_not_combined(value):
         combinations(G, G)
 
 
-@pytest.mark.parametrize("n", [6, 10, 20])
+@pytest.mark.parametrize("n", [6, 20])
 def test_bicgstab_ends_within_as_many_steps_as_there_are_unknowns(n):
     random = default_rng(n)
     A = 3 * np.eye(n) + random.standard_normal((n, n)) / np.sqrt(n)

@@ -15,9 +15,9 @@ SIZES = 3, 1, 20, 30, 40
 ROWS = 10
 
 
-def with_blocks(seed, others=0):
+def with_blocks(seed, others=0, changes=None):
     """A matrix of a program with blocks of rank one of several sizes, permuted, and so
-    many other entries; and its signs."""
+    many other entries; and its signs. changes : of entries, by their places."""
     random = default_rng(seed)
     n = sum(SIZES)
     Q = np.zeros((n, n))
@@ -28,6 +28,9 @@ def with_blocks(seed, others=0):
         Q[start:end, start:end] = random.uniform(0.5, 2.0) * np.outer(u, u)
     for i, j in random.integers(n, size=(others, 2)):
         Q[i, j] = Q[j, i] = random.normal()
+    for (i, j), change in (changes or {}).items():
+        Q[i, j] += change
+        Q[j, i] += change
     A = csr_array(random.normal(size=(ROWS, n)) * (random.random((ROWS, n)) < 0.1))
     M = block_array([[csr_array(Q), -A.T], [A, None]], format="csr")
     order = random.permutation(n + ROWS)
@@ -37,9 +40,12 @@ def with_blocks(seed, others=0):
     return permuted, signs
 
 
-@pytest.mark.parametrize("seed", range(5))
-def test_rest_and_blocks_make_the_matrix_with_far_fewer_entries(seed):
-    M, signs = with_blocks(seed)
+@pytest.mark.parametrize("seed", range(3))
+# Within the block of 20, or beside it.
+@pytest.mark.parametrize("changes", [{}, {(4, 5): 1e-12}, {(4, 0): 1.0}])
+def test_rest_and_blocks_make_the_matrix_with_far_fewer_entries(seed, changes):
+    """Also where an entry makes a block none."""
+    M, signs = with_blocks(seed, changes=changes)
     blocks = rank_one_blocks(M, signs)
     made = blocks.rest + blocks.U @ diags_array(blocks.D) @ blocks.U.T
     assert abs(made - M).max() <= 1e-14 * abs(M).max()
@@ -48,30 +54,13 @@ def test_rest_and_blocks_make_the_matrix_with_far_fewer_entries(seed):
     assert np.diff(blocks.U.indptr).max() == 1
 
 
-def test_a_block_with_another_entry_is_none():
-    M, signs = with_blocks(0)
-    whole = rank_one_blocks(M, signs)
-    member = whole.U[:, [int(np.argmax(np.bincount(whole.U.indices)))]].nonzero()[0]
-    for i, j, value in (
-        (member[0], member[1], 1e-12 * M[member[0], member[1]]),
-        (member[0], whole.rest.diagonal().argmax(), 1.0),
-    ):
-        changed = M.tolil()
-        changed[i, j] += value
-        if i != j:
-            changed[j, i] += value
-        blocks = rank_one_blocks(csr_array(changed.tocsr()), signs)
-        if blocks is not None:
-            assert not (set(member) & set(blocks.U.nonzero()[0].tolist()))
-
-
 @pytest.mark.parametrize("others", [200, 800])
 def test_no_blocks_are_returned_where_little_is_saved(others):
     assert rank_one_blocks(*with_blocks(1, others)) is None
 
 
 @pytest.mark.skipif(find_spec("qdldl") is None, reason="qdldl is not installed")
-@pytest.mark.parametrize("seed", range(5))
+@pytest.mark.parametrize("seed", range(3))
 def test_systems_with_blocks_have_the_solutions_of_the_matrix(seed):
     M, signs = with_blocks(seed)
     random = default_rng(seed)

@@ -6,7 +6,7 @@ import sys
 
 import numpy as np
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 from numpy.random import default_rng
 from scipy.sparse import coo_array, csc_array, csr_array, diags_array, random_array
@@ -25,11 +25,12 @@ from lcpcli.linalg.matrices import (
 from lcpcli.linalg.stencils import Operator
 from lcpcli.linalg.units import Base, equilibrate, units
 from lcpcli.model.arrays import as_matrix
-from lcpcli.verify.measure import Measure, least_caps
 
 from ..methods.grids import plane, space, stream
+from ..seeds import few_of
 
 
+@settings(max_examples=25)
 @given(
     seed=st.integers(0, 2**32 - 1),
     spread=st.integers(0, 400),
@@ -81,6 +82,7 @@ def test_units_are_the_least_squares_however_long_the_graph_is(n, shape):
         assert shape in ("band", "ring") or np.abs(left).max() <= 1e-9
 
 
+@settings(max_examples=25)
 @given(
     seed=st.integers(0, 2**32 - 1), spread=st.integers(0, 40), is_program=st.booleans()
 )
@@ -101,6 +103,7 @@ def test_rows_and_columns_share_units_where_sizes_of_entries_are_symmetric(
     assert sparse.parts == dense.parts
 
 
+@settings(max_examples=20)
 @given(seed=st.integers(0, 2**32 - 1), spread=st.integers(0, 40))
 def test_equilibrated_rows_and_columns_have_entries_near_one(seed, spread):
     generator = np.random.default_rng(seed)
@@ -270,7 +273,7 @@ def test_products_are_those_of_the_matrix(name):
     assert np.allclose(image, M @ x, rtol=0, atol=1e-4)
 
 
-@pytest.mark.parametrize("seed", range(8))
+@pytest.mark.parametrize("seed", few_of(range(8), 4))
 def test_units_of_the_matrix_before_bound_those_of_one_near_it(seed):
     """Quotients of the factors of two rows in one component, sparse and dense."""
     random = default_rng(seed)
@@ -288,21 +291,3 @@ def test_units_of_the_matrix_before_bound_those_of_one_near_it(seed):
     assert before.digits_to(M) == 0
     assert before.digits_to(2 * M) == np.inf
     assert before.digits_to(np.where(M[0, 0] == M, 1.0 - (M != 0), M)) == np.inf
-
-
-def test_a_sequence_is_accepted_by_lower_bounds_of_its_caps():
-    """Which do not exceed those of the M itself."""
-    random = default_rng(0)
-    M = np.diag(random.uniform(1, 2, 24)) + np.eye(24, k=1)
-    q = random.normal(size=24)
-    first, second = (Problem(M * factor, q) for factor in (1.0, 1.001))
-    assert first.units.parts
-    second.facts.follow(first.facts)
-    rows, violations = np.arange(24), np.maximum(-q, 0.0)
-    with np.errstate(divide="ignore"):
-        caps = least_caps(second, violations, rows)
-    near_units = second.facts.near_units
-    assert caps is not None
-    true = Measure(second).caps(np.zeros(24))
-    assert (np.maximum(caps, abs(q)) <= true).all()
-    assert (caps > 0.5 * np.exp2(-near_units[1]) * true)[q < 0].any()
