@@ -214,7 +214,6 @@ OF_LINES, OF_FOLDER = ["result", "refused", "result"], ["refused", "result"]
 # Many inputs, some bad, however they come and wherever the records go.
 SEVERAL = {
     "solve lines.jsonl --format json": OF_LINES,
-    "solve lines.jsonl --jobs 2 --format json": OF_LINES,
     "solve lines.jsonl -o new.jsonl": OF_LINES,
     "solve lines.jsonl --jobs 2 -o new.json": OF_LINES,
     "solve - --format json": OF_LINES,

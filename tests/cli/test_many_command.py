@@ -24,7 +24,7 @@ from lcpcli.solving.many import solve_many
 from ..conftest import FACE
 from ..seeds import few_of
 from ..wordings import CANNOT_BE_WRITTEN, EMPTY, ENDS_TOO_EARLY, NO_LOG
-from .conftest import GOOD, INFEASIBLE, assert_refused, interrupt
+from .conftest import GOOD, INFEASIBLE, MAIN, assert_refused, interrupt
 
 MALFORMED = GOOD[:-1]
 
@@ -88,10 +88,9 @@ def test_a_mixture_has_records_a_summary_and_the_exit_code_of_the_worst(
 def test_a_file_of_a_byte_order_mark_and_blanks_is_an_input_error(lcp, files):
     (files / "blank.jsonl").write_text("\ufeff \n")
     error = f"lcp: blank.jsonl: {EMPTY}; give M and q, as JSON or CSV\n"
-    for jobs in ("", "--jobs 2"):
-        beside = lcp(f"solve blank.jsonl good.json {jobs}")
-        assert beside.code == 2
-        assert beside.err == f"{error}lcp: 2 problems: 1 bad input, 1 solved\n"
+    beside = lcp("solve blank.jsonl good.json")
+    assert beside.code == 2
+    assert beside.err == f"{error}lcp: 2 problems: 1 bad input, 1 solved\n"
 
 
 def test_memory_that_ends_costs_the_columns_that_are_left(lcp, monkeypatch):
@@ -138,23 +137,17 @@ def test_a_problem_alone_is_a_stream_of_one(option, lcp, monkeypatch):
     assert outcome.err == "lcp: 1 problem: 1 solved\n"
 
 
-@pytest.mark.parametrize(
-    "command",
-    ["solve - --resume own.jsonl < own.jsonl", "solve own.jsonl >> own.jsonl"],
-)
-def test_output_to_a_file_that_is_read_is_refused(command, tmp_path):
-    own = tmp_path / "own.jsonl"
+def test_output_to_a_file_that_is_read_is_refused(lcp, folder, monkeypatch):
+    own = folder / "own.jsonl"
     own.write_bytes(LINE * 2)
-    script = f"{sys.executable} -m lcpcli {command}"
-    done = subprocess.run(
-        ["bash", "-c", script],
-        capture_output=True,
-        cwd=tmp_path,
-        timeout=60,
-        check=False,
-    )
-    assert done.returncode == 2
-    assert len(done.stderr.splitlines()) == 1
+    with own.open() as stdin:
+        monkeypatch.setattr(sys, "stdin", stdin)
+        assert_refused(lcp("solve - --resume own.jsonl"))
+    assert own.read_bytes() == LINE * 2
+    with own.open("ab") as stdout:
+        command = [sys.executable, "-c", MAIN, "solve", str(own)]
+        done = subprocess.run(command, stdout=stdout, stderr=subprocess.PIPE)
+    assert (done.returncode, done.stderr.count(b"\n")) == (2, 1)
     assert own.read_bytes() == LINE * 2
 
 
@@ -233,56 +226,46 @@ def test_a_log_goes_on_where_it_was_cut_off_and_counts_what_it_had(lcp, folder):
     assert len(path.read_text().splitlines()) == 3
 
 
+@pytest.mark.parametrize(
+    ("line", "words"),
+    [
+        ("solve other.json", "a problem other than other.json as number 1"),
+        (f"{BOTH} --tol 1e-8", "tol 1e-10"),
+        (f"{BOTH} --method lemke", "method auto"),
+        (f"{BOTH} --exact", "exact none, but here it is True"),
+    ],
+)
+def test_a_log_of_something_else_is_refused_and_kept(line, words, lcp, written):
+    text = written.read_text()
+    Path("other.json").write_text(GOOD.replace("5", "4"))
+    assert_refused(lcp(f"{line} --resume log.jsonl"), words)
+    assert written.read_text() == text
+
+
 DAMAGED = "good.json that is damaged"
 
 
 @pytest.mark.parametrize(
-    ("was", "becomes", "line", "words"),
+    ("was", "becomes", "words"),
     [
-        ("", "", "other.json", "a problem other than other.json as number 1"),
-        ("", "", "good.json none.json --tol 1e-8", "tol 1e-10"),
-        ("", "", "good.json none.json --method lemke", "method auto"),
-        ("", "", "good.json none.json --exact", "exact none, but here it is True"),
-        (
-            '"given": {',
-            '"given": {"exact": "True", ',
-            "good.json none.json",
-            "exact True, but here it is none",
-        ),
-        ('"status": "solved"', '"status": "fine"', "good.json none.json", DAMAGED),
-        ('"status": "solved"', '"status": null', "good.json none.json", DAMAGED),
-        ('"exact": null', '"exact": {}', "good.json none.json", DAMAGED),
-        (
-            '"given": {',
-            '"given": ["a", {',
-            "good.json none.json",
-            NO_LOG,
-        ),
-        ('"number": 1,', '"number": 0,', "good.json none.json", DAMAGED),
-        ('"number": 1,', '"number": -1,', "good.json none.json", DAMAGED),
-        ('"number": 1,', '"number": [1],', "good.json none.json", DAMAGED),
-        ('"item": null', '"item": [2]', "good.json none.json", "[2] that is damaged"),
-        ('"file": "good', '"file": {"a": 1}, "is": "good', "good.json", "is damaged"),
-        ('"digest": "', '"digest": [1], "is": "', "good.json none.json", DAMAGED),
-        (
-            ', "number": .*}',
-            "}",
-            "good.json none.json",
-            f"log.jsonl: {NO_LOG}",
-        ),
+        ('"given": {', '"given": {"exact": "True", ', "exact True, but here it is"),
+        ('"given": {', '"given": ["a", {', NO_LOG),
+        ('"status": "solved"', '"status": "fine"', DAMAGED),
+        ('"status": "solved"', '"status": null', DAMAGED),
+        ('"exact": null', '"exact": {}', DAMAGED),
+        ('"number": 1,', '"number": 0,', DAMAGED),
+        ('"number": 1,', '"number": [1],', DAMAGED),
+        ('"item": null', '"item": [2]', "[2] that is damaged"),
+        ('"file": "good', '"file": {"a": 1}, "is": "good', "is damaged"),
+        ('"digest": "', '"digest": [1], "is": "', DAMAGED),
+        (', "number": 1', "", f"log.jsonl: {NO_LOG}"),
     ],
 )
-def test_a_log_of_something_else_or_that_was_edited_is_refused_and_kept(
-    was, becomes, line, words, lcp, written
-):
+def test_a_log_that_was_edited_is_refused_and_kept(was, becomes, words, lcp, written):
     text = written.read_text()
-    Path("other.json").write_text(GOOD.replace("5", "4"))
-    if was:
-        text = re.sub(
-            re.escape(was) if ".*" not in was else was, becomes, text, count=1
-        )
-    written.write_text(text)
-    assert_refused(lcp(f"solve {line} --resume log.jsonl"), words)
+    assert was in text
+    written.write_text(text := text.replace(was, becomes, 1))
+    assert_refused(lcp(f"{BOTH} --resume log.jsonl"), words)
     assert written.read_text() == text
 
 
@@ -368,7 +351,7 @@ RESUMED = {
 
 @pytest.mark.parametrize(
     ("case", "jobs"),
-    [*((case, "1") for case in RESUMED), *few_of(((case, "2") for case in RESUMED), 3)],
+    [*((case, "1") for case in RESUMED), *few_of(((case, "2") for case in RESUMED), 1)],
 )
 def test_run_that_is_resumed_solves_what_was_added_and_names_what_is_gone(
     case, jobs, lcp, folder

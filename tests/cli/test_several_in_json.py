@@ -18,7 +18,6 @@ BOTH = "solve good.json none.json"
     [
         ("json", BOTH),
         ("JSON", BOTH),
-        ("json", f"{BOTH} --jobs 2"),
         ("json", "solve good.json absent.json"),
         ("json", "solve M.csv Q.csv"),
         ("json", "compare good.json --method newton --method lemke"),
@@ -36,8 +35,6 @@ def test_json_file_of_several_runs_is_one_list_with_the_records_of_the_lines(
     lines = [*map(json.loads, (folder / "out.jsonl").read_text().splitlines())]
     assert len(found) == len(lines) == 2
     assert content.count("\n") == 4
-    # Processes add lines to a log as soon as they are known.
-    lines.sort(key=lambda record: record.get("number", 0))
     assert [each["file"] for each in found] == [each["file"] for each in lines]
     assert is_result(content.encode())
 

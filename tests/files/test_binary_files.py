@@ -5,7 +5,6 @@ import gzip
 import io
 import os
 import pickle
-import sys
 import zipfile
 from pathlib import Path
 
@@ -334,15 +333,6 @@ def test_a_malformed_file_is_refused_by_its_name_in_words_of_this_program(
     beside_M = " q.csv" if name == "M.mtx.gz" else ""
     line = refused(f"solve {name}{beside_M}", {name: content, "q.csv": "-1\n-1\n"})
     assert line.startswith(name)
-
-
-def test_a_closed_standard_input_is_refused(lcp, monkeypatch):
-    monkeypatch.setattr(sys, "stdin", None)
-    outcome = lcp("solve -")
-    assert "standard input" in outcome.err
-    assert outcome.code == 2
-    assert outcome.out == ""
-    assert outcome.err.count("\n") == 1
 
 
 def test_a_missing_file_in_a_folder_that_cannot_be_listed_is_refused(
