@@ -260,9 +260,9 @@ def test_no_exact_system_is_begun_that_the_time_limit_does_not_leave_time_for(
         return call(*given, **how)
 
     monkeypatch.setattr(subprocess, "run", limited)
-    result = exact(Problem(A @ A.T + np.eye(450), -np.ones(450)), time_limit=1.0)
+    result = exact(Problem(A @ A.T + np.eye(450), -np.ones(450)), time_limit=0.3)
     assert result.exact.status is None
-    assert all(0 <= each <= 1 for each in begun)
+    assert all(0 <= each <= 0.3 for each in begun)
 
 
 def test_time_limit_holds_while_numbers_become_exact_and_long_rows_pivot():
@@ -377,20 +377,16 @@ def test_driver_reports_by_the_clock_and_not_by_the_iterate(clock, monkeypatch):
     assert seconds == pytest.approx(k * INTERVAL / 100)
 
 
-def test_a_long_step_in_compiled_code_is_watched_too():
+def test_a_long_step_in_compiled_code_is_watched_too(monkeypatch):
+    monkeypatch.setattr(interrupts, "WAIT", 0.01)
     looks = []
     with (
         interrupts.deadline_after(10.0, lambda: looks.append(1)),
         interrupts.deadline_after(9.0),
     ):
-        assert (
-            interrupts.interruptibly(
-                lambda: time.sleep(3.5 * interrupts.WAIT) or "done"
-            )
-            == "done"
-        )
+        step = interrupts.interruptibly(lambda: time.sleep(0.1) or "done")
+    assert step == "done"
     assert looks
-    assert interrupts.interruptibly(lambda: "unwatched") == "unwatched"
 
 
 def test_nothing_is_shown_in_the_first_second_and_all_is_gone_at_the_end(monkeypatch):
@@ -429,11 +425,10 @@ def test_long_solve_shows_its_line_on_standard_error(lcp, folder, monkeypatch):
     monkeypatch.setattr("lcpcli.solving.loop.INTERVAL", 0.0)
     assert (folder / "none.json").exists()  # so that the iterates run off for ever
     outcome = lcp(
-        "solve none.json --method fixed-point --max-iterations 200 --format json"
+        "solve none.json --method fixed-point --max-iterations 20 --format json"
     )
     *shown, last = lines_in(stream)
-    assert outcome.out[:1] == "{"
-    assert outcome.out.count("\n") == 1
+    assert outcome.record["iterations"] == 20
     assert last == ""
     line = r"fixed-point  k = \d+  relative residual about \d\.\de[-+]\d+"
     assert any(re.fullmatch(line, text) for text in shown)

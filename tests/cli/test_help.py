@@ -348,9 +348,8 @@ def test_a_word_that_is_no_topic_is_looked_for_on_all_pages(lcp):
 
 
 def test_words_are_found_on_pages_in_the_singular_and_in_the_plural(lcp):
-    for one, many in (("duality gap", "duality gaps"), ("dual", "duals")):
-        pages = [lcp(f"help {words}").out.partition("\n")[2] for words in (one, many)]
-        assert pages[0] == pages[1] != ""
+    one, many = (lcp(f"help {words}").out for words in ("duality gap", "duality gaps"))
+    assert one.partition("\n")[2] == many.partition("\n")[2] != ""
 
 
 WORDS = {

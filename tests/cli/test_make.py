@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 import lcpcli
-from lcpcli import Problem, from_game, from_qp, read, write
+from lcpcli import Problem, from_qp, read, write
 from lcpcli.errors import Exit, ProblemError
 from lcpcli.files import contents
 from lcpcli.files.formats import COMPLETE, GENERAL_SUFFIXES
@@ -18,26 +18,16 @@ from lcpcli.gallery import families as gallery
 from ..conftest import numbers
 from .conftest import assert_refused
 
-EXIT_CODES = {"infeasible": 3, "unsolvable": 3, "solved": 0}
-
-
 @pytest.mark.parametrize("family", gallery.FAMILIES)
-def test_what_is_made_can_be_solved_from_its_file(family, lcp, tmp_path):
+def test_what_is_made_can_be_read_from_its_file(family, lcp, tmp_path):
     made = lcp(f"make {family}")
-    assert made.code == 0
-    assert made.err == ""
+    assert (made.code, made.err) == (0, "")
     file = tmp_path / "made.json"
     file.write_text(made.out)
     problem, expected = read(file), gallery.make(family)
-    assert problem.name == expected.name
-    assert problem.source == expected.source
-    assert problem.note == expected.note
+    for field in ("name", "source", "note", "verdict"):
+        assert getattr(problem, field) == getattr(expected, field)
     assert np.array_equal(problem.q, expected.q)
-    outcome = lcp(f"solve {file} --format json")
-    status = outcome.record["status"]
-    assert outcome.code == EXIT_CODES[status]
-    # Of which it is not known.
-    assert status == (problem.verdict or "solved") or family == "gaussian"
 
 
 def test_a_pipe_to_a_reader_that_has_enough():
@@ -61,7 +51,6 @@ def test_a_pipe_to_a_reader_that_has_enough():
             {"n": 4, "seed": 3, "symmetric": True},
         ),
         ("harker-pang --set symmetric=No", "harker-pang", {"symmetric": False}),
-        ("diagonal --set decades=2", "diagonal", {"decades": 2}),
         (
             "contact --set friction=1e-1 --set compliance=2",
             "contact",
@@ -154,8 +143,6 @@ def test_what_mps_cannot_hold_is_refused_in_one_line(tmp_path):
     assert list(tmp_path.iterdir()) == []
 
 
-SPARSE = gallery.make("tridiagonal", 5)
-NAMED_GAME = from_game([[3, 0], [0, 2]], [[2, 0], [0, 3]], name="Übung")
 RICH = Problem(
     [[1, 1], [1, 1]],
     [-1, -1],
@@ -194,11 +181,8 @@ def test_numbers_are_the_same_in_all_formats(tmp_path, lcp, first, second):
 
 
 @pytest.mark.parametrize("ending", COMPLETE)
-@pytest.mark.parametrize(
-    "problem", [SPARSE, NAMED_GAME, RICH], ids=lambda problem: problem.name
-)
-def test_complete_formats_keep_everything(tmp_path, lcp, ending, problem):
-    write(problem, tmp_path / "a.json", as_program=True)
+def test_complete_formats_keep_everything(tmp_path, lcp, ending):
+    write(RICH, tmp_path / "a.json")
     assert lcp(f"convert {tmp_path / 'a.json'} -o {tmp_path / f'b{ending}'}").code == 0
     outcome = lcp(f"convert {tmp_path / f'b{ending}'}")
     assert outcome.out.encode() == (tmp_path / "a.json").read_bytes()

@@ -49,13 +49,15 @@ def test_a_file_of_iterates_has_each_of_them_or_every_tenth(lcp, folder):
     assert [int(row["k"]) for row in rows] == list(range(len(rows)))
     assert [row["status"] for row in rows] == [""] * (len(rows) - 1) + ["solved"]
     assert lcp(f"{arguments} -q --trace -o t.csv --every 10").out == ""
-    assert len(table(folder / "t.csv")) < len(rows) / 5
+    kept = [int(row["k"]) for row in table(folder / "t.csv")]
+    assert {0, 10, len(rows) - 1} < {*kept}
+    assert len(kept) < len(rows) / 5
 
 
 def test_rows_selected_from_a_trace_are_those_of_a_trace_kept_for_them():
     whole = Trace()
     run(read(EXAMPLE), "fixed-point", trace=whole)
-    for most in (None, *range(5, 40)):
+    for most in (None, 5, 12, 39):
         alone = Trace(5, most)
         run(read(EXAMPLE), "fixed-point", trace=alone)
         assert [row.k for row in whole.selected(5, most, None).rows] == [

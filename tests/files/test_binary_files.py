@@ -349,12 +349,6 @@ def test_a_missing_file_in_a_folder_that_cannot_be_listed_is_refused(
     assert outcome.err.count("\n") == 1
 
 
-def array(values):
-    file = io.BytesIO()
-    np.lib.format.write_array(file, np.array(values))
-    return file.getvalue()
-
-
 def members(method=zipfile.ZIP_STORED, **arrays):
     return zip_of({f"{name}.npy": held for name, held in arrays.items()}, method)
 
@@ -364,19 +358,18 @@ def spoiled(content, found, other):
     return content.replace(found, other, 1)
 
 
-WRITTEN_EYE = array([[1.0, 0.0], [0.0, 1.0]])
 ARCHIVES = {
     "header-without-end": members(
-        M=spoiled(WRITTEN_EYE, b"}", b"("), q=array([1.0, 1.0])
+        M=spoiled(npy(EYE), b"}", b"("), q=npy(ONES)
     ),
     "header-with-open-text": members(
-        M=spoiled(WRITTEN_EYE, b"'descr'", b"'''escr"), q=array([1.0, 1.0])
+        M=spoiled(npy(EYE), b"'descr'", b"'''escr"), q=npy(ONES)
     ),
     "header-of-zeros": members(
-        M=array(np.zeros(60)), q=spoiled(array(np.zeros(300)), b"{'descr'", b"\0" * 8)
+        M=npy(np.zeros(60)), q=spoiled(npy(np.zeros(300)), b"{'descr'", b"\0" * 8)
     ),
     "compression-broken": spoiled(
-        members(zipfile.ZIP_LZMA, M=array(np.arange(400.0).reshape(20, 20))),
+        members(zipfile.ZIP_LZMA, M=npy(np.arange(400.0).reshape(20, 20))),
         b"\x5d\0\0",
         b"\xff\xff\xff",
     ),
@@ -404,7 +397,7 @@ def test_array_that_python_2_has_written_is_read_without_a_warning(tmp_path):
     file = tmp_path / "p.npz"
     file.write_bytes(
         members(
-            M=spoiled(WRITTEN_EYE, b"(2, 2), }  ", b"(2L, 2L), }"), q=array([1.0, 1.0])
+            M=spoiled(npy(EYE), b"(2, 2), }  ", b"(2L, 2L), }"), q=npy(ONES)
         )
     )
     assert reading.read(str(file)).M.tolist() == [[1, 0], [0, 1]]
@@ -415,16 +408,16 @@ def test_array_that_python_2_has_written_is_read_without_a_warning(tmp_path):
     [
         (
             "p.mtx",
-            f"%%MatrixMarket matrix array real general\n1 1\n{'9' * 10**6}x\n",
+            f"%%MatrixMarket matrix array real general\n1 1\n{'9' * 400_000}x\n",
             "line 3: is '999",
         ),
         (
             "p.json",
-            "{" + ",".join(f'"{k}": 0' for k in range(10**5)) + ', "99999": 0}',
-            "99999: occurs twice",
+            "{" + ",".join(f'"{k}": 0' for k in range(30_000)) + ', "29999": 0}',
+            "29999: occurs twice",
         ),
     ],
-    ids=["million-digits", "hundred-thousand-keys"],
+    ids=["digits", "keys"],
 )
 def test_long_file_is_refused_in_a_time_in_proportion(name, content, fault, tmp_path):
     """In hours if the time grew with the square of the length."""

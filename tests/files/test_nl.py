@@ -163,7 +163,7 @@ def test_random_expressions_and_their_enclosures():
     """Intervals hold the values and the derivatives at all points of a box, also at its
     ends."""
     rng, points = random.Random(3), default_rng(3)
-    for _ in range(12):
+    for _ in range(5):
         n = rng.randint(1, 4)
         expressions = [an_expression(rng, n, 4) for _ in range(n)]
         own = [("+", each, ("sin", f"v{i}")) for i, each in enumerate(expressions)]

@@ -135,7 +135,7 @@ KEPT = {  # what a file keeps, by its name
 
 
 @pytest.mark.parametrize("name", KEPT)
-@settings(max_examples=15)
+@settings(max_examples=8)
 @given(problem=problems(in_coordinates=False) | problems(in_coordinates=True))
 @example(problem=WHOLE)
 @example(problem=WHOLE_SPARSE)
@@ -217,7 +217,7 @@ def texts(draw):
     return draw(st.lists(numbers, min_size=n, max_size=n)), draw(numbers), draw(bounds)
 
 
-@settings(max_examples=10)
+@settings(max_examples=5)
 @given(problem=texts(), in_coordinates=st.booleans())
 @example(
     problem=([[DIGITS, "0.1"], ["0", INTEGER]], ["-" + DIGITS, "1e-400"], [None, None]),
@@ -316,7 +316,7 @@ def _fractions(value):
     )
 
 
-@settings(max_examples=10)
+@settings(max_examples=5)
 @given(
     numbers=st.lists(MODERATE, min_size=15, max_size=15),
     sense=st.sampled_from(["min", "max"]),
