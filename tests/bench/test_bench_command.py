@@ -163,9 +163,8 @@ def test_interrupted_bench_keeps_its_rows(bench, output, lcp, monkeypatch):
     ]
 
 
-@pytest.mark.parametrize("cut", [0, 20])
 def test_bench_that_was_killed_goes_on_behind_the_last_whole_line(
-    cut, bench, output, lcp, monkeypatch
+    bench, output, lcp, monkeypatch
 ):
     """Each measurement is added to the end of the file; nothing that is there is
     written again before all are known."""
@@ -181,8 +180,8 @@ def test_bench_that_was_killed_goes_on_behind_the_last_whole_line(
     assert all(later.startswith(text) for text, later in pairwise(texts))
     whole = output.read_bytes()
     assert whole.count(b"\n") == 1
-    output.write_bytes(texts[-1][: len(texts[-1]) - cut])
-    assert len(records.read(str(output)).measurements) == 5 - bool(cut)
+    output.write_bytes(texts[-1][:-20])
+    assert len(records.read(str(output)).measurements) == 4
     assert lcp(f"bench --resume {output} -q").code == 0
     assert keys(records.read(str(output))) == keys(done)
 

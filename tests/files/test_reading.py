@@ -325,5 +325,5 @@ def test_blanks_around_a_problem_take_no_time(content, lcp, in_folder):
 
 @pytest.mark.parametrize("method", ["shi", "fixed-point"])
 def test_all_but_the_game_are_solved_by_both_methods(problem, method):
-    result = run(problem, method, max_iterations=1000)
+    result = run(problem, method, max_iterations=300)
     assert result.solved is (problem.name != "bimatrix")

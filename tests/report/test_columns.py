@@ -175,7 +175,7 @@ def assert_steps_lead_on(problem, x0, x1, p=1e12):
     return rows[2] if len(rows) > 2 else None
 
 
-@settings(max_examples=60)
+@settings(max_examples=30)
 @given(small_problems())
 def test_steps_lead_to_the_next_x(drawn):
     assert_steps_lead_on(*drawn)

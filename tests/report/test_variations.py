@@ -21,6 +21,7 @@ from lcpcli.report.document import typeset
 from lcpcli.report.variations import document, variations
 
 from ..cli.conftest import assert_refused
+from ..seeds import few_of
 
 EXAMPLE = "paper-example-1"
 
@@ -47,8 +48,8 @@ def test_error_at_the_end_follows_the_theory_on_a_degenerate_problem(degenerate,
     """Where z_i = w_i = 0 it is of the order of ln 3 / p, and elsewhere exponentially
     small."""
     values = "1e2,1e4,1e6,1e8"
-    asked = f"compare {degenerate} {EXAMPLE} --method shi --tol 1e-14"
-    outcome = lcp(f"{asked} --vary p={values} --vary k-star=5")
+    asked = f"compare {degenerate} {EXAMPLE} --method shi --max-iterations 300"
+    outcome = lcp(f"{asked} --tol 1e-14 --vary p={values} --vary k-star=5")
     assert outcome.code == 1
     text = rows(outcome.out)
     assert text[0][:2] == ["p:", "error"]
@@ -162,20 +163,22 @@ def test_a_comparison_in_which_neither_solves_says_why_and_what_does(
     if isinstance(problem, Problem):
         write(problem, in_folder / "hard.json")
     file = problem if isinstance(problem, str) else "hard.json"
-    out = lcp(f"compare {file} --max-iterations 100").out
+    out = lcp(f"compare {file} --max-iterations 30").out
     (line,) = [line for line in out.splitlines() if line.startswith("neither ")]
     assert line.startswith("neither fixed-point nor shi solves the problem")
     assert cause in line
     assert remedy in line
-    alone = lcp(f"compare {file} --max-iterations 100 --method shi").out
-    assert name == "no solution" or f"shi does not solve the problem: {cause}" in alone
+    if name == "no P-matrix":
+        alone = lcp(f"compare {file} --max-iterations 30 --method shi").out
+        assert f"shi does not solve the problem: {cause}" in alone
 
 
 def test_a_comparison_says_nothing_where_it_knows_nothing(lcp):
     for limit in ("3", "1000"):
         out = lcp(f"compare {EXAMPLE} --max-iterations {limit}").out
         assert "the problem" not in out
-    assert "solve the problem" not in lcp("solve bimatrix --method shi").out
+    alone = lcp("solve bimatrix --method shi --max-iterations 30").out
+    assert "solve the problem" not in alone
 
 
 def test_kinks_count_where_z_and_w_are_both_0():
@@ -186,7 +189,7 @@ def test_kinks_count_where_z_and_w_are_both_0():
     assert explanation(problem, ["fixed-point"]).causes == []
 
 
-@pytest.mark.parametrize("seed", range(40))
+@pytest.mark.parametrize("seed", few_of(range(40), 10))
 def test_a_method_named_as_guaranteed_solves_the_problem_or_proves_it_has_none(seed):
     rng = np.random.default_rng(seed)
     n = int(rng.integers(1, 5))
