@@ -31,9 +31,10 @@ MISSING = (
 
 @pytest.fixture(scope="module")
 def alone(tmp_path_factory):
-    """A folder with the package, without the folders of all formulations, and files."""
+    """A folder with the package, without the folders of all formulations, and files;
+    what is compiled of it need not be compiled again."""
     folder = tmp_path_factory.mktemp("alone")
-    ignored = shutil.ignore_patterns("__pycache__", *FOLDERS)
+    ignored = shutil.ignore_patterns(*FOLDERS)
     shutil.copytree(PACKAGE, folder / "lcpcli", ignore=ignored)
     (folder / "p.json").write_text('{"M": [[2, 1], [1, 2]], "q": [-5, -6]}')
     (folder / "p.csv").write_text("2,1,-5\n1,2,-6\n")
@@ -83,15 +84,7 @@ make --list
 """
 
 
-def test_lcps_need_no_formulation(alone):
-    done = python(alone, EACH, LINES)
-    *parts, rest = done.stdout.split("\0")
-    assert (done.stderr, rest) == ("", "")
-    assert parts[1::2] == ["0"] * LINES.count("\n")
-    assert all(parts[::2])
-
-
-def test_what_needs_a_formulation_that_is_missing_gets_one_line(alone):
+def test_lcps_need_no_formulation_and_what_needs_a_missing_one_gets_one_line(alone):
     missing = {
         f"solve {file}": f"{file}: {MISSING.format(what, folder)}"
         for file, what, folder in (
@@ -109,16 +102,15 @@ def test_what_needs_a_formulation_that_is_missing_gets_one_line(alone):
     }
     missing["model.nl -AMPL"] = MISSING.format("-AMPL", "nonlinear_model")
     missing["solve A.csv A.csv --game"] = MISSING.format("--game", "bimatrix_game")
-    done = python(alone, EACH, "".join(f"{line}\n" for line in missing))
-    assert done.stdout.split("\0") == ["", "2"] * len(missing) + [""]
-    assert done.stderr.splitlines() == [f"lcp: {told}" for told in missing.values()]
-
-
-def test_two_tables_without_a_formulation_are_refused_without_a_hint_at_it(alone):
-    done = python(alone, EACH, "solve A.csv A.csv")
-    assert done.stdout.split("\0") == ["", "2", ""]
-    assert done.stderr.count("\n") == 1
-    assert "--game" not in done.stderr
+    given = "\n".join([*missing, "solve A.csv A.csv"])
+    done = python(alone, EACH, f"{LINES}{given}")
+    *solved, rest = done.stdout.split("\0", 2 * LINES.count("\n"))
+    assert all(solved[::2])
+    assert {*solved[1::2]} == {"0"}
+    assert rest.split("\0") == ["", "2"] * len(missing) + ["", "2", ""]
+    *lines, without_a_hint = done.stderr.splitlines()
+    assert lines == [f"lcp: {told}" for told in missing.values()]
+    assert "--game" not in without_a_hint
 
 
 def test_each_public_name_without_its_formulation_is_an_error_of_one_line(alone):

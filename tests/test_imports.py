@@ -50,28 +50,24 @@ HELP = (
 )
 
 
-def test_help_and_version_load_neither_numpy_nor_scipy_nor_rich():
-    assert not modules_after(*HELP.split(", ")) & {"numpy", "scipy", "rich"}
-
-
-def test_dense_solves_to_json_load_neither_rich_nor_scipy(tmp_path):
-    files = {n: str(tmp_path / f"dense-{n}.json") for n in (4, 200)}
-    for n, file in files.items():
-        writing.write(Problem(4 * np.eye(n), -np.ones(n)), file)
-    methods = ("shi", "fixed-point")
-    loaded = modules_after(
-        *(
-            f"solve {file} --method {name} --format json"
-            for file in files.values()
-            for name in methods
-        )
+def test_package_names_of_peers_help_and_version_load_neither_numpy_nor_rich():
+    """Of the package alone, not even the command."""
+    code = (
+        "import sys, lcpcli; assert 'click' not in sys.modules\n"
+        "from lcpcli.peers.registry import select; select(['path'])\n"
     )
-    assert "numpy" in loaded
-    assert not loaded & {"scipy", "rich"}
+    given = HELP.replace(", ", "\n")
+    loaded = loaded_by(f"{code}{BATCH}print('', *sys.modules)", given)
+    assert not loaded & {"numpy", "scipy", "rich"}
 
 
-def test_table_loads_rich_but_not_scipy_nor_does_a_list_of_families():
-    loaded = modules_after(f"solve {EXAMPLE}", "make --list")
+def test_table_loads_rich_but_not_scipy_nor_do_a_list_of_families_and_the_methods(
+    tmp_path,
+):
+    file = tmp_path / "dense.json"
+    writing.write(Problem(4 * np.eye(200), -np.ones(200)), file)
+    quiet = (f"solve {file} --method {name} -q" for name in ("shi", "fixed-point"))
+    loaded = modules_after(f"solve {EXAMPLE}", "make --list", *quiet)
     assert "rich" in loaded
     assert "scipy" not in loaded
 
@@ -82,6 +78,7 @@ UNUSED = {  # by a small solve whose solution is the only one by a theorem
     "scipy", "rich", "pathlib", "shutil", "hashlib", "zipfile", "gzip", "fractions",
     "decimal", "statistics", "numpy.ma", "lcpcli.enumeration.search",
     "lcpcli.rational.exact_problem", "lcpcli.solving.trace", "lcpcli.model.origins",
+    "lcpcli.additions",
 }  # fmt: skip
 OTHER_COMMANDS = {
     f"lcpcli.cli.{name}"
@@ -97,33 +94,23 @@ UNSHOWN = Problem(np.kron(np.eye(10), [[1, 2], [2, 1]]), -np.ones(20))
 
 
 @pytest.mark.parametrize(
-    "problem",
-    [DOMINANT, OF_SEVERAL, UNSHOWN],
-    ids=["dominant", "of several", "not shown"],
+    ("problems", "most", "unused"),
+    [
+        ([DOMINANT, UNSHOWN], MAX_MODULES, UNUSED),
+        ([OF_SEVERAL], MAX_OF_SEVERAL, {"scipy", "rich", "zipfile", "gzip"}),
+    ],
+    ids=["one solution or not shown", "of several"],
 )
-def test_small_solve_to_json_loads_what_it_uses(problem, tmp_path):
-    file = tmp_path / "small.json"
-    writing.write(problem, file)
-    loaded = modules_after(f"solve {file} --format json")
+def test_small_solve_to_json_loads_what_it_uses(problems, most, unused, tmp_path):
+    lines = []
+    for k, problem in enumerate(problems):
+        writing.write(problem, tmp_path / f"{k}.json")
+        lines.append(f"solve {tmp_path / f'{k}.json'} --format json")
+    loaded = modules_after(*lines)
     ours = {name for name in loaded if name.split(".")[0] == "lcpcli"}
     assert not [name for name in ours if name.startswith("lcpcli.formulations")]
-    assert len(ours) <= (MAX_OF_SEVERAL if problem is OF_SEVERAL else MAX_MODULES)
-    unused = {"scipy", "rich", "zipfile", "gzip"} if problem is OF_SEVERAL else UNUSED
+    assert len(ours) <= most
     assert sorted(loaded & (unused | OTHER_COMMANDS) - modules_of_the_base()) == []
-
-
-def test_package_itself_and_the_names_of_peers_load_nothing():
-    assert not loaded_by("import sys, lcpcli; print(*sys.modules)") & {
-        "numpy",
-        "scipy",
-        "rich",
-        "click",
-    }
-    code = (
-        "import sys; from lcpcli.peers.registry import select; select(['path']); "
-        "print(*sys.modules)"
-    )
-    assert "numpy" not in loaded_by(code)
 
 
 def test_python_m_runs_the_command(tmp_path):

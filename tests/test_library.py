@@ -232,22 +232,21 @@ def test_methods_are_there_in_a_fresh_process(name, tmp_path):
     assert told(objects()[name], tmp_path, code).startswith(says)
 
 
-def test_pieces_of_the_set_of_solutions_are_there_in_a_fresh_process(tmp_path):
+def test_a_set_of_solutions_has_what_was_found_and_ends_with_it(tmp_path):
+    """Also in a fresh process, in which its pieces are shown as here."""
     pieces = list(lcpcli.solutions(lcpcli.Problem([[0, 0], [0, 1]], [0, -1])))
-    assert told(pieces, tmp_path, "*it") == " ".join(map(str, pieces)) + "\n"
-
-
-@pytest.mark.parametrize("taken", [1, 3])
-def test_a_set_of_solutions_has_what_was_found_and_ends_with_it(taken, tmp_path):
-    search = lcpcli.solutions(lcpcli.from_game([[3, 0], [0, 2]], [[2, 0], [0, 3]]))
-    for _ in zip(range(taken + (taken == 3)), search, strict=False):
-        continue
-    deep = copy.deepcopy(search)
-    assert list(map(str, deep)) == list(map(str, search.pieces))
-    said = told(search, tmp_path, "len(list(it)), len(it.equilibria.extreme), it")
-    assert said == f"{taken} {taken} {search}\n"
-    assert deep.others is (False if taken == 3 else None)
-    assert len(list(search)) == 3
+    game = lcpcli.from_game([[3, 0], [0, 2]], [[2, 0], [0, 3]])
+    begun, ended = lcpcli.solutions(game), lcpcli.solutions(game)
+    next(begun)
+    assert len(list(ended)) == 3
+    for search, others in ((begun, None), (ended, False)):
+        deep = copy.deepcopy(search)
+        assert list(map(str, deep)) == list(map(str, search.pieces))
+        assert deep.others is others
+    code = "*it[0], *(f'{len(list(each))} {each}' for each in it[1:])"
+    said = " ".join([*map(str, pieces), f"1 {begun}", f"3 {ended}"])
+    assert told((pieces, begun, ended), tmp_path, code) == f"{said}\n"
+    assert len(list(begun)) == 3
 
 
 # By the examples in the module.

@@ -116,9 +116,7 @@ def test_a_file_has_the_whole_reason_of_a_failure(lcp, monkeypatch):
     """A wide table is folded or wrapped, and no cell is cut."""
     # Without a figure.
     monkeypatch.setattr("lcpcli.report.html_page.find_spec", lambda _: None)
-    arguments = (
-        f"bench {EXAMPLE} --method shi:p=10 --method fixed-point:omega=1e9 --budget 0"
-    )
+    arguments = f"bench {EXAMPLE} --method shi:p=10 --budget 0"
     assert lcp(f"{arguments} -o record.json").code == 0
     statements = [
         row["statement"]
