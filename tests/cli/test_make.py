@@ -18,6 +18,7 @@ from lcpcli.gallery import families as gallery
 from ..conftest import numbers
 from .conftest import assert_refused
 
+
 @pytest.mark.parametrize("family", gallery.FAMILIES)
 def test_what_is_made_can_be_read_from_its_file(family, lcp, tmp_path):
     made = lcp(f"make {family}")

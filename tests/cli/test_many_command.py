@@ -3,7 +3,6 @@ that go on where they were cut."""
 
 import json
 import os
-import re
 import subprocess
 import sys
 import tempfile

@@ -33,7 +33,10 @@ def test_commands_print_what_the_document_shows(name, document):
 def test_ampl_hears_of_stationary_points_and_gives_options_in_two_places(
     lcp, models, monkeypatch
 ):
-    assert "stalled: z is almost a stationary point" in lcp("hopeless -AMPL restarts=0").out
+    assert (
+        "stalled: z is almost a stationary point"
+        in lcp("hopeless -AMPL restarts=0").out
+    )
     *_, value, last = (models / "hopeless.sol").read_text().splitlines()
     assert (
         np.isfinite(float(value)),

@@ -359,9 +359,7 @@ def spoiled(content, found, other):
 
 
 ARCHIVES = {
-    "header-without-end": members(
-        M=spoiled(npy(EYE), b"}", b"("), q=npy(ONES)
-    ),
+    "header-without-end": members(M=spoiled(npy(EYE), b"}", b"("), q=npy(ONES)),
     "header-with-open-text": members(
         M=spoiled(npy(EYE), b"'descr'", b"'''escr"), q=npy(ONES)
     ),
@@ -396,9 +394,7 @@ def test_broken_archive_is_told_in_one_short_line(read, content, tmp_path):
 def test_array_that_python_2_has_written_is_read_without_a_warning(tmp_path):
     file = tmp_path / "p.npz"
     file.write_bytes(
-        members(
-            M=spoiled(npy(EYE), b"(2, 2), }  ", b"(2L, 2L), }"), q=npy(ONES)
-        )
+        members(M=spoiled(npy(EYE), b"(2, 2), }  ", b"(2L, 2L), }"), q=npy(ONES))
     )
     assert reading.read(str(file)).M.tolist() == [[1, 0], [0, 1]]
 

@@ -374,9 +374,7 @@ def test_csv_has_the_exact_names(lcp):
     ]
 
 
-@pytest.mark.parametrize(
-    "name", ["#", "a\n# b\n1,2", 'a"b', "-1", " a ", "a\rb", ""]
-)
+@pytest.mark.parametrize("name", ["#", "a\n# b\n1,2", 'a"b', "-1", " a ", "a\rb", ""])
 def test_csv_of_any_name_is_read_back(name, lcp):
     put("lcp", "p", names=[name, "b"])
     for more in ([], ["--all"]):
