@@ -56,13 +56,11 @@ def verdicts(*files):
 @pytest.mark.parametrize(
     ("old", "new", "verdict"),
     [
-        ({}, {"iterations": 13}, "as before"),
         ({}, STALLED, "worse"),
         (STALLED, {}, "better"),
         (STALLED, BROKEN, "other status"),
         (INFEASIBLE, CUT, "worse"),
         ({}, INFEASIBLE, "contradiction"),
-        (INFEASIBLE, {}, "contradiction"),
         (INFEASIBLE, INFEASIBLE | {"status": "unsolvable"}, "other status"),
         ({"digest": "1"}, INFEASIBLE | {"digest": "2"}, "another problem"),
         (
@@ -71,10 +69,8 @@ def verdicts(*files):
             "worse",
         ),
         ({}, {"seconds": 1.2}, "slower"),
-        ({"seconds": 1.2}, {}, "faster"),
         ({}, {"seconds": 1.09}, "as before"),
         ({"spread": 1.3}, {"seconds": 1.2}, "as before"),
-        ({"spread": None}, {"seconds": 1.9}, "as before"),
         ({"spread": None}, {"seconds": 2.1}, "slower"),
         ({"seconds": 2.1}, {"spread": None}, "faster"),
         (STALLED, STALLED | {"seconds": 9}, "as before"),
@@ -153,7 +149,7 @@ def test_a_problem_that_cannot_be_read_any_more_is_worse_for_each_method():
     assert verdicts("new.json", "old.json") == ["better", "better"]
 
 
-@pytest.mark.parametrize("content", ["", "1,2\n", "{}\n", "[1]\n"])
+@pytest.mark.parametrize("content", ["", "1,2\n", "[1]\n"])
 def test_a_file_without_runs_is_refused(content, capfd):
     results("old.json", {})
     Path("new.json").write_text(content)

@@ -335,13 +335,9 @@ OTHERS = [GOOD.replace("5", digit) for digit in "1234"]
 A, B, C, D = (f"{line}\n" for line in OTHERS)
 RESUMED = {
     "added at the end": ({"b": A, "c": B}, {"b": A, "c": B, "d": C}, ["d"], []),
-    "added in front": ({"b": A, "c": B}, {"a": C, "b": A, "c": B}, ["a"], []),
     "added twice": ({"b": A}, {"a": C, "b": A, "c": A}, ["a", "c"], []),
-    "removed": ({"a": A, "b": B, "c": C}, {"a": A, "c": C}, [], ["b"]),
     "added and removed": ({"a": A, "b": B}, {"b": B, "c": C}, ["c"], ["a"]),
-    "renamed": ({"a": A, "b": B}, {"b": B, "c": A}, ["c"], ["a"]),
     "line added": ({"l": A + B}, {"l": A + C + B}, ["l:2"], []),
-    "line added in front": ({"l": A + B}, {"l": C + A + B}, ["l:1"], []),
     "line repeated": ({"l": A + B}, {"l": A + B + A}, ["l:3"], []),
     "line removed": ({"l": A + B + C}, {"l": A + C}, [], ["l:2"]),
     "line changed": ({"l": A + B + C}, {"l": A + D + C}, ["l:2"], ["l:2"]),
@@ -386,7 +382,7 @@ def test_run_that_is_resumed_solves_what_was_added_and_names_what_is_gone(
     assert again.err == outcome.err
 
 
-@pytest.mark.parametrize("gone", [[0], [1], [0, 2], [1, 2], [0, 1, 2, 3]])
+@pytest.mark.parametrize("gone", [[0], [1, 2], [0, 1, 2, 3]])
 def test_equal_lines_have_a_record_each_in_whichever_order_they_were_written(
     gone, lcp, folder
 ):

@@ -65,17 +65,6 @@ def test_a_program_fits_on_a_screen_and_its_objective_is_in_the_verdict(lcp, fol
     assert "\nx60 " in (folder / "whole.txt").read_text()
 
 
-@pytest.mark.usefixtures("folder")
-def test_tables_show_0_for_residuals_that_are_rounding_and_json_all_digits(lcp):
-    lcp("make harker-pang -n 20 -o rounded.json")
-    assert (
-        0 < lcp("solve rounded.json --format json").record["relative_residual"] < 1e-14
-    )
-    shown = lcp("solve rounded.json").out
-    assert "residual 0, relative 0\n" in shown
-    assert not re.search(r"\de-1[3-9]", shown)
-
-
 def test_pages_that_explain_a_word_come_before_those_that_only_have_it(lcp):
     pages = [
         line.split()[0]

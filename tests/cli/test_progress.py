@@ -43,10 +43,6 @@ LONG_STEPS = {
         "lcpcli.files.input_file.InputFile.problem",
         "reading good.json",
     ),
-    "solve good.json": (
-        "lcpcli.files.input_file.InputFile.problem",
-        "reading good.json",
-    ),
     "convert good.json -o a.csv": (
         "lcpcli.files.input_file.InputFile.problem",
         "reading good.json",

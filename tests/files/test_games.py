@@ -113,7 +113,6 @@ def test_both_forms_are_only_read_and_complete_formats_keep_payoffs_and_tree(lcp
 @pytest.mark.parametrize(
     ("first", "second", "rows", "columns"),
     [
-        (",0,1\n0,3,0\n1,0,2\n", "2,0\n0,3\n", (), ()),
         ("left,right\n3,0\n0,2\n", "2,0\n0,3\n", (), ("left", "right")),
         ("3,0\n0,2\n", "left,right\n2,0\n0,3\n", (), ("left", "right")),
         (
@@ -123,7 +122,7 @@ def test_both_forms_are_only_read_and_complete_formats_keep_payoffs_and_tree(lcp
             ("left", "right"),
         ),
     ],
-    ids=["numbers", "of-A", "of-B", "below-a-named-corner"],
+    ids=["of-A", "of-B", "below-a-named-corner"],
 )
 def test_labels_of_strategies_are_kept(first, second, rows, columns):
     put(first, second)

@@ -111,72 +111,49 @@ def test_number_as_a_text_is_that_number_and_exactly_so(text, value, tmp_path):
 
 
 FORMS = {
-    "from_qp": (
-        {
-            "Q": [["2", "1/2"], [0.5, "1"]],
-            "c": ["-2", "-8/2"],
-            "A": [["1", " 1 "], [1, "-1"]],
-            "row_lower": ["-inf", "-1/4"],
-            "row_upper": ["3/2", "Infinity"],
-            "lower": [None, "0"],
-            "upper": ["inf", ".5"],
-            "constant": "1/2",
-        },
-        {
-            "Q": [[2, 0.5], [0.5, 1]],
-            "c": [-2, -4],
-            "A": [[1, 1], [1, -1]],
-            "row_lower": [-np.inf, -0.25],
-            "row_upper": [1.5, np.inf],
-            "lower": [-np.inf, 0],
-            "upper": [np.inf, 0.5],
-            "constant": 0.5,
-        },
-    ),
-    "from_qpsolvers": (
-        {
-            "P": [["2", "1/2"], [0.5, "1"]],
-            "q": ["-2", "-4e0"],
-            "G": [["1", "1"], ["1", "0"]],
-            "h": ["3/2", "inf"],
-            "A": [["1", "-1"]],
-            "b": ["-1/4"],
-            "lb": "-Infinity",
-            "ub": [None, "1/2"],
-        },
-        {
-            "P": [[2, 0.5], [0.5, 1]],
-            "q": [-2, -4],
-            "G": [[1, 1], [1, 0]],
-            "h": [1.5, np.inf],
-            "A": [[1, -1]],
-            "b": [-0.25],
-            "lb": -np.inf,
-            "ub": [np.inf, 0.5],
-        },
-    ),
-    "from_osqp": (
-        {
-            "P": [["2", "1/2"], [0.5, "1"]],
-            "q": ["-2", "-4"],
-            "A": [["1", "1"], [1, "-1"]],
-            "l": ["-inf", "-1/4"],
-            "u": ["3/2", None],
-        },
-        {
-            "P": [[2, 0.5], [0.5, 1]],
-            "q": [-2, -4],
-            "A": [[1, 1], [1, -1]],
-            "l": [-np.inf, -0.25],
-            "u": [1.5, np.inf],
-        },
-    ),
+    "from_qp": {
+        "Q": [["2", "1/2"], [0.5, "1"]],
+        "c": ["-2", "-8/2"],
+        "A": [["1", " 1 "], [1, "-1"]],
+        "row_lower": ["-inf", "-1/4"],
+        "row_upper": ["3/2", "Infinity"],
+        "lower": [None, "0"],
+        "upper": ["inf", ".5"],
+        "constant": "1/2",
+    },
+    "from_qpsolvers": {
+        "P": [["2", "1/2"], [0.5, "1"]],
+        "q": ["-2", "-4e0"],
+        "G": [["1", "1"], ["1", "0"]],
+        "h": ["3/2", "inf"],
+        "A": [["1", "-1"]],
+        "b": ["-1/4"],
+        "lb": "-Infinity",
+        "ub": [None, "1/2"],
+    },
+    "from_osqp": {
+        "P": [["2", "1/2"], [0.5, "1"]],
+        "q": ["-2", "-4"],
+        "A": [["1", "1"], [1, "-1"]],
+        "l": ["-inf", "-1/4"],
+        "u": ["3/2", None],
+    },
 }
+
+
+def in_doubles(key, value):
+    """What a text, or a list of them, means under a key of a program."""
+    if isinstance(value, list):
+        return [in_doubles(key, each) for each in value]
+    if value is None:
+        return -np.inf if key == "lower" else np.inf
+    return float(value) if "inf" in str(value).lower() else float(Fraction(value))
 
 
 @pytest.mark.parametrize("form", FORMS)
 def test_programs_have_numbers_as_texts_and_words_for_infinity(form, tmp_path):
-    written, meant = FORMS[form]
+    written = FORMS[form]
+    meant = {key: in_doubles(key, value) for key, value in written.items()}
     file = tmp_path / "p.json"
     save_json(file, written)
     found, right = read(file), getattr(lcpcli, form)(**meant)

@@ -132,11 +132,7 @@ def test_values_and_derivatives_of_functions(operator):
             ("*", "v0", safely(operator, "v1")),
         ]
     problem = functions_of(expressions, 2)
-    for z in np.array(
-        [[0.3, 0.7], [1.2, 0.1], [0.9, -0.8], [-0.4, -0.8]][
-            : 3 if operator in SEVERAL else 4
-        ]
-    ):
+    for z in np.array([[0.3, 0.7], [0.9, -0.8]]):
         check_functions(problem, expressions, z)
 
 

@@ -15,7 +15,7 @@ from lcpcli.files import contents
 from .nl_writing import model
 
 M, Q = np.array([[2.0, 1.0], [1.0, 2.0]]), np.array([-5.0, -6.0])
-# What parses a file of each kind; of .nfg, .efg and .mps, all is done by one function.
+# What parses a file of each kind; of .efg and .mps, all is done by one function.
 PARSERS = {
     "csv": "files.csv_format.grid_of",
     "json": "files.json_format.load",
@@ -25,10 +25,8 @@ PARSERS = {
     "mtx": "files.matrix_market_format.parse",
     "mps": "formulations.quadratic_program.mps_format.fields",
     "nl": "formulations.nonlinear_model.nl_format.segments_in",
-    "nfg": "formulations.bimatrix_game.nfg_format.fields",
     "efg": "formulations.game_tree.efg_format.fields",
 }
-NFG = 'NFG 1 R "g" { "a" "b" } { 2 2 } 1 2 0 0 0 0 2 1'
 EFG = """EFG 2 R "tree" { "Ann" "Bob" }
 p "" 1 1 "" { "l" "r" } 0
 t "" 1 "" { 1 2 }
@@ -53,7 +51,6 @@ def folder(in_folder):
         "digits.json": '{"M": [[0.12345678901234567891]], "q": [-1]}',
         "game.json": '{"A": [[3, 0.1], [0, 2]], "B": [[2, 0], [0, 3]]}',
         "lower.csv": "-1,none\n",
-        "game.nfg": NFG,
         "tree.efg": EFG,
         "A.csv": "1,0\n0,1\n1,1\n",
         "b.csv": "1\n2\n4\n",
@@ -103,14 +100,11 @@ COMMANDS = {
     "solve --game M.csv M.csv": {"csv": 2, "json": 1, "opened": 2},
     "solve whole.json": {"json": 1},
     "solve three.jsonl": {"json": 3, "opened": 1},
-    "solve game.nfg": {"nfg": 1},
     "solve tree.efg": {"efg": 1},
     "solve --lsq A.csv b.csv": {"csv": 2, "json": 1, "opened": 2},
     "solve whole.npz": {"npz": 1},
     "solve whole.mat": {"mat": 1},
     "solve program.mps": {"mps": 1},
-    "solve linear.nl": {"nl": 1},
-    "solve curved.nl": {"nl": 1},
     "solve program.nl": {"nl": 1},
     "check linear.nl 2": {"nl": 1, "csv": 1, "opened": 1},
     "solve M.npy q.mtx": {"npy": 1, "mtx": 1},

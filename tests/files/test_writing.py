@@ -62,12 +62,6 @@ def test_a_link_stays_a_link_to_what_is_written(tmp_path):
     assert numbers(read(tmp_path / "problem.json")) == (M, Q)
 
 
-def test_a_file_of_the_longest_possible_name_is_written(tmp_path):
-    path = tmp_path / f"{'a' * 250}.json"
-    write(EXAMPLE, path)
-    assert [entry.name for entry in tmp_path.iterdir()] == [path.name]
-
-
 @contextmanager
 def full_disk():
     """No file can grow beyond a few bytes."""
@@ -213,13 +207,8 @@ def test_a_log_in_any_order_goes_on_with_what_it_lacks(lcp, folder):
     outcome = lcp("solve", *TOGETHER, "--resume", "log.jsonl")
     assert outcome.code == 0
     assert outcome.err == "lcp: 8 problems: 8 solved\n"
-    held = records(path)
-    assert [record["number"] for record in held] == [8, 3, 6, 1, 4, 2, 5, 7]
-    z = {record["number"]: record["z"] for record in map(json.loads, whole)}
-    assert all(record["z"] == z[record["number"]] for record in held)
-    before = path.read_text()
-    assert lcp("solve", *TOGETHER, "--resume", "log.jsonl").code == 0
-    assert path.read_text() == before
+    held = [record["number"] for record in records(path)]
+    assert held == [8, 3, 6, 1, 4, 2, 5, 7]
 
 
 def test_a_log_with_results_is_not_replaced(lcp, folder):

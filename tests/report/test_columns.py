@@ -71,8 +71,7 @@ STEPS = {
     "by default": "",
     "smoothed": "--p 50",
     "steepest descent": "--k-star 3",
-    "other line searches": "--rho 0.1 --sigma 0.5",
-    "from two points": "--x1 1,-1,1,-1",
+    "other line searches": "--rho 0.1 --sigma 0.5 --x1 1,-1,1,-1",
 }
 
 
@@ -286,17 +285,15 @@ def test_a_trace_keeps_the_columns_of_the_rows_and_components_that_it_keeps():
     for trace in (whole, part):
         run(problem, "shi", trace=trace)
     kept = {row.k: row for row in whole.rows}
-    for row, chosen in zip(
-        part.rows, whole.selected(10, None, np.array([1, 3])).rows, strict=True
-    ):
-        for own in (row, chosen):
-            whole = kept[own.k].x
-            assert own.x.tolist() == whole[[1, 3]].tolist()
-            u = kept[own.k].quantities["u"]
-            shown = own.quantities["u"]
-            assert (u is None) == (shown is None)
-            assert u is None or shown.tolist() == u[[1, 3]].tolist()
-            assert own.quantities["f"] == kept[own.k].quantities["f"]
+    chosen = whole.selected(10, None, np.array([1, 3]))
+    assert [row.k for row in chosen.rows] == [row.k for row in part.rows]
+    for own in (*part.rows, *chosen.rows):
+        row = kept[own.k]
+        assert own.x.tolist() == row.x[[1, 3]].tolist()
+        assert own.quantities["f"] == row.quantities["f"]
+        u, shown = row.quantities["u"], own.quantities["u"]
+        assert (u is None) == (shown is None)
+        assert u is None or shown.tolist() == u[[1, 3]].tolist()
 
 
 def test_a_callback_reads_the_quantities_of_the_step():
@@ -318,7 +315,7 @@ def table(out):
     return lines[first : first + 5]
 
 
-def test_columns_are_the_same_numbers_in_every_format(lcp, in_folder):
+def test_columns_are_the_same_numbers_in_every_format(lcp):
     asked = "solve paper-example-2 --method shi --columns k,x,alpha,u"
     rows = lcp(f"{asked} -f json").record["trace"]
     text = lcp(f"{asked} -f csv").out
@@ -333,16 +330,9 @@ def test_columns_are_the_same_numbers_in_every_format(lcp, in_folder):
         u = row["u"] or [""] * 4
         assert [own[f"u{i}"] for i in range(1, 5)] == [str(value) for value in u]
     last = [f"{value:.8f}" for value in rows[-1]["x"]]
-    for form, sign in (("table", ""), ("markdown", "|"), ("latex", "&"), ("html", "")):
+    for form in ("table", "markdown", "latex", "html"):
         shown = lcp(f"{asked} -f {form}").out
         assert all(value in shown for value in last), form
-        assert sign in shown
-    named = "k,z,residual,error,time,step,alpha"
-    lcp(f"{asked.replace('k,x,alpha,u', named)} --trace -o t.csv")
-    written = (in_folder / "t.csv").read_text().splitlines()
-    assert written[2] == (
-        "problem,method,k,z1,z2,z3,z4,residual,error,seconds,step,alpha,status"
-    )
 
 
 def test_help_lists_the_columns_of_a_method(lcp):

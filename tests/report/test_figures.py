@@ -242,21 +242,17 @@ def test_other_runs_make_no_grid(labels):
 
 
 EIGHT = grid_panel(ks=[str(k) for k in range(1, 9)])
-NOTHING_MEASURED = Panel("p", "residual", [odd("shi", [None, None])])
 RUNS = {
-    **{f"crowd {n}": lambda n=n: convergence(crowd(n)) for n in (1, 2, 6, 11)},
+    **{f"crowd {n}": lambda n=n: convergence(crowd(n)) for n in (1, 6, 11)},
     **{
         f"bench {n}": lambda n=n: bench(profiles(n), [crowd(n), crowd(1)])
-        for n in (1, 2, 6, 11)
+        for n in (1, 6, 11)
     },
     "paper": lambda: convergence(paper_panel()),
     "7 panels": lambda: convergence(*(crowd(1 + i) for i in range(6)), paper_panel()),
-    "profile alone": lambda: bench(profiles(4)),
-    "nothing measured": lambda: convergence(NOTHING_MEASURED),
     "grid and others": lambda: convergence(
         Panel("p", "error", [*crowd(11).curves, *EIGHT.curves[1:]])
     ),
-    "no curves": lambda: convergence(Panel("p", "error", [])),
     "strange texts": lambda: convergence(
         Panel("$a$ \u4e2d _{ " * 30, "error", [strange()])
     ),

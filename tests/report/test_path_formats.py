@@ -81,20 +81,11 @@ def test_only_number_that_differs_is_named(changes, remark):
     assert (moving and str(moving)) == remark
 
 
-def test_costs_of_a_maximum_are_named_as_they_are_stated():
-    first, last = (
-        lcpcli.from_qp([[-2]], [c], sense="max", columns=["steel"]) for c in (1, 3)
-    )
-    assert str(Terms(lcpcli.path(first, last)).moving) == "c steel: 1 to 3"
-
-
 def test_number_of_a_problem_without_origin_is_named_by_its_unknown():
     first, last = (
         Problem([[2, 1], [1, 2]], q, names=["", "steel"]) for q in ([1, 1], [1, -2])
     )
     assert str(Terms(lcpcli.path(first, last)).moving) == "q steel: 1 to -2"
-    first, last = (Problem([[2, 1], [1, 2]], q) for q in ([1, 1], [-4, 1]))
-    assert str(Terms(lcpcli.path(first, last)).moving) == "q1: 1 to -4"
 
 
 def test_wide_table_shows_the_first_and_the_last_components_in_its_width():
@@ -116,20 +107,6 @@ def test_a_path_of_no_points_has_its_reason_alone(width):
     assert title == "none to problem: n = 1"
     assert path.message.startswith(verdict[:30])
     assert "z1" not in text_of(path, "table", (), width)
-
-
-def test_range_of_a_row_has_the_name_of_the_row():
-    first, last = (portfolio(0.07, row_upper=[1, most]) for most in (0.09, 0.08))
-    terms = Terms(lcpcli.path(first, last))
-    assert terms.names() == [
-        "shares",
-        "bonds",
-        "cash",
-        "y budget",
-        "y return",
-        "s return",
-    ]
-    assert str(terms.moving) == "return: 0.09 to 0.08"
 
 
 def test_a_jump_is_noted_where_it_arrives():

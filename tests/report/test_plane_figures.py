@@ -7,8 +7,6 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from hypothesis import given
-from hypothesis import strategies as st
 from scipy.optimize import nnls
 
 pytest.importorskip("matplotlib")
@@ -17,7 +15,7 @@ from matplotlib.patches import Wedge
 
 from lcpcli import Problem
 from lcpcli.report.figures import plane_figures, style
-from lcpcli.report.figures.plane_figures import SECTOR, SETS
+from lcpcli.report.figures.plane_figures import SETS
 from lcpcli.report.plotting import Curve
 
 from .figure_samples import (
@@ -66,15 +64,6 @@ def test_solutions_are_the_zeros_of_the_merit_function():
         assert plane_figures.merit(TWO.M, TWO.q, np.array(solution)) < 1e-8
     murty = Problem([[1, 2], [2, 1]], [-1, -1], solutions=[[1, 0], [0, 1]])
     assert data(murty, ("shi",)).solutions[:2] == [[0.5, -0.5], [-0.5, 0.5]]
-
-
-def test_the_merit_function_is_that_of_the_equation_of_the_methods():
-    M = np.array([[1.0, 3], [-3, 1]])
-    q = np.array([-4.0, 3])
-    x = np.array([[-2.0, 0.5], [3, -1]])
-    z, w = np.abs(x) + x, np.abs(x) - x
-    F = M @ z - w + q[:, None]
-    assert plane_figures.merit(M, q, x) == pytest.approx(np.sqrt((F**2).sum(axis=0)))
 
 
 def test_range_holds_origin_start_and_solution_but_not_a_divergence():
@@ -152,25 +141,6 @@ def generators(M, chosen):
             for j in (0, 1)
         ]
     )
-
-
-@given(
-    M=st.tuples(*[st.tuples(*[st.integers(-3, 3)] * 2)] * 2),
-    q=st.tuples(*[st.integers(-5, 5)] * 2),
-)
-def test_q_is_in_the_sectors_whose_generators_have_it_as_a_sum(M, q):
-    direction = plane_figures.angle(q)
-    for cone, chosen in zip(plane_figures.cones(M), SETS, strict=True):
-        basis = generators(M, chosen)
-        independent = bool(round(np.linalg.det(basis)))
-        assert independent == (cone.kind == SECTOR)
-        if independent and direction is not None:
-            coefficients = np.linalg.solve(basis, q)
-            if np.abs(coefficients).min() > 1e-9:
-                ((start, width),) = cone.parts
-                assert ((direction - start) % math.tau < width) == (
-                    coefficients.min() > 0
-                )
 
 
 def wedges(figure):

@@ -239,13 +239,6 @@ def test_components_that_are_always_zero_are_left_out_and_what_moves_is_named():
 
 
 def test_a_path_has_the_chosen_unknowns_alone_and_multipliers_too():
-    names = ["price n0", "price n1", "flow"]
-    M = [[2, 0, 0], [0, 2, 1], [1, 0, 2]]
-    ends = (Problem(M, q, names=names) for q in ([-2, -3, -3], [5, 5, 4]))
-    figure = of_path(lcpcli.path(*ends), "flow")
-    ((first, *_),) = curves(figure.axes[0])
-    assert named(figure) == ["flow"]
-    assert first.tolist() == [0, 1]
     programs = (
         lcpcli.from_qp(
             [[2, 0], [0, 2]], [-2, -5], [[1, 2]], row_upper=[b], rows=["steel"]

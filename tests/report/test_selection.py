@@ -88,17 +88,6 @@ def test_long_basis_is_counted_in_the_table(lcp, tmp_path):
     assert "basis = (basic, upper, lower)\n" in lcp(f"solve {path}").out
 
 
-def test_sentence_on_an_infeasible_problem_speaks_of_its_bounds():
-    found = solve([[1, 1], [1, 1]], [1, -2], lower=None)
-    assert found.status.word == "infeasible"
-    assert (
-        "no z within the bounds has w with the signs required by complementarity"
-        in found.message
-    )
-    assert "z >= 0" not in found.message
-    assert "no z >= 0 has Mz + q >= 0" in solve([[-1]], [-1]).message
-
-
 def test_interpreter_and_notebook_show_bounds():
     result = run(Problem(**MIXED))
     assert SIZE in repr(result)
