@@ -4,6 +4,7 @@ from typing import NamedTuple
 
 import numpy as np
 from numpy.random import default_rng
+from scipy.sparse import csr_array
 
 from lcpcli import from_qp
 from lcpcli.typing import Vector
@@ -31,6 +32,32 @@ class Rows(NamedTuple):
             lower=self.lower,
             upper=self.upper,
         )
+
+
+def sparse(rows):
+    return rows._replace(Q=csr_array(rows.Q), A=csr_array(rows.A)).problem()
+
+
+def spread(rows, decades, seed):
+    """The same program in units of rows and variables that are far apart, powers of
+    two."""
+    random = default_rng(seed)
+    R, C = (
+        2.0 ** random.integers(-(most := int(3.3 * decades)), most, size)
+        for size in rows.A.shape
+    )
+    own = {
+        "A": rows.A * R[:, np.newaxis] * C,
+        "Q": rows.Q * C[:, np.newaxis] * C,
+        "c": rows.c * C,
+    }
+    ends = {
+        "low": rows.low * R,
+        "high": rows.high * R,
+        "lower": rows.lower / C,
+        "upper": rows.upper / C,
+    }
+    return rows._replace(**own, **ends)
 
 
 def random_program(seed, most=160, kind=""):

@@ -20,6 +20,8 @@ from lcpcli.options import Limits
 from lcpcli.solving.driver import run
 from lcpcli.verify.certificate import Proof
 
+from .programs import random_program, spread
+
 TEXTBOOK = {"cover": ONES, "ties": LEXICOGRAPHIC}
 
 
@@ -58,7 +60,7 @@ def exactly(M, q):
         row = min(rows, key=lambda i: [shares[i][-1], basic[i] < 2 * n, *shares[i][:n]])
 
 
-@pytest.mark.parametrize("n", [2, 10])
+@pytest.mark.parametrize("n", [2, 8])
 def test_number_of_pivots_doubles_with_every_unknown_on_the_worst_cases(n):
     """Murty 1978 and, symmetric positive definite, Fathi 1979: all 2^n complementary
     cones are passed."""
@@ -83,7 +85,7 @@ def integers(generator, kind):
 
 
 @pytest.mark.parametrize("kind", ["any", "P", "positive semidefinite", "copositive"])
-@settings(max_examples=40)
+@settings(max_examples=15)
 @given(seed=st.integers(0, 2**32 - 1))
 def test_path_is_that_of_exact_arithmetic_however_many_ties(kind, seed):
     M, q = integers(np.random.default_rng(seed), kind)
@@ -175,7 +177,7 @@ def test_too_many_unknowns_to_pivot_are_refused_and_overflow_breaks_down():
 def test_a_path_goes_on_from_upper_bounds():
     """With bounds on both sides every problem has a solution, at which Lemke's path
     ends."""
-    for seed in range(20, 220, 3):
+    for seed in range(20, 120, 5):
         rng = default_rng(seed)
         n = int(rng.integers(2, 7))
         M = rng.integers(-3, 4, (n, n)).astype(float)
@@ -265,27 +267,10 @@ def test_a_ray_proves_that_equations_of_free_variables_contradict_each_other(nam
     assert run(problem, "lemke").status is Status.INFEASIBLE
 
 
-def test_a_path_solves_most_programs_with_equations_in_units_of_their_own():
-    solved = 0
-    for seed in range(40):
-        rng = default_rng(seed)
-        k, m = int(rng.integers(4, 12)), int(rng.integers(1, 4))
-        G = rng.normal(size=(k, k))
-        A = rng.normal(size=(m, k))
-        x = np.maximum(rng.normal(size=k), 0.0)
-        c = (
-            np.where(x > 0, 0.0, rng.random(k))
-            - G @ (G.T @ x)
-            + A.T @ rng.normal(size=m)
-        )
-        units = 2.0 ** rng.integers(-10, 11, k + m)
-        M = units[:, np.newaxis] * np.block([[G @ G.T, -A.T], [A, np.zeros((m, m))]])
-        lower = np.append(np.zeros(k), np.full(m, -np.inf))
-        solved += run(
-            Problem(M, units * np.append(c, -A @ x), lower=lower), "lemke"
-        ).solved
-    # Without units of rows and columns, a third of the paths end on rays.
-    assert solved >= 36
+def test_a_path_solves_programs_with_free_variables_in_units_of_their_own():
+    for seed in range(10):
+        program = spread(random_program(seed, 20, "minimum"), 5, seed)
+        assert run(program.problem(), "lemke").solved
 
 
 def test_a_contradiction_that_the_tolerance_hides_does_not_end_a_run_of_auto():

@@ -371,30 +371,9 @@ def test_a_payoff_that_all_plays_have_is_that_of_the_game_whatever_the_chances()
     assert run(from_efg("\n".join(lines))).answer.payoffs == pytest.approx((1, 2))
 
 
-DRAW = """EFG 2 R "draw" { "A" "B" }
-c "" 1 "" { "low" 1/3 "high" 2/3 } 0
-p "" 1 1 "low" { "fold" "bet" } 0
-t "" 1 "" { 0, 0 }
-t "" 2 "" { -1, 1 }
-p "" 1 2 "high" { "fold" "bet" } 0
-t "" 3 "" { 0, 0 }
-p "" 2 1 "" { "fold" "call" } 0
-t "" 4 "" { 1, -1 }
-t "" 5 "" { 2, -2 }
-"""
-
-
-def test_information_sets_are_reached_as_often_as_chance_leads_there():
-    answer = run(from_efg(DRAW)).answer
-    assert [each.reached for each in answer.information_sets] == pytest.approx(
-        [1 / 3, 2 / 3, 2 / 3]
-    )
-    assert answer.payoffs == pytest.approx([2 / 3, -2 / 3])
-
-
 @pytest.mark.parametrize(
     "number",
-    ["7", "-0", "+12.", "-.5", "003.250", "-1963/1000", "2/4", "-1.5e-3", "2E5"],
+    ["+12.", "-.5", "003.250", "-1963/1000", "-1.5e-3"],
 )
 def test_payoffs_are_the_numbers_as_written(number):
     lines = 'EFG 2 R "" { "one" "two" }', f't "" 1 "" {{ {number}, 1 }}'

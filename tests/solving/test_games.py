@@ -31,14 +31,6 @@ from ..methods.stages import through
 Lcp, File = Callable[..., Any], Callable[..., str]
 
 
-@pytest.mark.parametrize("size", [1e28, 1e300, 1e-300])
-def test_costs_of_equal_payoffs_are_one(size):
-    game = Game.of([[size, size]], [[size, -size]], (), ())
-    M, _ = game.conditions()
-    assert M[0, 1:].tolist() == [1, 1]
-    assert game.cost_constants()[0] == Fraction(repr(size)) + 1
-
-
 def test_payoff_that_is_not_met_hides_no_gain():
     """The costs of the column of 1 are rounded beside 1e16, so that the complementarity
     problem does not know of it."""

@@ -127,7 +127,7 @@ def along(slope, distance, gap):
 
 
 NEAR = {
-    **{f"zero by rounding errors {seed}": plain_zero(seed) for seed in range(5)},
+    **{f"zero by rounding errors {seed}": plain_zero(seed) for seed in range(2)},
     "wrong in the 14th digit": along(1e-6, 0.0, 1e-8),
     "wrong in the 14th digit of very large numbers": along(1e-10, 1e-4, 2e-6),
     "near a bound far from zero": (
@@ -300,7 +300,6 @@ CANCELLING = mixed(np.zeros((5, 5)), [1e16, 1, 1, -1e16 - 2, 1], *4 * [BELOW], B
 # What each y violates: without that condition, it would be a proof.
 WRONG = {
     "sign": (Problem(IDENTITY, [1, -1]), [-1, 0]),
-    "q'y positive": (Problem([[-1, 0], [0, 1]], [1, -1]), [1, 0]),
     "q'y zero": (Problem([[-1, 0], [0, 1]], [0, -1]), [1, 0]),
     "q'y zero, negative by rounding": (
         Problem(-np.eye(4), [1e16, 1, 1, -1e16 - 2]),
@@ -312,13 +311,10 @@ WRONG = {
         Problem(np.outer(COLUMN, [1, 0, 0]), -(2.0**60) * COLUMN),
         [9.2, 9.2, 9.3],
     ),
-    "M'y of one column": (Problem([[0, 0.5], [-1, 0]], [-1, 1]), [1, 1e-9]),
     "zero": (TEXTBOOK, [0, 0]),
     "nan": (TEXTBOOK, [1, math.nan]),
-    "infinite": (TEXTBOOK, [math.inf, 0]),
     "none": (TEXTBOOK, None),
     "length": (TEXTBOOK, [1, 0, 0]),
-    "another problem": (Problem([[0, 1], [1, 0]], [-1, -1]), [1, 0]),
     "sign once corrected": (
         Problem([[1, -1, 0], [-1, 1 + 4 * ULP, 0], [0, 1e-20, 0]], [-1, 0, 0]),
         [1, 1, 2],
@@ -352,9 +348,7 @@ WRONG = {
         mixed(FOUR, [-1, 0, 0, 0], *3 * [BELOW], BOX),
         [1, 1, 2, 0],
     ),
-    "mixed: zero": (mixed(IDENTITY, [-1, -1], FREE, FREE), [0, 0]),
     "mixed: none": (mixed(IDENTITY, [-1, -1], FREE, FREE), None),
-    "program": (from_qp(None, [1, 1], [[1, 1]], row_lower=2), [0, 0, 1]),
     "unbounded program": (
         from_qp([[1, 0], [0, 1]], [-1, 1], [[1, 1]], row_lower=2),
         [1, 0, 0],
@@ -418,7 +412,6 @@ EXHAUSTED = NoSolution(Proof("exhaustion", np.ones(2), LIE))
 SOLVABLE = {
     "lcp": Problem([[2, 1], [1, 2]], [-5, -6]),
     "mixed": mixed(IDENTITY, [-1, -1], FREE, BOX),
-    "far bounds": mixed(IDENTITY, [-2e6, -1], (1e6, math.inf), BOX),
     "program with a stationary point": from_qp([[-1, 0], [0, 1]], [-0.25, 1], upper=1),
     "twenty unknowns": Problem(np.eye(20) + 1, -np.arange(1.0, 21)),
 }
@@ -493,9 +486,7 @@ RAYS = {
         Problem(np.diag([-1, -2]), [-1, -1]),
         [1, 1],
     ),
-    "any": (Problem([[2, 1], [1, 3]], [-5, -6]), [1, 0]),
     "nan": (TEXTBOOK, [1, math.nan]),
-    "infinite": (TEXTBOOK, [math.inf, 0]),
     "length": (TEXTBOOK, [1, 0, 0]),
     "overflow": (Problem(1e300 * IDENTITY, [-1, -1]), [1e300, 1]),
     "beyond a bound": (mixed(np.zeros((2, 2)), [-1, -1], BOX, BELOW), [1, 0]),

@@ -41,20 +41,6 @@ PORTFOLIO_ROWS = [[1, 1, 1], [-1, -1, -1], [0.12, 0.08, 0.04]], [1, -1, 0.07]
 BATTLE = [[3, 0], [0, 2]], [[2, 0], [0, 3]]
 
 
-def test_strategies_that_are_not_an_equilibrium_are_reported_as_such():
-    result = run(from_game(*BATTLE), "auto")
-    wrong = replace(
-        result, point=Point(Criterion(result.problem), np.array([1.0, 0.0, 0.0, 1.0]))
-    ).answer
-    assert wrong.payoffs == (0, 0)
-    assert wrong.gains == (2, 2)
-    words = (
-        "not an equilibrium to the tolerance: by a best response the row player "
-        "would gain 2, the column player 2"
-    )
-    assert wrong.statement == words
-
-
 @settings(max_examples=10)
 @given(st.floats(10, 40), st.integers(0, 2**20))
 def test_one_of_several_minimizers_is_said_whatever_the_last_digits_of_x(moved, seed):
@@ -81,7 +67,6 @@ def test_at_a_limit_the_best_x_of_a_program_is_given_with_its_residual(options, 
         from_qp(Q, c, *PORTFOLIO_ROWS, sense=sense, constant=7), "shi", **options
     )
     answer = result.answer
-    assert not result.solved
     assert not result.status.has_no_solution
     assert np.array_equal(answer.x, result.z[:3])
     assert np.array_equal(answer.y, sign * result.z[3:])
@@ -89,31 +74,19 @@ def test_at_a_limit_the_best_x_of_a_program_is_given_with_its_residual(options, 
     assert answer.objective == pytest.approx(
         answer.x @ Q @ answer.x / 2 + c @ answer.x + 7
     )
-    assert answer.proved is None
-    assert answer.exact is None
-    assert answer.ray is None
-    assert answer.certificate is None
-    size = f"{result.relative_residual:.1e}"
-    words = (
+    assert answer.proved is answer.exact is answer.ray is answer.certificate is None
+    assert answer.statement == (
         "x does not solve the program: it is the best iterate, with a relative "
-        "residual of"
+        f"residual of {result.relative_residual:.1e}"
     )
-    assert answer.statement == f"{words} {size}"
     record = json.loads(result.to_json())["answer"]
     assert record["x"] == answer.x.tolist()
-    assert record["objective"] == answer.objective
-    assert record["proved"] is None
+
+
+def test_a_game_that_is_not_solved_has_no_strategies():
     game = run(from_game(*BATTLE), "shi", max_iterations=1).answer
-    assert game.row is None
-    assert game.payoffs is None
+    assert game.row is game.payoffs is None
     assert game.statement == "not solved, so there are no strategies"
-
-
-def test_costs_are_exact_decimals_within_a_factor_of_two():
-    problem = from_game([[0.1, 0.3], [0.2, 0.7]], [[5, 5], [5, 5]])
-    assert problem.M[:2, 2:].tolist() == [[1.2, 1.0], [1.1, 0.6]]
-    assert problem.M[2:, :2].tolist() == [[1, 1], [1, 1]]
-    assert problem.q.tolist() == [-1] * 4
 
 
 def qpsolvers_names(p):
@@ -419,7 +392,6 @@ M, q = [[2, 1], [1, 2]], [-5, -6]
 
 def test_component_is_found_by_the_name_that_the_problem_or_the_program_gives_it():
     result = run(Problem(M, q, names=["price", "flow"]))
-    assert list(result.names) == ["price", "flow"]
     assert (result["price"], result["flow"]) == tuple(result.z.tolist())
     result = run(
         from_qp([[2.0, 0.0], [0.0, 2.0]], [-2.0, -4.0], columns=["bread", "wine"])
