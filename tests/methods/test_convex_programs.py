@@ -127,30 +127,17 @@ def test_options_and_limits_hold():
     assert np.array_equal(again.z, usual.z)
 
 
-@pytest.mark.parametrize("density", [0.1, 1.0])
-def test_fixed_variables_count_as_the_constants_that_they_are(density):
-    random = default_rng(7)
-    A = random.integers(-5, 6, (20, 60)) * (random.random((20, 60)) < density)
-    x = random.integers(0, 4, 60)
-    c = random.integers(1, 9, 60)
-    F = random.integers(-2, 3, (30, 60))
-    Q = F.T @ F if density == 1 else np.diag(np.arange(60) % 3)
-    fixed = np.arange(60) % 3 == 1
-    lower, upper = np.where(fixed, x, 0), np.where(fixed, x, np.inf)
-    ends = {"row_lower": A @ x, "row_upper": A @ x + 1}
-    whole = run(
-        from_qp(csr_array(Q), c, csr_array(A), **ends, lower=lower, upper=upper)
+def test_variables_may_be_fixed_where_they_are_at_the_minimum():
+    rows = random_program(2001, kind="minimum")
+    free = solved(sparse(rows)).answer
+    is_fixed = np.arange(rows.c.size) % 3 == 1
+    lower, upper = (
+        np.where(is_fixed, free.x, bound) for bound in (rows.lower, rows.upper)
     )
-    constants = {name: end - A @ lower for name, end in ends.items()}
-    part = (c + Q @ lower)[~fixed], csr_array(A[:, ~fixed])
-    rest = run(from_qp(csr_array(Q[~fixed][:, ~fixed]), *part, **constants))
-    assert whole.solved
-    assert whole.route == rest.route == ("piqp",)
-    assert np.array_equal(whole.z[:60][fixed], x[fixed])
-    constant = lower @ Q @ lower / 2 + c @ lower
-    assert whole.answer.objective == pytest.approx(
-        rest.answer.objective + constant, rel=1e-9
-    )
+    result = solved(sparse(rows._replace(lower=lower, upper=upper)))
+    assert result.route == ("piqp",)
+    assert np.array_equal(result.answer.x[is_fixed], free.x[is_fixed])
+    assert result.answer.objective == pytest.approx(free.objective, rel=1e-9)
 
 
 def test_a_point_that_only_rounding_separates_from_the_solution_needs_no_factorization(

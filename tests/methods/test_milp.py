@@ -18,8 +18,7 @@ from hypothesis import strategies as st
 from numpy.random import default_rng
 from scipy.sparse import csr_array
 
-from lcpcli import Problem, Status, read, run, solve
-from lcpcli.files import contents
+from lcpcli import Problem, Status, run, solve
 from lcpcli.gallery import families
 from lcpcli.methods import milp as module
 from lcpcli.methods.linear import linear
@@ -85,19 +84,6 @@ def test_known_problem_ends_as_it_must(name):
     assert word != "infeasible" or Proof("farkas", result.certificate.vector).holds(
         result.problem
     )
-
-
-LONG = pytest.param("tridiagonal-100", marks=pytest.mark.slow("15 seconds"))
-
-
-@pytest.mark.parametrize(
-    "file", ["bimatrix", "paper-example-1", "paper-example-2", LONG]
-)
-def test_shipped_problem_is_solved_to_rounding(file):
-    result = run(read(contents.shipped_path(f"{file}.json")), "milp")
-    assert result.solved
-    assert result.relative_residual <= 1e-15
-    assert result.error <= 1e-14
 
 
 @pytest.mark.slow("many problems, each against exact arithmetic")

@@ -21,7 +21,6 @@ from lcpcli.methods.lemke import RAY, path_to_end, reduced
 from lcpcli.methods.shi import shi
 from lcpcli.model.box import Box
 from lcpcli.model.changes import shifted
-from lcpcli.verify.point import Criterion, Point
 
 from ..mixed_problems import definite, with_all_bounds
 from .planted import solvable
@@ -142,50 +141,6 @@ def test_contact_with_friction_is_solved_by_one_path(form):
             assert result.route[-1] == "lemke"
 
 
-def tower(boxes, seed):
-    """A time step of boxes at rest on one another (D. E. Stewart and J. C. Trinkle
-    1996), with their velocities as free variables: forces of about 0.1, and horizontal
-    momenta, and tilts of the contacts, that are rounding."""
-    generator = default_rng(seed)
-    m, friction = 3 * boxes, generator.uniform(0.1, 1.0)
-    mass = np.repeat(generator.uniform(0.5, 2.0, boxes), 3) * np.tile(
-        [1.0, 1.0, 0.1], boxes
-    )
-    normals, tangents = np.zeros((2, m, 2 * boxes))
-    for i in range(boxes):
-        tilt, offset = 1e-18 * generator.normal(), 0.02 * generator.normal()
-        for k, corner in ((2 * i, -0.5), (2 * i + 1, 0.5)):
-            normals[3 * i : 3 * i + 3, k], tangents[3 * i : 3 * i + 3, k] = (
-                [tilt, 1, corner],
-                [1, -tilt, 0.25],
-            )
-            if i:
-                normals[3 * i - 3 : 3 * i, k] = [-tilt, -1, -(corner + offset)]
-                tangents[3 * i - 3 : 3 * i, k] = [-1, tilt, 0.25]
-    c = 2 * boxes
-    J = np.hstack([normals, np.kron(tangents, [[1.0, -1.0]])])
-    E, zero = np.kron(np.eye(c), [[1.0], [1.0]]), np.zeros
-    M = np.block(
-        [
-            [np.diag(mass), -J, zero((m, c))],
-            [J.T, zero((3 * c, 3 * c)), np.vstack([zero((c, c)), E])],
-            [zero((c, m)), friction * np.eye(c), -E.T, zero((c, c))],
-        ]
-    )
-    momenta = np.column_stack(
-        [1e-17 * generator.normal(size=boxes), 0.1 * mass[::3], 1e-18 * np.ones(boxes)]
-    )
-    q = np.append(momenta.ravel(), zero(4 * c))
-    return Problem(M, q, lower=np.where(np.arange(q.size) < m, -INF, 0.0))
-
-
-@pytest.mark.parametrize("boxes", [1, 3, 8])
-def test_boxes_at_rest_are_solved_with_their_velocities_as_free_variables(boxes):
-    """Rows of velocities have nothing but rounding in them, which has to be 0."""
-    for seed in range(2):
-        assert run(tower(boxes, seed), "lemke").solved
-
-
 @pytest.mark.parametrize(
     ("M", "q", "lower", "y"),
     [
@@ -288,16 +243,6 @@ def problem_with_free(n, seed):
     return Problem(
         M, rng.uniform(-1, 1, n), lower=np.where(np.arange(n) % 2, 0.0, -np.inf)
     )
-
-
-@pytest.mark.parametrize("seed", range(2))
-def test_a_path_ends_at_the_solution_also_in_free_variables(seed):
-    random = default_rng(seed)
-    B, A = random.normal(size=(6, 6)), random.normal(size=(3, 6))
-    sides = {"row_lower": A @ np.ones(6), "row_upper": A @ np.ones(6)}
-    problem = lcpcli.from_qp(B @ B.T, random.normal(size=6), A, **sides)
-    path = path_to_end(problem, follow, reduced(problem))
-    assert Point(Criterion(problem), path.point()[0]).relative_residual < 1e-8
 
 
 @pytest.mark.parametrize("n", [6, 40, 101])

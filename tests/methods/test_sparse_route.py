@@ -182,15 +182,6 @@ def test_what_rounding_stops_is_finished_by_one_factorization():
     assert np.all(np.abs(np.minimum(z, problem.w(z))) <= 8 * rounding)
 
 
-def test_p_matrix_that_is_not_positive_definite():
-    """1 on the diagonal and 4 above it: an upper triangular P-matrix with an indefinite
-    symmetric part."""
-    n = 200
-    M = csr_array(diags_array([np.ones(n), 4 * np.ones(n - 1)], offsets=[0, 1]))
-    z, w = (np.where(np.arange(n) % 3 == k, 1.0, 0.0) for k in (0, 1))
-    assert np.allclose(solve(Problem(M, w - M @ z))[0], z, rtol=0, atol=1e-9)
-
-
 @pytest.mark.parametrize(
     "M",
     [-plane(30), csr_array((900, 900)), plane(30) - 0.5 * eye_array(900)],

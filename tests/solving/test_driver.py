@@ -4,7 +4,6 @@ the run. A run has one route and one result to the bit, whether it keeps iterate
 not, and one deadline for its parts.
 """
 
-import itertools
 import math
 
 import numpy as np
@@ -82,6 +81,7 @@ def test_seconds_are_the_methods_own_and_set_up_is_apart(monkeypatch):
     assert [row.seconds for row in trace.rows] == [0.0, 101.0, 103.0, 107.0]
     assert result.setup_seconds == 100.0
     assert result.solve_seconds == 7.0
+    assert result.seconds == 107.0 + result.verify_seconds
 
 
 @pytest.mark.parametrize(
@@ -254,28 +254,6 @@ def test_trace_measures_what_results_do_and_keeps_the_components_asked_for():
     assert [row.z.tolist() for row in few.rows] == [
         row.z[[0, 3]].tolist() for row in trace.rows
     ]
-
-
-@pytest.mark.parametrize("method", ["fixed-point", "shi", "newton", "lemke"])
-def test_seconds_of_the_iterates_and_the_parts_of_the_run_add_up_to_the_whole(method):
-    ticks = itertools.count()
-    trace = Trace()
-    result = run(EXAMPLE, method, trace=trace, clock=lambda: float(next(ticks)))
-    assert [row.seconds for row in trace.rows] == sorted(
-        {row.seconds for row in trace.rows}
-    )
-    assert trace.rows[-1].seconds <= result.seconds
-    assert (
-        result.seconds
-        == result.setup_seconds + result.solve_seconds + result.verify_seconds
-    )
-    # each iterate takes a tick to be made, one to be measured before it is kept, and
-    # one after it
-    spent = [
-        later.seconds - earlier.seconds
-        for earlier, later in itertools.pairwise(trace.rows)
-    ]
-    assert set(spent[1:]) <= {3.0}
 
 
 M, Q = [[2, 1], [1, 2]], [-5, -6]

@@ -132,7 +132,6 @@ def test_options_mean_what_they_mean_to_solve_and_nothing_given_is_changed():
         {"max_iterations": 0},
         {"time_limit": 1e-9},
         {"method": "shi", "p": 1e9},
-        {"method": "lemke"},
         {"z0": [1.0, 1.0]},
         {"trace": True},
         {"trace": False, "scale": False, "x0": None},
@@ -147,7 +146,6 @@ def test_options_mean_what_they_mean_to_solve_and_nothing_given_is_changed():
             result.z[:] = result.w[:] = 7.0
     assert M.tolist() == before[0].tolist()
     assert Q.tolist() == before[1].tolist()
-    assert next(lcpcli.solve_many(M, Q.astype(np.float32))).solved
     for k in (0, 1, 2):
         assert [
             result.z.tolist()
@@ -264,11 +262,7 @@ def test_no_problems_are_an_empty_batch_and_those_without_unknowns_are_solved():
     assert batch.z.shape == (0, 3)
     assert batch.w.shape == (0, 3)
     assert batch.gradient(np.zeros((0, 3))).M.shape == (0, 3, 3)
-    for bounds in (
-        {},
-        {"lower": np.zeros((3, 0)), "upper": np.ones((3, 0))},
-        {"lower": -1.0},
-    ):
+    for bounds in ({}, {"lower": np.zeros((3, 0)), "upper": np.ones((3, 0))}):
         batch = lcpcli.solve_many(np.zeros((3, 0, 0)), np.zeros((3, 0)), **bounds)
         assert batch.solved.all()
         assert (

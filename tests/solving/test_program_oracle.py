@@ -243,28 +243,9 @@ def test_every_statement_about_a_program_is_proved_in_fractions(count):
     ), found
 
 
-# W. Hock, K. Schittkowski, Test Examples for Nonlinear Programming Codes (1981); E. M.
-# L. Beale, Cycling in the dual simplex algorithm (1955); V. Klee, G. J. Minty, How good
-# is the simplex algorithm? (1972), in V. Chvatal's form, Linear Programming (1983),
-# chapter 4.
-HS_21 = {
-    "Q": [[0.02, 0], [0, 2]],
-    "c": [0, 0],
-    "A": [[10, -1]],
-    "b": [10],
-    "constant": -100,
-}
-HS_35 = {
-    "Q": [[4, 2, 2], [2, 4, 0], [2, 0, 2]],
-    "c": [-8, -6, -4],
-    "A": [[1, 1, 2]],
-    "constant": 9,
-}
-HS_76 = {
-    "Q": [[2, 0, -1, 0], [0, 1, 0, 0], [-1, 0, 2, 1], [0, 0, 1, 1]],
-    "c": [-1, -3, 1, -1],
-    "A": [[1, 2, 1, 1], [3, 1, 2, -1], [0, 1, 4, 0]],
-}
+# E. M. L. Beale, Cycling in the dual simplex algorithm (1955); V. Klee, G. J. Minty,
+# How good is the simplex algorithm? (1972), in V. Chvatal's form, Linear Programming
+# (1983), chapter 4.
 BEALE = (
     None,
     [-0.75, 150, -0.02, 6],
@@ -272,12 +253,6 @@ BEALE = (
 )
 KLEE_MINTY = None, [100, 10, 1], [[1, 0, 0], [20, 1, 0], [200, 20, 1]]
 LITERATURE = {
-    "Hock-Schittkowski 21": (from_qp(**HS_21, lower=[2, -50], upper=[50, 50]), -99.96),
-    "Hock-Schittkowski 35": (from_qp(**HS_35, row_upper=[3]), 1 / 9),
-    "Hock-Schittkowski 76": (
-        from_qp(**HS_76, row_lower=[None, None, 1.5], row_upper=[5, 4, None]),
-        -4.681818181818182,
-    ),
     "Beale's cycling example": (from_qp(*BEALE, row_upper=[0, 0, 1]), -0.05),
     "Klee-Minty": (from_qp(*KLEE_MINTY, row_upper=[1, 100, 10000], sense="max"), 10000),
 }

@@ -287,7 +287,6 @@ INF = np.inf
         ({"lb": [0.0, 1.0], "ub": [1.0, 0.0]}, "lb[1] is 1, above ub[1] = 0"),
         ({"G": np.eye(2), "h": [1.0, -INF]}, "h[1] is minus infinity"),
         ({"lb": [INF, 0.0]}, "lb[0] is infinite"),
-        ({"ub": [-INF, 0.0]}, "ub[0] is minus infinity"),
     ],
 )
 def test_bounds_without_a_number_between_them_are_no_error_for_qpsolvers(sides, reason):
@@ -487,27 +486,20 @@ def test_several_minimizers_are_seen_in_any_unit(scaled, scale):
     assert result.answer.proved == "several_optima"
 
 
-@pytest.mark.parametrize("row_upper", [np.inf, 6.7, 1.7])
-def test_several_minimizers_are_seen_where_a_row_has_two_sides(row_upper):
-    """A'x of another minimizer is at its side up to rounding."""
-    a = [0.4, 0.2, 0.1, 0.2]
-    problem = from_qp(None, a, [a], row_lower=1.7, row_upper=row_upper, upper=100)
-    assert run(problem).answer.proved == "several_optima"
+A = [0.4, 0.2, 0.1, 0.2]
+ONE_OF_TWO = {"Q": np.diag([1.0, 0.0]), "c": [0, 0], "A": [[1, 0]], "upper": [INF, 1]}
+SEVERAL_MINIMA = {
+    "a row with two sides": {"c": A, "A": [A], "row_lower": 1.7, "row_upper": 6.7},
+    "an equation": {"c": A, "A": [A], "row_lower": 1.7, "row_upper": 1.7},
+    "a far larger variable": {**ONE_OF_TWO, "row_lower": 1e4, "row_upper": 1e4},
+}
 
 
-@pytest.mark.parametrize("large", [1.0, 1e3, 1e4])
-def test_several_minimizers_are_seen_beside_a_far_larger_variable(large):
-    """x_2 is any number between 0 and 1."""
-    problem = from_qp(
-        np.diag([1.0, 0.0]),
-        [0, 0],
-        [[1, 0]],
-        row_lower=large,
-        row_upper=large,
-        lower=0,
-        upper=[np.inf, 1],
-    )
-    assert run(problem).answer.proved == "several_optima"
+@pytest.mark.parametrize("name", SEVERAL_MINIMA)
+def test_several_minimizers_are_seen_beside(name):
+    """Also where A'x of another minimizer is at its side up to rounding."""
+    given = {"Q": None, "upper": 100} | SEVERAL_MINIMA[name]
+    assert run(from_qp(**given)).answer.proved == "several_optima"
 
 
 def test_a_proof_up_to_rounding_makes_no_program_unbounded():
