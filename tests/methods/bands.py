@@ -3,31 +3,20 @@
 from fractions import Fraction
 
 import numpy as np
+import pytest
 from scipy.sparse import csr_array
-
-Row = dict[int, Fraction]
 
 
 def solution(M, b):
-    """x with M x = b, by elimination without row exchanges."""
-    n = M.shape[0]
-    rows = [_row(M, i) for i in range(n)]
-    right = list(b)
-    below = [[i for i in range(j + 1, n) if j in rows[i]] for j in range(n)]
-    for j in range(n):
-        for i in below[j]:
-            factor = rows[i].pop(j) / rows[j][j]
-            right[i] -= factor * right[j]
-            for k, value in rows[j].items():
-                if k > j:
-                    if k not in rows[i] and k < i:
-                        below[k].append(i)
-                    rows[i][k] = rows[i].get(k, Fraction(0)) - factor * value
-    x = [Fraction(0)] * n
-    for j in reversed(range(n)):
-        rest = sum(value * x[k] for k, value in rows[j].items() if k > j)
-        x[j] = (right[j] - rest) / rows[j][j]
-    return x
+    """x with M x = b."""
+    flint = pytest.importorskip("flint")
+    n, numbers = M.shape[0], M.toarray().ravel().tolist()
+    A, right = (
+        [flint.fmpq(*value.as_integer_ratio()) for value in values]
+        for values in (numbers, b)
+    )
+    x = flint.fmpq_mat(n, n, A).solve(flint.fmpq_mat(n, 1, right))
+    return [Fraction(int(value.p), int(value.q)) for value in x.entries()]
 
 
 def basic_solution(problem, z):
@@ -48,15 +37,7 @@ def basic_solution(problem, z):
 
 
 def product(M, z):
+    rows = (zip(row.indices, row.data, strict=True) for row in csr_array(M))
     return [
-        sum((value * z[j] for j, value in _row(M, i).items()), Fraction(0))
-        for i in range(M.shape[0])
+        sum((Fraction(float(a)) * z[j] for j, a in row), Fraction(0)) for row in rows
     ]
-
-
-def _row(M, i):
-    own = slice(M.indptr[i], M.indptr[i + 1])
-    return {
-        int(j): Fraction(float(value))
-        for j, value in zip(M.indices[own], M.data[own], strict=True)
-    }
