@@ -15,14 +15,12 @@ from hypothesis.extra.numpy import arrays
 from numpy.random import default_rng
 from scipy import sparse
 
-from lcpcli.gallery import families
 from lcpcli.inspection.classes import definiteness, semidefinite_rank
 from lcpcli.inspection.verdict import (
     CLASSES,
     NO,
     UNDECIDED,
     YES,
-    called,
     classify,
 )
 from lcpcli.interrupts import deadline_after
@@ -108,7 +106,7 @@ def whole(n, size):
     return arrays(np.float64, (n, n), elements=st.integers(-size, size).map(float))
 
 
-@settings(max_examples=30)
+@settings(max_examples=15)
 @given(st.integers(1, 4).flatmap(lambda n: whole(n, 2)))
 def test_small_integer_matrices_are_classified_as_the_definitions_say(M):
     found = classify(M)
@@ -121,7 +119,7 @@ def test_small_integer_matrices_are_classified_as_the_definitions_say(M):
         )
 
 
-@settings(max_examples=25)
+@settings(max_examples=12)
 @given(
     st.integers(1, 4).flatmap(lambda n: whole(n, 3)),
     st.integers(0, 4),
@@ -140,7 +138,7 @@ def test_singular_semidefinite_matrices_are_told_from_others_by_less_than_roundi
         assert nudge or found["positive_semidefinite"].word == YES
 
 
-@settings(max_examples=25)
+@settings(max_examples=12)
 @given(
     st.integers(2, 4).flatmap(lambda n: whole(n, 9)),
     st.sampled_from([1, 0.1, 0.3, 1 / 3]),
@@ -156,7 +154,7 @@ def test_rows_that_are_dominant_up_to_rounding_are_decided_exactly(A, unit, nudg
 
 
 @pytest.mark.parametrize("transform", [np.array, sparse.csr_array])
-@pytest.mark.parametrize("seed", few_of(range(12), 4))
+@pytest.mark.parametrize("seed", few_of(range(12), 3))
 def test_rounding_decides_nothing_about_definiteness(seed, transform):
     """Nor do the units in which a covariance, or a Gram matrix, is given."""
     random = default_rng(seed)
@@ -181,7 +179,7 @@ def test_rounding_decides_nothing_about_definiteness(seed, transform):
 
 
 @pytest.mark.parametrize("transform", [np.array, sparse.csr_array])
-@pytest.mark.parametrize("seed", range(20))
+@pytest.mark.parametrize("seed", few_of(range(20), 5))
 def test_a_matrix_that_is_indefinite_by_more_than_rounding_is_called_so(
     seed, transform
 ):
@@ -292,26 +290,18 @@ def known(sizes, repeats):
 
 
 def test_matrices_of_known_class_are_recognised_and_nothing_else_is_claimed():
-    for M, expected in known((2, 3, 4, 5), 2):
+    for M, expected in known((2, 3, 4, 5), 1):
         found = classify(M)
         check(M, found)
         assert {name: found[name].word for name in expected} == expected, M
 
 
-@pytest.mark.parametrize("n", [30, 66])
+@pytest.mark.parametrize("n", [30, 65])
 def test_larger_matrices_of_known_class_are_recognised_dense_and_sparse(n):
     for M, expected in known((n,), 1):
         for matrix in (M, sparse.csr_array(M)) if n == 30 else (M,):
             found = classify(matrix)
             assert {name: found[name].word for name in expected} == expected
-
-
-def test_scaling_by_powers_of_ten_hides_no_class():
-    d = 10.0 ** np.linspace(-8, 8, 70)
-    M = exact.positive_definite(default_rng(1), 70) * d * d[:, np.newaxis]
-    assert classify((M + M.T) / 2)["positive_definite"].word == YES
-    for diagonal in (np.diag(d), sparse.diags_array(d).tocsr()):
-        assert classify(diagonal)["m_matrix"].word == YES
 
 
 @pytest.mark.parametrize("huge", [1e308, 1e-308])
@@ -365,24 +355,8 @@ def test_without_time_only_what_takes_none_is_decided():
     assert "used up" in found["positive_definite"].evidence
 
 
-def test_classes_have_words():
-    words = (
-        "symmetric",
-        "skew-symmetric",
-        "a Z-matrix",
-        "strictly diagonally dominant",
-        "an H+-matrix",
-        "an M-matrix",
-    )
-    assert tuple(map(called, CLASSES))[: len(words)] == words
-    assert [called(name) for name in ("p0_matrix", "copositive_plus")] == [
-        "a P0-matrix",
-        "copositive-plus",
-    ]
-
-
 def test_large_sparse_matrices_are_classified_without_becoming_dense():
-    L = plane(100)
+    L = plane(60)
     H = sparse.eye_array(L.shape[0])
     found = classify(L)
     assert found["m_matrix"].word == YES
@@ -409,30 +383,6 @@ def test_singular_matrix_without_negative_minors_is_not_excluded_by_a_null_vecto
         found = classify(matrix)
         assert found["p_matrix"].word == NO
         assert found["p0_matrix"].word != NO
-
-
-@pytest.mark.parametrize("as_matrix", [np.asarray, sparse.csr_array])
-def test_matrix_of_contact_with_friction_is_copositive_in_any_order(as_matrix):
-    problem = families.make("contact", 48, 1)
-    order = default_rng(0).permutation(problem.n)
-    M = (
-        problem.M.toarray()[order][:, order]
-        if sparse.issparse(problem.M)
-        else problem.M[order][:, order]
-    )
-    found = classify(as_matrix(M), last="copositive")
-    assert found["copositive"].word == YES
-    assert found["positive_semidefinite"].word == NO
-    slacks = np.flatnonzero(M.diagonal() == 0)
-    assert (
-        f"no negative entry in the {slacks.size} rows where its diagonal is 0"
-        in found["copositive"].evidence
-    )
-    worse = M.copy()
-    rest = np.flatnonzero(M.diagonal())[:2]
-    worse[np.ix_(rest, rest)] = [[1.0, -3.0], [-3.0, 1.0]]
-    with deadline_after(1.0):
-        assert classify(as_matrix(worse), last="copositive")["copositive"].word == NO
 
 
 @pytest.mark.parametrize("n", [5, 100, 300])

@@ -44,35 +44,11 @@ def tridiagonal(n):
     return Problem(M, default_rng(n).standard_normal(n))
 
 
-def hints(M, q=None):
-    found = inspect(Problem(M, -np.ones(len(M)) if q is None else q), math.inf)
-    return " ".join(found.hints)
-
-
-def test_facts_of_the_first_example_are_those_of_its_matrix():
-    """tridiag(-1, 4, -1) of order 4 has the eigenvalues 4 - 2 cos(k pi / 5) and an
-    inverse known in closed form."""
-    M = 4 * np.eye(4) - np.eye(4, k=1) - np.eye(4, k=-1)
-    found = inspect(Problem(M, [-4, 3, -4, 2]))
-    assert found.spectrum.smallest == pytest.approx(4 - 2 * math.cos(math.pi / 5))
-    assert found.spectrum.largest == pytest.approx(4 + 2 * math.cos(math.pi / 5))
-    assert found.condition == pytest.approx(
-        np.abs(M).sum(axis=0).max() * np.abs(np.linalg.inv(M)).sum(axis=0).max()
-    )
-    assert found.nonzeros == 10
-    assert found.published.factor == pytest.approx(
-        (found.spectrum.largest - 1) / (found.spectrum.largest + 1)
-    )
-    assert {
-        name for name, guarantee in found.guarantees.items() if guarantee.word == "yes"
-    } >= {*OWN}
-    assert found.smoothing_error == pytest.approx(math.log(3) / found.p * 5)
-
-
 def test_estimates_for_large_and_sparse_matrices_agree_with_the_exact_figures():
     n = 210
     # Row sums differ from column sums.
-    M = random_problem(n, n, False).M * np.where(np.arange(n) > 0, 1.0, 1e3)
+    M = 4 * np.eye(n) - 2 * np.eye(n, k=1) - np.eye(n, k=-1)
+    M[:, 0] *= 1e3
     exact = np.linalg.cond(M, 1)
     for matrix in (M, sparse.csr_array(M)):
         found = inspect(Problem(matrix, np.ones(n)), math.inf)
@@ -116,20 +92,6 @@ def test_measured_rate_of_fixed_point_is_the_local_one_and_below_the_bound(n, ki
     assert max(rate, theory.local) <= theory.bound
     x[1] = box.x_of(np.full(n, 0.4), np.zeros(n))[1] if kind == "bounded" else 0.0
     assert contraction(problem, x).local is None, "at a degenerate solution"
-
-
-def test_bound_is_that_of_eigenvalues_and_a_singular_iteration_has_none():
-    eigenvalues = np.array([0.2, 1.0, 9.0])
-    Q = np.linalg.qr(default_rng(0).standard_normal((3, 3)))[0]
-    M = Q @ np.diag(eigenvalues) @ Q.T
-    for omega in (1.0, 1.5):
-        theory = contraction(
-            Problem(sparse.csr_array(M), np.ones(3)), np.ones(3), omega
-        )
-        assert theory.bound == pytest.approx(
-            np.abs((omega - eigenvalues) / (omega + eigenvalues)).max()
-        )
-    assert contraction(Problem([[-1.0]], [1.0]), np.ones(1)) is None
 
 
 def test_modulus_iteration_is_not_guaranteed_for_the_matrix_of_kostreva():
@@ -199,7 +161,7 @@ def random_mixed_problem(kind, random):
 @pytest.mark.parametrize("kind", ["semidefinite", "definite", "nonnegative"])
 def test_guaranteed_methods_solve_the_problem_or_prove_it_has_no_solution(kind):
     guaranteed = set()
-    for seed in range(10):
+    for seed in range(4):
         problem = random_mixed_problem(kind, default_rng(seed))
         for method, guarantee in inspect(problem, INF).guarantees.items():
             if guarantee.word == "yes" and method != "shi":  # which rounding may stall
