@@ -15,7 +15,7 @@ from lcpcli.inspection.verdict import YES, classify
 from lcpcli.rational.exact_problem import ExactProblem
 from lcpcli.solving.proof import with_reference
 
-COUNT = int(os.environ.get("LCP_ORACLE", "20"))
+COUNT = int(os.environ.get("LCP_ORACLE", "10"))
 
 
 def found(problem, z):
@@ -51,18 +51,7 @@ def test_a_theorem_covers_every_matrix_proved_dominant_after_scaling():
     ) == (False, True)
 
 
-def test_more_than_a_few_unknowns_are_not_searched():
-    M = np.kron(np.eye(6), [[1, 2], [2, 1]])
-    problem = Problem(M, -np.ones(12))
-    assert (
-        others.search_others(
-            problem, run(problem).z, lambda: pytest.fail("a search was begun")
-        )
-        == others.Findings()
-    )
-
-
-@settings(max_examples=50)
+@settings(max_examples=20)
 @given(st.integers(0, 10**6), st.sampled_from([2, 3, 4]), st.booleans(), st.booleans())
 def test_theorem_says_only_what_all_solutions_in_fractions_show(
     seed, n, is_mixed, is_definite
