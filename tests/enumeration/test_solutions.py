@@ -160,7 +160,7 @@ def test_pieces_with_many_bases_come_last_but_all_come(monkeypatch):
 
 
 COUNT = int(os.environ.get("LCP_ORACLE", "40"))
-LISTS = COUNT // 6  # lists that are cut, of each kind
+LISTS = COUNT // 5  # lists that are cut, of each kind
 MOST = 5 if "LCP_ORACLE" in os.environ else 4
 
 

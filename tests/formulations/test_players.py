@@ -270,6 +270,7 @@ def test_an_equilibrium_of_a_ring_in_fractions():
     assert answer.strategies == [third, half, half]
     assert answer.gains == (0, 0, 0)
     assert answer.payoffs == (0, 0, Fraction(1, 5))
+    assert lcpcli.run(problem).answer.payoffs == pytest.approx((0, 0, 0.2))
     found = lcpcli.check(problem, [p for part in answer.strategies for p in part])
     assert found.exact
     assert found.accepted

@@ -106,11 +106,11 @@ OTHER_PARAMETERS = [
     [*((name, {}) for name in gallery.FAMILIES), *OTHER_PARAMETERS],
 )
 def test_matrices_are_of_the_stated_class_and_known_solutions_exact(name, parameters):
-    for n in (1, 2, 3, 6, 9, 18):
+    for n in (1, 3, 6):
         problem = of_size(name, n, seed=n, **parameters)
         for words in (
             gallery.entry(name).matrices.split(", ")
-            if n == 9 or n == 3 >= problem.n
+            if n == 6 or n == 3 >= problem.n
             else ()
         ):
             found = classify(problem.M, last=[*CLASSES[words], "symmetric"][0])
@@ -129,7 +129,7 @@ def test_matrices_are_of_the_stated_class_and_known_solutions_exact(name, parame
             assert exact.solves(problem, rational)
 
 
-@settings(max_examples=10)
+@settings(max_examples=4)
 @given(n=st.integers(1, 5), seed=st.integers(0, 10**6))
 def test_infeasible_problems_are_so_by_the_vector_in_the_note_and_unsolvable_ones_not(
     n, seed
@@ -143,7 +143,7 @@ def test_infeasible_problems_are_so_by_the_vector_in_the_note_and_unsolvable_one
     assert exact.solution(problem) is None
 
 
-@settings(max_examples=15)
+@settings(max_examples=6)
 @given(n=st.integers(1, 12), seed=st.integers(0, 10**6))
 def test_lemke_ends_on_a_ray_on_some_families_and_needs_two_to_the_n_pivots_on_another(
     n, seed
@@ -165,12 +165,12 @@ def test_lemke_ends_on_a_ray_on_some_families_and_needs_two_to_the_n_pivots_on_a
 def test_lemke_solves_most_rigid_contact_problems():
     problems = [
         gallery.make("contact", 20, seed, friction=float(seed % 2), compliance=0.0)
-        for seed in range(20)
+        for seed in range(10)
     ]
-    assert sum(run(problem, "lemke").solved for problem in problems) >= 18
+    assert sum(run(problem, "lemke").solved for problem in problems) >= 9
 
 
-@settings(max_examples=20)
+@settings(max_examples=8)
 @given(n=st.integers(1, 40), seed=st.integers(0, 10**6))
 def test_programs_have_the_one_solution_that_is_known(n, seed):
     """Strictly complementary, with a regular basis: as M is positive semidefinite,

@@ -10,7 +10,6 @@ import numpy as np
 import pytest
 
 from lcpcli import Status, inspect, run
-from lcpcli.errors import OptionError
 from lcpcli.formulations.quadratic_program import families as programs
 from lcpcli.gallery import families as gallery
 from lcpcli.gallery.rigid_bodies import (
@@ -18,7 +17,6 @@ from lcpcli.gallery.rigid_bodies import (
     HALF,
     NEAR,
     STEP,
-    Scene,
     contact_in_time,
 )
 from lcpcli.linalg.matrices import dense
@@ -49,21 +47,6 @@ def test_newton_without_safeguard_cycles_from_the_starts_in_the_literature():
     assert (1, 2) not in sets
 
 
-def test_murty_takes_exponentially_many_steps_of_least_index_pivoting():
-    problem = gallery.make("murty", 6)
-    P, steps = np.zeros(6, dtype=bool), 0
-    while True:
-        z = np.zeros(6)
-        z[P] = np.linalg.solve(problem.M[np.ix_(P, P)], -problem.q[P])
-        wrong = np.flatnonzero(np.where(P, z, problem.w(z)) < 0)
-        if not wrong.size:
-            break
-        P[wrong[0]] ^= True
-        steps += 1
-    assert np.array_equal(z, problem.solutions[0])
-    assert f"{steps + 1} - 1" in problem.note.replace("2^6", "64")
-
-
 def test_half_of_all_places_and_an_eigenvalue_have_the_margin_asked_for():
     problem = gallery.make("degenerate", 30)
     (z,) = problem.solutions
@@ -78,39 +61,6 @@ def test_half_of_all_places_and_an_eigenvalue_have_the_margin_asked_for():
     for epsilon in (1e-2, 1e-6, 1e-12):
         M = gallery.make("near-singular", 30, epsilon=epsilon).M
         assert np.linalg.eigvalsh(M)[0] == pytest.approx(epsilon, abs=1e-14)
-
-
-@pytest.mark.parametrize("symmetric", [False, True])
-def test_indefinite_problems_have_w_0_everywhere_unless_complementarity_is_to_be_strict(
-    symmetric,
-):
-    for strict in (False, True):
-        problem = gallery.make("indefinite", 30, symmetric=symmetric, strict=strict)
-        (z,) = problem.solutions
-        assert np.count_nonzero(z) == 12
-        assert np.array_equal(problem.w(z) > 0, (z == 0) & strict)
-        assert np.array_equal(problem.M, problem.M.T) is symmetric
-        least, *_, largest = np.linalg.eigvalsh(problem.M + problem.M.T)
-        assert least < 0 < largest
-
-
-@pytest.mark.parametrize("entries", [0, 10])
-def test_planted_solutions_are_strictly_complementary(entries):
-    problem = gallery.make("planted", 200, 1, entries=entries)
-    (z,) = problem.solutions
-    assert 70 < np.count_nonzero(z) < 130
-    assert np.maximum(z, problem.w(z)).min() >= 0.1
-    assert np.minimum(z, problem.w(z)).max() == 0
-    assert np.count_nonzero(dense(problem.M)) <= 200 * (entries or 200)
-
-
-def test_ill_scaled_is_harker_pang_in_other_units():
-    plain, scaled = (
-        run(gallery.make(name, 6, 5), "auto") for name in ("harker-pang", "ill-scaled")
-    )
-    assert np.array_equal(plain.z > 0, scaled.z > 0)
-    entries = abs(gallery.make("ill-scaled", 20).M)
-    assert entries.max() / entries.min() > 1e12
 
 
 def test_pressure_of_the_infinite_bearing_vanishes_where_the_film_opens():
@@ -296,23 +246,13 @@ def test_only_gravity_and_the_floor_change_the_momentum_and_energy_is_lost(kind,
 
 def test_a_tower_comes_to_rest_in_place_and_a_heap_keeps_changing_contacts():
     tower = contact_in_time("tower", 4)
-    numbers = {len(contacts) for contacts, *_ in steps(tower, 50)}
+    numbers = {len(contacts) for contacts, *_ in steps(tower, 30)}
     assert numbers == {8}
     assert abs(tower.velocities).max() < 1e-9
     assert tower.centres[1:, 1] == pytest.approx([0.25, 0.75, 1.25, 1.75], abs=1e-6)
-    numbers = {len(contacts) for contacts, *_ in steps(contact_in_time("heap", 5), 100)}
+    numbers = {len(contacts) for contacts, *_ in steps(contact_in_time("heap", 5), 70)}
     assert min(numbers) == 0
     assert len(numbers) >= 4
-
-
-def test_boxes_touch_where_the_side_of_each_lies_on_that_of_the_other():
-    offset = 0.2
-    centres = np.array([[0.0, HALF[1]], [offset, 3 * HALF[1]]])
-    scene = Scene(centres, np.zeros(2), np.zeros((2, 3)))
-    points = [each.point for each in scene.contacts if each[:2] == (1, 2)]
-    ends = np.sort(points, axis=0)
-    assert ends[:, 0] == pytest.approx([offset - HALF[0], HALF[0]])
-    assert ends[:, 1] == pytest.approx(2 * HALF[1])
 
 
 def test_a_ceiling_that_comes_down_leaves_no_solution_in_the_end():
@@ -322,15 +262,6 @@ def test_a_ceiling_that_comes_down_leaves_no_solution_in_the_end():
         statuses.append(result.status)
         scene.advance(result.z if result.solved else None)
     assert statuses == 5 * [Status.SOLVED] + 3 * [Status.INFEASIBLE]
-
-
-def test_the_same_seed_gives_the_same_motion_and_another_one_another():
-    scenes = [contact_in_time("heap", 2, seed) for seed in (2, 2, 3)]
-    assert all(len(list(steps(scene, 30))) == 30 for scene in scenes)
-    assert np.array_equal(scenes[0].centres, scenes[1].centres)
-    assert not np.array_equal(scenes[0].centres, scenes[2].centres)
-    with pytest.raises(OptionError, match="boxes: 0 "):
-        contact_in_time("heap", 0)
 
 
 def test_matrices_of_bricks_are_singular_or_copositive_by_their_layout():
@@ -345,7 +276,7 @@ def test_matrices_of_bricks_are_singular_or_copositive_by_their_layout():
     assert re.search("diagonal is 0, and is positive semidef", found.evidence)
 
 
-@pytest.mark.parametrize(("n", "contrast"), [(200, 1.0), (1000, 1e6)])
+@pytest.mark.parametrize(("n", "contrast"), [(200, 1.0), (400, 1e6)])
 def test_q_of_a_beam_is_rounded_once_although_it_cancels(n, contrast):
     """q = M g + h^4 for the obstacle g, by fractions: in doubles M g alone is off by
     more than h^4 from some hundred nodes on."""
@@ -362,15 +293,6 @@ def test_q_of_a_beam_is_rounded_once_although_it_cancels(n, contrast):
         # Of terms of 16 * contrast * 0.003, twice the precision of doubles
         size = 16 * contrast * 0.003 * 1e-30
         assert abs(Fraction(float(found)) - right) <= 1e-15 * abs(right) + size
-
-
-def test_the_condition_numbers_of_structures_grow_as_their_notes_say():
-    for family, n, expected in (
-        ("beam", 60, 0.032 * 61**4),
-        ("plate", 225, 0.05 * 256**2),
-    ):
-        M = dense(gallery.make(family, n).M)
-        assert np.linalg.cond(M) == pytest.approx(expected, rel=0.2)
 
 
 @pytest.mark.parametrize("name", ["ben-gharbia-gilbert", "kostreva"])

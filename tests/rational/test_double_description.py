@@ -27,7 +27,7 @@ def pivoted(forms):
 def test_rays_are_those_that_pivoting_finds(largest, unit):
     random = default_rng(4)
     degenerate = 0
-    for _ in range(40):
+    for _ in range(20):
         shape = (random.integers(1, 9), random.integers(1, 6))
         whole, small = random.integers(-largest, largest + 1, (2, *shape)).tolist()
         forms = [
@@ -47,25 +47,6 @@ def test_rays_are_those_that_pivoting_finds(largest, unit):
             assert positive.tolist() == [value > 0 for value in values]
             degenerate += values.count(0) >= len(ray)
     assert (degenerate > 0) == (unit == 1)
-
-
-def test_only_rays_that_a_partner_allows_are_returned():
-    random = default_rng(5)
-    dropped = 0
-    for _ in range(40):
-        d, k = random.integers(2, 6), random.integers(1, 9)
-        forms = random.integers(-3, 4, (k, d)).tolist()
-        partners = (random.random((2, d + k)) < 0.3).astype(np.float32)
-        whole = extreme_rays(forms, ANY, 1000, raise_if_timed_out)
-        part = extreme_rays(forms, partners, 1000, raise_if_timed_out)
-        allowed = [
-            tuple(ray)
-            for ray, positive in zip(whole.values, whole.positive, strict=True)
-            if any(not (positive * partner).any() for partner in partners)
-        ]
-        assert sorted(map(tuple, part.values)) == sorted(allowed)
-        dropped += len(allowed) < len(whole.values)
-    assert dropped > 10
 
 
 def test_enumeration_ends_beyond_a_number_of_rays():

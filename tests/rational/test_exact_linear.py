@@ -21,8 +21,7 @@ from lcpcli.rational.elimination import particular, solve
 
 from .. import exact
 from ..conftest import read_exact
-
-ZERO = Fraction(0)
+from ..seeds import few_of
 
 
 def systems(rows, columns):
@@ -36,17 +35,11 @@ def systems(rows, columns):
 
 
 def times(A, x):
-    return [
-        sum((a * value for a, value in zip(row, x, strict=True)), ZERO) for row in A
-    ]
-
-
-def test_no_equations_have_the_empty_solution():
-    assert solve([], []) == ([], [])
+    return [exact.dot(row, x) for row in A]
 
 
 @pytest.mark.parametrize(("m", "n"), [(3, 3), (2, 4), (4, 2)])
-@settings(max_examples=40)
+@settings(max_examples=15)
 @given(data=st.data())
 def test_every_solution_is_found(m, n, data):
     A, b = data.draw(systems(m, n))
@@ -58,7 +51,7 @@ def test_every_solution_is_found(m, n, data):
     assert x is None or times(A, x) == b
 
 
-@settings(max_examples=60)
+@settings(max_examples=25)
 @given(systems(4, 4))
 def test_flint_gives_the_same_numbers(system):
     pytest.importorskip("flint")
@@ -91,7 +84,7 @@ def test_long_call_of_flint_in_another_process_gives_the_same(monkeypatch):
     assert elimination.solve(A, b) == here[0]
 
 
-@pytest.mark.parametrize("seed", range(24))
+@pytest.mark.parametrize("seed", few_of(range(24), 10))
 def test_determinants_are_those_by_expansion(seed):
     """Of matrices with many zeros, so that pivots come from any row."""
     generator = default_rng(seed)
@@ -103,7 +96,7 @@ def test_determinants_are_those_by_expansion(seed):
     assert elimination.determinant(A.tolist()) == exact.determinant(A.tolist())
 
 
-@pytest.mark.parametrize("seed", range(8))
+@pytest.mark.parametrize("seed", few_of(range(8), 4))
 def test_principal_minors_are_determinants_each_once(seed):
     """Of matrices with many zeros, where Schur complements lack pivots."""
     A = default_rng(seed).integers(-1, 2, (5, 5))
@@ -113,7 +106,7 @@ def test_principal_minors_are_determinants_each_once(seed):
         assert minor == exact.determinant(A[np.ix_(indices, indices)].tolist())
 
 
-@pytest.mark.parametrize("seed", range(24))
+@pytest.mark.parametrize("seed", few_of(range(24), 10))
 def test_minors_that_prove_a_symmetric_matrix_indefinite_are_negative_or_zero(seed):
     """Of matrices with many zeros on the diagonal, so that pairs of rows are pivots."""
     generator = default_rng(seed)
@@ -140,21 +133,11 @@ def test_of_the_minors_that_are_0_the_first_is_named():
     ) == ((0, 1), None)
 
 
-def data_of(data):
-    M = [
-        [Fraction(row.get(j, 0), s) for j in range(data.n)]
-        for row, s in zip(data.rows, data.scales, strict=True)
-    ]
-    return M, [
-        Fraction(value, s) for value, s in zip(data.constants, data.scales, strict=True)
-    ]
-
-
 def test_npz_holds_doubles(tmp_path):
     problem = Problem([[0.1]], [-0.3])
     writing.write(problem, tmp_path / "a.npz")
     data = read_exact(str(tmp_path / "a.npz"))
-    assert data_of(data) == ([[Fraction(0.1)]], [Fraction(-0.3)])
+    assert data.is_solution([Fraction(0.3) / Fraction(0.1)])
     assert data.are_floats()
 
 
@@ -189,16 +172,13 @@ def test_what_is_no_number_is_refused():
             numbers.ratio(text)
 
 
+@settings(max_examples=30)
 @given(st.fractions())
 def test_text_reads_back(value):
     assert numbers.ratio(numbers.text(value)) == value
 
 
-def test_text_has_no_limit_of_digits():
-    value = Fraction(10**6000 + 1, 3**9000)
-    assert numbers.ratio(numbers.text(value)) == value
-
-
+@settings(max_examples=40)
 @given(st.floats(allow_nan=False, allow_infinity=False))
 def test_decimals_and_rounding_agree_with_python(value):
     assert numbers.rounded([numbers.fraction(repr(value))]) == value
@@ -220,12 +200,6 @@ def test_only_sums_that_are_zero_are_rounded_to_zero():
             )
             == 0
         )
-
-
-def test_rounding_beyond_the_range_of_doubles_is_infinite():
-    assert np.array_equal(
-        numbers.rounded([Fraction(10**400), Fraction(-(10**400))]), [np.inf, -np.inf]
-    )
 
 
 @pytest.mark.parametrize(
@@ -253,6 +227,7 @@ def test_a_form_is_0_throughout_if_it_has_no_sign_anywhere(row, signs, is_it):
     assert signed.is_zero(2) == (signs[0] == 0)
 
 
+@settings(max_examples=50)
 @given(st.integers(0, 10**6))
 def test_ties_are_broken_as_by_small_changes_of_the_forms(seed):
     """Which relax a form by a positive amount, or tighten it."""
@@ -276,6 +251,7 @@ def test_ties_are_broken_as_by_small_changes_of_the_forms(seed):
     assert dictionary.lexicographic(tied, 1, order, less) == first
 
 
+@settings(max_examples=40)
 @given(st.fractions())
 def test_a_bound_remains_one_in_a_few_digits(value):
     below, above = (Fraction(numbers.approximate(value, side)) for side in (-1, 1))
