@@ -5,19 +5,16 @@ of `tests/seams` whose run uses it are run again.
     python tests/benchmarks/ablation.py --data FOLDER --sample FILE
     # some of them
     python tests/benchmarks/ablation.py --only units presolve
-    # what changes if a number that is named in the code is half or double
-    python tests/benchmarks/ablation.py --constants
 
 A row of the table has how many of the sampled problems use it, and how many of these
 were run again; those whose verdict is lost (solved or proved before), gained, and
 otherwise different, and those that are false; of how many anything in the outcome has
-changed; the ratio of the iterations and of the processor time, off over on; and, but
-for constants, the problem with the largest ratio of time among those that take 3 ms or
-more, measured in repeated pairs.
+changed; the ratio of the iterations and of the processor time, off over on; and the
+problem with the largest ratio of time among those that take 3 ms or more, measured in
+repeated pairs.
 """
 
 import argparse
-import ast
 import contextlib
 import importlib
 import inspect
@@ -79,57 +76,12 @@ NOT_KEPT = ("_population", "_case")
 class Switch(NamedTuple):
     """target : what is replaced, as "module:name", or "module:Class.name". off : makes
     of it what stands there without it. used : the functions, or such names of them,
-    whose calls tell that a problem uses it, if not those of the target. readers : of a
-    constant, the code objects that read it, as (file, first line); None of others."""
+    whose calls tell that a problem uses it, if not those of the target."""
 
     name: str
     target: str
     off: Callable[[Any], Any]
     used: tuple[Any, ...] = ()
-    readers: frozenset[tuple[str, int]] | None = None
-
-
-def constants():
-    """Two switches for each number that a module of the package names: half and double.
-
-    Of an integer, half is rounded down, and 0 and others that would not change are left
-    out, as are numbers that are assigned several at once, or computed. A constant of
-    the same name and value in another module changes with it.
-    """
-    for path in sorted(Path(PACKAGE).rglob("*.py")):
-        tree = ast.parse(path.read_text())
-        module = ".".join(path.relative_to(PACKAGE).with_suffix("").parts)
-        for node in tree.body:
-            if not (
-                isinstance(node, ast.Assign) and isinstance(node.value, ast.Constant)
-            ):
-                continue
-            (target,) = node.targets
-            value = node.value.value
-            if not isinstance(target, ast.Name) or type(value) not in (int, float):
-                continue
-            readers = frozenset(
-                (
-                    str(path),
-                    min([each.lineno, *(d.lineno for d in each.decorator_list)]),
-                )
-                for each in ast.walk(tree)
-                if isinstance(each, ast.FunctionDef)
-                and any(
-                    isinstance(name, ast.Name) and name.id == target.id
-                    for name in ast.walk(each)
-                )
-            )
-            for word, factor in (("half of", 0.5), ("double", 2.0)):
-                changed = type(value)(value * factor)
-                if changed == value:
-                    continue
-                yield Switch(
-                    f"{word} {module}.{target.id} = {value!r}",
-                    f"{module}:{target.id}",
-                    constant(changed),
-                    readers=readers,
-                )
 
 
 def never(_):
@@ -154,11 +106,6 @@ def lacking(*numbers):
 def empty(_):
     """A generator of nothing."""
     return lambda *_, **__: iter(())
-
-
-def first(_):
-    """A function that returns its first argument."""
-    return lambda value, *_, **__: value
 
 
 def fails(_):
@@ -766,8 +713,6 @@ def is_verdict(entry):
 def used_by(switch, sampled):
     """Return the problems whose run uses what the switch turns off; all of them if
     that cannot be told from the functions that it calls."""
-    if switch.readers is not None:
-        return [each for each in sampled if each.calls & switch.readers]
     codes = set()
     for each in switch.used or (switch.target,):
         found = each if callable(each) else inspect.getattr_static(*place(each))
@@ -821,9 +766,7 @@ def row(switch, sampled):
             if max(took, each.seconds) > CLEAR_SECONDS:
                 slow.append((took / each.seconds, each))
     slow.sort(key=lambda pair: -pair[0])
-    # A constant is looked at for what changes.
-    repeated = REPEATED if switch.readers is None else 0
-    timed = [(ratio(each, switch), each.key) for _, each in slow[:repeated]]
+    timed = [(ratio(each, switch), each.key) for _, each in slow[:REPEATED]]
     worst, key = max(timed, default=(1.0, "-"))
     numbers = [len(used), len(chosen), *map(len, (lost, gained, other, false))]
     numbers.append(changed)
@@ -854,15 +797,13 @@ def main():
     )
     parser.add_argument("--data", type=Path, help="a folder of problem files")
     parser.add_argument("--only", nargs="+", default=[""], help="beginnings of names")
-    parser.add_argument("--constants", action="store_true", help="half and double")
     parser.add_argument("--sample", type=Path, help="a file that keeps the sample")
     asked = parser.parse_args()
-    switches = constants() if asked.constants else [*SWITCHES, *rows()]
     with TemporaryDirectory() as folder:
         sampled = sample(Path(folder), asked.data, asked.sample)
         total = sum(each.seconds for each in sampled)
         print(f"{len(sampled)} problems, {total:.0f} s of processor time\n\n{HEAD}")
-        for switch in switches:
+        for switch in [*SWITCHES, *rows()]:
             if switch.name.startswith(tuple(asked.only)):
                 print(tried(switch, sampled), flush=True)
 

@@ -380,7 +380,7 @@ def rates(record):
 
 class Contraction(NamedTuple):
     """The reduction of the error per iteration of fixed-point: at most |T|_2 with T =
-    (omega I + M)^-1 (omega I - M), and near a solution x* without kink the spectral
+    (I + M)^-1 (I - M), and near a solution x* without kink the spectral
     radius of T S, where S_ii is 1 if l_i < 2x*_i < u_i, else -1; None if some 2x*_i is
     at a bound, where the iteration has a kink."""
 
@@ -388,16 +388,15 @@ class Contraction(NamedTuple):
     local: float | None
 
 
-def contraction(problem, x, omega=1.0):
+def contraction(problem, x):
     """Return the theoretical factors at the solution x = (z - w) / 2, shape (n,); None
-    if omega I + M is singular."""
+    if I + M is singular."""
     box = problem.box
-    dense = matrices.dense(problem.M)
-    shift = omega * np.eye(problem.n)
+    dense, one = matrices.dense(problem.M), np.eye(problem.n)
     kinks = ((2 * x == box.lower) | (2 * x == box.upper)) & ~box.fixed
     S = np.where(box.basis_of(x) == BASIC, 1.0, -1.0)
     try:
-        T = finite(np.linalg.solve(shift + dense, shift - dense))
+        T = finite(np.linalg.solve(one + dense, one - dense))
     except np.linalg.LinAlgError:
         return None
     local = None if kinks.any() else float(np.abs(np.linalg.eigvals(T * S)).max())

@@ -42,15 +42,15 @@ def lcp(random, k):
     )
 
 
+def uneven(problem, random, is_rounded, least=1, end=17):
+    """The problem in units over many powers of ten, which are rounded, or of two."""
+    decades, base = int(random.integers(least, end)), 10 if is_rounded else 2
+    return populations.in_uneven_units(problem, random, decades, base)
+
+
 def extreme(random, k):
-    """The same in units over many powers of ten, which are rounded, or of two, with an
-    uneven q or not."""
-    return populations.in_uneven_units(
-        lcp(random, k),
-        random,
-        decades=int(random.integers(1, 17)),
-        base=2 + 8 * (k % 2),
-    )
+    """The same in uneven units."""
+    return uneven(lcp(random, k), random, k % 2)
 
 
 def mixed(random, k):
@@ -58,11 +58,7 @@ def mixed(random, k):
     problem = populations.mixed(
         random, int(random.integers(1, 5)), list(exact.CLASSES)[k % 10]
     )
-    if k % 3 == 0:
-        return problem
-    return populations.in_uneven_units(
-        problem, random, decades=int(random.integers(1, 17)), base=2 + 8 * (k % 2)
-    )
+    return uneven(problem, random, k % 2) if k % 3 else problem
 
 
 def program(random, k):
@@ -71,9 +67,7 @@ def program(random, k):
     problem = populations.program(
         random, int(random.integers(1, 4)), int(random.integers(1, 3)), k % 2 == 0
     )
-    return populations.in_uneven_units(
-        problem, random, decades=int(random.integers(0, 17)), base=2 + 8 * (k // 2 % 2)
-    )
+    return uneven(problem, random, k // 2 % 2, 0)
 
 
 def run_off(random, k):
@@ -82,13 +76,7 @@ def run_off(random, k):
     problem = populations.opposed_rows(
         random, (-1, 1, 0)[k % 3] * 10.0 ** -int(random.integers(3, 16))
     )
-    return (
-        populations.in_uneven_units(
-            problem, random, decades=int(random.integers(0, 9)), base=2
-        )
-        if k % 2
-        else problem
-    )
+    return uneven(problem, random, False, 0, 9) if k % 2 else problem
 
 
 def planted(random, k):
