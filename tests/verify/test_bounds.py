@@ -160,16 +160,11 @@ def test_well_conditioned_matrices_always_have_a_close_bound(seed, kind, form):
         assert form == "scaled" or bound.value <= 1e-11 * max(1, np.abs(z).max())
 
 
-def test_neither_class_has_a_bound():
-    for M in (
-        [[0, 1], [-1, 0]],
-        [[1, 3], [3, 1]],
-        [[1, 2], [2, 4]],
-        [[-1]],
-        [[1, -1]] * 2,
-    ):
-        for same in (np.array(M, dtype=float), csr_array(np.array(M, dtype=float))):
-            assert error_bound(Problem(same, -np.ones(len(M))), np.ones(len(M))) is None
+@pytest.mark.parametrize("form", [np.array, csr_array])
+def test_neither_class_has_a_bound(form):
+    for M in ([[0, 1], [-1, 0]], [[1, 3], [3, 1]], [[1, 2], [2, 4]], [[-1]]):
+        one = np.ones(len(M))
+        assert error_bound(Problem(form(M), -one), one) is None
 
 
 @pytest.mark.parametrize(("n", "sparse"), [(3, False), (100, False), (100, True)])
@@ -183,21 +178,6 @@ def test_bound_that_is_attained_is_not_undercut_by_rounding(n, sparse):
     h_plus = error_theorems.h_plus_theorem(problem)
     value = h_plus(z, problem.w(z))
     assert np.abs(z - true).max() <= value <= (1 + 1e-5) * np.abs(z - true).max()
-
-
-def test_definite_matrix_has_a_bound_after_rows_were_multiplied_by_numbers():
-    """M = D (A A' + S) with S skew-symmetric: no T makes T M symmetric, and T = D^-1
-    makes it positive definite."""
-    n, random = 40, default_rng(40)
-    A, S = random.normal(size=(2, n, n))
-    M = np.exp2(random.integers(-6, 7, n))[:, np.newaxis] * (
-        A @ A.T + np.eye(n) + 0.3 * (S - S.T)
-    )
-    true = np.maximum(random.normal(size=n), 0.0)
-    problem = Problem(M, np.where(true > 0, 0.0, 0.5) - M @ true)
-    z = true + 1e-6 * random.normal(size=n)
-    bound = error_bound(problem, z)
-    assert np.abs(z - true).max() <= bound.value <= 1e-2
 
 
 @pytest.mark.parametrize("margin", [1e-2, 1e-10])

@@ -98,7 +98,7 @@ WRONG = {
         Problem(np.eye(2), [-1e8, 0.0]),
         [1e8 * (1 + 1e-11), 1e-6],
     ),
-    "a positive z beside a positive w": (Problem([[1.0]], [1.0]), [1e-9]),
+    "a positive z beside a positive w": (Problem([[1.0]], [1.0]), [1e-6]),
     "a small solution is not taken for 0": (Problem([[1e12]], [-1.0]), [2e-12]),
     # no z has M z + q >= 0, but the terms |M| |z| grow without bound
     "z that tends to infinity": (
@@ -115,7 +115,7 @@ WRONG = {
 @pytest.mark.parametrize("name", WRONG)
 def test_large_number_does_not_hide_an_error_elsewhere(name):
     problem, z = WRONG[name]
-    assert relative_residual(problem, z) > 1e-10
+    assert relative_residual(problem, z) > 1e-8
     assert not check(problem, z).accepted
 
 
@@ -162,7 +162,8 @@ def test_point_within_the_tolerance_of_its_bounds_is_accepted_as_such():
         verification = check(problem, [1.0, noise])
         assert verification.accepted, noise
         assert verification.residual == pytest.approx(abs(noise))
-    assert not check(problem, [1.0, 0.3]).accepted, "which is far from its bound"
+    for far in (1e-9, 0.3):
+        assert not check(problem, [1.0, far]).accepted
 
 
 @pytest.mark.parametrize(("z", "q"), [(-1.0, 1.0), (3.0, -3.0)])
