@@ -97,20 +97,6 @@ def test_a_limit_ends_the_list_which_is_then_not_complete():
     assert not late.complete
 
 
-def test_as_many_as_were_asked_for_are_all_if_a_search_as_long_finds_no_other():
-    problem = Problem([[1, 2], [2, 1]], [-1, -1])
-    found = lcpcli.solutions(problem, max_solutions=4)
-    assert len(list(found)) == 3
-    assert "not all" not in repr(found)
-    ended = lcpcli.solutions(problem, max_solutions=2)
-    assert [next(ended), next(ended)] == ended.pieces
-    assert ended.others is None
-    ended.stop()
-    assert next(ended, None) is None
-    assert next(ended, None) is None
-    assert ended.others is None
-
-
 def test_blocks_are_searched_no_further_than_it_takes():
     """Two blocks of 2^30 solutions each, and one block without any beside one of
     those."""
@@ -454,19 +440,6 @@ def test_branch_and_bound_goes_on_where_there_are_too_many_vertices(limit, monke
     assert len(set(map(str, listed))) == 31
     assert len(listed.pieces) == 31
     assert listed.complete
-
-
-def test_pieces_of_many_bases_come_from_vertices_if_these_are_few_enough(monkeypatch):
-    problem = from_game([[1, 1, 0], [1, 1, 0]], [[2, 2, 0], [2, 2, 0]])
-    expected = lcpcli.solutions(problem)
-    assert {len(piece.vertices) for piece in expected} == {4}
-    monkeypatch.setattr(pieces, "MAX_VERTICES_AT_FIRST", 0)
-    monkeypatch.setattr(pieces, "MAX_BASES_AT_FIRST", 1)
-    for most in (0, 15_000):
-        monkeypatch.setattr(pieces, "MAX_VERTICES", most)
-        listed = lcpcli.solutions(problem)
-        assert [len(piece.vertices) for piece in listed] == [4]
-        assert listed.equilibria == expected.equilibria
 
 
 def test_pairs_of_vertices_are_computed_in_parts(monkeypatch):

@@ -17,6 +17,7 @@ from lcpcli.formulations.least_squares import at_once
 from lcpcli.formulations.least_squares.sparse_fits import minimize_sparse
 from lcpcli.linalg.doubles import EPS
 
+from ..exact import dot
 from ..refusals import calls, raised
 from ..seeds import few_of
 
@@ -27,9 +28,6 @@ def exact_norm(A, b):
         [Fraction(value) for value in column] for column in zip(*A, strict=True)
     )
     right = [Fraction(value) for value in b]
-
-    def dot(u, v):
-        return sum((p * q for p, q in zip(u, v, strict=True)), Fraction(0))
 
     a, c, d = dot(one, one), dot(one, two), dot(two, two)
     f, g = dot(one, right), dot(two, right)
@@ -108,10 +106,6 @@ def test_powers_of_two_change_nothing_but_the_powers(seed, power, other):
     scaled = lcpcli.nnls(np.ldexp(A, powers), np.ldexp(b, power)).answer
     assert np.ldexp(scaled.x, powers - power).tolist() == answer.x.tolist()
     assert scaled.proved == answer.proved
-
-
-def dot(one, two):
-    return sum((a * b for a, b in zip(one, two, strict=True)), Fraction(0))
 
 
 def test_supports_are_those_of_fractions_where_A_A_has_no_digits_left():

@@ -72,12 +72,6 @@ def test_an_active_set_reaches_what_the_conditions_alone_say(seed):
     assert np.allclose(result.answer.x, lcpcli.run(plain).z[:n], atol=1e-9)
 
 
-def test_an_empty_set_is_left_to_the_methods_that_prove_it():
-    sides = {"row_lower": [3, -np.inf], "row_upper": [np.inf, 2]}
-    problem = from_avi([[2, 1], [-1, 2]], [1, 1], [[1, 1], [1, 1]], **sides)
-    assert lcpcli.run(problem).status.has_no_solution
-
-
 @pytest.mark.parametrize(
     ("problem", "expected"),
     [

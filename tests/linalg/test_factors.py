@@ -14,7 +14,6 @@ from hypothesis import strategies as st
 from numpy.random import default_rng
 from scipy import sparse
 from scipy.sparse import csr_array, diags_array
-from scipy.sparse.linalg import splu
 
 from lcpcli import from_qp, run
 from lcpcli.basis.dual_simplex import DualSimplex
@@ -25,46 +24,8 @@ from lcpcli.linalg.doubles import in_range
 from lcpcli.linalg.factors import PrincipalSolver, SingularMatrix
 from lcpcli.linalg.patterns import is_structurally_singular
 from lcpcli.linalg.programs import minimized
-from lcpcli.linalg.shifted_systems import Bordered, dense_places
+from lcpcli.linalg.shifted_systems import Bordered
 from lcpcli.linalg.units import PseudoInverse
-
-
-def bordered(n, places, random):
-    """Tridiagonal and dominant but for dense rows and columns."""
-    M = diags_array(
-        [np.full(n - 1, -1.0), np.full(n, 4.0), np.full(n - 1, -0.5)],
-        offsets=[-1, 0, 1],
-    ).tolil()
-    for place in places:
-        M[place, :], M[:, place] = random.normal(size=n), random.normal(size=(n, 1))
-        M[place, place] = 50.0
-    return csr_array(M)
-
-
-@pytest.mark.parametrize("places", [[0], [7, 300, 499]])
-def test_bordered_systems_are_those_of_the_whole_matrix(places, monkeypatch):
-    """With factors of the rest alone, which do not fill in."""
-    entries = []
-
-    def noted(*given, **how):
-        made = splu(*given, **how)
-        entries.append(made.nnz)
-        return made
-
-    monkeypatch.setattr("scipy.sparse.linalg.splu", noted)
-    random = default_rng(1)
-    M = bordered(500, places, random)
-    assert dense_places(M).tolist() == places
-    systems = Bordered(M, dense_places(M))
-    for _ in range(3):
-        d, b = random.uniform(0, 9, 500), random.normal(size=500)
-        systems.factorize(d)
-        expected = np.linalg.solve(M.toarray() + np.diag(d), b)
-        assert (
-            np.abs(systems.solve(b) - expected).max() <= 1e-12 * np.abs(expected).max()
-        )
-    assert entries
-    assert max(entries) < M.shape[0] * 20
 
 
 def test_a_finish_with_few_dense_rows_eliminates_the_diagonal_rest_densely():

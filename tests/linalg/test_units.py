@@ -160,20 +160,6 @@ def test_largest_entries_are_those_of_absolute_values_whatever_the_size(n, form)
     assert norm_inf(given) == pytest.approx(np.abs(M).sum(axis=1).max(), rel=1e-14)
 
 
-def test_units_of_a_large_matrix_are_found_by_blocks_of_rows():
-    random = default_rng(0)
-    M = np.exp2(random.integers(-9, 10, 500))[:, None] * random.standard_normal(
-        (500, 500)
-    )
-    found, whole = units(M), units(csr_array(M))
-    assert found.parts == whole.parts == 1
-    for own, other in ((found.rows, whole.rows), (found.columns, whole.columns)):
-        assert np.ptp(own - other) <= 1e-9
-    # By which the measure bounds the units of few rows.
-    means = np.log2(np.abs(M[:3])).mean(axis=1)
-    assert np.allclose(means + found.rows[:3], means[0] + found.rows[0], atol=1e-9)
-
-
 @pytest.mark.parametrize("hidden", [False, True], ids=["routine", "operator"])
 def test_products_are_those_of_the_operator_of_scipy_with_its_routine_or_without(
     hidden, monkeypatch

@@ -137,14 +137,6 @@ def test_a_path_that_turns_has_all_points_at_a_t_that_it_passes_twice():
     assert sorted(found(0.0).ravel().tolist()) == pytest.approx([0, 1])
 
 
-def test_an_edge_of_no_length_on_which_t_would_decrease_is_no_turn():
-    M = [[-2, 0, 2], [-1, 0, 2], [-2, 0, 1]]
-    found = path(Problem(M, [1, 0, 0]), Problem(M, [-1, 2, 0]))
-    assert found.reached
-    assert found.verified
-    assert found.z[-1].tolist() == [0.5, 0, 1]
-
-
 @pytest.mark.parametrize(("start", "stop"), [(0.7, 3.4), (0.1, 0.3), (-1 / 3, 1e17)])
 def test_t_begins_and_ends_exactly_where_it_is_asked_to(start, stop):
     """In doubles, 0.7 + (3.4 - 0.7) is not 3.4."""
@@ -390,14 +382,6 @@ def test_only_a_path_whose_pieces_are_solutions_throughout_is_verified(
     columns = (np.array(values, float)[:, np.newaxis] for values in (z, states))
     breakpoints = Breakpoints(np.array(t, float), *columns)
     assert verify(family, breakpoints, 1e-10)[-1] == is_verified
-
-
-def test_a_corner_at_a_third_lies_on_the_side_that_has_solutions():
-    """At t = 1/3 rounded up the problem has no solution near."""
-    for first, last in (([1], [-2]), ([2], [-1]), ([7], [-2.3])):
-        check_breakpoints(
-            path(Problem([[-1]], first), Problem([[-1]], last), turns=True)
-        )
 
 
 @pytest.mark.parametrize(

@@ -118,11 +118,3 @@ def test_solutions_that_are_not_strongly_regular_are_found():
         (True, z) for _, z in IRREGULAR
     ]
     assert NAMES["segment"].z.tolist() == [0.5, 0.5]
-
-
-def test_what_several_solutions_have_in_common_has_a_derivative():
-    pairs, line = NAMES["two_pairs"], NAMES["line"]
-    assert (pairs.z > 0.1).all()
-    moved = pairs.derivative(dq=[1, 1, 0, 0], J=[[1, 1, 0, 0], [0, 0, 1, 1]]).z
-    assert np.allclose(moved, [-1, 0], atol=1e-9)
-    assert line.gradient([1.0], J=[[1, 1]]).q.sum() == pytest.approx(-1, abs=1e-9)
