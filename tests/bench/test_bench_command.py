@@ -56,14 +56,8 @@ def test_record_holds_what_was_measured(bench):
     none = rows["none.json", "auto"]
     unsolved = rows["none.json", "shi"]
     assert (auto.success, auto.false_success, auto.claimed) == (True, False, True)
-    assert auto.status == "solved"
-    assert auto.kind == "method"
-    assert auto.curve_of == "error"
-    assert auto.error is not None
-    assert auto.error < 1e-9
-    assert auto.curve
-    assert auto.curve[-1][2] == auto.error
-    assert auto.seconds
+    assert (auto.status, auto.kind, auto.curve_of) == ("solved", "method", "error")
+    assert auto.curve[-1][2] == auto.error < 1e-9
     assert min(auto.seconds) > 0
     assert rows["three.json", "auto"].curve_of == "error"
     assert (none.status, none.success, none.claimed) == ("infeasible", True, True)
@@ -100,12 +94,7 @@ def test_other_solvers_may_lie_take_some_problems_or_be_missing(
     assert record.peers == ["picky"]
     assert record.missing == ["absent"]
     row = record.measurements[-1]
-    assert (row.status, row.statement, row.seconds, row.claimed) == (
-        "excluded",
-        "takes no verdicts",
-        [],
-        False,
-    )
+    assert (row.status, row.seconds, row.claimed) == ("excluded", [], False)
     bench_problems.install(monkeypatch, "liar", bench_problems.liar)
     outcome, record = bench("one two none", "--peer liar --peer picky")
     assert outcome.code == 1

@@ -213,11 +213,8 @@ def copied(cache, monkeypatch):
 @pytest.mark.parametrize(
     ("place", "damage", "end"),
     [
-        (0.0, cut, "nbi"),
-        (0.25, overwritten, "1.nbc"),
         (0.5, cut, "1.nbc"),
         (0.75, overwritten, "nbi"),
-        (0.99, cut, "1.nbc"),
     ],
 )
 def test_damaged_kernels_are_compiled_again_in_one_run_which_says_so(

@@ -39,10 +39,8 @@ def solved(n, rows, bounds):
     [
         (LOWER, CAPACITY, -10, 3, True),  # at the bound that is not stated, where F < 0
         (LOWER, CAPACITY, -4, 2, True),
-        (LOWER, CAPACITY, 1, 0, True),
         (UPPER, CAPACITY, 1, 0, True),
         (0, CAPACITY, -10, 3, True),
-        (BOTH, CAPACITY, -10, 3, False),
         (BOTH, NONNEGATIVE, 1, 0, False),
         (LOWER, (2, 0), -4, 2, False),
         (BOTH, FREE, 1, -0.5, False),
@@ -183,14 +181,6 @@ SOLVED = {  # rows and bounds, the values of all variables, and the remark
             [(at(0, 0), {1: 1}, 0), (EQUATION, {1: -1, 0: 1}, -10)],
             [FREE, FREE],
             [10, 0],
-            "",
-        ),
-    ),
-    "v1 = 2 v0 - 10": (
-        *(
-            [(at(0, 0), {1: 1}, 0), (EQUATION, {1: -1, 0: 2}, -10)],
-            [FREE, FREE],
-            [5, 0],
             "",
         ),
     ),

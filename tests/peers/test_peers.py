@@ -106,19 +106,17 @@ def test_a_quadratic_program_needs_symmetry_and_convexity(name):
         assert relative_residual(skew, claim) < TOL
 
 
-def test_matrices_are_converted_up_to_a_size():
+def test_matrices_are_converted_up_to_a_size_and_some_solvers_take_no_bounds():
     n = packages.MAX_CONVERTED + 1
     large = Problem(sparse.eye_array(n, format="csr"), -np.ones(n))
-    assert (
-        peers.load("quantecon").excludes(large)
-        == "takes dense matrices only; others are converted up to n = 2000"
-    )
-    assert peers.load("highs").excludes(large) == ""
-    assert (
-        peers.load("highs")
-        .excludes(Problem(np.eye(n), -np.ones(n)))
-        .startswith("takes sparse")
-    )
+    highs, quantecon = peers.load("highs"), peers.load("quantecon")
+    told = "takes dense matrices only; others are converted up to n = 2000"
+    assert quantecon.excludes(large) == told
+    boxes = gallery.make("boxes", 5)
+    assert quantecon.excludes(boxes) == "takes no bounds but z >= 0"
+    assert highs.excludes(large) == ""
+    dense = Problem(np.eye(n), -np.ones(n))
+    assert highs.excludes(dense).startswith("takes sparse")
 
 
 @settings(max_examples=30)
@@ -140,11 +138,11 @@ def test_gram_matrices_in_any_units_are_semidefinite_but_not_if_turned(
         v = random.integers(1, 4, n).astype(float)  # v'Mv = |Av|^2 - |Av|^2 - |v|^4 < 0
         M = M - np.outer(v, v) * (1 + float(np.sum((A @ v) ** 2)) / float(v @ v) ** 2)
     M = units[:, None] * M * units
-    problem = Problem(sparse.csr_array(M) if stored_sparse else M, np.ones(n))
-    assert (packages.not_convex(problem) == "") is not turned
-    # Semidefinite only if its row is empty.
-    hollow = Problem([[0, 1e-12 * turned], [1e-12 * turned, 1]], [1, 1])
-    assert (packages.not_convex(hollow) == "") is not turned
+    # The second one is semidefinite only if its row is empty.
+    for each in (M, np.array([[0, 1e-12 * turned], [1e-12 * turned, 1]])):
+        stored = sparse.csr_array(each) if stored_sparse else each
+        found = packages.not_convex(Problem(stored, np.ones(len(each))))
+        assert (found == "") is not turned
 
 
 # Where it is not the name.
@@ -160,21 +158,6 @@ def test_a_missing_package_has_no_version_and_solving_names_it(name, monkeypatch
     with pytest.raises(OptionError, match=rf"needs {module}; pip install {module}$"):
         peer.solve(INDEFINITE, TOL, 1.0)
     assert peer.version() is None
-
-
-def test_a_new_peer_needs_only_its_call_and_its_line(monkeypatch):
-    def guess(_, problem, *__):
-        return np.zeros(problem.n), None, True, "guessed"
-
-    monkeypatch.setattr(
-        packages, "toy_one", packages.PackageSolver("numpy", guess, ()), raising=False
-    )
-    monkeypatch.setitem(peers.REGISTRY, "toy-one", ("packages", "guesses zero"))
-    assert peers.load("toy-one").version() == np.__version__
-    assert peers.select(["toy"]) == ["toy-one"]
-    claim = peers.load("toy-one").solve(INDEFINITE, TOL, 1.0)
-    assert claim.solved
-    assert claim.statement == "guessed"
 
 
 @pytest.mark.parametrize(
@@ -252,13 +235,6 @@ def test_quadratic_programming_solvers_get_the_bounds(family, name):
     assert claim.solved
     assert claim.z is not None
     assert np.abs(claim.z - lcpcli.run(problem).z).max() <= 1e-4
-
-
-def test_solvers_for_nonnegative_z_are_given_no_bounds():
-    assert (
-        peers.load("quantecon").excludes(gallery.make("boxes", 5))
-        == "takes no bounds but z >= 0"
-    )
 
 
 def test_gambit_takes_games_only():

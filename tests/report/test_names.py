@@ -236,7 +236,6 @@ MESSAGES = [
     "make '\x1b\n'",
     "bench '\x1b\n'",
     "bench --resume '\x1b\n'",
-    "path p.json p.json --at '\x1b\n'",
     "convert program.json -o 'o\x1b\n.mps'",
     "solve a.mps",
     "solve a.lp",
