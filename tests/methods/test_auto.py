@@ -91,17 +91,6 @@ def test_the_route_of_a_run_is_a_part_of_its_plan(name, n):
     assert set(run(problem, trace=True).route) <= planned | inside
 
 
-def test_a_plan_says_that_presolve_and_exact_arithmetic_take_part():
-    bounded = Problem(
-        np.diag([1.0, 0.0, 2.0]) + np.triu(np.ones((3, 3)), 1),
-        -np.ones(3),
-        upper=[1, 2, np.inf],
-    )
-    methods = [attempt.method for attempt in plan(bounded)]
-    assert "presolve" in methods
-    assert methods.index("exact") < methods.index("milp")
-
-
 @pytest.mark.slow("takes 1500 iterations of all methods")
 def test_iterations_of_all_rounds_count_and_a_method_stands_in_the_route_once():
     result = run(families.make("gaussian", 310), max_iterations=1500, trace=True)

@@ -226,15 +226,6 @@ def test_rounding_at_the_reference_point_is_no_size_of_q_when_compiled():
     assert not solves(problem, z, 1e-10)
 
 
-def test_a_variable_that_blocks_itself_at_its_upper_bound_changes_its_end():
-    problem = Problem([[1, 0], [0, 1]], [-5, -1], lower=[0, 0], upper=[2, 9])
-    for follows in (tableau.follow, compiled.follow):
-        path = LemkePath(reduced(problem), problem.q, 0, False, follows)
-        path.advance(10)
-        assert path.end == tableau.SOLVED
-        assert np.allclose(path.point()[0], [2, 1])
-
-
 def test_a_ray_is_believed_only_of_a_tableau_that_is_made_again():
     def spoiled(tableau_, *how):
         end, pivots, entering, way = tableau.follow(tableau_, *how[:-1], 1)

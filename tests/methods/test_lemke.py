@@ -230,12 +230,6 @@ CONTRADICTIONS = {
         [0, -1, -INF],
         [0, INF, INF],
     ),
-    "an equation that a bound contradicts": (
-        [[1, -2, -1], [2, 0, 0], [1, 0, 0]],
-        [1, 2, 0],
-        [0, -INF, 0],
-        [0, INF, 2],
-    ),
     "a bound from above": (
         [[2, 3, 0], [1, 2, -1], [0, 1, 0]],
         [-2, -1, 2],

@@ -65,7 +65,6 @@ ENDINGS = {
     "feasible without solution": (SWAP, [-1, 1], "unsolvable"),
     "infeasible": ([[0, -1], [1, 0]], [-1, -1], "infeasible"),
     "ray of lemke": ([[0, 1], [0, 0]], [-1, 0], "solved"),
-    "one unknown": ([[-1]], [-1], "infeasible"),
     "zero": ([[0]], [-1], "infeasible"),
     "solution of size 1 / eps": ([[1, -1], [-1, 1 + 2.0**-52]], [-1, 0], "solved"),
     "12 without solution": (

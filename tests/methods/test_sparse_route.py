@@ -12,7 +12,7 @@ from numpy.random import default_rng
 from scipy.sparse import coo_array, csr_array, diags_array, eye_array
 
 import lcpcli
-from lcpcli import Problem, Solver, run
+from lcpcli import Problem, run
 from lcpcli.gallery import families
 from lcpcli.linalg.krylov import StoppingCriterion, conjugate_gradients
 from lcpcli.linalg.matrices import is_symmetric
@@ -310,14 +310,6 @@ def test_a_few_positive_entries_leave_elimination_the_right_states(volatility):
     assert with_bounds.solved
     assert with_bounds.route == ("elimination",)
     np.testing.assert_allclose(with_bounds.z, exact + payoff, rtol=1e-6, atol=1e-12)
-    for own, q in (
-        (Solver(M, lower=payoff, compiled=False), -payoff),
-        (Solver(M, compiled=False), M @ payoff - payoff),
-    ):
-        step = own.solve(q)
-        assert step.solved
-        assert step.iterations == 1
-        assert step.route in [("elimination",), ("newton",)]
 
 
 def test_a_dense_tridiagonal_matrix_takes_the_route_of_compressed_rows():

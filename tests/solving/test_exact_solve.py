@@ -7,12 +7,12 @@ import sys
 from dataclasses import replace
 from fractions import Fraction
 from functools import partial
+from operator import mul
 
 import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from hypothesis.extra.numpy import arrays
 from numpy.random import default_rng
 from scipy import sparse
 from scipy.io import savemat
@@ -155,11 +155,10 @@ def test_a_deadline_in_the_past_proves_nothing_but_says_so():
 def test_integers_beyond_those_that_are_doubles_are_read_as_they_are(lcp, tmp_path):
     largest = 2**64 - 1
     M, q = np.array([[largest]], dtype=np.uint64), np.array([-1], dtype=np.int64)
-    np.savez(tmp_path / "p.npz", M=M, q=q)
     savemat(tmp_path / "p.mat", {"M": M, "q": q.reshape(1, 1)})
     np.save(tmp_path / "p.npy", M)
     np.save(tmp_path / "q.npy", q)
-    for names in (["p.npz"], ["p.mat"], ["p.npy", "q.npy"]):
+    for names in (["p.mat"], ["p.npy", "q.npy"]):
         files = [str(tmp_path / name) for name in names]
         record = lcp("solve", *files, "--exact", "--format", "json").record
         assert record["exact"]["z"] == [f"1/{largest}"]
@@ -177,44 +176,23 @@ def test_a_proved_solution_beyond_the_range_of_doubles_says_so():
     assert "beyond the range of doubles" in result.message
 
 
-@settings(max_examples=15)
-@given(
-    arrays(
-        float,
-        (3, 5),
-        elements=st.floats(-1e100, 1e100).map(lambda v: v if abs(v) > 1e-100 else 0.0),
-    )
-)
-def test_residual_is_rounded_but_once(numbers):
-    A, x, b = numbers[:, :3], numbers[:, 3], numbers[:, 4]
-    for matrix in (A, sparse.csr_array(A)):
-        for computed, row, value in zip(
-            accurate_residual(matrix, x, b), A.tolist(), b.tolist(), strict=True
-        ):
-            true = Fraction(value) - sum(
-                Fraction(a) * Fraction(v) for a, v in zip(row, x.tolist(), strict=True)
-            )
-            assert computed == float(true)
-
-
-def test_residuals_of_many_rows_are_those_of_single_rows():
+def test_residuals_are_rounded_but_once():
     """Sums that cancel, to 0 or to a last digit; rows of equal lengths, and one that is
     much longer."""
     random = default_rng(0)
-    for most in (6, 300):
-        A = sparse.random_array((150, 300), density=0.02, rng=random, format="csr")
-        A.data *= 2.0 ** random.integers(-60, 60, A.nnz)
-        A = sparse.csr_array(
-            A
-            + sparse.csr_array(
-                (random.standard_normal(most), (np.full(most, 7), np.arange(most))),
-                shape=A.shape,
-            )
-        )
-        x = random.standard_normal(300)
-        b = np.where(random.random(150) < 0.5, A @ x, random.integers(-1, 2, 150))
-        single = [accurate_residual(A[[i]], x, b[[i]])[0] for i in range(150)]
-        assert np.array_equal(accurate_residual(A, x, b), single)
+    A = sparse.random_array((60, 300), density=0.02, rng=random, format="lil")
+    A[7] = random.standard_normal(300)
+    A = sparse.csr_array(A)
+    A.data *= 2.0 ** random.integers(-60, 60, A.nnz)
+    x = random.standard_normal(300)
+    b = np.where(random.random(60) < 0.5, A @ x, random.integers(-1, 2, 60))
+    dense, exact_x = A.toarray(), list(map(Fraction, x.tolist()))
+    true = [
+        float(Fraction(right) - sum(map(mul, map(Fraction, row), exact_x)))
+        for right, row in zip(b.tolist(), dense.tolist(), strict=True)
+    ]
+    for matrix in (A, dense):
+        assert accurate_residual(matrix, x, b).tolist() == true
 
 
 def test_reference_is_exact_where_rational_arithmetic_can_be_had(monkeypatch):

@@ -83,7 +83,7 @@ def test_columns_are_solved_as_they_are_asked_for():
     """All of them would take minutes."""
     results = lcpcli.solve_many(np.eye(2), np.broadcast_to([[-1.0], [2.0]], (2, 10**7)))
     assert next(results).z.tolist() == [1.0, 0.0]
-    assert all(result.solved for result in islice(results, 1000))
+    assert all(result.solved for result in islice(results, 200))
 
 
 def test_columns_of_the_smallest_numbers_are_solved_up_to_the_grid_near_0():
@@ -136,14 +136,17 @@ def test_options_mean_what_they_mean_to_solve_and_nothing_given_is_changed():
         {"trace": True},
         {"trace": False, "scale": False, "x0": None},
     ):
-        for result, q in zip(lcpcli.solve_many(M, Q, **options), Q.T, strict=True):
+        columns = lcpcli.solve_many(M, Q, **options)
+        batch = lcpcli.solve_many([M, M], Q.T, **options)
+        for one, other, q in zip(columns, batch, Q.T, strict=True):
             alone = lcpcli.solve(M, q, **options)
-            assert result.status == alone.status
-            assert result.method == alone.method
-            assert result.limits == alone.limits
-            assert (result.trace is None) is (alone.trace is None)
-            assert result.options == alone.options
-            result.z[:] = result.w[:] = 7.0
+            for result in (one, other):
+                assert result.status == alone.status
+                assert result.method == alone.method
+                assert result.limits == alone.limits
+                assert (result.trace is None) is (alone.trace is None)
+                assert result.options == alone.options
+            one.z[:] = one.w[:] = 7.0
     assert M.tolist() == before[0].tolist()
     assert Q.tolist() == before[1].tolist()
     for k in (0, 1, 2):
@@ -230,29 +233,6 @@ def test_a_batch_is_a_sequence_of_results():
     assert again[0].iterations == batch[0].iterations
     assert not batch.z.flags.writeable
     assert not batch.solved.flags.writeable
-
-
-@pytest.mark.usefixtures("way")
-def test_methods_options_and_limits_are_those_of_run():
-    for options in (
-        {"method": "lemke"},
-        {"trace": True},
-        {"finish": True, "method": "fixed-point"},
-    ):
-        batch = lcpcli.solve_many(M, Q, **options)
-        assert batch.solved.all()
-        assert {result.method for result in batch} == {options.get("method", "auto")}
-        assert all(
-            (result.trace is not None) is ("trace" in options) for result in batch
-        )
-    given = random_batch(20, default_rng(3))
-    for limits, word in (
-        ({"max_iterations": 1}, "iteration_limit"),
-        ({"time_limit": 1e-9}, "time_limit"),
-    ):
-        batch = lcpcli.solve_many(*given, **limits)
-        assert not batch.solved.any()
-        assert {result.status.word for result in batch} == {word}
 
 
 def test_no_problems_are_an_empty_batch_and_those_without_unknowns_are_solved():
