@@ -25,11 +25,9 @@ from lcpcli.methods.linear import linear
 from lcpcli.methods.milp import ComplementarySystem
 from lcpcli.methods.reflections import Iteration
 from lcpcli.methods.stages import Stalled, advance
-from lcpcli.model.box import ORTHANT, Box, of_masks
+from lcpcli.model.box import ORTHANT, Box
 from lcpcli.model.changes import standard_form
-from lcpcli.rational.exact_problem import ExactProblem
 from lcpcli.verify.certificate import Proof
-from lcpcli.verify.exact_solution import exact_basis
 from lcpcli.verify.point import Criterion, Point
 
 from .. import exact
@@ -175,10 +173,6 @@ def test_ctrl_c_reaches_the_solver_of_programs(monkeypatch):
 def test_several_basic_solutions_are_not_taken_for_the_only_one():
     """z_2 = z_1 + 1: the one with z_1 = -1 is no solution, but (0, 1) is."""
     M, q = np.array([[-1.0, 1.0], [1.0, -1.0]]), np.array([-1.0, 1.0])
-    found = exact_basis(
-        ExactProblem.of_floats(Problem(M, q)), of_masks(np.ones(2, dtype=bool))
-    )
-    assert (found.z, found.unique, found.solves) == ([-1, 0], False, False)
     assert not system(M, q).excluded(np.ones(2, dtype=bool))
 
 

@@ -144,14 +144,6 @@ def test_slopes_are_the_derivatives(mu):
         assert np.abs((ends[0] - ends[1]) / (2 * step) - G[:, j]).max() <= 1e-6
 
 
-def test_zeros_are_the_solutions_and_smoothed_ones_tend_to_them():
-    z, F = np.array([0.0, 3.0, 1.5, -7.0, 2.0]), np.array([2.0, -1.0, 0.0, 0.0, 5.0])
-    assert not phi(BOX, z, F).any()
-    sizes = [np.abs(phi(BOX, z, F, mu)).max() for mu in (1e-2, 1e-4, 1e-6)]
-    assert sizes[0] > sizes[1] > sizes[2] > 0
-    assert sizes[2] <= 1e-5
-
-
 def iterates(problem, x0, count, **options):
     """The first iterates, fewer if the method ends."""
     return list(islice(shi(problem, x0, **options), count))

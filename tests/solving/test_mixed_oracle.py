@@ -33,6 +33,7 @@ from lcpcli.verify.point import Criterion, Point
 from .. import exact, exact_measure
 from ..enumeration.solution_sets import random_problem as integers
 from ..mixed_problems import monotone, with_all_bounds
+from .test_program_oracle import program as small_program
 
 COUNT = int(os.environ.get("LCP_ORACLE", "400"))
 COUNTS = pytest.mark.parametrize(
@@ -73,46 +74,26 @@ def test_what_is_said_of_small_problems_is_true(count):
     assert 0.2 * count < solvable < 0.9 * count
 
 
-def spread(random, values):
-    """Some of the values times 1e9 to 1e16."""
-    powers = np.where(
-        random.random(values.size) < 0.5, random.integers(9, 17, values.size), 0
-    )
-    return values * 10.0**powers
-
-
 def linear_program(seed):
-    """One to three variables and rows, integers from -3 to 3; most of them with a
-    minimizer that was chosen first."""
-    random = default_rng(seed)
-    n, m = (int(value) for value in random.integers(1, 4, 2))
-    A, kind = random.integers(-3, 4, (m, n)).astype(float), int(random.integers(4))
-    lower = np.where(random.random(n) < 0.8, 0.0, -np.inf)
-    upper = np.where(random.random(n) < 0.2, 3.0, np.inf)
-    sense = random.integers(0, 3, m)
-    if random.random() < 0.8:
-        x = np.where(random.random(n) < 0.5, 0.0, random.integers(0, 4, n))
-        y = np.where(random.random(m) < 0.4, 0.0, random.integers(-3, 4, m))
-        y = np.where(sense == 1, np.abs(y), np.where(sense == 2, -np.abs(y), y))
-        x = spread(random, x) if kind in (0, 2) else x
-        y = spread(random, y) if kind in (1, 2) else y
-        upper = np.where(np.isfinite(upper), np.maximum(upper, x), upper)
-        slack = np.where(
-            (y != 0) | (sense == 0), 0, random.integers(0, 4, m)
-        ) * np.where(sense == 2, -1, 1)
-        reduced = np.where(
-            (x == lower),
-            random.integers(0, 4, n),
-            np.where(x == upper, -random.integers(0, 4, n), 0),
-        )
-        b = A @ x - slack
-        c = A.T @ y + (spread(random, reduced) if kind == 3 else reduced)
-    else:
-        b, c = (random.integers(-3, 4, size).astype(float) for size in (m, n))
-        b = spread(random, b) if kind in (0, 2) else b
-        c = spread(random, c) if kind in (1, 2) else c
-    low, high = np.where(sense == 2, -np.inf, b), np.where(sense == 1, np.inf, b)
-    return from_qp(None, c, A, row_lower=low, row_upper=high, lower=lower, upper=upper)
+    """One to five variables and rows of small integers, some of whose costs and sides
+    are 1e9 to 1e16 times as large."""
+    program, random = small_program(seed), default_rng(seed)
+    n = program.c.size
+    m = min(len(program.low) - n, 5 - n)  # as the oracle tries all bases
+    low, high = (np.array(ends, dtype=float) for ends in (program.low, program.high))
+    low[np.isnan(low)], high[np.isnan(high)] = -np.inf, np.inf
+    kind, powers = random.integers(4), 10.0 ** random.integers(9, 17, n + m)
+    sizes = np.where(random.random(n + m) < 0.5, powers, 1.0)
+    sides = sizes[n:] if kind in (0, 2) else 1.0
+    return from_qp(
+        None,
+        program.c * (sizes[:n] if kind in (1, 2) else 1.0),
+        program.G[:m],
+        row_lower=low[:m] * sides,
+        row_upper=high[:m] * sides,
+        lower=low[-n:],
+        upper=high[-n:],
+    )
 
 
 @COUNTS
@@ -137,27 +118,13 @@ def test_linear_programs_with_numbers_far_apart(largest, count):
 
 
 def mixed(seed):
-    """One to three unknowns, integers, and bounds 1e6 to 1e17 away from 0."""
+    """Integers, and bounds up to 1e17 away from 0, and from each other."""
     random = default_rng(seed)
-    n = int(random.integers(1, 4))
-    M = random.integers(-3, 4, (n, n)).astype(float)
-    q = random.integers(-4, 5, n).astype(float)
-    if random.random() < 0.4:
-        M = M @ M.T
-    far = 10.0 ** random.integers(6, 18, (2, n))
-    kinds = random.integers(0, 4, (2, n))
-    lower = np.select(
-        [kinds[0] == 0, kinds[0] == 1, kinds[0] == 2],
-        [np.zeros(n), -far[0], np.full(n, -np.inf)],
-        far[0],
-    )
-    upper = np.select(
-        [kinds[1] == 0, kinds[1] == 1],
-        [far[1], np.full(n, np.inf)],
-        lower + random.integers(0, 5, n),
-    )
-    upper = np.where(np.isfinite(upper), upper, np.inf)
-    return Problem(M, q, lower=lower, upper=np.where(upper < lower, lower + 1, upper))
+    M, q, lower, upper = integers(random, 3)
+    n, far = q.size, 10.0 ** random.integers(6, 18, (3, q.size))
+    shift, below, above = far * random.integers(0, 2, (3, n))
+    shift *= random.choice([-1, 1], n)
+    return Problem(M, q, lower=lower + shift - below, upper=upper + shift + above)
 
 
 @COUNTS
