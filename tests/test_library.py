@@ -252,7 +252,6 @@ def test_every_public_name_has_an_example_and_stands_in_the_help():
 def test_result_shows_what_matters_in_one_line():
     result = run(read("paper-example-1"), "fixed-point")
     assert repr(result).startswith("<Result: solved by fixed-point, n = 4, residual ")
-    assert ", error 1.2e-10, in " in repr(result)
     assert repr(result).endswith("z = (1, 0, 1, 0)>")
     failed = run(result.problem, "fixed-point", max_iterations=2)
     assert repr(failed).startswith("<Result: iteration limit by fixed-point, ")
@@ -270,18 +269,13 @@ def test_long_results_and_traces_are_shown_short():
 
 
 def test_notebooks_show_results_in_which_names_are_harmless():
-    problem = Problem(
-        [[2.0, 1.0], [1.0, 2.0]], [-5.0, 1.25], name="<script>", solutions=[[2.5, 0.0]]
-    )
+    problem = Problem(M, [-5.0, 1.25], name="<script>")
     shown = run(problem, "newton")._repr_html_()
     assert "<script>" not in shown
     assert "&lt;script&gt;" in shown
     assert "solved by newton" in shown
-    assert (
-        "<b>n = 2</b>"
-        in run(Problem([[2.0, 1.0], [1.0, 2.0]], [-5.0, 1.25]))._repr_html_()
-    )
     assert "(2.5, 0)" in shown
+    assert "<b>n = 2</b>" in run(Problem(M, Q))._repr_html_()
     failed = run(problem, "fixed-point", max_iterations=1)._repr_html_()
     assert "stopped at the iteration limit" in failed
     assert "try method=&quot;auto&quot;" in failed

@@ -156,16 +156,8 @@ def test_snippets_pass_mypy_in_its_strict_mode(tmp_path):
     (tmp_path / "mypy.ini").write_text(
         "[mypy]\n[mypy-scipy.*]\nignore_missing_imports = True\nfollow_imports = skip\n"
     )
-    command = [
-        sys.executable,
-        "-m",
-        "mypy",
-        "--strict",
-        "--follow-imports=silent",
-        "--config-file",
-        "mypy.ini",
-        ".",
-    ]
+    line = "-m mypy --strict --follow-imports=silent --config-file mypy.ini ."
+    command = [sys.executable, *line.split()]
     own = os.environ | {"MYPYPATH": str(ROOT)}  # before an installed package
     done = subprocess.run(
         command, cwd=tmp_path, capture_output=True, text=True, check=False, env=own

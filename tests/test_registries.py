@@ -262,20 +262,8 @@ def test_what_is_added_passes_the_tests_of_all_of_its_kind(copy):
     ]
     # Which is disabled for a copy.
     compiling = "--deselect=tests/cli/test_help.py::test_examples_run[kernels]"
-    run(
-        copy,
-        copy,
-        "-m",
-        "pytest",
-        "-n",
-        "0",
-        "-m",
-        "",
-        "-p",
-        "no:cacheprovider",
-        compiling,
-        *tests,
-    )
+    line = "-m pytest -n 0 -p no:cacheprovider -m"
+    run(copy, copy, *line.split(), "", compiling, *tests)
 
 
 COMMANDS = """\

@@ -5,7 +5,6 @@ import re
 
 import pytest
 
-import lcpcli
 from lcpcli.files.inputs import Input
 from lcpcli.interrupts import TimeIsUp
 from lcpcli.report import solutions
@@ -13,8 +12,6 @@ from lcpcli.report import solutions
 PROBLEMS = {
     "murty": '{"M": [[1, 2], [2, 1]], "q": [-1, -1]}',
     "both": '{"A": [[2, 2], [2, 1]], "B": [[2, 2], [2, 1]]}',
-    "first": '{"M": [[2, 1], [1, 2]], "q": [1, 1]}',
-    "last": '{"M": [[2, 1], [1, 2]], "q": [-5, -6]}',
 }
 
 
@@ -54,13 +51,3 @@ def test_long_table_is_cut_and_says_so(name, lcp, monkeypatch):
     )
     assert shown[1:] == expected[1:3]
     assert ("subsets {1, 2}, ...: any" in " ".join(head.split())) == (name == "both")
-
-
-def test_a_path_of_the_command_is_that_of_python(lcp):
-    found = lcp("path first.json last.json --format json").record
-    own = lcpcli.path(lcpcli.read("first.json"), lcpcli.read("last.json")).to_dict()
-    assert own.keys() == found.keys()
-    assert {**found, "file": None, "to_file": None, "seconds": 0} == {
-        **own,
-        "seconds": 0,
-    }

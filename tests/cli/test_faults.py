@@ -77,11 +77,12 @@ def test_file_that_cannot_be_written_leaves_the_old_one_and_nothing_else(
     }
 
 
-def test_pipe_that_nobody_reads_ends_with_141():
+@pytest.mark.parametrize("line", ["--help", f"solve {EXAMPLE}"])
+def test_pipe_that_nobody_reads_ends_with_141(line):
     reading, writing = os.pipe()
     os.close(reading)
     try:
-        command = [sys.executable, "-c", MAIN, "solve", EXAMPLE]
+        command = [sys.executable, "-c", MAIN, *line.split()]
         done = subprocess.run(
             command, stdout=writing, stderr=subprocess.PIPE, check=False
         )

@@ -273,12 +273,6 @@ def plain(value):
     )
 
 
-def test_bounds_typed_beside_a_file_keep_their_digits(folder, lcp):
-    (folder / "a.json").write_text('{"M": [[1, 0], [0, 1]], "q": [0, -1]}')
-    lcp(f"convert {folder / 'a.json'} --upper {DIGITS},1/8 -o {folder / 'b.csv'}")
-    assert exact(folder / "b.csv")[3] == [Fraction(DIGITS), Fraction(1, 8)]
-
-
 def test_two_files_keep_the_digits_of_both(folder):
     (folder / "M.csv").write_text(f"{DIGITS};0\n0;1\n".replace(".", ","))
     (folder / "q.json").write_text(f"[-1, -{INTEGER}]")

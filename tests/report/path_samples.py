@@ -3,7 +3,6 @@ made up of its breakpoints."""
 
 import json
 from dataclasses import replace
-from fractions import Fraction
 
 import numpy as np
 
@@ -11,7 +10,7 @@ import lcpcli
 from lcpcli import Problem
 from lcpcli.files import contents
 from lcpcli.model.box import BASIC, LOWER, UPPER
-from lcpcli.parametric.path import ENDS, ExactPath, Family, Path
+from lcpcli.parametric.path import ENDS, Family, Path
 from lcpcli.report.path_formats import path_report
 
 SMALL = [Problem([[2, 1], [1, 2]], q, name="small") for q in ([1, 1], [-5, -6])]
@@ -20,17 +19,6 @@ SMALL = [Problem([[2, 1], [1, 2]], q, name="small") for q in ([1, 1], [-5, -6])]
 def small(**others):
     """q goes from (1, 1) to (-5, -6): z2 enters at 1/7, and z1 at 1/5."""
     return replace(lcpcli.path(*SMALL), **others)
-
-
-def small_in_fractions():
-    t = [Fraction(0), Fraction(1, 7), Fraction(1, 5), Fraction(1)]
-    z = [(0, 0), (0, 0), (0, 1), (20, 35)]
-    exact = [[Fraction(a, 15 if k == 3 else 5) for a in row] for k, row in enumerate(z)]
-    q = [(1 - 6 * s, 1 - 7 * s) for s in t]
-    w = [
-        [2 * x + y + a, x + 2 * y + b] for (x, y), (a, b) in zip(exact, q, strict=True)
-    ]
-    return small(exact=ExactPath(t, exact, w))
 
 
 def entering(n):

@@ -17,7 +17,6 @@ from .path_samples import (
     frontier,
     portfolio,
     small,
-    small_in_fractions,
     written,
 )
 
@@ -44,9 +43,6 @@ def test_line_says_how_far_the_path_goes_and_whether_it_is_verified():
     )
     assert repr(small()) == line
     assert repr(small(verified=False)) == line.replace("verified", "not verified")
-    assert repr(small_in_fractions()) == line.replace(
-        "verified", "verified in fractions"
-    )
 
 
 def test_objective_and_multipliers_have_their_sense_and_moving_constants():

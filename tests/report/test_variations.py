@@ -207,9 +207,6 @@ def test_a_method_named_as_guaranteed_solves_the_problem_or_proves_it_has_none(s
         assert result.status.name in ("SOLVED", "INFEASIBLE" if proved else "SOLVED")
 
 
-NO_SMOOTHING = "(no smoothing in double precision)"
-
-
 @pytest.mark.parametrize("family", ["degenerate", "harker-pang", "growth", "obstacle"])
 def test_the_default_p_smooths_nothing(family):
     """phi differs from |x| by less than the rounding of the largest of z and w."""
@@ -217,11 +214,3 @@ def test_the_default_p_smooths_nothing(family):
     result = run(problem)
     largest = max(np.abs(result.z).max(), np.abs(result.w).max())
     assert math.log(3) / default_p(problem) <= 2.0**-52 * largest
-
-
-def test_p_is_printed_with_what_it_smooths(lcp):
-    shown = " ".join(lcp(f"solve {EXAMPLE} --method shi").out.split())
-    assert f"shi: p=8.66e+15 {NO_SMOOTHING}, k-star=100" in shown
-    assert NO_SMOOTHING in lcp(f"solve {EXAMPLE} -m shi -f csv").out
-    assert NO_SMOOTHING not in lcp(f"solve {EXAMPLE} -m shi --p 100").out
-    assert lcp(f"solve {EXAMPLE} -m shi -f json").record["options"]
