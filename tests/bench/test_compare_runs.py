@@ -43,7 +43,7 @@ pytestmark = pytest.mark.usefixtures("in_folder")
 
 def results(file, *changes):
     Path(file).write_text(
-        "".join(json.dumps(RESULT | dict(change)) + "\n" for change in changes)
+        "".join(json.dumps(RESULT | change) + "\n" for change in changes)
     )
 
 

@@ -49,10 +49,8 @@ LOWER = [-np.inf, -0.5]
 FILES = {
     "v.json": b"[null, -0.5]",
     "v.csv": b"none\n-0.5\n",
-    "row.csv": b",-0.5\n",
     "headed.csv": b"lower\n-inf\n-0.5\n",
     "decimal-commas.csv": b";lower\n0;-inf\n1;-0,5\n",
-    "v.npy": npy(np.array(LOWER)),
     "column.npy": npy(np.array([LOWER]).T),
     "both.npz": archive(upper=[1, 1], lower=LOWER),
     "v.mat": mat(anything=LOWER),
