@@ -87,7 +87,6 @@ OTHER_PARAMETERS = [
     ("contact", {"friction": 0.0, "compliance": 0.5}),
     ("contact", {"friction": 3.0}),
     ("rigid-boxes", {"kind": "heap", "friction": 0.0}),
-    ("rigid-boxes", {"kind": "pyramid"}),
     ("rigid-boxes", {"kind": "crushed"}),
     ("near-singular", {"epsilon": 1e-12}),
     ("near-degenerate", {"epsilon": 1e-12}),
