@@ -132,7 +132,7 @@ def test_bounds_of_z_are_none_from_infinity_on_wherever_they_are_given():
 
 
 def test_a_minimum_at_a_far_bound_is_found_where_nobody_takes_it_for_none():
-    for variables in (1, 30):
+    for variables in (1, 8):
         program = {"Q": None, "c": -np.ones(variables), "upper": 1e20}
         x = minimum(from_qp(**program)).x
         assert set(x.tolist()) == {1e20}
