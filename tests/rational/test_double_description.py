@@ -24,9 +24,9 @@ def pivoted(forms):
 
 
 @pytest.mark.parametrize(("largest", "unit"), [(1, 1), (9, 1), (9, 10**30 + 57)])
-def test_rays_are_those_that_pivoting_finds(largest, unit):
+def test_rays_are_those_that_pivoting_finds_and_a_partner_allows(largest, unit):
     random = default_rng(4)
-    degenerate = 0
+    degenerate = dropped = 0
     for _ in range(20):
         shape = (random.integers(1, 9), random.integers(1, 6))
         whole, small = random.integers(-largest, largest + 1, (2, *shape)).tolist()
@@ -46,7 +46,14 @@ def test_rays_are_those_that_pivoting_finds(largest, unit):
             values = [*ray, *forms_at_ray]
             assert positive.tolist() == [value > 0 for value in values]
             degenerate += values.count(0) >= len(ray)
+        partners = (random.random((2, sum(shape))) < 0.3).astype(np.float32)
+        part = extreme_rays(forms, partners, 1000, raise_if_timed_out)
+        is_allowed = (rays.positive @ partners.T == 0).any(axis=1)
+        allowed = [rays.values[i] for i in np.flatnonzero(is_allowed)]
+        assert sorted(map(tuple, part.values)) == sorted(map(tuple, allowed))
+        dropped += not is_allowed.all()
     assert (degenerate > 0) == (unit == 1)
+    assert dropped > 2
 
 
 def test_enumeration_ends_beyond_a_number_of_rays():
