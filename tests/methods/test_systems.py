@@ -2,17 +2,11 @@
 and refinement work."""
 
 import numpy as np
-import pytest
 
-from lcpcli import Problem
 from lcpcli.basis.exchanges import BasisSolver
 from lcpcli.linalg.krylov import StoppingCriterion, conjugate_gradients, identity, norm
 from lcpcli.methods.newton import newton
-from lcpcli.methods.stages import Finished
 from lcpcli.model.box import BASIC, ORTHANT
-from lcpcli.verify.point import Criterion, Point
-
-from .stages import through
 
 HALF_OF_THE_DIGITS = 1e-8
 
@@ -58,15 +52,6 @@ def circulant(n):
     return np.exp(-1.0 * distances) + (distances == 0), np.random.default_rng(
         n
     ).standard_normal(n)
-
-
-@pytest.mark.parametrize("n", [1, 2, 60, 400])
-def test_newton_solves_a_problem_with_a_circulant_matrix(n):
-    c, q = circulant(n)
-    iterates, ending = through(newton(Circulant(c, q), np.zeros(n)))
-    assert isinstance(ending, Finished)
-    problem = Problem(c[np.subtract.outer(np.arange(n), np.arange(n)) % n], q)
-    assert Point(Criterion(problem, 1e-13), ORTHANT.z_of(iterates[-1].x)).solves()
 
 
 def test_a_solution_of_half_of_the_digits_is_refined_to_all_of_them():
