@@ -182,7 +182,6 @@ ADDITIONS = {
 }
 GENERAL = ("help", "completion")  # tests of all of a kind
 OF_ALL = (
-    "inspect.py::test_facts_of_the_first_example_are_those_of_its_matrix",
     "inspect.py::test_modulus_iteration_is_not_guaranteed_for_the_matrix_of_kostreva",
     "pages.py::test_every_start_and_every_option_of_a_described_method_is_documented",
     "pages.py::test_readme_is_short_and_a_problem_of_ones_own_comes_first",

@@ -284,7 +284,7 @@ FOREIGN = {
     ],
 }
 for name, content in WHOLE.items():
-    ends = [1, *range(9, len(content), len(content) // 7), -8, -1]
+    ends = [1, *range(9, len(content), len(content) // 4), -8, -1]
     FOREIGN[name] += [content[:end] for end in ends]
 
 
