@@ -85,7 +85,7 @@ def test_a_limit_ends_the_list_which_is_then_not_complete():
     assert list(unbegun) == []
     assert not unbegun.complete
     segments = lcpcli.solutions(
-        Problem(np.kron(np.eye(40), np.ones((2, 2))), -np.ones(80)), time_limit=0.2
+        Problem(np.kron(np.eye(40), np.ones((2, 2))), -np.ones(80)), time_limit=0.05
     )
     # One piece with 2^40 vertices.
     assert list(segments) == []
@@ -461,14 +461,6 @@ def test_pairs_of_vertices_are_computed_in_parts(monkeypatch):
     assert steps[1] - steps[0] == 30
 
 
-@pytest.mark.parametrize("sum_is_constant", [True, False])
-def test_a_large_game_has_an_equilibrium_at_once(sum_is_constant):
-    A, B = default_rng(0).integers(-50, 50, (2, 14, 14))
-    found = lcpcli.solutions(
-        from_game(A, -A if sum_is_constant else B), max_solutions=1
-    )
-    assert len(list(found)) == 1
-    assert found.complete == sum_is_constant
 
 
 @pytest.mark.parametrize(
