@@ -461,8 +461,6 @@ def test_pairs_of_vertices_are_computed_in_parts(monkeypatch):
     assert steps[1] - steps[0] == 30
 
 
-
-
 @pytest.mark.parametrize(
     "payoffs",
     [
