@@ -15,6 +15,7 @@ from hypothesis.extra.numpy import arrays
 from numpy.random import default_rng
 from scipy import sparse
 
+from lcpcli.gallery import families
 from lcpcli.inspection.classes import definiteness, semidefinite_rank
 from lcpcli.inspection.verdict import (
     CLASSES,
@@ -383,6 +384,30 @@ def test_singular_matrix_without_negative_minors_is_not_excluded_by_a_null_vecto
         found = classify(matrix)
         assert found["p_matrix"].word == NO
         assert found["p0_matrix"].word != NO
+
+
+@pytest.mark.parametrize("as_matrix", [np.asarray, sparse.csr_array])
+def test_matrix_of_contact_with_friction_is_copositive_in_any_order(as_matrix):
+    problem = families.make("contact", 48, 1)
+    order = default_rng(0).permutation(problem.n)
+    M = (
+        problem.M.toarray()[order][:, order]
+        if sparse.issparse(problem.M)
+        else problem.M[order][:, order]
+    )
+    found = classify(as_matrix(M), last="copositive")
+    assert found["copositive"].word == YES
+    assert found["positive_semidefinite"].word == NO
+    slacks = np.flatnonzero(M.diagonal() == 0)
+    assert (
+        f"no negative entry in the {slacks.size} rows where its diagonal is 0"
+        in found["copositive"].evidence
+    )
+    worse = M.copy()
+    rest = np.flatnonzero(M.diagonal())[:2]
+    worse[np.ix_(rest, rest)] = [[1.0, -3.0], [-3.0, 1.0]]
+    with deadline_after(1.0):
+        assert classify(as_matrix(worse), last="copositive")["copositive"].word == NO
 
 
 @pytest.mark.parametrize("n", [5, 100, 300])
