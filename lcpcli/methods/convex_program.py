@@ -13,6 +13,7 @@ from scipy.sparse import block_array, csc_matrix, diags_array, eye_array
 
 from lcpcli.clock import imports
 from lcpcli.errors import ProblemError
+from lcpcli.interrupts import remaining
 from lcpcli.linalg.compressed_rows import block, of_arrays
 from lcpcli.linalg.factors import SingularMatrix
 from lcpcli.linalg.matrices import is_skew, is_sparse, may_be_stiff, stack, thinned
@@ -44,15 +45,26 @@ MAX_GAP = 1e-11
 MAX_PER_ENTRY = 4.0
 INFINITE = 1e30  # PIQP treats numbers of this size and larger ones as infinite
 MAX_STEPS = 60  # of PIQP: about twice as many as it usually takes
-# Steps on linear programs, for which the simplex method is the other choice.
+# Steps on large sparse linear programs, for which the simplex method is the other
+# choice, and on others, for which further steps take less time than other methods.
 MAX_LINEAR_STEPS = 40
+MAX_SMALL_LINEAR_STEPS = 100
 # Condition number of a definite M, scaled to diagonal 1, up to which PIQP is run:
 # beyond, the active set of its minimizer is wrong for 36 of 59 beams and frames, below
 # for 4 of 57.
 MAX_CONDITION = 5e12
-# Operations of a factorization with which PIQP, which cannot be interrupted, stops in a
-# few tenths of a second.
+# Operations of a factorization with which PIQP, which cannot be interrupted, stops in
+# about a second.
 MAX_OPERATIONS = 6e7
+# Operations with dense matrices in the time of one with sparse ones.
+DENSE_SPEEDUP = 15.0
+# Operations from which it is asked whether dense matrices take less time although they
+# have many zeros, if they take at most this fraction of them: counting those of sparse
+# ones takes milliseconds.
+MIN_AS_DENSE, MAX_FRACTION = 1.2e7, 1 / 3
+# The most of those with dense matrices, in operations with sparse ones, with which PIQP
+# takes about two seconds; and the seconds that must remain for each.
+MAX_DENSE_OPERATIONS, SECONDS_OF_OPERATION = 1e8, 3e-8
 # On a large linear program, by `patterns.elimination_operations`, for each constraint
 # and in all: beyond, the simplex method takes less time, even with eight iterations for
 # each constraint, as for qap8, where it usually takes one or two.
@@ -63,8 +75,8 @@ MAX_LINEAR_OPERATIONS = 6e8
 def convex_program(problem: Problem, max_steps: int | None = None) -> Stage:
     """Yield PIQP's point, if only rounding keeps it from solving the problem, then the
     basic solution of its active set, and those after block pivots on infeasibilities.
-    max_steps : steps of PIQP, by default MAX_STEPS, or MAX_LINEAR_STEPS for a linear
-    program.
+    max_steps : steps of PIQP, by default MAX_STEPS, or for a linear program
+    MAX_LINEAR_STEPS if it is large and sparse, else MAX_SMALL_LINEAR_STEPS.
 
     Finished : one of them has no infeasibility beyond rounding. Breakdown : the problem
     is not that of a convex program, or too large for PIQP, or a linear program that the
@@ -78,21 +90,25 @@ def convex_program(problem: Problem, max_steps: int | None = None) -> Stage:
         return (yield from _bounded(problem))
     if S is None or not (S < 0).any() or problem.M.diagonal().min() < 0:
         return Breakdown("the problem is not that of a convex program")
+    is_linear = is_skew(problem.M)
     # With other M, the simplex method is no early attempt.
-    is_linear = is_large and is_skew(problem.M)
-    if is_linear and _takes_longer_than_simplex(problem, S < 0):
+    if is_large and is_linear and _takes_longer_than_simplex(problem, S):
         return Breakdown("the simplex method takes less time")
     try:
         run = Run(problem, by_units=True)
         max_operations = _operation_bound(problem.M, S < 0, MAX_OPERATIONS)
+        is_dense = _are_dense_ones_faster(problem, S, max_operations)
         if (
             max_operations > MAX_OPERATIONS
+            and not is_dense
             and operations(systems(run.within.problem.M, run.within.S)) > MAX_OPERATIONS
         ):
             return Breakdown("a factorization takes long")
     except (ProblemError, SingularMatrix):
         return Breakdown("no factorization succeeded")
-    minimizer = _minimizer(problem, S, max_steps)
+    if max_steps is None and is_linear:
+        max_steps = MAX_LINEAR_STEPS if is_large else MAX_SMALL_LINEAR_STEPS
+    minimizer = _minimizer(problem, S, max_steps or MAX_STEPS, is_dense)
     if minimizer is None:
         return Breakdown("PIQP returned no minimizer")
     z, is_accurate = minimizer
@@ -142,16 +158,36 @@ def _bounded(problem: Problem) -> Stage:
     return Stalled("the basis of PIQP's minimizer is not that of the solution")
 
 
-def _takes_longer_than_simplex(problem: Problem, is_row: Mask) -> bool:
+def _takes_longer_than_simplex(problem: Problem, S: Vector) -> bool:
     """Return whether PIQP takes longer on a linear program than the simplex method."""
     most = min(
-        MAX_LINEAR_OPERATIONS_PER_ROW * float(np.count_nonzero(is_row)),
+        MAX_LINEAR_OPERATIONS_PER_ROW * float(np.count_nonzero(S < 0)),
         MAX_LINEAR_OPERATIONS,
     )
+    max_operations = _operation_bound(problem.M, S < 0, 2 * most)
     # For most programs the bound, which takes less time than counting, is enough.
     return (
-        _operation_bound(problem.M, is_row, 2 * most) > 2 * most
+        max_operations > 2 * most
         and problem.facts.elimination_operations > most
+        and not _are_dense_ones_faster(problem, S, max_operations)
+    )
+
+
+def _are_dense_ones_faster(problem: Problem, S: Vector, max_operations: float) -> bool:
+    """Return whether PIQP takes less time with dense matrices than with sparse ones,
+    and not long: it factorizes Q + G'DG then.
+
+    max_operations : a bound on the operations with sparse matrices.
+    """
+    rows = np.count_nonzero(S < 0)
+    k = S.size - rows
+    as_sparse_ones = (k / 3 + rows) * k**2 / DENSE_SPEEDUP
+    return (
+        max_operations > MIN_AS_DENSE
+        and as_sparse_ones <= min(MAX_DENSE_OPERATIONS, MAX_FRACTION * max_operations)
+        and as_sparse_ones * SECONDS_OF_OPERATION <= remaining()
+        and as_sparse_ones <= problem.facts.elimination_operations
+        and rank_one_blocks(problem.M, S) is None
     )
 
 
@@ -201,11 +237,14 @@ def _has_others(problem: Problem, is_row: Mask) -> bool:
 
 
 def _minimizer(
-    problem: Problem, S: Vector, max_steps: int | None
+    problem: Problem, S: Vector, max_steps: int, is_dense: bool
 ) -> tuple[Vector, bool] | None:
     """Return the minimizer and the multipliers, both approximate, and whether PIQP
     reached its tolerance; None if there are none, or M has more entries than that of a
-    program, or PIQP would take a bound for none."""
+    program, or PIQP would take a bound for none.
+
+    is_dense : whether PIQP is given dense matrices even if they have many zeros.
+    """
     M, q, lower, upper = conditions_of(problem)
     is_row, is_equation = S < 0, (S < 0) & np.isinf(lower) & np.isinf(upper)
     # A multiplier from its only bound; fixed variables would have no interior.
@@ -234,8 +273,6 @@ def _minimizer(
             (1, -1, -1), (x, equations, rows), blocks, strict=True
         )
     )
-    if max_steps is None:
-        max_steps = MAX_STEPS if Q.nnz else MAX_LINEAR_STEPS
     program = ConvexProgram(
         Q=Q,
         c=q[x],
@@ -243,14 +280,14 @@ def _minimizer(
         rows=(G, low[rows], high[rows]),
         bounds=(lower[x], upper[x]),
     )
-    ended = _minimum(program, max_steps)
+    ended = _minimum(program, max_steps, is_dense)
     z[x], z[equations] = ended[:2]
     z[rows] += ended.of_rows
     has_minimum = "INFEASIBLE" not in ended.status and bool(np.isfinite(z).all())
     return (z, ended.status == "PIQP_SOLVED") if has_minimum else None
 
 
-def _minimum(program: ConvexProgram, max_steps: int) -> PiqpResult:
+def _minimum(program: ConvexProgram, max_steps: int, is_dense: bool) -> PiqpResult:
     """Return the result of `convex_minimum` for csc_matrices. With blocks U D U' of
     rank one in Q, the sums v = U'x are further variables, with the costs v'Dv / 2."""
     Q, c, equations, rows, bounds = program
@@ -271,7 +308,7 @@ def _minimum(program: ConvexProgram, max_steps: int) -> PiqpResult:
             np.concatenate((bounds[1], zeros + np.inf)),
         )
     lines = c.size + b.size + sides[0].size
-    if lines * c.size <= MAX_PER_ENTRY * (Q.nnz + A.nnz + G.nnz):
+    if is_dense or lines * c.size <= MAX_PER_ENTRY * (Q.nnz + A.nnz + G.nnz):
         Q, A, G = (each.toarray() for each in (Q, A, G))
     program = ConvexProgram(Q, c, (A, b), (G, *sides), bounds)
     ended = convex_minimum(program, TOLERANCE, max_steps, MAX_GAP)
