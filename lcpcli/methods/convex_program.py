@@ -59,9 +59,9 @@ MAX_OPERATIONS = 6e7
 # Operations with dense matrices in the time of one with sparse ones.
 DENSE_SPEEDUP = 15.0
 # Operations from which it is asked whether dense matrices take less time although they
-# have many zeros, if they take at most this fraction of them: counting those of sparse
-# ones takes milliseconds.
-MIN_AS_DENSE, MAX_FRACTION = 1.2e7, 1 / 3
+# have many zeros, if M has so many entries in a row, and if they take at most this
+# fraction of them: counting those of sparse ones takes milliseconds.
+MIN_AS_DENSE, MIN_PER_ROW, MAX_FRACTION = 1.2e7, 20, 1 / 3
 # The most of those with dense matrices, in operations with sparse ones, with which PIQP
 # takes about two seconds; and the seconds that must remain for each.
 MAX_DENSE_OPERATIONS, SECONDS_OF_OPERATION = 1e8, 3e-8
@@ -179,12 +179,14 @@ def _are_dense_ones_faster(problem: Problem, S: Vector, max_operations: float) -
 
     max_operations : a bound on the operations with sparse matrices.
     """
-    rows = np.count_nonzero(S < 0)
-    k = S.size - rows
+    n, rows = S.size, np.count_nonzero(S < 0)
+    has_long_rows = problem.M.nnz >= MIN_PER_ROW * n
+    if max_operations <= (MIN_AS_DENSE if has_long_rows else MAX_OPERATIONS):
+        return False
+    k = n - rows
     as_sparse_ones = (k / 3 + rows) * k**2 / DENSE_SPEEDUP
     return (
-        max_operations > MIN_AS_DENSE
-        and as_sparse_ones <= min(MAX_DENSE_OPERATIONS, MAX_FRACTION * max_operations)
+        as_sparse_ones <= min(MAX_DENSE_OPERATIONS, MAX_FRACTION * max_operations)
         and as_sparse_ones * SECONDS_OF_OPERATION <= remaining()
         and as_sparse_ones <= problem.facts.elimination_operations
         and rank_one_blocks(problem.M, S) is None
