@@ -233,6 +233,17 @@ def test_the_simplex_method_solves_linear_programs_whose_factors_take_long(monke
     assert (result.solved, result.route) == (True, ("linear",))
 
 
+@pytest.mark.parametrize("make", [np.asarray, csr_array])
+def test_programs_whose_factors_fill_are_solved_with_dense_matrices(make):
+    """However A is stored: factors of the sparse M would take many times as long."""
+    random = default_rng(0)
+    A = random.standard_normal((400, 400))
+    x, y = np.split(np.maximum(random.standard_normal(800), 0.0), 2)
+    result = run(from_qp(None, A.T @ y + (x == 0), make(A), row_lower=A @ x - (y == 0)))
+    assert result.route == ("piqp",)
+    assert np.abs(result.answer.x - x).max() <= 1e-6
+
+
 def flow(n):
     """A linear program of flows through a random graph of n nodes and 4 n edges."""
     random = default_rng(0)
