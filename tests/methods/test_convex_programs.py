@@ -239,9 +239,10 @@ def test_programs_whose_factors_fill_are_solved_with_dense_matrices(make):
     random = default_rng(0)
     A = random.standard_normal((400, 400))
     x, y = np.split(np.maximum(random.standard_normal(800), 0.0), 2)
-    result = run(from_qp(None, A.T @ y + (x == 0), make(A), row_lower=A @ x - (y == 0)))
+    c = A.T @ y + (x == 0)
+    result = run(from_qp(None, c, make(A), row_lower=A @ x - (y == 0)))
     assert result.route == ("piqp",)
-    assert np.abs(result.answer.x - x).max() <= 1e-6
+    assert result.answer.objective == pytest.approx(c @ x, rel=1e-9)
 
 
 def flow(n):
