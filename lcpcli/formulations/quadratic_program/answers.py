@@ -331,7 +331,7 @@ def answer(program: Program, result: Result) -> Minimum:
     sign, data = program.sign, data_of(result.problem, program)
     x, y = program.parts(result.z)
     exact, s = None, result.z[x.size + y.size :].tolist()
-    measures = _measured(data, x, y, program.parts(result.w)[0])
+    measures = _measured(program, data, x, y, program.parts(result.w)[0])
     if result.exact is not None and result.exact.z is not None:
         exact_x, exact_y = program.parts(result.exact.z)
         exact = {"x": list(exact_x), "y": [int(sign) * value for value in exact_y]}
@@ -339,7 +339,7 @@ def answer(program: Program, result: Result) -> Minimum:
             s = result.exact.z[x.size + y.size :]
             # Beyond the range of doubles x is that of the last run.
             if np.isfinite(rounded(result.exact.z)).all():
-                measures = _exact(data, result.exact.z, result.exact.w)
+                measures = _exact(program, data, result.exact.z, result.exact.w)
     bound_multipliers, activities, slacks, objective = measures
     return Minimum(
         x + 0.0,
@@ -347,7 +347,7 @@ def answer(program: Program, result: Result) -> Minimum:
         sign * bound_multipliers + 0.0,
         activities + 0.0,
         slacks + 0.0,
-        sign * objective + program.constant + 0.0,
+        objective + 0.0,
         program,
         result.solved,
         s,
@@ -356,12 +356,14 @@ def answer(program: Program, result: Result) -> Minimum:
     )
 
 
-# The multipliers of the bounds, the activities and slacks of the rows, and the
-# objective without its constant, of a program to be minimized.
+# The multipliers of the bounds, the activities and slacks of the rows, of a program to
+# be minimized, and the objective in the sense of the program and with its constant.
 Measures: TypeAlias = tuple[Vector, Vector, Vector, float]
 
 
-def _measured(data: Blocks, x: Vector, y: Vector, w: Vector) -> Measures:
+def _measured(
+    program: Program, data: Blocks, x: Vector, y: Vector, w: Vector
+) -> Measures:
     """Return the measures of x, with slacks within the rounding of their rows as 0. w :
     Qx + c - A'y."""
     sizes = data.gradient_terms(np.abs(x), np.abs(y))
@@ -374,10 +376,13 @@ def _measured(data: Blocks, x: Vector, y: Vector, w: Vector) -> Measures:
     slacks = np.minimum(activities - data.row_lower, data.row_upper - activities)
     terms = absolute_product(data.A, np.abs(x)) + np.abs(activities)
     slacks[np.abs(slacks) <= row_errors(data.A, x, terms)] = 0.0
-    return np.where(active, w, 0.0), activities, slacks, data.objective(x)
+    objective = program.sign * data.objective(x) + program.constant
+    return np.where(active, w, 0.0), activities, slacks, objective
 
 
-def _exact(data: Blocks, z: list[Fraction], w: list[Fraction]) -> Measures:
+def _exact(
+    program: Program, data: Blocks, z: list[Fraction], w: list[Fraction]
+) -> Measures:
     """Return the measures of an exact solution z of the conditions, each rounded once.
 
     w : of the conditions. As Qx = w - c + A'y for the w of x, the objective is
@@ -399,8 +404,10 @@ def _exact(data: Blocks, z: list[Fraction], w: list[Fraction]) -> Measures:
         )
     slopes = map(add, w[:k], map(shortest_decimal, data.c.tolist()))
     doubled = sum(map(mul, z, [*slopes, *activities]))
+    constant = shortest_decimal(program.constant)
+    exact_objective = int(program.sign) * Fraction(doubled) / 2 + constant
     of_bounds, of_rows, (objective,) = (
-        rounded(each) for each in (w[:k], activities, [Fraction(doubled) / 2])
+        rounded(each) for each in (w[:k], activities, [exact_objective])
     )
     return of_bounds, of_rows, np.array(slacks, float), float(objective)
 
