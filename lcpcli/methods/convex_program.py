@@ -180,15 +180,22 @@ def _are_dense_ones_faster(problem: Problem, S: Vector, max_operations: float) -
     max_operations : a bound on the operations with sparse matrices.
     """
     n, rows = S.size, np.count_nonzero(S < 0)
-    has_long_rows = problem.M.nnz >= MIN_PER_ROW * n
+    entries = problem.M.nnz
+    has_long_rows = entries >= MIN_PER_ROW * n
     if max_operations <= (MIN_AS_DENSE if has_long_rows else MAX_OPERATIONS):
         return False
     k = n - rows
     as_sparse_ones = (k / 3 + rows) * k**2 / DENSE_SPEEDUP
+    # The operations are the sum of the squared lengths of the columns of L, which are
+    # at least as long as those of M below the diagonal.
+    least = ((entries - n) / 2) ** 2 / n
     return (
         as_sparse_ones <= min(MAX_DENSE_OPERATIONS, MAX_FRACTION * max_operations)
         and as_sparse_ones * SECONDS_OF_OPERATION <= remaining()
-        and as_sparse_ones <= problem.facts.elimination_operations
+        and (
+            as_sparse_ones <= least
+            or as_sparse_ones <= problem.facts.elimination_operations
+        )
         and rank_one_blocks(problem.M, S) is None
     )
 
