@@ -45,10 +45,11 @@ MAX_GAP = 1e-11
 MAX_PER_ENTRY = 4.0
 INFINITE = 1e30  # PIQP treats numbers of this size and larger ones as infinite
 MAX_STEPS = 60  # of PIQP: about twice as many as it usually takes
-# Steps on large sparse linear programs, for which the simplex method is the other
-# choice, and on others, for which further steps take less time than other methods.
+# Steps on linear programs, for which the simplex method is the other choice; and on
+# those that are not large and sparse, up to so many operations of a factorization with
+# dense matrices, for which further steps take less time than other methods.
 MAX_LINEAR_STEPS = 40
-MAX_SMALL_LINEAR_STEPS = 100
+MAX_SMALL_LINEAR_STEPS, MAX_SMALL_OPERATIONS = 100, 3e7
 # Condition number of a definite M, scaled to diagonal 1, up to which PIQP is run:
 # beyond, the active set of its minimizer is wrong for 36 of 59 beams and frames, below
 # for 4 of 57.
@@ -63,8 +64,9 @@ DENSE_SPEEDUP = 15.0
 # fraction of them: counting those of sparse ones takes milliseconds.
 MIN_AS_DENSE, MIN_PER_ROW, MAX_FRACTION = 1.2e7, 20, 1 / 3
 # The most of those with dense matrices, in operations with sparse ones, with which PIQP
-# takes about two seconds; and the seconds that must remain for each.
-MAX_DENSE_OPERATIONS, SECONDS_OF_OPERATION = 1e8, 3e-8
+# takes about two seconds; and the seconds that must remain for each of them, for as
+# many steps as it may take.
+MAX_DENSE_OPERATIONS, SECONDS_OF_OPERATION = 1e8, 5e-8
 # On a large linear program, by `patterns.elimination_operations`, for each constraint
 # and in all: beyond, the simplex method takes less time, even with eight iterations for
 # each constraint, as for qap8, where it usually takes one or two.
@@ -76,7 +78,7 @@ def convex_program(problem: Problem, max_steps: int | None = None) -> Stage:
     """Yield PIQP's point, if only rounding keeps it from solving the problem, then the
     basic solution of its active set, and those after block pivots on infeasibilities.
     max_steps : steps of PIQP, by default MAX_STEPS, or for a linear program
-    MAX_LINEAR_STEPS if it is large and sparse, else MAX_SMALL_LINEAR_STEPS.
+    MAX_LINEAR_STEPS, or MAX_SMALL_LINEAR_STEPS if it is small.
 
     Finished : one of them has no infeasibility beyond rounding. Breakdown : the problem
     is not that of a convex program, or too large for PIQP, or a linear program that the
@@ -107,7 +109,8 @@ def convex_program(problem: Problem, max_steps: int | None = None) -> Stage:
     except (ProblemError, SingularMatrix):
         return Breakdown("no factorization succeeded")
     if max_steps is None and is_linear:
-        max_steps = MAX_LINEAR_STEPS if is_large else MAX_SMALL_LINEAR_STEPS
+        is_small = not is_large and _dense_operations(S) <= MAX_SMALL_OPERATIONS
+        max_steps = MAX_SMALL_LINEAR_STEPS if is_small else MAX_LINEAR_STEPS
     minimizer = _minimizer(problem, S, max_steps or MAX_STEPS, is_dense)
     if minimizer is None:
         return Breakdown("PIQP returned no minimizer")
@@ -175,17 +178,15 @@ def _takes_longer_than_simplex(problem: Problem, S: Vector) -> bool:
 
 def _are_dense_ones_faster(problem: Problem, S: Vector, max_operations: float) -> bool:
     """Return whether PIQP takes less time with dense matrices than with sparse ones,
-    and not long: it factorizes Q + G'DG then.
+    and not long.
 
     max_operations : a bound on the operations with sparse matrices.
     """
-    n, rows = S.size, np.count_nonzero(S < 0)
-    entries = problem.M.nnz
+    n, entries = S.size, problem.M.nnz
     has_long_rows = entries >= MIN_PER_ROW * n
     if max_operations <= (MIN_AS_DENSE if has_long_rows else MAX_OPERATIONS):
         return False
-    k = n - rows
-    as_sparse_ones = (k / 3 + rows) * k**2 / DENSE_SPEEDUP
+    as_sparse_ones = _dense_operations(S)
     # The operations are the sum of the squared lengths of the columns of L, which are
     # at least as long as those of M below the diagonal.
     least = ((entries - n) / 2) ** 2 / n
@@ -198,6 +199,14 @@ def _are_dense_ones_faster(problem: Problem, S: Vector, max_operations: float) -
         )
         and rank_one_blocks(problem.M, S) is None
     )
+
+
+def _dense_operations(S: Vector) -> float:
+    """Return the operations of a factorization of Q + G'DG with dense matrices, in
+    those with sparse ones that take as long."""
+    rows = int(np.count_nonzero(S < 0))
+    k = S.size - rows
+    return (k / 3 + rows) * k**2 / DENSE_SPEEDUP
 
 
 def _operation_bound(M: Matrix, is_row: Mask, enough: float) -> float:
