@@ -213,8 +213,8 @@ def fill(M: Matrix, max_entries: int) -> int:
 
 def elimination_operations(M: Matrix, max_operations: float) -> float:
     """Return the operations of factors whose columns have `column_lengths`, which are
-    up to five times those in an order of minimum degree; or a part of them that exceeds
-    `max_operations`."""
+    up to five times those in an order of minimum degree, and for grids in space up to
+    twenty times; or a part of them that exceeds `max_operations`."""
     squares = (float(length) ** 2 for length in column_lengths(M))
     return _sum_until(squares, max_operations)
 

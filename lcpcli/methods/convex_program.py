@@ -59,6 +59,9 @@ MAX_CONDITION = 5e12
 MAX_OPERATIONS = 6e7
 # Operations with dense matrices in the time of one with sparse ones.
 DENSE_SPEEDUP = 15.0
+# `elimination_operations` of programs without structure over those of the factors; for
+# grids it may be 20, and sparse matrices are the right ones there.
+MAX_EXCESS = 5.0
 # Operations from which it is asked whether dense matrices take less time although they
 # have many zeros, if M has so many entries in a row, and if they take at most this
 # fraction of them: counting those of sparse ones takes milliseconds.
@@ -195,7 +198,7 @@ def _are_dense_ones_faster(problem: Problem, S: Vector, max_operations: float) -
         and as_sparse_ones * SECONDS_OF_OPERATION <= remaining()
         and (
             as_sparse_ones <= least
-            or as_sparse_ones <= problem.facts.elimination_operations
+            or MAX_EXCESS * as_sparse_ones <= problem.facts.elimination_operations
         )
         and rank_one_blocks(problem.M, S) is None
     )
