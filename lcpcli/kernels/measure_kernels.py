@@ -73,12 +73,8 @@ def _largest_gap(z: Any, w: Any, lower: Any, upper: Any) -> float:
 
 @compiled
 def _reference(entries: Any, q: Any, lower: Any, upper: Any) -> Any:
-    """Return the reference point and its M z + q and |M| |z| + |q|.
-
-    Whether these overflowed or underflowed is not asked here: q_ref is the q of the
-    rows of z - reference, where overflow shows, and what underflow loses is below any
-    rounding error unless those rows are tiny too; where z is the reference, its own
-    rows tell.
+    """Return the reference point and its M z + q and |M| |z| + |q|, and whether these
+    are finite and free of underflow.
     """
     n = q.size
     nearest, corner = np.empty(n), np.empty(n)
@@ -90,15 +86,17 @@ def _reference(entries: Any, q: Any, lower: Any, upper: Any) -> Any:
         elif upper[i] < np.inf:
             corner[i] = upper[i]
     w, terms = q.copy(), np.abs(q)
+    is_sure = True
     if nearest.any():
-        w, terms, _ = _rows(entries, q, nearest)
+        w, terms, is_sure = _rows(entries, q, nearest)
     if (nearest != corner).any():
-        other, other_terms, _ = _rows(entries, q, corner)
+        other, other_terms, other_is_sure = _rows(entries, q, corner)
+        is_sure &= other_is_sure
         if _largest_gap(corner, other, lower, upper) < _largest_gap(
             nearest, w, lower, upper
         ):
-            return corner, other, other_terms
-    return nearest, w, terms
+            return corner, other, other_terms, is_sure
+    return nearest, w, terms, is_sure
 
 
 class Reference(NamedTuple):
@@ -243,7 +241,7 @@ def reference_of(entries: Any, q: Any, lower: Any, upper: Any) -> Any:
     """Return whether the reference point z of a mixed problem seems to solve it, z, and
     z - w, which is empty if a bound is far from 0.
     """
-    z, w, _ = _reference(entries, q, lower, upper)
+    z, w, _, _ = _reference(entries, q, lower, upper)
     t, solves = z - w, True
     for i in range(z.size):
         for bound in (abs(lower[i]), abs(upper[i])):
@@ -311,16 +309,17 @@ def _acceptance_test(
     empty where they were not needed.
     """
     n, units = q.size, (np.empty(0), np.empty(0), np.empty(0, np.int64), 0)
-    reference, q_ref, at_reference = _reference(entries, q, lower, upper)
-    w, full_terms, is_sure = _rows(entries, q, z)
+    reference, q_ref, at_reference, is_sure = _reference(entries, q, lower, upper)
+    w, full_terms, is_sure_too = _rows(entries, q, z)
     terms = full_terms.copy()
     error = ROW_ROUNDING * full_terms
     min_q_ref = np.abs(q_ref)
     q_error = np.zeros(n)
     is_rough = np.zeros(n, np.bool_)
+    is_sure &= is_sure_too
     if reference.any():
-        far_w, far_terms, is_far_sure = _rows(entries, q_ref, z - reference)
-        is_sure &= is_far_sure
+        far_w, far_terms, is_sure_too = _rows(entries, q_ref, z - reference)
+        is_sure &= is_sure_too
         terms, error, min_q_ref, q_error, is_rough = _with_reference(
             w, full_terms, far_w, far_terms, q_ref, at_reference
         )
