@@ -196,6 +196,16 @@ def test_no_solution_is_certain_where_a_product_underflows():
     assert q[1] + M[1, 0] * z[0] == 0.0
 
 
+@pytest.mark.parametrize("lower", [[1e-200, 0, 0], [-1e-200, 0, -1]])
+def test_no_solution_is_certain_where_q_at_the_reference_point_underflows(lower):
+    """There w_1 is 1e-400, beside which w_1 = -1e-209 of this z is not small."""
+    M, q = np.array([[1e-200, -1e-200, 0], [-1e-200, 1e-200, 0], [0, 0, 1]]), [0, 0, 1]
+    problem, z = Problem(M, q, lower=lower), np.array([1, 1 + 1e-9, lower[2]])
+    given = rows_of(problem), problem.q, *problem.box.vectors(3), 1e-8, z
+    assert not surely_solves(*given)
+    assert not Point(Criterion(problem, 1e-8), z).solves()
+
+
 def test_each_matrix_of_many_is_measured_by_itself():
     M, Q = np.array([[[2.0**49]], [[2.0**51]]]), np.array([[-(2.0**49)], [-(2.0**49)]])
     found = direct_many(M, Q, np.abs(M).max(axis=(1, 2)), 1e-10)[1]
