@@ -8,6 +8,9 @@ variable if S_i = 1 and the multiplier of a constraint if S_i = -1: see
 
 from __future__ import annotations
 
+from collections.abc import Callable
+from functools import cache
+
 import numpy as np
 from scipy.sparse import block_array, csc_matrix, diags_array, eye_array
 
@@ -59,17 +62,17 @@ MAX_CONDITION = 5e12
 MAX_OPERATIONS = 6e7
 # Operations with dense matrices in the time of one with sparse ones.
 DENSE_SPEEDUP = 15.0
-# `elimination_operations` of programs without structure over those of the factors; for
-# grids it may be 20, and sparse matrices are the right ones there.
-MAX_EXCESS = 5.0
-# Operations from which it is asked whether dense matrices take less time although they
-# have many zeros, if M has so many entries in a row, and if they take at most this
-# fraction of them: counting those of sparse ones takes milliseconds.
-MIN_AS_DENSE, MIN_PER_ROW, MAX_FRACTION = 1.2e7, 20, 1 / 3
-# The most of those with dense matrices, in operations with sparse ones, with which PIQP
-# takes about two seconds; and the seconds that must remain for each of them, for as
-# many steps as it may take.
+# Operations with dense matrices, in those with sparse ones, with which PIQP usually
+# takes less than two seconds; and the seconds that have to remain for each, as PIQP may
+# take three times as many steps as usual.
 MAX_DENSE_OPERATIONS, SECONDS_OF_OPERATION = 1e8, 5e-8
+# For fewer operations with sparse matrices, or only a few entries in a row of M, they
+# are not counted to compare them with those with dense ones, nor if the bound on them
+# is smaller than this multiple of those: counting may take as long as is saved.
+MIN_COUNTED, MIN_PER_ROW, MIN_EXCESS = 1.2e7, 20, 3.0
+# How many times as many operations `elimination_operations` counts as factors take:
+# more for grids alone.
+MAX_EXCESS = 5.0
 # On a large linear program, by `patterns.elimination_operations`, for each constraint
 # and in all: beyond, the simplex method takes less time, even with eight iterations for
 # each constraint, as for qap8, where it usually takes one or two.
@@ -101,18 +104,22 @@ def convex_program(problem: Problem, max_steps: int | None = None) -> Stage:
         return Breakdown("the simplex method takes less time")
     try:
         run = Run(problem, by_units=True)
+        within = run.within
+        counted = cache(lambda: operations(systems(within.problem.M, within.S)))
         max_operations = _operation_bound(problem.M, S < 0, MAX_OPERATIONS)
-        is_dense = _are_dense_ones_faster(problem, S, max_operations)
+        is_dense = _is_faster_if_dense(problem, S, max_operations, counted)
         if (
             max_operations > MAX_OPERATIONS
             and not is_dense
-            and operations(systems(run.within.problem.M, run.within.S)) > MAX_OPERATIONS
+            and counted() > MAX_OPERATIONS
         ):
             return Breakdown("a factorization takes long")
     except (ProblemError, SingularMatrix):
         return Breakdown("no factorization succeeded")
     if max_steps is None and is_linear:
-        is_small = not is_large and _dense_operations(S) <= MAX_SMALL_OPERATIONS
+        is_small = _dense_operations(S) <= MAX_SMALL_OPERATIONS and (
+            not is_large or _is_filled(problem.M, S)
+        )
         max_steps = MAX_SMALL_LINEAR_STEPS if is_small else MAX_LINEAR_STEPS
     minimizer = _minimizer(problem, S, max_steps or MAX_STEPS, is_dense)
     if minimizer is None:
@@ -175,33 +182,50 @@ def _takes_longer_than_simplex(problem: Problem, S: Vector) -> bool:
     return (
         max_operations > 2 * most
         and problem.facts.elimination_operations > most
-        and not _are_dense_ones_faster(problem, S, max_operations)
+        and not _is_faster_if_dense(problem, S, max_operations, lambda: 0.0)
     )
 
 
-def _are_dense_ones_faster(problem: Problem, S: Vector, max_operations: float) -> bool:
+def _is_faster_if_dense(
+    problem: Problem,
+    S: Vector,
+    max_operations: float,
+    counted: Callable[[], float],
+) -> bool:
     """Return whether PIQP takes less time with dense matrices than with sparse ones,
-    and not long.
+    and not long: with a time limit of a few seconds, less time than it may take may
+    remain.
 
-    max_operations : a bound on the operations with sparse matrices.
+    max_operations, counted : a bound on the operations with sparse matrices, and their
+    number, or 0 to leave this open.
     """
-    n, entries = S.size, problem.M.nnz
-    has_long_rows = entries >= MIN_PER_ROW * n
-    if max_operations <= (MIN_AS_DENSE if has_long_rows else MAX_OPERATIONS):
+    M, n = problem.M, S.size
+    of_dense = _dense_operations(S)
+    has_long_rows = M.nnz >= MIN_PER_ROW * n
+    if (
+        max_operations <= (MIN_COUNTED if has_long_rows else MAX_OPERATIONS)
+        or of_dense > MAX_DENSE_OPERATIONS
+        or MIN_EXCESS * of_dense > max_operations
+        or SECONDS_OF_OPERATION * of_dense > remaining()
+        or rank_one_blocks(M, S) is not None
+    ):
         return False
-    as_sparse_ones = _dense_operations(S)
-    # The operations are the sum of the squared lengths of the columns of L, which are
-    # at least as long as those of M below the diagonal.
-    least = ((entries - n) / 2) ** 2 / n
-    return (
-        as_sparse_ones <= min(MAX_DENSE_OPERATIONS, MAX_FRACTION * max_operations)
-        and as_sparse_ones * SECONDS_OF_OPERATION <= remaining()
-        and (
-            as_sparse_ones <= least
-            or MAX_EXCESS * as_sparse_ones <= problem.facts.elimination_operations
-        )
-        and rank_one_blocks(problem.M, S) is None
+    # The operations are the sum of the squares of the lengths of n columns of L, which
+    # are at least n times the square of their mean; and L has the entries of M below
+    # the diagonal.
+    if ((M.nnz - n) / 2) ** 2 / n >= of_dense:
+        return True
+    by_length = problem.facts.elimination_operations
+    return by_length >= of_dense and (
+        by_length >= MAX_EXCESS * of_dense or counted() >= of_dense
     )
+
+
+def _is_filled(M: Matrix, S: Vector) -> bool:
+    """Return whether the matrices of the program have so few zeros that dense ones are
+    faster: at least half of the entries of M are theirs."""
+    k = np.count_nonzero(S > 0)
+    return bool(S.size * k <= MAX_PER_ENTRY * M.nnz / 2)
 
 
 def _dense_operations(S: Vector) -> float:
