@@ -96,11 +96,12 @@ def convex_program(problem: Problem, max_steps: int | None = None) -> Stage:
     S = problem.signs
     if S is not None and (S > 0).all() and may_be_stiff(problem.M):
         return (yield from _bounded(problem))
-    if S is None or not (S < 0).any() or problem.M.diagonal().min() < 0:
+    diagonal = problem.M.diagonal()
+    if S is None or not (S < 0).any() or diagonal.min() < 0:
         return Breakdown("the problem is not that of a convex program")
-    is_linear = is_skew(problem.M)
     # With other M, the simplex method is no early attempt.
-    if is_large and is_linear and _takes_longer_than_simplex(problem, S):
+    may_take_simplex = is_large and is_skew(problem.M)
+    if may_take_simplex and _takes_longer_than_simplex(problem, S):
         return Breakdown("the simplex method takes less time")
     try:
         run = Run(problem, by_units=True)
@@ -116,7 +117,8 @@ def convex_program(problem: Problem, max_steps: int | None = None) -> Stage:
             return Breakdown("a factorization takes long")
     except (ProblemError, SingularMatrix):
         return Breakdown("no factorization succeeded")
-    if max_steps is None and is_linear:
+    # A semidefinite Q with a diagonal of zeros is 0.
+    if max_steps is None and not diagonal.any():
         is_small = _dense_operations(S) <= MAX_SMALL_OPERATIONS and (
             not is_large or _is_filled(problem.M, S)
         )
