@@ -21,6 +21,7 @@ from lcpcli.methods.lemke import RAY, path_to_end, reduced
 from lcpcli.methods.shi import shi
 from lcpcli.model.box import Box
 from lcpcli.model.changes import shifted
+from lcpcli.verify.point import Criterion, Point
 
 from ..mixed_problems import definite, with_all_bounds
 from .planted import solvable
@@ -242,6 +243,15 @@ def problem_with_free(n, seed):
     return Problem(
         M, rng.uniform(-1, 1, n), lower=np.where(np.arange(n) % 2, 0.0, -np.inf)
     )
+
+
+def test_a_path_ends_at_the_solution_also_in_free_variables():
+    random = default_rng(0)
+    B, A = random.normal(size=(6, 6)), random.normal(size=(3, 6))
+    sides = {"row_lower": A @ np.ones(6), "row_upper": A @ np.ones(6)}
+    problem = lcpcli.from_qp(B @ B.T, random.normal(size=6), A, **sides)
+    path = path_to_end(problem, follow, reduced(problem))
+    assert Point(Criterion(problem), path.point()[0]).relative_residual < 1e-8
 
 
 @pytest.mark.parametrize("n", [6, 40, 101])
