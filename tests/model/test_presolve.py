@@ -15,6 +15,7 @@ import lcpcli
 from lcpcli import Problem
 from lcpcli.linalg.doubles import generator
 from lcpcli.linalg.krylov import is_semidefinite
+from lcpcli.linalg.matrices import dense
 from lcpcli.methods.direct import MAX_PIVOTED
 from lcpcli.model.box import BASIC
 from lcpcli.presolve.presolve import (
@@ -178,6 +179,13 @@ def test_conditions_of_linear_programs_are_monotone_however_they_are_written(
     result = lcpcli.run(problem)
     assert result.solved
     assert "milp" not in result.route
+
+
+def test_an_equation_with_a_negative_diagonal_gets_the_other_sign():
+    problem = Problem([[-1, 1], [1, 0]], [1, -2], lower=[-INF, 0])
+    change = presolved(problem, [SIGNS])
+    assert dense(change.problem.M).tolist() == [[1, -1], [1, 0]]
+    assert change.problem.q.tolist() == [-1, -2]
 
 
 def test_a_constant_that_counts_as_rounding_is_lost():
