@@ -77,6 +77,13 @@ def test_only_number_that_differs_is_named(changes, remark):
     assert (moving and str(moving)) == remark
 
 
+def test_costs_of_a_maximum_are_named_as_they_are_stated():
+    first, last = (
+        lcpcli.from_qp([[-2]], [c], sense="max", columns=["steel"]) for c in (1, 3)
+    )
+    assert str(Terms(lcpcli.path(first, last)).moving) == "c steel: 1 to 3"
+
+
 def test_number_of_a_problem_without_origin_is_named_by_its_unknown():
     first, last = (
         Problem([[2, 1], [1, 2]], q, names=["", "steel"]) for q in ([1, 1], [1, -2])
