@@ -248,6 +248,12 @@ def test_functions_are_never_called_outside_of_the_bounds():
     assert np.max(seen) <= 1e-11
 
 
+def test_differences_step_towards_the_farther_of_two_close_bounds():
+    problem = NonlinearProblem(lambda z: 3 * z, lower=0.0, upper=1e-11, x0=[0, 1e-11])
+    J = Evaluations(problem).jacobian(problem.x0)
+    np.testing.assert_allclose(J, 3 * np.eye(2))
+
+
 def test_differences_of_a_sparse_jacobian_are_by_the_step_of_each_component():
     """Components of very different sizes are moved at a time."""
     sizes = np.where(np.arange(120) % 4 < 2, 1e6, 1e-1)
