@@ -66,9 +66,10 @@ DENSE_SPEEDUP = 15.0
 # takes less than two seconds; and the seconds that have to remain for each, as PIQP may
 # take three times as many steps as usual.
 MAX_DENSE_OPERATIONS, SECONDS_OF_OPERATION = 1e8, 5e-8
-# For fewer operations with sparse matrices, or only a few entries in a row of M, they
-# are not counted to compare them with those with dense ones, nor if the bound on them
-# is smaller than this multiple of those: counting may take as long as is saved.
+# Operations with sparse matrices are counted, to compare them with those with dense
+# ones, where their bound is above MIN_COUNTED, M has MIN_PER_ROW entries in a row, and
+# the bound is MIN_EXCESS times those with dense ones: elsewhere counting, which takes
+# up to 0.1 s, may cost more than it saves.
 MIN_COUNTED, MIN_PER_ROW, MIN_EXCESS = 1.2e7, 20, 3.0
 # How many times as many operations `elimination_operations` counts as factors take:
 # more for grids alone.
@@ -195,8 +196,7 @@ def _is_faster_if_dense(
     counted: Callable[[], float],
 ) -> bool:
     """Return whether PIQP takes less time with dense matrices than with sparse ones,
-    and not long: with a time limit of a few seconds, less time than it may take may
-    remain.
+    and no more than remains until the time limit.
 
     max_operations, counted : a bound on the operations with sparse matrices, and their
     number, or 0 to leave this open.

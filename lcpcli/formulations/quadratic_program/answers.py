@@ -376,7 +376,7 @@ def _measured(
     slacks = np.minimum(activities - data.row_lower, data.row_upper - activities)
     terms = absolute_product(data.A, np.abs(x)) + np.abs(activities)
     slacks[np.abs(slacks) <= row_errors(data.A, x, terms)] = 0.0
-    objective = program.sign * data.objective(x) + program.constant
+    objective = program.objective(data, x)
     return np.where(active, w, 0.0), activities, slacks, objective
 
 

@@ -225,7 +225,7 @@ class _Proposal:
             return f"x is not feasible: {violated}"
         origin, feasible = self.origin, f"x is feasible to the tolerance {tol:g}"
         noun = WORDS[origin.sense]
-        value = self.sign * self.data.objective(self.x) + origin.constant
+        value = origin.objective(self.data, self.x)
         _, gain = self.step
         if math.isnan(gain):
             return feasible
