@@ -47,23 +47,25 @@ def degenerate(in_folder):
 def test_error_at_the_end_follows_the_theory_on_a_degenerate_problem(degenerate, lcp):
     """Where z_i = w_i = 0 it is of the order of ln 3 / p, and elsewhere exponentially
     small."""
-    values = "1e2,1e4,1e6,1e8"
-    asked = f"compare {degenerate} {EXAMPLE} --method shi --max-iterations 300"
+    values = "1e2,1e4,1e6"
+    asked = f"compare {degenerate} {EXAMPLE} --method shi --max-iterations 1000"
     outcome = lcp(f"{asked} --tol 1e-14 --vary p={values} --vary k-star=5")
     assert outcome.code == 1
     text = rows(outcome.out)
     assert text[0][:2] == ["p:", "error"]
     assert text[1] == ["p", "ln", "3", "/", "p", "degenerate-10", EXAMPLE]
-    shown = text[3:7]
+    shown = text[3:6]
     assert [row[0] for row in shown] == values.split(",")
     for value, theory, error, other in shown:
         expected = math.log(3) / float(value)
         assert float(theory) == pytest.approx(expected, rel=0.05)
         assert 0.1 < float(error) / expected < 3
         assert float(other) < 1e-12
-    assert outcome.out.count("in parentheses: the run has not reached") == 1
-    times = text[9:13]
-    assert [re.sub(r"[\d.]", "", row[1]) for row in times] == ["()"] * 4
+    # Whether k* = 5 reaches it depends on the kernels of the BLAS.
+    with_p, _, _ = outcome.out.partition("k-star: error")
+    assert with_p.count("in parentheses: the run has not reached") == 1
+    times = text[8:11]
+    assert [re.sub(r"[\d.]", "", row[1]) for row in times] == ["()"] * 3
     assert "shi: k-star=100, rho=0.0001, sigma=0.9" in " ".join(outcome.out.split())
 
 
