@@ -152,13 +152,13 @@ def units(M: Matrix, S: Vector | None = None) -> Units:
         middle = float(rows.sum()) / max(2 * n, 1)
         return Units(middle - rows, middle - columns, nothing, nothing, 1)
     fitted = (
-        _dense(M)
+        _dense(M, CONVERGED_ERROR if S is None else CONVERGED_ERROR_OF_PROGRAM)
         if M.shape[0] <= FEW_ROWS or np.count_nonzero(M) > DENSE * M.size
         else None
     )
     if fitted is not None:
         return fitted
-    return _sparse(matrices.thinned(M, M.size))
+    return _sparse(matrices.thinned(M, M.size), S)
 
 
 class Base:
@@ -214,9 +214,9 @@ def _sums(M: Vector) -> Vector:
     return sums
 
 
-def _dense(M: Vector) -> Units | None:
+def _dense(M: Vector, error: float) -> Units | None:
     """Return the scaling factors of a dense M; None if conjugate gradients need more
-    than DENSE_CG_STEPS.
+    than DENSE_CG_STEPS to an estimated error of this size.
 
     For few rows, the singular normal equations, from which rho is eliminated, are
     solved directly: they become regular if v v' is added for each connected component,
@@ -233,7 +233,7 @@ def _dense(M: Vector) -> Units | None:
         scaled = entries / np.multiply.outer(*map(_roots, counts))
         times = [scaled.__matmul__, scaled.T.__matmul__]
         rho, gamma, has_converged = _by_gradients(
-            [*sums], [*counts], times, DENSE_CG_STEPS
+            [*sums], [*counts], times, DENSE_CG_STEPS, error
         )
         if not has_converged:
             return None

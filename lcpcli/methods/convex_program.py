@@ -283,6 +283,16 @@ def _has_others(problem: Problem, is_row: Mask) -> bool:
     )
 
 
+def _range_rows(problem: Problem) -> tuple[Indices, Indices]:
+    """Return the unknowns that are values of rows between two bounds, and these rows,
+    which PIQP takes without further variables."""
+    form, M, n = problem.block_form, problem.M, problem.n
+    count = 0 if form is None else form.ranges
+    rows = M.indices[M.indptr[n - count] :]
+    count = count if rows.size == count else 0
+    return np.arange(n - count, n), rows[:count]
+
+
 def _minimizer(
     problem: Problem, S: Vector, max_steps: int, is_dense: bool
 ) -> tuple[Vector, bool] | None:
@@ -294,6 +304,8 @@ def _minimizer(
     """
     M, q, lower, upper = conditions_of(problem)
     is_row, is_equation = S < 0, (S < 0) & np.isinf(lower) & np.isinf(upper)
+    values, ranged = _range_rows(problem)
+    is_equation[ranged] = False
     # A multiplier from its only bound; fixed variables would have no interior.
     z: Vector = np.where(lower == upper, lower, 0.0)
     for one, other in ((lower, upper), (upper, lower)):
@@ -305,11 +317,14 @@ def _minimizer(
     q = problem.w(z) if z.any() else q
     low = np.where(upper > z, -q, -np.inf)
     high = np.where(lower < z, -q, np.inf)
+    low[ranged] += lower[values]
+    high[ranged] += upper[values]
     # PIQP prints a line about other rows.
     has_side = is_row & ~is_equation & (np.isfinite(low) | np.isfinite(high))
     is_x = ~is_row & (lower < upper)
+    finite_bounds = (v[is_x & np.isfinite(v)] for v in (lower, upper))
+    is_x[values] = False
     x, equations, rows = (each.nonzero()[0] for each in (is_x, is_equation, has_side))
-    finite_bounds = (v[np.isfinite(v)] for v in (lower[x], upper[x]))
     largest = max(float(np.abs(v).max(initial=0.0)) for v in (q, *finite_bounds))
     if not largest < INFINITE or not x.size or _has_others(problem, is_row):
         return None
@@ -330,6 +345,8 @@ def _minimizer(
     ended = _minimum(program, max_steps, is_dense)
     z[x], z[equations] = ended[:2]
     z[rows] += ended.of_rows
+    if values.size:
+        z[values] = np.clip(problem.w(z)[ranged], lower[values], upper[values])
     has_minimum = "INFEASIBLE" not in ended.status and bool(np.isfinite(z).all())
     return (z, ended.status == "PIQP_SOLVED") if has_minimum else None
 

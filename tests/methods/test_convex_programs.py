@@ -198,6 +198,33 @@ def test_programs_whose_costs_depend_on_sums_have_the_minimum_of_dense_ones():
     assert abs(first - second) <= 1e-9 * abs(second)
 
 
+def test_rows_between_two_bounds_need_no_further_variables_of_piqp(monkeypatch):
+    """Both multipliers of such a row are told apart, and its value is within its
+    bounds, also where variables are fixed."""
+    counts = []
+
+    def counted(program, *options):
+        counts.append(program.c.size)
+        return convex_minimum(program, *options)
+
+    convex_minimum = convex_program.convex_minimum
+    monkeypatch.setattr(convex_program, "convex_minimum", counted)
+    random = default_rng(0)
+    A, middle = random.standard_normal((40, 30)), random.uniform(-0.5, 0.5, 30)
+    ends = {"row_lower": A @ middle - 0.2, "row_upper": A @ middle + 0.2}
+    lower = np.where(np.arange(30) < 3, middle, -3.0)
+    upper = np.where(np.arange(30) < 3, middle, 3.0)
+    c = random.standard_normal(30)
+    problem = from_qp(np.eye(30), c, A, **ends, lower=lower, upper=upper)
+    result = solved(problem)
+    assert (result.route, counts) == (("piqp",), [27])
+    y, values = result.answer.y, A @ result.answer.x
+    assert (y > 0).any()
+    assert (y < 0).any()
+    expected = np.where(y > 0, ends["row_lower"], ends["row_upper"])
+    assert np.allclose(values[y != 0], expected[y != 0], rtol=0.0, atol=1e-9)
+
+
 def test_scaling_factors_are_computed_once_for_both_forms_of_a_dense_program(
     monkeypatch,
 ):
