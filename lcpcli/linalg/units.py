@@ -262,7 +262,7 @@ def _sparse(M: Matrix, S: Vector | None = None) -> Units:
     """Return the scaling factors of a sparse M, with S as in `units`: by band factors,
     by conjugate gradients, or by elimination where these need too many steps."""
     with imports:
-        from lcpcli.linalg.compressed_rows import of_arrays, transposed
+        from lcpcli.linalg.compressed_rows import transposed
     if not M.data.all():
         M = M.copy()
         M.eliminate_zeros()
@@ -305,7 +305,7 @@ def _sparse(M: Matrix, S: Vector | None = None) -> Units:
             )
             x = np.concatenate((symmetric_fit, symmetric_fit))
         if not has_converged and n <= LARGEST_ELIMINATED:
-            E = of_arrays(M.shape, indptr, indices, np.ones(M.nnz))
+            E = matrices.with_data(M, np.ones(M.nnz))
             x = _eliminated(E, sums, counts, component_of, n_components, is_symmetric)
     rho, gamma = _centred(x, counts, component_of, n_components)
     if is_symmetric:

@@ -19,7 +19,7 @@ from lcpcli.errors import ProblemError
 from lcpcli.interrupts import remaining
 from lcpcli.linalg.compressed_rows import block, of_arrays
 from lcpcli.linalg.factors import SingularMatrix
-from lcpcli.linalg.matrices import is_skew, is_sparse, may_be_stiff, stack, thinned
+from lcpcli.linalg.matrices import is_sparse, may_be_stiff, stack, thinned
 from lcpcli.linalg.programs import ConvexProgram, PiqpResult, convex_minimum
 from lcpcli.linalg.rank_one_blocks import rank_one_blocks
 from lcpcli.linalg.shifted_systems import operations, systems
@@ -101,7 +101,7 @@ def convex_program(problem: Problem, max_steps: int | None = None) -> Stage:
     if S is None or not (S < 0).any() or diagonal.min() < 0:
         return Breakdown("the problem is not that of a convex program")
     # With other M, the simplex method is no early attempt.
-    may_take_simplex = is_large and is_skew(problem.M)
+    may_take_simplex = is_large and not diagonal.any() and _is_linear(problem.M, S)
     if may_take_simplex and _takes_longer_than_simplex(problem, S):
         return Breakdown("the simplex method takes less time")
     try:
@@ -172,6 +172,13 @@ def _bounded(problem: Problem) -> Stage:
     except (ProblemError, SingularMatrix):
         return Breakdown("no factorization succeeded")
     return Stalled("the basis of PIQP's minimizer is not that of the solution")
+
+
+def _is_linear(M: Matrix, S: Vector) -> bool:
+    """Return whether the program is linear: whether M, for which S M is symmetric, has
+    no entry of two variables, or of two multipliers."""
+    owners = np.repeat(S, np.diff(M.indptr))
+    return bool((owners != S[M.indices]).all())
 
 
 def _takes_longer_than_simplex(problem: Problem, S: Vector) -> bool:
