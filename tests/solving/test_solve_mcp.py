@@ -307,7 +307,12 @@ def test_stalls_do_not_blame_a_right_jacobian():
 
 
 def test_double_zeros_are_reached_faster_than_by_halving_the_error():
-    result = lcpcli.solve_mcp(lambda z: (z - 1) ** 2, lower=None, x0=[9.0])
+    result = lcpcli.solve_mcp(
+        lambda z: (z - 1) ** 2 * (z + 5),
+        lambda z: np.diag((z - 1) * (3 * z + 9)),
+        lower=None,
+        x0=[9.0, 7.0],
+    )
     assert result.solved
     assert result.iterations <= 12
 
