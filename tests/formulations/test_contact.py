@@ -307,6 +307,18 @@ def test_a_stack_at_rest_keeps_its_states_though_its_contacts_are_redundant():
     assert set(routes[-10:]) == {("newton",)}
 
 
+def test_a_step_with_the_data_of_the_one_before_takes_one_system():
+    """Also where impulses are not unique, and some are at the limit of friction though
+    nothing slides."""
+    for _, (W, q, *_), _ in list(falling(60, False))[::20]:
+        solver = Solver(from_contact(W, q, 0.5))
+        assert solver.solve().solved
+        solver.update(W=W, q=q)
+        result = solver.solve()
+        assert result.route == ("newton",)
+        assert result.iterations == 1
+
+
 def test_redundant_contacts_take_few_pivots():
     random = default_rng(3)
     for _ in range(15):

@@ -269,6 +269,13 @@ def test_farkas_vector_is_corrected_where_no_double_fits():
     assert found[1] == 3 * found[0]
 
 
+def test_farkas_vector_is_found_where_rounding_has_made_columns_independent():
+    """As doubles 0.1 and 0.3 make M nonsingular: M'y = 0 has no solution, M'y < 0
+    has."""
+    data = ExactProblem.of_floats(Problem([[1, 3], [-0.1, -0.3]], [-1, 0]))
+    assert data.refuted_by(exact_proof(data, np.array([0.1, 1.0])))
+
+
 @pytest.mark.parametrize("size", [1e-9, 1.0, 1e9])
 def test_an_enclosure_is_as_wide_as_the_solution_is_far_in_the_units_of_y(size):
     """y1 = y2 takes a change of at least |y1 - y2|."""
