@@ -23,7 +23,7 @@ from lcpcli.linalg.matrices import is_sparse, may_be_stiff, stack, thinned
 from lcpcli.linalg.programs import ConvexProgram, PiqpResult, convex_minimum
 from lcpcli.linalg.rank_one_blocks import rank_one_blocks
 from lcpcli.linalg.shifted_systems import operations, systems
-from lcpcli.methods.direct import MAX_AS_DENSE, with_M
+from lcpcli.methods.direct import MAX_AS_DENSE, MAX_NARROW_AS_DENSE, with_M
 from lcpcli.methods.interior import (
     CLOSE_MERIT,
     EXCHANGE_ROUNDS,
@@ -93,6 +93,7 @@ def convex_program(problem: Problem, max_steps: int | None = None) -> Stage:
     Stalled : no basic solution solves it.
     """
     is_large = is_sparse(problem.M) and problem.n > MAX_AS_DENSE
+    given = problem.M
     problem = with_M(problem, thinned(problem.M, problem.M.size))
     S = problem.signs
     if S is not None and (S > 0).all() and may_be_stiff(problem.M):
@@ -124,7 +125,9 @@ def convex_program(problem: Problem, max_steps: int | None = None) -> Stage:
             not is_large or _is_filled(problem.M, S)
         )
         max_steps = MAX_SMALL_LINEAR_STEPS if is_small else MAX_LINEAR_STEPS
-    minimizer = _minimizer(problem, S, max_steps or MAX_STEPS, is_dense)
+    is_array = problem.n <= MAX_NARROW_AS_DENSE and not is_sparse(given)
+    filled = given if is_array and _is_filled(problem.M, S) else None
+    minimizer = _minimizer(problem, S, max_steps or MAX_STEPS, is_dense, filled)
     if minimizer is None:
         return Breakdown("PIQP returned no minimizer")
     z, is_accurate = minimizer
@@ -301,13 +304,18 @@ def _range_rows(problem: Problem) -> tuple[Indices, Indices]:
 
 
 def _minimizer(
-    problem: Problem, S: Vector, max_steps: int, is_dense: bool
+    problem: Problem,
+    S: Vector,
+    max_steps: int,
+    is_dense: bool,
+    filled: Matrix | None,
 ) -> tuple[Vector, bool] | None:
     """Return the minimizer and the multipliers, both approximate, and whether PIQP
     reached its tolerance; None if there are none, or M has more entries than that of a
     program, or PIQP would take a bound for none.
 
     is_dense : whether PIQP is given dense matrices even if they have many zeros.
+    filled : M as an array, if PIQP is given parts of this; else None.
     """
     M, q, lower, upper = conditions_of(problem)
     is_row, is_equation = S < 0, (S < 0) & np.isinf(lower) & np.isinf(upper)
@@ -335,13 +343,16 @@ def _minimizer(
     largest = max(float(np.abs(v).max(initial=0.0)) for v in (q, *finite_bounds))
     if not largest < INFINITE or not x.size or _has_others(problem, is_row):
         return None
-    blocks = [block(M, x, each) for each in (x, equations, rows)]
-    Q, A, G = (
-        of_arrays((each.size, x.size), indptr, indices, sign * data, csc_matrix)
-        for sign, each, (indptr, indices, data) in zip(
-            (1, -1, -1), (x, equations, rows), blocks, strict=True
+    if filled is not None:
+        Q, A, G = (filled[np.ix_(each, x)] for each in (x, equations, rows))
+    else:
+        blocks = [block(M, x, each) for each in (x, equations, rows)]
+        Q, A, G = (
+            of_arrays((each.size, x.size), indptr, indices, sign * data, csc_matrix)
+            for sign, each, (indptr, indices, data) in zip(
+                (1, -1, -1), (x, equations, rows), blocks, strict=True
+            )
         )
-    )
     program = ConvexProgram(
         Q=Q,
         c=q[x],
@@ -359,12 +370,15 @@ def _minimizer(
 
 
 def _minimum(program: ConvexProgram, max_steps: int, is_dense: bool) -> PiqpResult:
-    """Return the result of `convex_minimum` for csc_matrices. With blocks U D U' of
-    rank one in Q, the sums v = U'x are further variables, with the costs v'Dv / 2."""
+    """Return the result of `convex_minimum` for arrays or csc_matrices. With blocks U D
+    U' of rank one in these, the sums v = U'x are further variables, with the costs v'Dv
+    / 2."""
     Q, c, equations, rows, bounds = program
     A, b = equations
     G, *sides = rows
     n = c.size
+    if not is_sparse(Q):
+        return convex_minimum(program, TOLERANCE, max_steps, MAX_GAP)
     blocks = rank_one_blocks(Q, np.ones(n))
     if blocks is not None:
         zeros = np.zeros(blocks.D.size)

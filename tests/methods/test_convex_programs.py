@@ -225,6 +225,28 @@ def test_rows_between_two_bounds_need_no_further_variables_of_piqp(monkeypatch):
     assert np.allclose(values[y != 0], expected[y != 0], rtol=0.0, atol=1e-9)
 
 
+def test_arrays_with_few_zeros_reach_piqp_without_a_sparse_form(monkeypatch):
+    """Its minimizer is that of the same program with sparse matrices; equations, rows
+    with one side and rows between two bounds each have their own sign."""
+    random = default_rng(1)
+    factors, A = random.standard_normal((50, 40)), random.standard_normal((18, 40))
+    Q, c = factors.T @ factors, 10 * random.standard_normal(40)
+    low = A @ random.uniform(-0.5, 0.5, 40)
+    high = low + np.repeat([0.0, np.inf, 0.1], 6)
+    high[9:12] = low[9:12]
+    low[9:12] = -np.inf
+    ends = {"row_lower": low, "row_upper": high, "lower": -1.0, "upper": 1.0}
+    expected = solved(from_qp(csr_array(Q), c, csr_array(A), **ends))
+
+    def refused(*_):
+        raise AssertionError("the program is made sparse")
+
+    monkeypatch.setattr(convex_program, "block", refused)
+    result = solved(from_qp(Q, c, A, **ends))
+    assert result.route == expected.route == ("piqp",)
+    np.testing.assert_allclose(result.z, expected.z, rtol=1e-9, atol=1e-9)
+
+
 def test_scaling_factors_are_computed_once_for_both_forms_of_a_dense_program(
     monkeypatch,
 ):
