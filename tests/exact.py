@@ -110,12 +110,12 @@ def nonnegative(A, b):
     rule."""
     m, n = len(A), len(A[0])
     rows = []
-    for i in range(m):
-        sign = -1 if b[i] < 0 else 1
-        rows.append([*(sign * v for v in A[i]), *unit(i, m), sign * b[i]])
+    for i, side in enumerate(b):
+        sign = -1 if side < 0 else 1
+        rows.append([*(sign * v for v in A[i]), *unit(i, m), sign * side])
     basis = [n + i for i in range(m)]
-    cost = [-sum((row[j] for row in rows), Fraction(0)) for j in range(n)]
-    cost += [Fraction(0)] * m + [-sum((row[-1] for row in rows), Fraction(0))]
+    cost = [-sum(column, Fraction(0)) for column in zip(*rows, strict=True)]
+    cost[n:-1] = [Fraction(0)] * m
     while True:
         entering = next((j for j in range(n) if cost[j] < 0), None)
         if entering is None:

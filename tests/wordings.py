@@ -350,6 +350,16 @@ ONE_M = f"give two problems with one M{OF_ROWS}"
 SAME_UNKNOWNS = f"give two problems with the same unknowns{OF_ROWS}"
 UP_TO_500 = "all solutions are listed up to 500; lcp solve finds one"
 
+SUFFIX = "use .json, .csv, .mtx, .npz, .npy, .mat, or .mps or .qps for a program"
+WITHOUT_OBJECTIVE = "take {} out to find one solution"
+NO_QUADRATIC_PROGRAM = "{} in {}, so that this is no quadratic program"
+OTHER_PROGRAMS = (
+    "lcp solves linear and quadratic programs; of others write the optimality "
+    "conditions, as complementarity conditions"
+)
+NO_RECORD = "is not a record of a bench{}"
+NAME_A_RECORD = "name a .json file written by lcp bench -o"
+
 # Hints: calls.
 BY_READING = "make it by Problem(M, q), or by read(path) from a file"
 OTHER_SOLVER = "make another Solver for it"

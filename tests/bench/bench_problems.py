@@ -2,11 +2,14 @@
 bench."""
 
 import json
+from dataclasses import asdict
 from types import SimpleNamespace
 
 import numpy as np
 
-from lcpcli.bench.record import Machine, Measurement, Settings
+from lcpcli.bench.record import BenchRecord, Machine, Measurement, Settings
+from lcpcli.bench.report import render
+from lcpcli.bench.suites import Case, case
 from lcpcli.peers import packages
 from lcpcli.peers import registry as peers
 from lcpcli.peers.registry import Claim
@@ -20,6 +23,32 @@ PROBLEMS = {
 
 SETTINGS = Settings(1e-10, 10.0, 1e-6, 1.0)
 MACHINE = Machine("P_1 & Co", 2, 2**33, "Linux", 1)
+
+
+EMPTY = {
+    "suite": ["quick"],
+    "cases": [
+        case("harker-pang", 10, seed=2, symmetric=True),
+        Case("a.json", file="b/a.json"),
+    ],
+    "methods": ["auto"],
+    "peers": ["quantecon"],
+    "missing": [],
+    "options": SETTINGS,
+    "machine": MACHINE,
+    "versions": {"numpy": "2.0"},
+}
+
+
+def changed(**changes):
+    """A record without measurements, but for the changes, in JSON."""
+    content = json.loads(render(BenchRecord(**EMPTY), "json", None, False))
+    return json.dumps({**content, **changes})
+
+
+def measured(**changes):
+    """A record of one measurement, which is in order but for the changes."""
+    return changed(measurements=[{**asdict(measurement("a.json", "auto")), **changes}])
 
 
 def write(folder, *names):

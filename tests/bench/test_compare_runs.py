@@ -10,7 +10,7 @@ import pytest
 from lcpcli.bench import record as records
 from lcpcli.errors import OptionError
 from lcpcli.files import contents
-from lcpcli.methods.registry import Variant, labels, parse, sweep
+from lcpcli.methods.registry import parse
 
 from ..benchmarks.compare_runs import changes_between, main
 from ..cli.conftest import assert_refused
@@ -188,27 +188,6 @@ def test_a_variant_is_written_as_read_and_its_options_have_their_kinds():
     assert isinstance(parse("shi:k-star=5").options["k_star"], int)
     own = {"omega": "auto", "scale": True, "finish": False}
     assert parse("fixed-point:omega=auto,scale,finish=false").options == own
-
-
-def test_several_sweeps_make_a_grid_and_leave_methods_without_the_option_alone():
-    grid = sweep([parse("fixed-point"), parse("shi")], ["p=1,10", "k-star=5,100"])
-    ours = [f"shi:p={p},k-star={k_star}" for p in (1, 10) for k_star in (5, 100)]
-    assert [str(each) for each in grid] == ["fixed-point", *ours]
-    assert sweep([Variant("shi")], ["p=1,1"]) == [parse("shi:p=1")]  # once
-
-
-def test_names_say_in_what_the_runs_of_a_method_differ():
-    asked = [
-        parse(text)
-        for text in (
-            "shi:p=1,k-star=5",
-            "shi:p=10,k-star=5",
-            "newton",
-            "fixed-point:scale",
-        )
-    ]
-    assert labels(asked) == ["shi:p=1", "shi:p=10", "newton", "fixed-point:scale"]
-    assert labels([Variant("shi"), parse("shi:p=10")]) == ["shi", "shi:p=10"]
 
 
 def test_bench_measures_variants_and_resumes_them(lcp, tmp_path):

@@ -2,9 +2,54 @@
 
 import pytest
 
-from ..refusals import commands
+from ..refusals import commands, contents
+from .bench_problems import asdict, changed, measured, measurement
 
+NAMES = {
+    function.__name__: function for function in (asdict, changed, measured, measurement)
+}
+RECORDS = contents(
+    "r.json",
+    r"""
+"" => is empty; {NAME_A_RECORD}
+"nonsense" => {NO_RECORD:}; {NAME_A_RECORD}
+"[" * 10000 => {NO_RECORD:}; {NAME_A_RECORD}
+changed(options={"tol"\x3a "small", "time_limit"\x3a 1, "accept"\x3a 1, "budget"\x3a 1})
+    => {NO_RECORD: (tol has the wrong type)}; {NAME_A_RECORD}
+changed(more=1)
+    => {NO_RECORD: (its fields do not fit a record)}; {NAME_A_RECORD}
+changed(missing=None) => {NO_RECORD: (missing has the wrong type)}; {NAME_A_RECORD}
+changed(versions=dict(numpy=2))
+    => {NO_RECORD: (versions has the wrong type)}; {NAME_A_RECORD}
+measured(n=0)
+    => {NO_RECORD: (a.json, auto: n or seconds are inconsistent)}; {NAME_A_RECORD}
+measured(seconds=[])
+    => {NO_RECORD: (a.json, auto: n or seconds are inconsistent)}; {NAME_A_RECORD}
+measured(seconds=[10**400]) => {NO_RECORD:}; {NAME_A_RECORD}
+measured().replace("[1.0]", "[1e999]")
+    => {NO_RECORD: (seconds has the wrong type)}; {NAME_A_RECORD}
+measured(solver="nobody")
+    => {NO_RECORD: (a.json, nobody: it was not requested, or occurs twice)};
+    {NAME_A_RECORD}
+changed(measurements=2 * [asdict(measurement("a.json", "auto"))])
+    => {NO_RECORD: (a.json, auto: it was not requested, or occurs twice)};
+    {NAME_A_RECORD}
+measured(curve=[[0, 1.0]]) => {NO_RECORD: (curve has the wrong type)}; {NAME_A_RECORD}
+measured(parameters=dict(a=[1]))
+    => {NO_RECORD: (parameters has the wrong type)}; {NAME_A_RECORD}
+measured() + "\\n\\nnonsense\\n"
+    => {NO_RECORD: (line 3 is not a measurement)}; {NAME_A_RECORD}
+measured() + '\\n{"problem"\x3a "a.json"}'
+    => {NO_RECORD: (line 2 is not a measurement)}; {NAME_A_RECORD}
+measured() + '\\n{"problem"\x3a \\n'
+    => {NO_RECORD: (line 2 is not a measurement)}; {NAME_A_RECORD}
+b"\\xff" => {NOT_UTF_8}; {AS_UTF_8}
+""",
+    made=lambda text: eval(text, NAMES),
+    command="bench --resume {}",
+)
 REFUSALS = [
+    *RECORDS,
     *commands(
         r"""
 bench quik => quik: is neither a suite nor a file; {DID_YOU_MEAN:quick}

@@ -1,8 +1,8 @@
 """What each special way of solving is worth: it is switched off alone, and the problems
 of `tests/seams` whose run uses it are run again.
 
-    # the first run of the sample, which is kept, and all switches
-    python tests/benchmarks/ablation.py --data FOLDER --sample FILE
+    # all switches
+    python tests/benchmarks/ablation.py --data FOLDER
     # some of them
     python tests/benchmarks/ablation.py --only units presolve
 
@@ -18,7 +18,6 @@ import argparse
 import contextlib
 import importlib
 import inspect
-import pickle
 import sys
 import textwrap
 import time
@@ -70,7 +69,6 @@ SLOWEST = 0.5  # seconds of a sampled problem
 LIMIT = 30.0  # seconds, after which a run counts as without a verdict
 CLEAR_SECONDS = 3e-3  # of a problem whose ratio of time is looked at
 REPEATED, PAIRS = 4, 5  # problems of a switch that are timed again, and how often
-NOT_KEPT = ("_population", "_case")
 
 
 class Switch(NamedTuple):
@@ -279,11 +277,7 @@ SWITCHES = (
     Switch("units of dense M", f"{U}:_dense", nothing),
     Switch("units of few rows at once", f"{U}:MAX_DENSE", constant(0)),
     # Sparse problems.
-    Switch(
-        "krylov",
-        "methods.active_set:krylov",
-        fails,
-    ),
+    Switch("krylov", "methods.active_set:krylov", fails),
     Switch(
         "multilevel",
         "methods.active_set:multilevel",
@@ -593,7 +587,6 @@ class Sampled:
     def __init__(self, population, case):
         self.key = f"{population.__name__} {case.key}"
         self._population, self._case = population, case
-        self._pickled: bytes | None = None
         self.calls: frozenset[tuple[str, int]] = frozenset()
         self.entry: dict[str, Any] = {}
         self.seconds = np.inf
@@ -601,13 +594,7 @@ class Sampled:
     def run(self):
         """Return the outcome and the processor time, without that of making the
         problem."""
-        if self._pickled is None:
-            made = self._case.make()
-            try:
-                self._pickled = pickle.dumps(made)
-            except Exception:  # of functions, which are made in no time
-                self._pickled = b""
-        made = pickle.loads(self._pickled) if self._pickled else self._case.make()
+        made = self._case.make()
         start = time.process_time()
         try:
             entry = self._population.outcome(self._case, made)
@@ -615,12 +602,8 @@ class Sampled:
             entry = {"status": f"{type(error).__name__}: {error}"}
         return entry, time.process_time() - start
 
-    def begin(self, known):
-        """Run it with a list of the functions called, and again for the time, or take
-        what is known of an earlier sample."""
-        if self.key in known:
-            self.__dict__.update(known[self.key])
-            return
+    def begin(self):
+        """Run it with a list of the functions called, and again for the time."""
         called = set()
 
         def note(frame, event, _):
@@ -639,10 +622,6 @@ class Sampled:
             sys.setprofile(None)
         self.calls = frozenset(each for each in called if each[0].startswith(PACKAGE))
         self.seconds = min(self.run()[1] for _ in range(2))
-
-    def known(self):
-        """Return what another process need not find again."""
-        return {key: value for key, value in vars(self).items() if key not in NOT_KEPT}
 
 
 class Bench:
@@ -671,10 +650,8 @@ class Bench:
         return {"status": found.status.word, "iterations": found.iterations}
 
 
-def sample(folder, data, file):
-    """Return problems of all kinds, each of which takes at most SLOWEST. file : where
-    what is known of them is kept."""
-    known = pickle.loads(file.read_bytes()) if file and file.exists() else {}
+def sample(folder, data):
+    """Return problems of all kinds, each of which takes at most SLOWEST."""
     random, found = np.random.default_rng(0), []
     # Not by one process for each problem.
     populations.gallery = families.make
@@ -693,9 +670,7 @@ def sample(folder, data, file):
             picked = random.permutation(len(cases))[:most]
             for k in sorted(picked):
                 found.append(Sampled(population, cases[k]))
-                found[-1].begin(known)
-    if file and not known:
-        file.write_bytes(pickle.dumps({each.key: each.known() for each in found}))
+                found[-1].begin()
     return [each for each in found if each.calls]
 
 
@@ -797,10 +772,9 @@ def main():
     )
     parser.add_argument("--data", type=Path, help="a folder of problem files")
     parser.add_argument("--only", nargs="+", default=[""], help="beginnings of names")
-    parser.add_argument("--sample", type=Path, help="a file that keeps the sample")
     asked = parser.parse_args()
     with TemporaryDirectory() as folder:
-        sampled = sample(Path(folder), asked.data, asked.sample)
+        sampled = sample(Path(folder), asked.data)
         total = sum(each.seconds for each in sampled)
         print(f"{len(sampled)} problems, {total:.0f} s of processor time\n\n{HEAD}")
         for switch in [*SWITCHES, *rows()]:

@@ -72,17 +72,10 @@ class Change(NamedTuple):
 
     @property
     def ratio(self):
-        if (
-            self.old is None
-            or self.new is None
-            or not (self.old.is_good and self.new.is_good)
-        ):
+        ends = [end for end in (self.old, self.new) if end and end.is_good]
+        if len(ends) < 2 or not all(end.seconds for end in ends):
             return None
-        return (
-            self.new.seconds / self.old.seconds
-            if self.old.seconds and self.new.seconds
-            else None
-        )
+        return ends[1].seconds / ends[0].seconds
 
     @property
     def verdict(self):
@@ -93,16 +86,11 @@ class Change(NamedTuple):
             return NEW if old is None else GONE
         if old.digest and new.digest and old.digest != new.digest:
             return CHANGED
-        if (
-            old.is_good
-            and new.is_good
-            and (old.status == SOLVED) != (new.status == SOLVED)
-        ):
-            return CONTRADICTION
         if old.is_good != new.is_good:
             return BETTER if new.is_good else WORSE
         if old.status != new.status:
-            return OTHER
+            is_contradiction = old.is_good and SOLVED in (old.status, new.status)
+            return CONTRADICTION if is_contradiction else OTHER
         if ratio is None:
             return SAME
         sooner, later = (old, new) if ratio > 1 else (new, old)

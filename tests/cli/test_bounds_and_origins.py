@@ -13,8 +13,7 @@ from lcpcli.errors import ProblemError
 from ..conftest import Outcome, save_json
 from ..far_bounds import FAR
 from ..files.binary import archive, mat, npy
-from ..wordings import ENDS_TOO_EARLY, OTHER_ORIGIN
-from .conftest import assert_refused
+from ..wordings import OTHER_ORIGIN
 
 REMARK = (
     "lcp: far.json: 6 bounds of 1e20 or more; --infinity 1e20 makes them infinite\n"
@@ -80,20 +79,6 @@ def test_every_format_gives_the_same_bounds(name, bounds):
 def test_one_number_in_mat_is_for_all(bounds):
     Path("one.mat").write_bytes(mat(lower=-1))
     assert bounds("--lower", "one.mat") == (-1, [8, 9])
-
-
-def test_bad_origins_are_reported_in_one_line(lcp, files):
-    told = {
-        "3": "is a number; give an object with the key kind",
-        "{": f"line 1, column 2: {ENDS_TOO_EARLY}",
-    }
-    for origin, words in (
-        told | {'{"kind": "qp", "variables": 9}': OTHER_ORIGIN}
-    ).items():
-        np.savez(
-            files / "bad.npz", M=[[2.0, 1.0], [1.0, 2.0]], q=[-1.0, -1.0], origin=origin
-        )
-        assert_refused(lcp("solve bad.npz"), f"lcp: bad.npz: origin: {words}")
 
 
 PROGRAM = from_qp([[2, 0], [0, 2]], [1, 2], [[1, 1]], [1], row_upper=[2])

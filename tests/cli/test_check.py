@@ -40,33 +40,18 @@ def checked(lcp, tmp_path, monkeypatch):
 def test_results_of_solve_are_accepted_and_any_changed_digit_is_refused(lcp, checked):
     solved = lcp(f"solve {EXAMPLE} --exact --format json").record
     found = checked(solved, "--exact --format json").record
-    assert (
-        found["accepted"],
-        found["residual"],
-        found["backward_error"],
-        found["violations"],
-    ) == (True, 0, 0, [])
+    right = {"accepted": True, "residual": 0, "backward_error": 0, "violations": []}
+    assert right.items() <= found.items()
     for vector, told in (
         ("z", "not an exact solution"),
         ("w", "the specified w is not Mz + q"),
     ):
         for i, text in enumerate(solved["exact"][vector]):
-            place = [k for k, mark in enumerate(text) if mark.isdigit()][
-                -1 - i % 2 * text.count("/")
-            ]
-            changed = (
-                text[:place] + str((int(text[place]) + 1) % 10) + text[place + 1 :]
-            )
-            answer = {
-                **solved["exact"],
-                vector: [
-                    *solved["exact"][vector][:i],
-                    changed,
-                    *solved["exact"][vector][i + 1 :],
-                ],
-            }
+            own = [*solved["exact"][vector]]
+            own[i] = text[:-1] + str((int(text[-1]) + 1) % 10)
+            answer = solved["exact"] | {vector: own}
             outcome = checked(solved | {"exact": answer}, "--exact")
-            assert (outcome.code, told in outcome.out) == (1, True), changed
+            assert (outcome.code, told in outcome.out) == (1, True), own
 
 
 PORTFOLIO = contents.shipped_path("programs/portfolio.json")

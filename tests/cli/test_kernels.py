@@ -100,8 +100,7 @@ def test_without_numba_there_is_nothing_to_compile(
 
 def test_the_number_of_kernels_and_the_folder_of_the_cache_are_said_in_one_line(lcp):
     outcome = lcp("kernels")
-    assert outcome.code == 0
-    assert outcome.err == ""
+    assert (outcome.code, outcome.err) == (0, "")
     found = re.fullmatch(
         r"(\d+) kernels? compiled, (\d+) already there; the cache is in (.*)\n",
         outcome.out,

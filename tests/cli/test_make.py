@@ -1,8 +1,8 @@
 """lcp make and lcp convert write problems, programs as programs, that are read again,
 and refuse the rest in a line."""
 
-import subprocess
-import sys
+import re
+from dataclasses import replace
 from itertools import pairwise
 
 import numpy as np
@@ -10,37 +10,13 @@ import pytest
 
 import lcpcli
 from lcpcli import Problem, from_qp, read, write
-from lcpcli.errors import Exit, ProblemError
+from lcpcli.errors import Exit
 from lcpcli.files import contents
 from lcpcli.files.formats import COMPLETE, GENERAL_SUFFIXES
 from lcpcli.gallery import families as gallery
 
 from ..conftest import numbers
 from .conftest import assert_refused
-
-
-@pytest.mark.parametrize("family", gallery.FAMILIES)
-def test_what_is_made_can_be_read_from_its_file(family, lcp, tmp_path):
-    made = lcp(f"make {family}")
-    assert (made.code, made.err) == (0, "")
-    file = tmp_path / "made.json"
-    file.write_text(made.out)
-    problem, expected = read(file), gallery.make(family)
-    for field in ("name", "source", "note", "verdict"):
-        assert getattr(problem, field) == getattr(expected, field)
-    assert np.array_equal(problem.q, expected.q)
-
-
-def test_a_pipe_to_a_reader_that_has_enough():
-    script = (
-        f"{sys.executable} -m lcpcli make harker-pang -n 200 | head -1; echo "
-        f"${{PIPESTATUS[0]}}"
-    )
-    done = subprocess.run(
-        ["bash", "-c", script], capture_output=True, text=True, check=True
-    )
-    assert done.stdout in (f"{{\n{Exit.CLOSED_PIPE:d}\n", "{\n0\n")
-    assert done.stderr == ""
 
 
 @pytest.mark.parametrize(
@@ -58,6 +34,7 @@ def test_a_pipe_to_a_reader_that_has_enough():
             {"friction": 0.1, "compliance": 2.0},
         ),
         ("murty -o -", "murty", {}),
+        ("harker-pang", "harker-pang", {}),
     ],
 )
 def test_options_reach_the_family(line, family, arguments, lcp, tmp_path):
@@ -83,13 +60,11 @@ def test_the_list_shows_every_family_on_narrow_and_wide_screens(lcp, monkeypatch
     assert lcp("make --list").out.count("\n") == 3 + len(gallery.FAMILIES)
 
 
-def test_one_line_of_some_length_refuses_long_names_and_numbers(lcp, folder):
-    files = set(folder.iterdir())
+def test_one_line_of_some_length_refuses_long_names_and_numbers(lcp):
     for line in (["x" * 100_000], ["diagonal", "--set", f"decades={10**400}"]):
         outcome = lcp("make", *line)
         assert_refused(outcome)
         assert len(outcome.err) < 1000
-    assert set(folder.iterdir()) == files
 
 
 PORTFOLIO = contents.shipped_path("programs/portfolio.json")
@@ -111,45 +86,19 @@ def test_range_in_mps_starts_at_the_side_that_leads_to_the_other(low, high, tmp_
 
 def test_starting_points_and_solutions_keep_the_conditions(lcp, tmp_path):
     problem = read(PORTFOLIO)
-    solved = lcpcli.run(problem).z
-    known = Problem(
-        problem.M,
-        problem.q,
-        lower=problem.lower,
-        upper=problem.upper,
-        origin=problem.origin,
-        solutions=[solved],
-    )
+    known = replace(problem, solutions=[lcpcli.run(problem).z])
     write(known, tmp_path / "known.json")
-    assert set(lcp(f"convert {tmp_path / 'known.json'}").record) >= {
-        "M",
-        "q",
-        "solution",
-    }
+    kept = lcp(f"convert {tmp_path / 'known.json'}").record
+    assert {"M", "q", "solution"} <= {*kept}
     outcome = lcp(f"convert {tmp_path / 'known.json'} -o {tmp_path / 'known.mps'}")
     assert outcome.code == 0
-    assert outcome.err.count("left out: solution") == 1
-
-
-def test_what_mps_cannot_hold_is_refused_in_one_line(tmp_path):
-    with pytest.raises(
-        ProblemError,
-        match=r"upper: has a bound of 1e.20 or more, which means no bound in MPS",
-    ):
-        write(from_qp(None, [1], upper=1e21), tmp_path / "far.mps")
-    assert list(tmp_path.iterdir()) == []
+    assert "left out: source, note, solution" in outcome.err
 
 
 RICH = Problem(
-    [[1, 1], [1, 1]],
-    [-1, -1],
-    "rich",
-    [1, 2],
-    [3, 4],
-    [[1, 0], [0.25, 0.75]],
-    "",
-    "a book",
-    "a note",
+    *([[1, 1], [1, 1]], [-1, -1], "rich", [1, 2], [3, 4], [[1, 0], [0.25, 0.75]]),
+    source="a book",
+    note="a note",
 )
 
 
@@ -163,18 +112,14 @@ def files_of(path):
     ("first", "second"), [*pairwise([*GENERAL_SUFFIXES, GENERAL_SUFFIXES[0]])]
 )
 def test_numbers_are_the_same_in_all_formats(tmp_path, lcp, first, second):
-    write(Problem([[0.1, 1e-300], [-1 / 3, 5e20]], [0.7, -2]), tmp_path / f"a{first}")
+    problem = Problem([[0.1, 1e-300], [-1 / 3, 5e20]], [0.7, -2])
+    write(problem, tmp_path / f"a{first}")
     outcome = lcp(
         "convert", *files_of(tmp_path / f"a{first}"), "-o", str(tmp_path / f"b{second}")
     )
-    assert outcome.code == 0
-    assert outcome.out == ""
-    assert outcome.err.count("\n") == 1
-    assert outcome.err.startswith(f"lcp: wrote {tmp_path / 'b'}")
-    assert numbers(read(*files_of(tmp_path / f"b{second}"))) == (
-        [[0.1, 1e-300], [-1 / 3, 5e20]],
-        [0.7, -2],
-    )
+    assert (outcome.code, outcome.out) == (0, "")
+    assert re.fullmatch(f"lcp: wrote {tmp_path / 'b'}.*\n", outcome.err)
+    assert numbers(read(*files_of(tmp_path / f"b{second}"))) == numbers(problem)
 
 
 @pytest.mark.parametrize("ending", COMPLETE)

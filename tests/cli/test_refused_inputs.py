@@ -93,12 +93,3 @@ def test_a_file_of_doubles_has_no_0_for_another_number(
         files = ["o.mtx", "o.q.mtx"] if ending == ".mtx" else [f"o{ending}"]
         solved = lcp("solve", "--exact", *files, "-f", "json").record
         assert solved["exact"]["z"] == [str(1 / Fraction(value)), "1"]
-
-
-@pytest.mark.parametrize("files", LOST)
-def test_exact_arithmetic_has_numbers_that_doubles_have_not(files, lcp, in_folder):
-    for name, text in files.items():
-        (in_folder / name).write_text(text)
-    solved = lcp("solve", "--exact", *files, "-f", "json").record
-    assert solved["status"] == "solved"
-    assert solved["exact"]["z"] == [str(10**400)]

@@ -350,9 +350,7 @@ InputFile.problem = read
 )
 def test_interrupt_while_the_interpreter_is_at_work_ends_without_a_word(program):
     done = python(program, f"solve {EXAMPLE}", timeout=60)
-    assert done.returncode == 130
-    assert done.stdout == ""
-    assert done.stderr.strip() == ""
+    assert (done.code, done.out, done.err.strip()) == (130, "", "")
 
 
 @SIGNALS

@@ -2,14 +2,12 @@
 iterates have their own file."""
 
 import csv
-import json
 from io import StringIO
 
 import pytest
 
 from lcpcli import Trace, read, run
 from lcpcli.files import contents
-from lcpcli.report import plotting
 
 EXAMPLE = contents.shipped_path("paper-example-2.json")
 
@@ -41,18 +39,6 @@ def folder(in_folder, monkeypatch):
     return in_folder
 
 
-def test_a_file_of_iterates_has_each_of_them_or_every_tenth(lcp, folder):
-    arguments = f"solve {EXAMPLE} --method fixed-point"
-    assert lcp(f"{arguments} --trace -o t.csv").out == ""
-    rows = table(folder / "t.csv")
-    assert [int(row["k"]) for row in rows] == list(range(len(rows)))
-    assert [row["status"] for row in rows] == [""] * (len(rows) - 1) + ["solved"]
-    assert lcp(f"{arguments} -q --trace -o t.csv --every 10").out == ""
-    kept = [int(row["k"]) for row in table(folder / "t.csv")]
-    assert {0, 10, len(rows) - 1} < {*kept}
-    assert len(kept) < len(rows) / 5
-
-
 def test_rows_selected_from_a_trace_are_those_of_a_trace_kept_for_them():
     whole = Trace()
     run(read(EXAMPLE), "fixed-point", trace=whole)
@@ -62,32 +48,6 @@ def test_rows_selected_from_a_trace_are_those_of_a_trace_kept_for_them():
         assert [row.k for row in whole.selected(5, most, None).rows] == [
             row.k for row in alone.rows
         ]
-
-
-def test_figure_can_be_redrawn_from_the_trace(lcp, folder, monkeypatch):
-    """By the same clock from the same beginning: its points are rows of the file."""
-    pytest.importorskip("matplotlib")
-    drawn = []
-    usual = plotting.convergence
-    monkeypatch.setattr(
-        plotting, "convergence", lambda panels: drawn.extend(panels) or usual(panels)
-    )
-    lcp(
-        f"compare {EXAMPLE} --method shi --sweep k-star=5,20 --plot figure.svg "
-        "--trace -o t.csv"
-    )
-    assert [curve.label for curve in drawn[0].curves] == [
-        "shi:k-star=5",
-        "shi:k-star=20",
-    ]
-    rows = table(folder / "t.csv")
-    for curve in drawn[0].curves:
-        own = {int(row["k"]): row for row in rows if row["method"] == curve.label}
-        for k, seconds, error in zip(curve.k, curve.seconds, curve.errors, strict=True):
-            assert k is not None
-            assert seconds == float(own[k]["seconds"])
-            assert error == float(own[k]["error"])
-        assert curve.solved == (list(own.values())[-1]["status"] == "solved")
 
 
 @pytest.mark.parametrize("exact", [[], ["--exact"]], ids=["rounded", "exact"])
@@ -107,24 +67,3 @@ def test_each_solution_of_a_list_is_checked(name, form, exact, lcp, folder):
     assert outcome.code == 0
     assert outcome.err == ""
     assert len(outcome.records) == vertices[name]
-
-
-@pytest.mark.parametrize(
-    ("name", "swapped", "cell", "other"),
-    [("murty", (2, 3), 4, "5"), ("both", (12, 13), 3, "")],
-    ids=["z1-and-z2", "probabilities-of-two-columns"],
-)
-def test_wrong_solution_among_others_in_csv_is_told_apart(
-    name, swapped, cell, other, lcp, folder
-):
-    assert lcp(f"solve {name}.json --all --format csv -o all.csv").code == 0
-    lines = (folder / "all.csv").read_text().splitlines()
-    first, second = (next(csv.reader([lines[k]])) for k in swapped)
-    first[cell], second[cell] = second[cell], other or first[cell]
-    for k, row in zip(swapped, (first, second), strict=True):
-        lines[k] = ",".join(f'"{text}"' for text in row)
-    (folder / "all.csv").write_text("\n".join(lines))
-    outcome = lcp(f"check {name}.json all.csv --format json")
-    correct = [json.loads(line)["accepted"] for line in outcome.out.splitlines()]
-    assert outcome.code == 1
-    assert correct.count(False) == 1

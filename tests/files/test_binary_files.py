@@ -57,6 +57,15 @@ M=eye, q=ones, name=np.array([2**30], "<u4").view("<U1").reshape(())
     => name: {NO_ARRAY_OF_NUMBERS}; {NPZ_AGAIN}
 M=eye, q=ones, lower=eye
     => lower: {DIMENSIONS:2 dimensions}; give a number, or a flat list of numbers
+M=eye, q=ones, origin="3"
+    => origin: {IS:a number}; give an object with the key kind
+M=eye, q=ones, origin="{"
+    => origin: line 1, column 2: {ENDS_TOO_EARLY}; is the file cut off?
+M=eye, q=ones, origin='{"kind"\x3a "qp", "variables"\x3a 9}'
+    => origin: {OTHER_ORIGIN}; {MAKE_AGAIN}
+c=ones, data=ones, indices=[0, 1], indptr=[0, 1, 2], shape=[2, 2]
+    => data: is part of a sparse matrix that has no name; call the parts of A A.data,
+    A.indices, A.indptr and A.shape
 P=eye, c=ones => P: {TWO_WAYS:c}; {WAYS_TO_WRITE_PROGRAMS}
 P=eye, q=ones, G=objects([None]) => G: {NO_ARRAY_OF_NUMBERS}; {NPZ_AGAIN}
 P=eye, q=ones, G=objects({}) => G: {NO_ARRAY_OF_NUMBERS}; {NPZ_AGAIN}

@@ -12,11 +12,10 @@ import lcpcli
 from lcpcli import errors, from_efg, read
 from lcpcli.files import contents
 from lcpcli.formulations.bimatrix_game.game import Game
-from lcpcli.formulations.bimatrix_game.tables import input_of
 from lcpcli.formulations.game_tree.game import ExtensiveGame
 
 from ..conftest import read_exact, save_json
-from ..wordings import NOT_UTF_8, ONLY_READ, OTHER_ORIGIN
+from ..wordings import NOT_UTF_8, OTHER_ORIGIN
 
 HEAD = 'NFG 1 R "a game" { "Alice" "Bob" }\n'
 PAYOFFS = (
@@ -94,10 +93,6 @@ def test_both_forms_are_only_read_and_complete_formats_keep_payoffs_and_tree(lcp
         again = read(f"g.{suffix}")
         assert again.origin.tree.terminal_nodes == kept
         assert (again.M == read("g.efg").M).all()
-    for output in ("w.nfg", "w.efg"):
-        done = lcp(f"convert {winkels} -o {output}")
-        assert done.code == 2
-        assert ONLY_READ in done.err
     done = lcp("convert g.efg -o g.csv")
     assert (
         "written as the game's mixed problem, M, q and bounds; left out: name, "
@@ -108,36 +103,6 @@ def test_both_forms_are_only_read_and_complete_formats_keep_payoffs_and_tree(lcp
     data["M"][0][3] += 1
     save_json(Path("m.json"), data)
     assert f"origin: {OTHER_ORIGIN}" in lcp("solve m.json").err
-
-
-@pytest.mark.parametrize(
-    ("first", "second", "rows", "columns"),
-    [
-        ("left,right\n3,0\n0,2\n", "2,0\n0,3\n", (), ("left", "right")),
-        ("3,0\n0,2\n", "left,right\n2,0\n0,3\n", (), ("left", "right")),
-        (
-            "event,left,right\nopera,3,0\nbox,0,2\n",
-            "2,0\n0,3\n",
-            ("opera", "box"),
-            ("left", "right"),
-        ),
-    ],
-    ids=["of-A", "of-B", "below-a-named-corner"],
-)
-def test_labels_of_strategies_are_kept(first, second, rows, columns):
-    put(first, second)
-    origin = input_of(["A.csv", "B.csv"]).read().origin
-    assert isinstance(origin, Game)
-    assert origin.rows == rows
-    assert origin.columns == columns
-
-
-@pytest.mark.parametrize("last", [1, 0])
-def test_whole_numbers_as_text_are_payoffs_as_str_writes_them(last):
-    payoffs = [[Fraction(1, 2), Fraction(0)], [Fraction(-3), Fraction(last)]]
-    A = [[str(v) for v in row] for row in payoffs]
-    save_json(Path("game.json"), {"A": A, "B": [["1", "0"], ["0", "1"]]})
-    assert read("game.json").origin.payoffs()[0] == payoffs
 
 
 GAME = TREE + (

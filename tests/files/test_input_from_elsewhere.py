@@ -163,32 +163,6 @@ def test_programs_have_numbers_as_texts_and_words_for_infinity(form, tmp_path):
 WORDS = ["INF", "+inf", " infinity ", None]
 
 
-@pytest.mark.parametrize("word", WORDS)
-@pytest.mark.parametrize("is_list", [False, True], ids=["one", "list"])
-def test_word_for_infinity_means_no_bound_alone_and_in_a_list(word, is_list, tmp_path):
-    below = None if word is None else f"-{word.strip().lstrip('+')}"
-    ends = {"lower": below, "upper": word}
-    fields = {"M": [[2]], "q": [6]} | {
-        key: [end] if is_list else end for key, end in ends.items()
-    }
-    file = tmp_path / "p.json"
-    save_json(file, fields)
-    problem = read(file)
-    assert problem.box.lower == -np.inf
-    assert problem.box.upper == np.inf
-    assert lcpcli.run(problem).z.tolist() == [-3]
-
-
-@pytest.mark.parametrize(
-    "text", [" ", "1/0", "1.5/2", "1/-2", "1 / 2", "1_000", "0x1", "1,5"]
-)
-def test_other_texts_are_refused_by_field_and_place(text, tmp_path):
-    file = tmp_path / "p.json"
-    save_json(file, {"M": [[2, 0], [0, text]], "q": [1, 1]})
-    with pytest.raises(ProblemError, match=r"M\[1\]\[1\]: is the text '"):
-        read(file)
-
-
 def rounded_products(rng, n):
     """Matrices that are symmetric but for the rounding of a product, an inverse or a
     division."""

@@ -119,18 +119,6 @@ def test_a_start_is_taken_from_a_file_or_hundreds_of_typed_numbers(lcp, tmp_path
     assert outcome.err == ""
 
 
-def test_one_solution_or_several_are_read_from_json(tmp_path):
-    for solution, expected in (
-        ([1, 0], [[1, 0]]),
-        ([[1, 0]], [[1, 0]]),
-        ([[1, 0], [0, 2.5]], [[1, 0], [0, 2.5]]),
-    ):
-        save_json(tmp_path / "problem.json", {**json.loads(JSON), "solution": solution})
-        assert [
-            z.tolist() for z in read(tmp_path / "problem.json").solutions
-        ] == expected
-
-
 FILES = {
     "M.npy": npy(np.array(M)),
     "q.npy": npy(np.array(Q)[:, None]),
@@ -148,19 +136,6 @@ def folder(in_folder, monkeypatch):
     # Whose times are not looked at here.
     monkeypatch.setattr("lcpcli.solving.driver.MAX_REPETITIONS", 1)
     return in_folder
-
-
-@pytest.mark.usefixtures("folder")
-@pytest.mark.parametrize("files", ["M.npy q.npy", "M.mat b.mat", "M.npy q.csv"])
-def test_two_files_are_one_problem_in_every_command(lcp, files):
-    for line in (
-        "solve {} --exact --quiet",
-        "compare {} --method lemke -q",
-        "check {} 0.5,0",
-    ):
-        outcome = lcp(line.format(files))
-        assert outcome.code == 0
-        assert outcome.err == ""
 
 
 def test_a_file_that_holds_M_alone_takes_exactly_the_next_one(folder, lcp):
@@ -257,21 +232,6 @@ def test_each_is_read_by_its_name_from_any_folder(in_folder):
         for given in (name, file.name):
             assert np.array_equal(read(given).q, read(file).q)
     assert not list(in_folder.iterdir())
-
-
-def test_every_command_that_reads_a_problem_takes_the_names(in_folder, lcp):
-    assert lcp("solve bimatrix -o result.json").code == 0
-    for line in (
-        "solve winkels --all",
-        "compare two-unknowns --method newton",
-        "check bimatrix result.json",
-        "inspect hs21",
-        "convert portfolio -o portfolio.mat -q",
-        "bench two-unknowns --method newton --budget 0 -q",
-    ):
-        outcome = lcp(line)
-        assert (outcome.code, outcome.err) == (0, ""), line
-    assert (in_folder / "portfolio.mat").exists()
 
 
 @pytest.mark.parametrize(

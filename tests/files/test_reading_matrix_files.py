@@ -245,14 +245,6 @@ def test_dimensions_that_are_not_those_of_the_values_are_refused(size):
         assert "is not a MAT file, or is damaged" in outcome(damaged)
 
 
-def test_parts_of_a_sparse_matrix_of_a_program_have_its_name_in_front(tmp_path):
-    np.savez(tmp_path / "program.npz", c=[-5, -6], row_upper=[1, 1], **parts_of(SPARSE))
-    with pytest.raises(
-        ProblemError, match="data: is part of a sparse matrix that has no name"
-    ):
-        read(tmp_path / "program.npz")
-
-
 @pytest.mark.parametrize(
     ("place", "byte"),
     [(136, 118), (145, 75)],

@@ -252,6 +252,15 @@ TEXTS = contents(
     => M[0][0]: {IS:the text '1/0'}; {REAL}{FROM_0}
 {"M": [["1.5/2", 1], [1, 2]], "q": [-5, -6]}
     => M[0][0]: {IS:the text '1.5/2'}; {REAL}{FROM_0}
+{"M": [["1/-2", 1], [1, 2]], "q": [-5, -6]}
+    => M[0][0]: {IS:the text '1/-2'}; {REAL}{FROM_0}
+{"M": [["1 / 2", 1], [1, 2]], "q": [-5, -6]}
+    => M[0][0]: {IS:the text '1 / 2'}; {REAL}{FROM_0}
+{"M": [["1_000", 1], [1, 2]], "q": [-5, -6]}
+    => M[0][0]: {IS:the text '1_000'}; {REAL}{FROM_0}
+{"M": [["0x1", 1], [1, 2]], "q": [-5, -6]}
+    => M[0][0]: {IS:the text '0x1'}; {REAL}{FROM_0}
+{"M": [[" ", 1], [1, 2]], "q": [-5, -6]} => M[0][0]: {IS:the text ' '}; {REAL}{FROM_0}
 {"M": [["0,5", 1], [1, 2]], "q": [-5, -6]} => M[0][0]: is the text '0,5'; {REAL}{FROM_0}
 {"M": [["", 1], [1, 2]], "q": [-5, -6]} => M[0][0]: {IS:the text ''}; {REAL}{FROM_0}
 {"M": [["inf", 1], [1, 2]], "q": [-5, -6]} => M[0][0]: {NOT_FINITE}; {FINITE}{FROM_0}
@@ -881,6 +890,10 @@ UP b bread 4 -> UP b bread -3
     => line 13: {UPPER_BELOW_LOWER:'bread'|-3|0}; {LOWER_BOUND_TOO}
 r protein 36 fat 5 -> r protein 36 fat -1e20
     => row fat: {BOUND_OF_1E20}; {A_SMALLER_ONE}
+r protein 36 fat 5 -> r protein 36 fat -1e400
+    => row fat: {BOUND_OF_1E20}; {A_SMALLER_ONE}
+r protein 36 fat 5 -> r protein 36 fat -1e400\nRANGES\n r fat 1e400
+    => row fat: {BOUND_OF_1E20}; {A_SMALLER_ONE}
 UP b bread 4 -> UP b bread -1e21 => line 13: {BOUND_OF_1E20}; {A_SMALLER_ONE}
 UP b bread 4 -> LO b bread 1e20 => line 13: {BOUND_OF_1E20}; {A_SMALLER_ONE}
 """,
@@ -896,6 +909,8 @@ min\n obj: x + 2 y\nst\n c1: [x^2] + y >= 1\nbounds\n x <= 3\nend\n
 min\n obj: x + 2 y\nsubject two\n c1: x + y >= 1\nbounds\n x <= 3\nend\n
     => {NOT_LP:line 3: expected `+` or `-`, found `subject`}; {CORRECT_LP}
 max\nend\n => is not a program in the LP format; is it complete?
+min\n obj: a + b\nst\n c1: a + b >= 3\n c1: a >= 1\nend\n
+    => declares 'c1' a second time; give each row another name
 """,
 )
 
@@ -1104,8 +1119,38 @@ x0 -> x1\n0 one => line 18: {IN_PLACE_OF:'one'|a number}; {COUNTS_RIGHT}
 5 -> 9 => line 19: {IN_PLACE_OF:'9'|the kind of a bound}; the kinds are 0 to 5
 J0\n1 -> J0\n2 => line 29: {ENDS_TOO_EARLY}; {CUT_OFF}
 \n 1 0 -> \n 2 0 => has 1 entries of rows (J), but its header says 2; {CUT_OFF}
+O0\n0\nn0 -> O0\n0\nv0
+    => has an objective, and is not linear; {WITHOUT_OBJECTIVE:the objective}, or write
+    its optimality conditions as complementarity conditions; lcp minimizes over the
+    solutions of linear models only
+o44\nv0 -> n0 and O0\n0\nn0 -> O0\n0\no76\nv0
+    => has an objective that is not linear; write a linear one, or
+    {WITHOUT_OBJECTIVE:it}
 """,
     made=partial(changed, MODEL),
+)
+# minimize 0 subject to v0 >= 1 and v0 >= 0.
+PROGRAM = changed(MODEL, "r\n5\n1\n1 -> r\n2\n1 and o44\nv0 -> n0")
+TERMS = {
+    r"o44\nv0": "the operator exp of variables",
+    r"o2\nv0\no76\nv0": "a term of degree 3",
+    r"o75\nv0\nn3": "the operator ^ of variables",
+    r"o3\nn1\nv0": "the operator / of variables",
+    r"o3\nv0\nn0": "the operator / of variables",
+    r"o64\n2\nn1\nn0\nn2\nv0": "a piecewise linear function",
+    r"o15\nv0": "the operator abs of variables",
+    r"o11\n2\nv0\nn1": "the operator min of variables",
+}
+OF_PROGRAMS = contents(
+    "model.nl",
+    "\n".join(
+        rf"O0\n0\nn0 -> O0\n0\n{term} => has {{NO_QUADRATIC_PROGRAM:{words}|the "
+        "objective}; {OTHER_PROGRAMS}\n"
+        rf"C0\nn0 -> C0\n{term} and O0\n0\nn0 -> O0\n0\nv0 => has "
+        f"{{NO_QUADRATIC_PROGRAM:{words}|C0}}; {{OTHER_PROGRAMS}}"
+        for term, words in TERMS.items()
+    ),
+    made=partial(changed, PROGRAM),
 )
 # Two variables, and two rows that complement the first of them.
 TWO_ROWS = (
@@ -1144,6 +1189,13 @@ convert winkels -o w.nfg => w.nfg: {ONLY_READ}; {COMPLETE}
 convert winkels -o w.efg => w.efg: {ONLY_READ}; {COMPLETE}
 {"c": [1]} > p.json
 convert p.json -o p.lp => p.lp: {ONLY_READ}; {COMPLETE}
+{"c": [1], "upper": 1e21} > p.json
+convert p.json -o p.mps
+    => p.mps: upper: has a bound of 1e+20 or more, which means no bound in MPS; give
+    --infinity 1e20 if it means that here too, or write .json
+convert mixed.json -o a.json.gz => a.json.gz: has the unknown suffix .gz; {SUFFIX}
+convert mixed.json -o a => a: has no suffix; {SUFFIX}
+convert mixed.json -o .csv => .csv: has no suffix; {SUFFIX}
 convert mixed.json -o out.mtx => out.mtx: {CANNOT_HOLD_BOUNDS}; {WITH_BOUNDS}
 convert mixed.json -o out.npy => out.npy: {CANNOT_HOLD_BOUNDS}; {WITH_BOUNDS}
 """,
@@ -1333,7 +1385,7 @@ REFUSALS = [
     *(*PROGRAMS, *CHANGED_PROGRAMS, *MORE_KEYS, *FROM_QP, *TWO_FORMS),
     *(*MPS, *NO_COLUMNS, *DIETS, *LP, *FROM_GAME, *COSTS, *LARGE_GAME),
     *(*STRATEGIC_OPENINGS, *STRATEGIC_FORM, *TREE_OPENINGS, *TREES, *NODES),
-    *(*TABLES_OF_GAMES, *MODELS, *WRITTEN, *ANSWERS, *TABLES, *AS_TABLES),
+    *(*TABLES_OF_GAMES, *MODELS, *OF_PROGRAMS, *WRITTEN, *ANSWERS, *TABLES, *AS_TABLES),
     *(*STRATEGIES, *OTHER_STRATEGIES, *STATES, *STARTS),
 ]
 

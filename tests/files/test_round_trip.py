@@ -273,16 +273,6 @@ def plain(value):
     )
 
 
-def test_two_files_keep_the_digits_of_both(folder):
-    (folder / "M.csv").write_text(f"{DIGITS};0\n0;1\n".replace(".", ","))
-    (folder / "q.json").write_text(f"[-1, -{INTEGER}]")
-    convert(folder / "M.csv", folder / "q.json", folder / "b.json")
-    assert exact(folder / "b.json")[:2] == [
-        [{0: Fraction(DIGITS)}, {1: 1}],
-        [-1, -Fraction(INTEGER)],
-    ]
-
-
 def numbers_of(data):
     """The numbers of a program, and null; as by default where it has none."""
     k = len(data["c"])
@@ -368,22 +358,6 @@ def test_games_keep_their_payoffs(folder, lcp):
         f"lcp: {folder}/h.csv: some numbers have more digits than doubles and "
         "were rounded; .json would keep them all"
     ]
-
-
-@pytest.mark.parametrize("ending", ["npz", "mat", "npy"])
-def test_doubles_are_rounded_with_one_remark(folder, lcp, ending):
-    (folder / "a.json").write_text(
-        f'{{"M": [[{DIGITS}, 0], [0, {INTEGER}]], "q": [0, -1]}}'
-    )
-    output = folder / f"a.{ending}"
-    outcome = lcp(f"convert {folder / 'a.json'} -o {output}")
-    assert outcome.code == 0
-    assert outcome.err.count("\n") == 2
-    assert "were rounded" in outcome.err
-    again = read(*([output, folder / "a.q.npy"] if ending == "npy" else [output]))
-    assert again.M.tolist() == [[0.1, 0.0], [0.0, float(INTEGER)]]
-    (folder / "b.json").write_text('{"M": [[0.1]], "q": [-0.3333333333333333]}')
-    assert lcp(f"convert {folder / 'b.json'} -o {folder / f'b.{ending}'} -q").err == ""
 
 
 @settings(max_examples=30)

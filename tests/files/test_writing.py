@@ -4,7 +4,6 @@ wrote it, in whatever order."""
 
 import errno
 import fcntl
-import gzip
 import json
 import os
 import resource
@@ -17,7 +16,7 @@ import pytest
 
 from lcpcli import Problem, read, write
 from lcpcli.cli import streams
-from lcpcli.errors import LCPError, OptionError, ProblemError
+from lcpcli.errors import LCPError, OptionError
 from lcpcli.files import atomic_write
 from lcpcli.files.atomic_write import write_whole
 
@@ -26,16 +25,6 @@ from ..conftest import JSON, M, Outcome, Q, numbers
 from ..wordings import DIRECTORY
 
 EXAMPLE = Problem(M, Q, name="example")
-
-
-@pytest.mark.parametrize(
-    "name",
-    ["problem.txt", "problem", "problem.json.gz", "problem.mtx.gz", "json", ".csv"],
-)
-def test_no_file_is_written_in_an_unknown_format(tmp_path, name):
-    with pytest.raises(ProblemError, match=rf"{name}.*\.json.*\.csv"):
-        write(EXAMPLE, tmp_path / name)
-    assert list(tmp_path.iterdir()) == []
 
 
 def test_a_new_file_has_the_usual_permissions_and_an_old_one_keeps_its_own(tmp_path):
@@ -157,22 +146,6 @@ def test_a_pipe_is_written_to_and_not_replaced_and_read_from(tmp_path):
         os.close(reader)
 
 
-@pytest.mark.parametrize("ending", ["md", "tex", "csv", "json", "txt"])
-def test_a_name_that_is_no_unicode_loses_no_result(lcp, file, tmp_path, ending):
-    assert lcp(f"solve {file} -q -o {tmp_path / f'result.{ending}'}") == Outcome(
-        0, "", ""
-    )
-    assert "half" in (tmp_path / f"result.{ending}").read_text(encoding="utf-8")
-
-
-@pytest.mark.parametrize("suffix", [".json", ".csv"])
-def test_a_file_with_a_compressed_problem_is_read(suffix, tmp_path):
-    write(Problem([[2, 1], [1, 2]], [-5, -6]), tmp_path / f"p{suffix.upper()}")
-    packed = tmp_path / f"p{suffix}.gz"
-    packed.write_bytes(gzip.compress((tmp_path / f"p{suffix.upper()}").read_bytes()))
-    assert read(packed).q.tolist() == [-5, -6]
-
-
 TOGETHER = "good.json", "three.jsonl", "M.csv", "Q.csv"
 
 
@@ -194,21 +167,6 @@ def whole_log(lcp, *files):
     """The lines of the log of these problems."""
     assert lcp("solve", *(files or TOGETHER), "-o", "log.jsonl").code == 0
     return Path("log.jsonl").read_text().splitlines(keepends=True)
-
-
-def test_a_log_in_any_order_goes_on_with_what_it_lacks(lcp, folder):
-    path = folder / "log.jsonl"
-    whole = whole_log(lcp)
-    path.write_text("".join(whole[at] for at in (7, 2, 5, 0, 3)) + whole[1][:40])
-    assert lcp("check good.json log.jsonl -q").code == 0, (
-        "the first problem is that of number 1"
-    )
-    assert lcp("solve good.json --z0 log.jsonl -q").code == 0
-    outcome = lcp("solve", *TOGETHER, "--resume", "log.jsonl")
-    assert outcome.code == 0
-    assert outcome.err == "lcp: 8 problems: 8 solved\n"
-    held = [record["number"] for record in records(path)]
-    assert held == [8, 3, 6, 1, 4, 2, 5, 7]
 
 
 def test_a_log_with_results_is_not_replaced(lcp, folder):

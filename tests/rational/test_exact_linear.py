@@ -141,11 +141,6 @@ def test_npz_holds_doubles(tmp_path):
     assert data.are_floats()
 
 
-def test_numbers_below_the_range_of_doubles_count(tmp_path):
-    (tmp_path / "a.json").write_text('{"M": [[1e-400]], "q": [-2e-400]}')
-    assert read_exact(str(tmp_path / "a.json")).is_solution([Fraction(2)])
-
-
 def test_exponents_out_of_all_proportion_are_refused(tmp_path):
     for number in ("1e-999999999", "1e-99999999999999999999999999", "-1E-5300"):
         (tmp_path / "a.json").write_text(f'{{"M": [[1]], "q": [{number}]}}')

@@ -8,6 +8,7 @@ import numpy as np
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.path import Path as Outline
 from matplotlib.text import Text
+from matplotlib.transforms import Affine2D
 
 import lcpcli
 from lcpcli import Problem, Trace, read, run
@@ -152,19 +153,13 @@ def texts(figure):
 
 def corners(text):
     """Those of the box around a text, turned as it is."""
-    around = text.get_window_extent()
-    middle = np.array([(around.x0 + around.x1) / 2, (around.y0 + around.y1) / 2])
-    angle = math.radians(text.get_rotation())
+    around, angle = text.get_window_extent(), text.get_rotation()
+    middle = np.mean(around.get_points(), axis=0)
     text.set_rotation(0)
-    flat = text.get_window_extent()
-    text.set_rotation(math.degrees(angle))
-    box = (
-        np.array([(-1, -1), (1, -1), (1, 1), (-1, 1), (-1, -1)])
-        * np.array([flat.width, flat.height])
-        / 2
-    )
-    cos, sin = math.cos(angle), math.sin(angle)
-    return box @ [[cos, sin], [-sin, cos]] + middle
+    flat = text.get_window_extent().size / 2
+    text.set_rotation(angle)
+    box = flat * np.array([(-1, -1), (1, -1), (1, 1), (-1, 1), (-1, -1)])
+    return Affine2D().rotate_deg(angle).transform(box) + middle
 
 
 def assert_no_text_is_on_another_or_leaves(figure):
@@ -172,16 +167,11 @@ def assert_no_text_is_on_another_or_leaves(figure):
         boxes = [(text.get_text(), corners(text)) for text in texts(figure)]
         page = figure.bbox
     for text, box in boxes:
-        assert page.x0 <= box[:, 0].min() <= box[:, 0].max() <= page.x1, text
-        assert page.y0 <= box[:, 1].min() <= box[:, 1].max() <= page.y1, text
+        assert (page.min <= box).all(), text
+        assert (box <= page.max).all(), text
     for (text, box), (other_text, other) in combinations(boxes, 2):
-        if (box.min(axis=0) < other.max(axis=0)).all() and (
-            other.min(axis=0) < box.max(axis=0)
-        ).all():
-            assert not Outline(box).intersects_path(Outline(other), filled=True), (
-                text,
-                other_text,
-            )
+        is_on_it = Outline(box).intersects_path(Outline(other), filled=True)
+        assert not is_on_it, (text, other_text)
 
 
 def curves(axes):

@@ -10,9 +10,8 @@ from pathlib import Path
 
 import pytest
 
-from lcpcli import Problem, Trace, read, run
 from lcpcli.files import contents
-from lcpcli.report import latex, result_csv
+from lcpcli.report import latex
 from lcpcli.report.document import FORMATS, Document, Section, Table, typeset
 from lcpcli.report.latex import escape_latex
 from lcpcli.report.markdown import escape_markdown
@@ -101,12 +100,11 @@ def test_a_command_has_the_format_on_the_screen_or_in_an_output_file(
         assert Page(text).tables
     else:
         shown = lcp(f"{COMMANDS[name]} --format {form} -o -")
-        texts = [shown.out, Path(file).read_text(encoding="utf-8")]
+        one, other = shown.out, Path(file).read_text(encoding="utf-8")
         if (name, form) == ("compare", "json"):  # whose file has one list
-            texts[0] = "[\n" + ",\n".join(shown.out.splitlines()) + "\n]\n"
-        assert (
-            len(set(texts if name != "bench" else (text.count("\n") for text in texts)))
-            == 1
+            one = "[\n" + ",\n".join(one.splitlines()) + "\n]\n"
+        assert one == other or (
+            name == "bench" and one.count("\n") == other.count("\n")
         )
     if name != "inspect":
         assert lcp(f"{COMMANDS[name]} -q -o {file}").err == ""
@@ -143,12 +141,9 @@ def test_a_page_is_well_formed_has_its_figure_and_every_iterate_and_needs_no_net
         for key, value in attributes.items()
         if key in ("src", "href")
     ]
-    assert all(
-        address is not None and address.startswith("data:") for address in addresses
-    )
-    assert not re.search(r"https?://", re.sub(r"data:[^\"]+", "", text))
-    assert "url(" not in text
-    assert [tag for tag, _ in page.tags if tag == "img"]
+    assert addresses
+    assert all(address.startswith("data:") for address in addresses)
+    assert not re.search(r"https?://|url\(", re.sub(r"data:[^\"]+", "", text))
     summary, iterates = page.tables
     assert [row[0] for row in summary] == ["method", "newton", "fixed-point"]
     records = lcp(f"{asked} --format json --trace").records
@@ -168,24 +163,11 @@ def test_a_page_without_its_figure_says_what_is_missing(lcp, monkeypatch):
 
 
 def test_a_page_leads_with_the_answer(lcp, tmp_path):
-    file = tmp_path / "p.lp"
-    file.write_text(
-        "Maximize\n obj: 3 x + 2 y\nSubject To\n wood: x + y <= 4\nBounds\n x "
-        "<= 3\nEnd\n"
-    )
-    page = lcp(f"solve {file} --format html").out
-    page = page[page.index("<h1>") :]
-    places = [
-        page.index(word)
-        for word in (
-            "solved by",
-            "x = (x 3, y 1)",
-            "maximizer",
-            "z = (3",
-            "slack",
-            "Iterates",
-        )
-    ]
+    program = {"c": [3, 2], "A": [[1, 1]], "row_upper": [4], "upper": [3, None]}
+    save_json(tmp_path / "p.json", program | {"sense": "max"})
+    page = lcp("solve p.json --format html").out
+    words = "solved by", "x = (3, 1)", "maximizer", "z = (3", "slack", "Iterates"
+    places = list(map(page[page.index("<h1>") :].index, words))
     assert places == sorted(places)
     assert "<figure>" not in page[: page.index("slack")]
 
@@ -195,19 +177,6 @@ def table(text):
     return list(
         csv.DictReader(line for line in StringIO(text) if not line.startswith("#"))
     )
-
-
-def test_csv_parses_back_to_every_digit(lcp):
-    rows = table(lcp(f"compare {EXAMPLE} --format csv --trace --k-star 10").out)
-    trace = Trace()
-    run(read(EXAMPLE), "fixed-point", trace=trace)
-    kept = [row for row in rows if row["method"] == "fixed-point"]
-    assert len(kept) == len(trace.rows)
-    for text, row in zip(kept, trace.rows, strict=True):
-        assert int(text["k"]) == row.k
-        assert [float(text[f"z{i + 1}"]) for i in range(4)] == row.z.tolist()
-        assert float(text["residual"]) == row.residual
-        assert float(text["error"]) == row.error
 
 
 def test_latex_and_markdown_escape_what_they_must():
@@ -283,11 +252,3 @@ def test_labels_of_like_names_differ():
         "tab:lcp:4",
         "tab:a-b-50",
     ]
-
-
-def test_iterates_in_csv_have_the_components_of_the_largest_problem():
-    problems = Problem([[1]], [-1]), Problem([[1, 0], [0, 1]], [-1, -3])
-    results = [run(each, "newton", trace=Trace()) for each in problems]
-    (header, *_, last), _ = result_csv.iterates(results)
-    assert len(last) == len(header)
-    assert {1.0, 3.0} <= {*last}

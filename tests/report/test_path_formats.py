@@ -13,12 +13,7 @@ from lcpcli import Problem
 from lcpcli.report import document, path_formats
 from lcpcli.report.path_formats import Terms
 
-from .path_samples import (
-    frontier,
-    portfolio,
-    small,
-    written,
-)
+from .path_samples import frontier, portfolio, small, written
 
 
 def text_of(path, form="table", at=(), width=None):

@@ -139,7 +139,7 @@ def test_runs_that_ctrl_c_has_prevented_stay_empty():
 
 REASONS = {
     "no P-matrix": (
-        "bimatrix",
+        read("bimatrix"),
         "M is not a P-matrix (M(1, 1) = 0 is not positive)",
         "auto solves it",
     ),
@@ -162,16 +162,15 @@ def test_a_comparison_in_which_neither_solves_says_why_and_what_does(
     name, lcp, in_folder
 ):
     problem, cause, remedy = REASONS[name]
-    if isinstance(problem, Problem):
-        write(problem, in_folder / "hard.json")
-    file = problem if isinstance(problem, str) else "hard.json"
-    out = lcp(f"compare {file} --max-iterations 30").out
+    write(problem, in_folder / "hard.json")
+    asked = "compare hard.json --max-iterations 30"
+    out = lcp(asked).out
     (line,) = [line for line in out.splitlines() if line.startswith("neither ")]
     assert line.startswith("neither fixed-point nor shi solves the problem")
     assert cause in line
     assert remedy in line
     if name == "no P-matrix":
-        alone = lcp(f"compare {file} --max-iterations 30 --method shi").out
+        alone = lcp(f"{asked} --method shi").out
         assert f"shi does not solve the problem: {cause}" in alone
 
 
