@@ -273,12 +273,11 @@ def thinned(M: Matrix, max_entries: float) -> Matrix:
 
     scipy's conversion takes several times as long as a product with M.
     """
+    if is_sparse(M):
+        return M
     rows, columns = M.shape
     sample = M[:: max(1, rows // SAMPLED_ROWS)]
-    if (
-        is_sparse(M)
-        or np.count_nonzero(sample) * rows > 2 * max_entries * sample.shape[0]
-    ):
+    if np.count_nonzero(sample) * rows > 2 * max_entries * sample.shape[0]:
         return M
     positions = np.flatnonzero(M != 0.0)
     if positions.size > max_entries:

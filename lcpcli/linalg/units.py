@@ -152,13 +152,13 @@ def units(M: Matrix, S: Vector | None = None) -> Units:
         middle = float(rows.sum()) / max(2 * n, 1)
         return Units(middle - rows, middle - columns, nothing, nothing, 1)
     fitted = (
-        _dense(M)
+        _dense(M, CONVERGED_ERROR if S is None else CONVERGED_ERROR_OF_PROGRAM)
         if M.shape[0] <= FEW_ROWS or np.count_nonzero(M) > DENSE * M.size
         else None
     )
     if fitted is not None:
         return fitted
-    return _sparse(matrices.thinned(M, M.size))
+    return _sparse(matrices.thinned(M, M.size), S)
 
 
 class Base:
@@ -214,9 +214,9 @@ def _sums(M: Vector) -> Vector:
     return sums
 
 
-def _dense(M: Vector) -> Units | None:
+def _dense(M: Vector, error: float) -> Units | None:
     """Return the scaling factors of a dense M; None if conjugate gradients need more
-    than DENSE_CG_STEPS.
+    than DENSE_CG_STEPS to an estimated error of this size.
 
     For few rows, the singular normal equations, from which rho is eliminated, are
     solved directly: they become regular if v v' is added for each connected component,
@@ -233,7 +233,7 @@ def _dense(M: Vector) -> Units | None:
         scaled = entries / np.multiply.outer(*map(_roots, counts))
         times = [scaled.__matmul__, scaled.T.__matmul__]
         rho, gamma, has_converged = _by_gradients(
-            [*sums], [*counts], times, DENSE_CG_STEPS
+            [*sums], [*counts], times, DENSE_CG_STEPS, error
         )
         if not has_converged:
             return None
@@ -262,7 +262,7 @@ def _sparse(M: Matrix, S: Vector | None = None) -> Units:
     """Return the scaling factors of a sparse M, with S as in `units`: by band factors,
     by conjugate gradients, or by elimination where these need too many steps."""
     with imports:
-        from lcpcli.linalg.compressed_rows import of_arrays, transposed
+        from lcpcli.linalg.compressed_rows import transposed
     if not M.data.all():
         M = M.copy()
         M.eliminate_zeros()
@@ -305,7 +305,7 @@ def _sparse(M: Matrix, S: Vector | None = None) -> Units:
             )
             x = np.concatenate((symmetric_fit, symmetric_fit))
         if not has_converged and n <= LARGEST_ELIMINATED:
-            E = of_arrays(M.shape, indptr, indices, np.ones(M.nnz))
+            E = matrices.with_data(M, np.ones(M.nnz))
             x = _eliminated(E, sums, counts, component_of, n_components, is_symmetric)
     rho, gamma = _centred(x, counts, component_of, n_components)
     if is_symmetric:

@@ -19,11 +19,11 @@ from lcpcli.errors import ProblemError
 from lcpcli.interrupts import remaining
 from lcpcli.linalg.compressed_rows import block, of_arrays
 from lcpcli.linalg.factors import SingularMatrix
-from lcpcli.linalg.matrices import is_skew, is_sparse, may_be_stiff, stack, thinned
+from lcpcli.linalg.matrices import is_sparse, may_be_stiff, stack, thinned
 from lcpcli.linalg.programs import ConvexProgram, PiqpResult, convex_minimum
 from lcpcli.linalg.rank_one_blocks import rank_one_blocks
 from lcpcli.linalg.shifted_systems import operations, systems
-from lcpcli.methods.direct import MAX_AS_DENSE, with_M
+from lcpcli.methods.direct import MAX_AS_DENSE, MAX_NARROW_AS_DENSE, with_M
 from lcpcli.methods.interior import (
     CLOSE_MERIT,
     EXCHANGE_ROUNDS,
@@ -93,6 +93,7 @@ def convex_program(problem: Problem, max_steps: int | None = None) -> Stage:
     Stalled : no basic solution solves it.
     """
     is_large = is_sparse(problem.M) and problem.n > MAX_AS_DENSE
+    given = problem.M
     problem = with_M(problem, thinned(problem.M, problem.M.size))
     S = problem.signs
     if S is not None and (S > 0).all() and may_be_stiff(problem.M):
@@ -101,7 +102,7 @@ def convex_program(problem: Problem, max_steps: int | None = None) -> Stage:
     if S is None or not (S < 0).any() or diagonal.min() < 0:
         return Breakdown("the problem is not that of a convex program")
     # With other M, the simplex method is no early attempt.
-    may_take_simplex = is_large and is_skew(problem.M)
+    may_take_simplex = is_large and not diagonal.any() and _is_linear(problem.M, S)
     if may_take_simplex and _takes_longer_than_simplex(problem, S):
         return Breakdown("the simplex method takes less time")
     try:
@@ -124,7 +125,9 @@ def convex_program(problem: Problem, max_steps: int | None = None) -> Stage:
             not is_large or _is_filled(problem.M, S)
         )
         max_steps = MAX_SMALL_LINEAR_STEPS if is_small else MAX_LINEAR_STEPS
-    minimizer = _minimizer(problem, S, max_steps or MAX_STEPS, is_dense)
+    is_array = problem.n <= MAX_NARROW_AS_DENSE and not is_sparse(given)
+    filled = given if is_array and _is_filled(problem.M, S) else None
+    minimizer = _minimizer(problem, S, max_steps or MAX_STEPS, is_dense, filled)
     if minimizer is None:
         return Breakdown("PIQP returned no minimizer")
     z, is_accurate = minimizer
@@ -172,6 +175,13 @@ def _bounded(problem: Problem) -> Stage:
     except (ProblemError, SingularMatrix):
         return Breakdown("no factorization succeeded")
     return Stalled("the basis of PIQP's minimizer is not that of the solution")
+
+
+def _is_linear(M: Matrix, S: Vector) -> bool:
+    """Return whether the program is linear: whether M, for which S M is symmetric, has
+    no entry of two variables, or of two multipliers."""
+    owners = np.repeat(S, np.diff(M.indptr))
+    return bool((owners != S[M.indices]).all())
 
 
 def _takes_longer_than_simplex(problem: Problem, S: Vector) -> bool:
@@ -283,17 +293,34 @@ def _has_others(problem: Problem, is_row: Mask) -> bool:
     )
 
 
+def _range_rows(problem: Problem) -> tuple[Indices, Indices]:
+    """Return the unknowns that are values of rows between two bounds, and these rows,
+    which PIQP takes without further variables."""
+    form, M, n = problem.block_form, problem.M, problem.n
+    count = 0 if form is None else form.ranges
+    rows = M.indices[M.indptr[n - count] :]
+    count = count if rows.size == count else 0
+    return np.arange(n - count, n), rows[:count]
+
+
 def _minimizer(
-    problem: Problem, S: Vector, max_steps: int, is_dense: bool
+    problem: Problem,
+    S: Vector,
+    max_steps: int,
+    is_dense: bool,
+    filled: Matrix | None,
 ) -> tuple[Vector, bool] | None:
     """Return the minimizer and the multipliers, both approximate, and whether PIQP
     reached its tolerance; None if there are none, or M has more entries than that of a
     program, or PIQP would take a bound for none.
 
     is_dense : whether PIQP is given dense matrices even if they have many zeros.
+    filled : M as an array, if PIQP is given parts of this; else None.
     """
     M, q, lower, upper = conditions_of(problem)
     is_row, is_equation = S < 0, (S < 0) & np.isinf(lower) & np.isinf(upper)
+    values, ranged = _range_rows(problem)
+    is_equation[ranged] = False
     # A multiplier from its only bound; fixed variables would have no interior.
     z: Vector = np.where(lower == upper, lower, 0.0)
     for one, other in ((lower, upper), (upper, lower)):
@@ -305,21 +332,27 @@ def _minimizer(
     q = problem.w(z) if z.any() else q
     low = np.where(upper > z, -q, -np.inf)
     high = np.where(lower < z, -q, np.inf)
+    low[ranged] += lower[values]
+    high[ranged] += upper[values]
     # PIQP prints a line about other rows.
     has_side = is_row & ~is_equation & (np.isfinite(low) | np.isfinite(high))
     is_x = ~is_row & (lower < upper)
+    finite_bounds = (v[is_x & np.isfinite(v)] for v in (lower, upper))
+    is_x[values] = False
     x, equations, rows = (each.nonzero()[0] for each in (is_x, is_equation, has_side))
-    finite_bounds = (v[np.isfinite(v)] for v in (lower[x], upper[x]))
     largest = max(float(np.abs(v).max(initial=0.0)) for v in (q, *finite_bounds))
     if not largest < INFINITE or not x.size or _has_others(problem, is_row):
         return None
-    blocks = [block(M, x, each) for each in (x, equations, rows)]
-    Q, A, G = (
-        of_arrays((each.size, x.size), indptr, indices, sign * data, csc_matrix)
-        for sign, each, (indptr, indices, data) in zip(
-            (1, -1, -1), (x, equations, rows), blocks, strict=True
+    if filled is not None:
+        Q, A, G = (filled[np.ix_(each, x)] for each in (x, equations, rows))
+    else:
+        blocks = [block(M, x, each) for each in (x, equations, rows)]
+        Q, A, G = (
+            of_arrays((each.size, x.size), indptr, indices, sign * data, csc_matrix)
+            for sign, each, (indptr, indices, data) in zip(
+                (1, -1, -1), (x, equations, rows), blocks, strict=True
+            )
         )
-    )
     program = ConvexProgram(
         Q=Q,
         c=q[x],
@@ -330,17 +363,22 @@ def _minimizer(
     ended = _minimum(program, max_steps, is_dense)
     z[x], z[equations] = ended[:2]
     z[rows] += ended.of_rows
+    if values.size:
+        z[values] = np.clip(problem.w(z)[ranged], lower[values], upper[values])
     has_minimum = "INFEASIBLE" not in ended.status and bool(np.isfinite(z).all())
     return (z, ended.status == "PIQP_SOLVED") if has_minimum else None
 
 
 def _minimum(program: ConvexProgram, max_steps: int, is_dense: bool) -> PiqpResult:
-    """Return the result of `convex_minimum` for csc_matrices. With blocks U D U' of
-    rank one in Q, the sums v = U'x are further variables, with the costs v'Dv / 2."""
+    """Return the result of `convex_minimum` for arrays or csc_matrices. With blocks U D
+    U' of rank one in these, the sums v = U'x are further variables, with the costs v'Dv
+    / 2."""
     Q, c, equations, rows, bounds = program
     A, b = equations
     G, *sides = rows
     n = c.size
+    if not is_sparse(Q):
+        return convex_minimum(program, TOLERANCE, max_steps, MAX_GAP)
     blocks = rank_one_blocks(Q, np.ones(n))
     if blocks is not None:
         zeros = np.zeros(blocks.D.size)

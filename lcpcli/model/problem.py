@@ -187,7 +187,7 @@ class Facts:
         if self._given is not None:
             return self._given.units
         if self._form is not None:
-            return units(self._M, self.signs)
+            return units(self._M, self._form.signs(self._M.shape[0]))
         is_small = self._M.shape[0] <= MAX_UNITS_AS_DENSE
         return units(dense(self._M) if is_small else self._M, None)
 

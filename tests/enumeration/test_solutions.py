@@ -84,12 +84,6 @@ def test_a_limit_ends_the_list_which_is_then_not_complete():
     unbegun.stop()
     assert list(unbegun) == []
     assert not unbegun.complete
-    segments = lcpcli.solutions(
-        Problem(np.kron(np.eye(40), np.ones((2, 2))), -np.ones(80)), time_limit=0.05
-    )
-    # One piece with 2^40 vertices.
-    assert list(segments) == []
-    assert not segments.complete
     late = lcpcli.solutions(problem, time_limit=1e-9)
     assert list(late) == []
     assert not late.complete
@@ -123,9 +117,6 @@ def test_what_has_been_found_is_printed_and_given_again_by_one_search():
     assert pieces[0] is first
     assert len(pieces) == 4
     assert repr(found).startswith("<Solutions: 4 pieces, all of them: (")
-    assert all(one is other for one, other in zip(found, found, strict=True)), (
-        "loops that take turns"
-    )
     assert next(found, None) is None
     faces = lcpcli.solutions(Problem([[1, 1], [1, 1]], [-1, -1]))
     list(faces)
@@ -169,12 +160,7 @@ def agrees(M, q, lower, upper):
     found = lcpcli.solutions(lcpcli.Problem(M, q, lower=lower, upper=upper))
     pieces = hulls_of(found)
     assert found.complete
-    assert set(pieces) == oracle.maximal(oracle.in_fractions(M, q, lower, upper)), (
-        M,
-        q,
-        lower,
-        upper,
-    )
+    assert set(pieces) == oracle.maximal(oracle.in_fractions(M, q, lower, upper)), M
     return pieces
 
 
@@ -189,21 +175,6 @@ def test_the_pieces_are_the_maximal_polyhedra_of_all_choices_of_states():
     )
     assert sum(any(hull.rays for hull in pieces) for pieces in sets) > 0.2 * COUNT
     assert sum(any(hull.lines for hull in pieces) for pieces in sets) > 0.02 * COUNT
-
-
-def test_unknowns_between_two_bounds():
-    """Of each w_i one sign is asked for at one bound and the other one at the other:
-    nothing that is chosen for one branch of the tree holds in another one."""
-    generator, count = default_rng(5), COUNT // 5
-    sets = []
-    for _ in range(count):
-        n = int(generator.integers(2, 4))
-        M = generator.integers(-2, 3, (n, n)).astype(float)
-        q = generator.integers(-2, 3, n).astype(float)
-        lower = generator.integers(-1, 1, n).astype(float)
-        sets.append(agrees(M, q, lower, lower + generator.integers(1, 3, n)))
-    assert min(map(len, sets)) > 0
-    assert sum(len(pieces) > 1 for pieces in sets) > 0.2 * count
 
 
 def random_game(generator):
@@ -273,14 +244,11 @@ def check_words(message, found, isolated, whole):
     assert ("all isolated" in message) == (
         found.complete and isolated == len(whole) > 1
     )
-    numbers = dict(
-        zip(
-            ("faces", "subsets", "components"),
-            (number - isolated, number, connected(whole)),
-            strict=True,
-        )
-    )
-    for word, expected in numbers.items():
+    for word, expected in (
+        ("faces", number - isolated),
+        ("subsets", number),
+        ("components", connected(whole)),
+    ):
         for stated in re.findall(rf"(\d+) (?:maximal Nash )?{word[:-1]}", message):
             assert int(stated) == expected
             assert found.complete or word != "components"

@@ -198,6 +198,55 @@ def test_programs_whose_costs_depend_on_sums_have_the_minimum_of_dense_ones():
     assert abs(first - second) <= 1e-9 * abs(second)
 
 
+def test_rows_between_two_bounds_need_no_further_variables_of_piqp(monkeypatch):
+    """Both multipliers of such a row are told apart, and its value is within its
+    bounds, also where variables are fixed."""
+    counts = []
+
+    def counted(program, *options):
+        counts.append(program.c.size)
+        return convex_minimum(program, *options)
+
+    convex_minimum = convex_program.convex_minimum
+    monkeypatch.setattr(convex_program, "convex_minimum", counted)
+    random = default_rng(0)
+    A, middle = random.standard_normal((40, 30)), random.uniform(-0.5, 0.5, 30)
+    ends = {"row_lower": A @ middle - 0.2, "row_upper": A @ middle + 0.2}
+    lower = np.where(np.arange(30) < 3, middle, -3.0)
+    upper = np.where(np.arange(30) < 3, middle, 3.0)
+    c = random.standard_normal(30)
+    problem = from_qp(np.eye(30), c, A, **ends, lower=lower, upper=upper)
+    result = solved(problem)
+    assert (result.route, counts) == (("piqp",), [27])
+    y, values = result.answer.y, A @ result.answer.x
+    assert (y > 0).any()
+    assert (y < 0).any()
+    expected = np.where(y > 0, ends["row_lower"], ends["row_upper"])
+    assert np.allclose(values[y != 0], expected[y != 0], rtol=0.0, atol=1e-9)
+
+
+def test_arrays_with_few_zeros_reach_piqp_without_a_sparse_form(monkeypatch):
+    """Its minimizer is that of the same program with sparse matrices; equations, rows
+    with one side and rows between two bounds each have their own sign."""
+    random = default_rng(1)
+    factors, A = random.standard_normal((50, 40)), random.standard_normal((18, 40))
+    Q, c = factors.T @ factors, 10 * random.standard_normal(40)
+    low = A @ random.uniform(-0.5, 0.5, 40)
+    high = low + np.repeat([0.0, np.inf, 0.1], 6)
+    high[9:12] = low[9:12]
+    low[9:12] = -np.inf
+    ends = {"row_lower": low, "row_upper": high, "lower": -1.0, "upper": 1.0}
+    expected = solved(from_qp(csr_array(Q), c, csr_array(A), **ends))
+
+    def refused(*_):
+        raise AssertionError("the program is made sparse")
+
+    monkeypatch.setattr(convex_program, "block", refused)
+    result = solved(from_qp(Q, c, A, **ends))
+    assert result.route == expected.route == ("piqp",)
+    np.testing.assert_allclose(result.z, expected.z, rtol=1e-9, atol=1e-9)
+
+
 def test_scaling_factors_are_computed_once_for_both_forms_of_a_dense_program(
     monkeypatch,
 ):

@@ -63,13 +63,7 @@ ENDINGS = {
     "feasible without solution": (SWAP, [-1, 1], "unsolvable"),
     "infeasible": ([[0, -1], [1, 0]], [-1, -1], "infeasible"),
     "ray of lemke": ([[0, 1], [0, 0]], [-1, 0], "solved"),
-    "zero": ([[0]], [-1], "infeasible"),
     "solution of size 1 / eps": ([[1, -1], [-1, 1 + 2.0**-52]], [-1, 0], "solved"),
-    "12 without solution": (
-        np.kron(np.eye(6), SWAP),
-        np.tile([-1.0, 1.0], 6),
-        "unsolvable",
-    ),
 }
 
 
@@ -199,23 +193,13 @@ def test_known_solutions_are_found_and_systems_with_hilbert_matrices_solved(meth
     ]
     # Of Ben Gharbia and Gilbert, q = -e.
     known += [Problem(known[4].M, -np.ones(9), solutions=[np.full(9, 1 / 3)])]
-    known += [Problem(M, q, solutions=[z]) for M, q, z in TINY] + [
-        Problem([[-1]], [1]),
-        Problem([[0]], [0]),
-    ]
+    known += [Problem(M, q, solutions=[z]) for M, q, z in TINY]
     known += [
         Problem(1 / (np.arange(n)[:, None] + np.arange(n) + 1.0), -np.ones(n))
         for n in (2, 5, 8, 12)
     ]
     for problem in known:
-        result = run(
-            Problem(
-                problem.M,
-                problem.q,
-                x0=-np.ones(problem.n) if method == "lemke" else None,
-            ),
-            method,
-        )
+        result = run(Problem(problem.M, problem.q), method)
         assert result.solved
         assert all(
             np.allclose(result.z, z, rtol=1e-15, atol=1e-15) for z in problem.solutions
@@ -223,14 +207,10 @@ def test_known_solutions_are_found_and_systems_with_hilbert_matrices_solved(meth
 
 
 def test_solution_for_a_skew_matrix_is_that_of_a_linear_program():
-    bipartite = [[0, 3, 0, 2], [-3, 0, -1, 0], [0, 1, 0, -2], [-2, 0, 2, 0]]
-    for M, q in (
-        (bipartite, [-3, 2, -1, 0]),
-        ([[0, 1, -1], [-1, 0, 1], [1, -1, 0]], [-1, 2, 0]),
-    ):
-        problem = Problem(csr_array(np.array(M, dtype=float)), q)
-        iterates, _ = through(linear(problem))
-        assert Point(Criterion(problem), problem.box.z_of(iterates[-1].x)).solves()
+    M = np.array([[0.0, 1, -1], [-1, 0, 1], [1, -1, 0]])
+    problem = Problem(csr_array(M), [-1, 2, 0])
+    iterates, _ = through(linear(problem))
+    assert Point(Criterion(problem), problem.box.z_of(iterates[-1].x)).solves()
 
 
 def is_decided(seed, most):
@@ -241,15 +221,9 @@ def is_decided(seed, most):
     result = run(problem, time_limit=1e4)
     if data.has_minimum:
         return result.solved
-    certificate = result.certificate
-    assert certificate is None or not certificate.is_rounded
-    if (
-        result.status is not Status.INFEASIBLE
-        or certificate is None
-        or certificate.vector is None
-    ):
+    if result.status is not Status.INFEASIBLE or result.certificate.is_rounded:
         return False
-    y = certificate.vector
+    y = result.certificate.vector
     return bool((y != np.rint(y)).any()) or exact.refutes(
         problem, [Fraction(value) for value in y.tolist()]
     )

@@ -40,10 +40,8 @@ def graph(n, edges, shift):
     j = np.concatenate((np.arange(1, n), random.integers(0, n, edges)))
     i, j = i[i != j], j[i != j]
     weights = 10.0 ** random.uniform(-1, 1, i.size)
-    W = coo_array(
-        (np.tile(weights, 2), (np.concatenate((i, j)), np.concatenate((j, i)))),
-        shape=(n, n),
-    ).tocsr()
+    W = coo_array((weights, (i, j)), shape=(n, n)).tocsr()
+    W = W + W.T
     return csr_array(diags_array(W.sum(axis=0) + shift) - W)
 
 
@@ -123,16 +121,13 @@ def test_auto_solves_what_the_route_leaves():
 def test_bounds_on_both_sides(name):
     M = MATRICES[name]()
     n = M.shape[0]
-    for upper in (
-        0.05,
-        np.where(np.arange(n) % 7 == 0, np.inf, 0.02 + 0.05 * np.linspace(0, 1, n)),
-    ):
-        problem = Problem(M, smooth(n), lower=-0.05, upper=upper)
-        iterates, ending = through(multilevel(problem, is_symmetric(problem.M)))
-        assert isinstance(ending, Stalled)
-        assert_equal_to_newton(
-            problem, problem.box.project(problem.box.z_of(iterates[-1].x))
-        )
+    upper = np.where(np.arange(n) % 7 == 0, np.inf, 0.02 + 0.05 * np.linspace(0, 1, n))
+    problem = Problem(M, smooth(n), lower=-0.05, upper=upper)
+    iterates, ending = through(multilevel(problem, is_symmetric(problem.M)))
+    assert isinstance(ending, Stalled)
+    assert_equal_to_newton(
+        problem, problem.box.project(problem.box.z_of(iterates[-1].x))
+    )
 
 
 def test_coarse_versions_leave_little_to_be_pivoted():
@@ -154,13 +149,6 @@ def test_solutions_at_the_extremes():
         for z in (last, solve(problem, np.ones(900))[0]):
             assert Point(Criterion(problem), z).relative_residual <= TOL
             assert q[0] < 0 or np.abs(z).max() <= 1e-9
-
-
-def test_a_diagonal_entry_that_is_not_positive_is_refused():
-    M = csr_array(diags_array(np.where(np.arange(400) == 7, 0.0, 1.0)))
-    iterates, ending = through(sparse_route(Problem(M, -np.ones(400)), np.zeros(400)))
-    assert iterates == []
-    assert isinstance(ending, Breakdown)
 
 
 @pytest.mark.parametrize("make", [tridiagonal, dominant])
@@ -260,9 +248,7 @@ def stopping(n, drift):
     diagonal = np.full(n, 0.05 + up + down)
     diagonal[[0, -1]] -= down, up
     M = diags_array(
-        [np.full(n - 1, -down), diagonal, np.full(n - 1, -up)],
-        offsets=(-1, 0, 1),
-        format="csr",
+        [-down, diagonal, -up], offsets=(-1, 0, 1), shape=(n, n), format="csr"
     )
     return M, M @ (np.abs(x) - 0.2)
 

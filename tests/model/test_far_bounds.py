@@ -59,42 +59,25 @@ def test_programs_with_far_bounds_have_the_minima_of_those_without_in_as_many_st
     assert far.iterations <= 2 * plain.iterations + 10
 
 
-@pytest.mark.parametrize("seed", range(1))
-def test_all_ways_to_say_it_make_the_same_problem(seed, tmp_path):
-    program = random_program(seed, 8)
+def test_all_ways_to_say_it_make_the_same_problem(tmp_path):
+    program = random_program(0, 8)
     far, plain = with_far_bounds(program, 1e20), from_qp(**program)
     assert same(from_qp(**far, infinity=1e20), plain)
-    for name, problem in {
-        "own.json": lists(far),
-        "z.json": None,
-        "z.npz": None,
-    }.items():
-        if problem is None:
+    (tmp_path / "own.json").write_text(json.dumps(lists(far)))
+    for name in ("own.json", "z.json", "z.npz"):
+        if name != "own.json":
             write(from_qp(**far), tmp_path / name)
-        else:
-            (tmp_path / name).write_text(json.dumps(problem))
         assert not same(read(tmp_path / name), plain), name
         assert same(read(tmp_path / name, infinity=1e20), plain), name
         assert same(with_infinity(read(tmp_path / name), 1e19), plain), name
 
 
 def test_sparse_programs_names_senses_and_starts_stay_what_they_are():
-    names = {
-        "rows": list("abcd"),
-        "columns": ["x", "y"],
-        "sense": "max",
-        "constant": 3.0,
-    }
+    names = {"rows": list("abcd"), "columns": ["x", "y"], "sense": "max"}
     parts = FAR | {"Q": None, "A": csr_array(np.array(FAR["A"], dtype=float))}
     given = from_qp(**parts, **names)
     z = np.arange(given.n) + 0.5
-    known = {
-        "name": "far",
-        "x0": z,
-        "x1": -z,
-        "solutions": [z, 2 * z],
-        "verdict": "ray",
-    }
+    known = {"name": "far", "x0": z, "solutions": [2 * z], "verdict": "ray"}
     changed = with_infinity(replace(given, **known), 1e20)
     assert same(changed, from_qp(**parts, **names, infinity=1e20))
     assert changed.origin.sense == "max"
@@ -103,10 +86,7 @@ def test_sparse_programs_names_senses_and_starts_stay_what_they_are():
     assert changed.name == "far"
     assert changed.verdict == ""
     assert changed.x0.tolist() == z[:6].tolist()
-    assert [each.tolist() for each in changed.solutions] == [
-        z[:6].tolist(),
-        (2 * z[:6]).tolist(),
-    ]
+    assert changed.solutions[0].tolist() == (2 * z[:6]).tolist()
 
 
 def test_bounds_of_z_are_none_from_infinity_on_wherever_they_are_given():

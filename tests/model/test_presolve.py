@@ -9,7 +9,7 @@ from fractions import Fraction
 import numpy as np
 import pytest
 from numpy.random import default_rng
-from scipy.sparse import block_array, csr_array, kron
+from scipy.sparse import csr_array, kron
 
 import lcpcli
 from lcpcli import Problem
@@ -235,9 +235,6 @@ def random_problem(random):
     if random.random() < 0.6:
         z, w = solution(random, lower, upper)
         q = w - M @ z
-    else:
-        i, j = random.integers(n, size=2)
-        q[j] = q[i] * random.choice([-1, 1, 2])
     return Problem(
         csr_array(M.astype(float)) if random.random() < 0.3 else M,
         q,
@@ -312,11 +309,7 @@ def skew(random, M, lower, upper):
     M[free] = M[random.permutation(free)] * random.choice([-1, 1], (free.size, 1))
 
 
-def nothing(random, M, lower, upper):
-    pass
-
-
-PATTERNS = (repeated, single_in_row, single_in_column, bound, pair, skew, nothing)
+PATTERNS = (repeated, single_in_row, single_in_column, bound, pair, skew)
 
 
 def linear_program(seed, written):
@@ -327,48 +320,33 @@ def linear_program(seed, written):
     written : "plainly", with "signs" of equations, in "disorder", or with rows in other
         "units".
     """
-    random = default_rng(seed)
-    n, equations, inequalities = 30, 8, 10
-    A = np.where(
-        random.random((equations + inequalities, n)) < 0.2,
-        random.integers(-5, 6, (18, n)),
-        0,
-    ).astype(float)
-    x = np.where(random.random(n) < 0.5, random.integers(1, 5, n), 0).astype(float)
-    y = random.integers(-3, 4, 18).astype(float)
-    y[equations:] = np.abs(y[equations:])
+    random, n, m = default_rng(seed), 30, 18
+    is_equation = np.arange(m) < 8
+    A = np.where(random.random((m, n)) < 0.2, random.integers(-5, 6, (m, n)), 0)
+    x = np.where(random.random(n) < 0.5, random.integers(1, 5, n), 0)
+    y = random.integers(-3, 4, m)
+    y = np.where(is_equation, y, np.abs(y))
     c = A.T @ y + np.where(x == 0, random.integers(0, 4, n), 0)
-    b = A @ x - np.append(
-        np.zeros(equations),
-        np.where(y[equations:] == 0, random.integers(0, 3, inequalities), 0),
+    b = A @ x - np.where(is_equation | (y > 0), 0, random.integers(0, 3, m))
+    has_signs = is_equation & (written != "plainly")
+    s = np.where(has_signs, random.choice([-1, 1], m), 1)
+    M = np.block(
+        [
+            [np.zeros((n, n)), -A.T, -np.eye(n), np.zeros((n, 1))],
+            [
+                np.vstack((s[:, np.newaxis] * A, np.eye(n))),
+                np.zeros((m + n, m + n + 1)),
+            ],
+            [-c, np.zeros(m + n), 1],
+        ]
     )
-    s = np.append(
-        random.choice([-1.0, 1.0], equations)
-        if written != "plainly"
-        else np.ones(equations),
-        np.ones(10),
-    )
-    zero = np.zeros((18 + n, 18 + n))
-    top = np.hstack([np.zeros((n, n)), -A.T, -np.eye(n)])
-    M = np.vstack(
-        [top, np.hstack([np.vstack([s[:, np.newaxis] * A, np.eye(n)]), zero])]
-    )
-    q = np.concatenate([c, -s * b, np.zeros(n)])
-    M = block_array(
-        [[M, None], [np.append(-c, np.zeros(18 + n))[np.newaxis], np.ones((1, 1))]]
-    ).toarray()
-    lower = np.append(np.where(np.arange(q.size) - n < equations, -np.inf, 0), -np.inf)
-    lower[:n] = 0
-    q = np.append(q, 0.0)
-    rows = np.arange(q.size)
+    q = np.concatenate((c, -s * b, np.zeros(n + 1)))
+    is_free = np.concatenate((np.zeros(n), is_equation, np.zeros(n), [1])) > 0
+    rows, units = np.arange(q.size), np.ones(q.size)
     if written == "disorder":
-        free = np.isinf(lower)
-        rows[free] = random.permutation(rows[free])
-    units = (
-        10 ** random.uniform(-2, 2, q.size) if written == "units" else np.ones(q.size)
-    )
+        rows[is_free] = random.permutation(rows[is_free])
+    if written == "units":
+        units = 10 ** random.uniform(-2, 2, q.size)
     order = random.permutation(q.size)
-    M, q = units[:, np.newaxis] * M[rows], units * q[rows]
-    return Problem(
-        csr_array(M[order][:, order]), q[order], lower=lower[order], upper=np.inf
-    )
+    M, q = (units[:, np.newaxis] * M[rows])[order][:, order], (units * q[rows])[order]
+    return Problem(csr_array(M), q, lower=np.where(is_free, -INF, 0)[order])

@@ -80,30 +80,12 @@ def test_gradient_is_the_adjoint_of_the_derivative(seed, sparse):
     assert np.abs(w - derivative.w).max() <= 1e-11 * np.abs(w).max(initial=1.0)
 
 
-@pytest.mark.parametrize("method", ["shi", "fixed-point", "interior", "auto"])
-def test_derivatives_do_not_depend_on_the_method_that_solved_the_problem(method):
-    problem = families.make("tridiagonal", 30)
-    known = run(problem).derivative(dq=np.ones(30))
-    found = run(problem, method, tol=1e-8).derivative(dq=np.ones(30))
-    assert np.abs(found.z - known.z).max() <= 1e-11 * np.abs(known.z).max()
-
-
 def test_results_of_columns_are_pickled_with_their_derivatives():
-    M = np.array([[4.0, 1.0], [1.0, 4.0]])
-    Q = np.array([[-1.0, 1, 2, -3, 1], [1.0, -2, 3, -4, 5]])
-    for result in lcpcli.solve_many(M, Q):
-        gradient = result.gradient([1.0, 2.0])
-        again = pickle.loads(pickle.dumps(result)).gradient([1.0, 2.0])
-        assert gradient.q.tolist() == again.q.tolist()
-        assert pickle.loads(pickle.dumps(gradient)).M.tolist() == gradient.M.tolist()
-
-
-def test_large_obstacle_has_a_gradient_in_the_pattern_of_its_matrix():
-    result = run(families.make("obstacle", 2500))
-    gradient = result.gradient(np.ones(result.problem.n))
-    assert gradient.M.nnz == result.problem.M.nnz
-    d = np.cos(np.arange(result.problem.n))
-    assert gradient.q @ d == pytest.approx(result.derivative(dq=d).z.sum(), rel=1e-9)
+    (result,) = lcpcli.solve_many([[4.0, 1.0], [1.0, 4.0]], [[-1.0], [1.0]])
+    gradient = result.gradient([1.0, 2.0])
+    again = pickle.loads(pickle.dumps(result)).gradient([1.0, 2.0])
+    assert gradient.q.tolist() == again.q.tolist()
+    assert pickle.loads(pickle.dumps(gradient)).M.tolist() == gradient.M.tolist()
 
 
 def with_kinks(n, kinks, random, mixed):
@@ -118,17 +100,11 @@ def with_kinks(n, kinks, random, mixed):
     w = -states * random.integers(1, 5, n).astype(float)
     w[:kinks] = 0.0
     order = random.permutation(n)
-    M, q, lower, upper = (
+    return Problem(
         M[order][:, order],
         (w - M @ z)[order],
-        lower[order],
-        upper[order],
-    )
-    return Problem(
-        M,
-        q,
-        lower=lower,
-        upper=upper,
+        lower=lower[order],
+        upper=upper[order],
         note=" ".join(map(str, np.flatnonzero(order < kinks))),
     )
 
@@ -242,10 +218,6 @@ B = 10
 ARRAYS = ("q", "M", "lower", "upper")
 
 
-def batch_of(M, q, **bounds):
-    return lcpcli.solve_many(M, q, **bounds)
-
-
 def assert_close(found, known, size):
     assert np.allclose(found, known, rtol=1e-9, atol=1e-10 * size, equal_nan=True)
 
@@ -304,7 +276,7 @@ def test_derivatives_of_random_batches_are_those_of_their_results(
         np.array([getattr(problem, name) for problem in problems])
         for name in ("M", "q")
     )
-    batch = batch_of(M, q, lower=bounds[:, 0], upper=bounds[:, 1])
+    batch = lcpcli.solve_many(M, q, lower=bounds[:, 0], upper=bounds[:, 1])
     for J in (None, random.normal(size=(2, n))):
         g = random.normal(size=(B, n if J is None else 2))
         assert_as_one_by_one(batch, g, changes, J, sided=False)
@@ -329,7 +301,7 @@ def test_kinks_singular_and_unsolved_problems_are_those_of_their_results(
     )
     J = np.array([[1.0, 1, 0], [0, 1, 1], [0, 0, 1]]) if with_J else None
     assert_as_one_by_one(
-        batch_of(M, q, lower=bounds[0], upper=bounds[1]), g, changes, J, sided
+        lcpcli.solve_many(M, q, lower=bounds[0], upper=bounds[1]), g, changes, J, sided
     )
 
 
@@ -338,7 +310,7 @@ M, Q = [np.eye(2), [[0.0, 1], [1, 0]], np.ones((2, 2))], [[-1.0, -2], [-1, 1], [
 
 
 def test_the_first_problem_without_derivatives_is_named_or_its_row_is_nan():
-    batch, g = batch_of(M, Q), np.ones((3, 2))
+    batch, g = lcpcli.solve_many(M, Q), np.ones((3, 2))
     for call in (batch.gradient, lambda g: batch.derivative(dq=g)):
         with pytest.raises(
             DerivativeError,
@@ -347,12 +319,11 @@ def test_the_first_problem_without_derivatives_is_named_or_its_row_is_nan():
             call(g)
     gradient = batch.gradient(g, unsolved="nan")
     assert np.isnan(gradient.q).all(axis=1).tolist() == [False, True, False]
-    assert np.isnan(gradient.M).all(axis=(1, 2)).tolist() == [False, True, False]
     assert gradient.q[0].tolist() == [-1.0, -1.0]
 
 
 def test_what_is_given_without_a_first_dimension_is_the_same_for_all():
-    batch = batch_of([np.eye(2), 2 * np.eye(2)], [[-1, -2], [-3, 4]])
+    batch = lcpcli.solve_many([np.eye(2), 2 * np.eye(2)], [[-1, -2], [-3, 4]])
     assert batch.gradient([1, 2]).q.tolist() == [[-1.0, -2.0], [-0.5, 0.0]]
     assert batch.derivative(dM=np.eye(2)).z.tolist() == [[-1.0, -2.0], [-0.75, 0.0]]
     assert batch.derivative(dq=[1, 1], J=[[1, 0]]).z.tolist() == [[-1.0], [-0.5]]
@@ -406,12 +377,7 @@ def test_w_is_nan_where_the_solutions_differ_in_it():
 def test_an_unsolved_problem_of_a_batch_that_is_left_out_has_gradient_0(unsolved):
     batch = lcpcli.solve_many(np.array([[[1.0]], [[-1.0]]]), np.array([[-1.0], [-1.0]]))
     found = batch.gradient(np.array([[1.0], [0.0]]), unsolved=unsolved)
-    for values, expected in (
-        (found.q, [-1, 0]),
-        (found.M, [-1, 0]),
-        (found.lower, [0, 0]),
-    ):
-        assert values.ravel().tolist() == expected
+    assert found.q.ravel().tolist() == found.M.ravel().tolist() == [-1, 0]
 
 
 def test_of_programs_with_rows_that_follow_from_others_x_has_derivatives():
@@ -451,37 +417,6 @@ def test_of_programs_with_rows_that_follow_from_others_x_has_derivatives():
             regular += 1
     assert regular > 15
     assert refused > 2
-
-
-@pytest.mark.parametrize("factor", [-1, 1, 2])
-def test_an_equation_stated_twice_is_noticed_whatever_its_place_and_sign(factor):
-    """Only the multipliers of the two have no derivatives; the whole solution has none,
-    also in a batch."""
-    for seed in range(3):
-        random = default_rng(seed)
-        n = int(random.integers(3, 7))
-        B, A = random.integers(-5, 6, (n, n)), random.integers(-5, 6, (n - 2, n))
-        first, second = int(random.integers(n - 2)), int(random.integers(n - 1))
-        A = np.insert(A, second, factor * A[first], axis=0)
-        twice = [n + second, n + first + (second <= first)]
-        b = A @ random.integers(-5, 6, n)
-        problem = lcpcli.from_qp(
-            B.T @ B + np.eye(n), np.ones(n), A, row_lower=b, row_upper=b, lower=None
-        )
-        result = run(problem)
-        assert result.solved
-        for i, J in enumerate(np.eye(problem.n)[:, np.newaxis]):
-            if i in twice:
-                with pytest.raises(DerivativeError, match="which differ in J z"):
-                    result.gradient([1.0], J=J)
-            else:
-                result.gradient([1.0], J=J)
-        g = np.ones(problem.n)
-        with pytest.raises(DerivativeError, match="is singular"):
-            result.gradient(g)
-        M, q = problem.M[np.newaxis], problem.q[np.newaxis]
-        batch = lcpcli.solve_many(M, q, lower=-np.inf, upper=np.inf)
-        assert np.isnan(batch.gradient(g, unsolved="nan").q).all()
 
 
 def at_a_vertex(random):

@@ -149,20 +149,11 @@ def test_t_begins_and_ends_exactly_where_it_is_asked_to(start, stop):
 
 @pytest.mark.parametrize("large", [1e9, 1e13, 1e15])
 def test_a_large_component_hides_no_breakpoint(large):
-    """z_2 = max(0, 5 - 10 t), and a z_1 that jumps from -5 to 5 at t = 1/2."""
+    """z_2 = max(0, 5 - 10 t)."""
     decreasing = path(*(Problem(np.eye(2), [-large, q]) for q in (-5, 5)))
     assert decreasing.verified
     assert decreasing.t.tolist() == [0, 0.5, 1]
     assert decreasing(0.25).tolist() == [large, 2.5]
-    jumping = path(
-        *(
-            Problem(np.diag([0.0, 1.0]), [q, -large], lower=[-5, 0], upper=[5, np.inf])
-            for q in (1, -1)
-        )
-    )
-    assert jumping.verified
-    assert jumping(0.25).tolist() == [-5, large]
-    assert jumping(0.75).tolist() == [5, large]
 
 
 @pytest.mark.parametrize("bound", [1.0, 1e-14, 1e-300])
@@ -323,19 +314,6 @@ def check_breakpoints(found):
             assert lcpcli.check(problem, z).accepted
 
 
-def spread(seed):
-    """Two problems with a positive definite M and numbers of very different sizes in
-    q."""
-    random = default_rng(seed)
-    n = int(random.integers(1, 6))
-    A, B = random.normal(size=(2, n, n))
-    M = A @ A.T + B - B.T + 0.1 * np.eye(n)
-    first, last = random.normal(size=(2, n)) * 10.0 ** random.choice(
-        [0, 0, 8, 12, 16, -8, -16], (2, n)
-    )
-    return Problem(M, first), Problem(M, last)
-
-
 def extreme(seed):
     """Two problems with up to three unknowns and numbers from 1e-300 to 1e300."""
     random = default_rng(seed)
@@ -347,7 +325,7 @@ def extreme(seed):
 
 
 @pytest.mark.parametrize(
-    "make", [lambda seed: positive(seed, 5, 12), integers, general, spread, extreme]
+    "make", [lambda seed: positive(seed, 5, 12), integers, general, extreme]
 )
 def test_each_breakpoint_of_a_verified_path_solves_its_problem(make):
     verified = 0
@@ -478,7 +456,7 @@ ENDS = {
         "z is too large for double precision",
         [[0], [0]],
     ),
-    "its end is small beside its beginning": (
+    "small beside its beginning": (
         [[1]],
         [-1e16],
         [-1],
@@ -487,7 +465,6 @@ ENDS = {
         "",
         [[1e16], [1]],
     ),
-    "no first point": ([[0]], [-1], [-1], {"exact": True}, "infeasible", "", []),
     "no first point, but a last one": (
         [[0]],
         [-1],

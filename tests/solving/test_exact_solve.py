@@ -20,7 +20,6 @@ from scipy.io import savemat
 import lcpcli
 from lcpcli import Problem, Status, read
 from lcpcli.files import contents
-from lcpcli.formulations.quadratic_program.answers import Minimum
 from lcpcli.linalg.matrices import accurate_residual
 from lcpcli.options import Limits
 from lcpcli.rational.exact_problem import ExactProblem
@@ -100,9 +99,6 @@ def test_hilbert_matrix_of_twenty_in_fractions_and_in_doubles():
     )
     assert result.exact.z == [1] * n
     assert result.z.tolist() == [1.0] * n
-    assert oracle.solves(
-        problem, prove(lambda: ExactProblem.of_floats(problem), lost).exact.z
-    )
 
 
 def test_payoffs_of_a_game_are_taken_as_written():
@@ -210,19 +206,6 @@ def test_reference_is_exact_where_rational_arithmetic_can_be_had(monkeypatch):
     assert with_reference(problem).solutions[0].tolist() == [1 / 3, 0.0]
 
 
-def test_reference_of_random_problems_solves_them():
-    for seed in range(0, 60, 6):
-        problem = oracle.random_problem(seed, 5)
-        referred = with_reference(problem)
-        assert bool(referred.solutions) is (oracle.solution(problem) is not None)
-        for z in referred.solutions:
-            size = np.abs(problem.M) @ z + np.abs(problem.q)
-            assert (
-                np.abs(np.minimum(z, problem.w(z)))
-                <= 1e-12 * np.maximum(size, np.abs(z))
-            ).all()
-
-
 def test_no_solution_of_the_doubles_proves_nothing_of_the_decimals():
     """w1 = 10 z3 - 1 with z3 = 0.1: only where it is 0, z1 may be 1, as w2 = z1 - 1
     asks for."""
@@ -249,19 +232,11 @@ def program_with_rows(seed, sense):
     high = np.round(low + random.integers(0, 3, 4) / 10, 3)
     low[1], high[0] = -np.inf, np.inf
     factor = random.integers(-3, 4, (4, 4)) / 10
-    Q = np.round(factor @ factor.T, 4) if seed % 3 else None
-    Q = -Q if Q is not None and sense == "max" else Q
-    return lcpcli.from_qp(
-        Q,
-        random.integers(-3, 4, 4) / 10,
-        A,
-        row_lower=low,
-        row_upper=high,
-        lower=np.zeros(4),
-        upper=np.ones(4),
-        sense=sense,
-        constant=3.1,
-    )
+    sign = 1 if sense == "min" else -1
+    Q = sign * np.round(factor @ factor.T, 4) if seed % 3 else None
+    sides = {"row_lower": low, "row_upper": high, "lower": 0, "upper": 1}
+    c = random.integers(-3, 4, 4) / 10
+    return lcpcli.from_qp(Q, c, A, **sides, sense=sense, constant=3.1)
 
 
 @pytest.mark.parametrize("make", [ExactProblem.of_floats, ExactProblem.of_decimals])
@@ -276,7 +251,6 @@ def test_measures_of_an_exact_minimum_are_rounded_once(make, sense):
             continue
         n_solved += 1
         answer, z = result.answer, result.exact.z
-        assert isinstance(answer, Minimum)
         objective = float(problem.formulation.meaning(make(problem)).objective(z))
         assert answer.objective == objective
         A = problem.M[4:8, :4]

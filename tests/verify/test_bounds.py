@@ -180,13 +180,16 @@ def test_bound_that_is_attained_is_not_undercut_by_rounding(n, sparse):
     assert np.abs(z - true).max() <= value <= (1 + 1e-5) * np.abs(z - true).max()
 
 
+def tridiagonal(n, diagonal):
+    return diags_array(
+        [-1.0, diagonal, -1.0], offsets=[-1, 0, 1], shape=(n, n), format="csr"
+    )
+
+
 @pytest.mark.parametrize("margin", [1e-2, 1e-10])
 def test_large_sparse_h_plus_matrix_has_a_bound(margin):
     n = 5000
-    band = np.full(n - 1, -1.0)
-    M = diags_array(
-        [band, np.full(n, 2 + margin), band], offsets=[-1, 0, 1], format="csr"
-    )
+    M = tridiagonal(n, 2 + margin)
     true = np.maximum(np.sin(np.arange(n) / 100.0), 0.0)
     problem = Problem(M, np.where(true > 0, 0.0, 0.5) - M @ true)
     z = true + 1e-6 * default_rng(0).normal(size=n)
@@ -198,13 +201,8 @@ def test_large_sparse_h_plus_matrix_has_a_bound(margin):
 def test_a_bound_takes_no_factors_of_a_matrix_with_much_fill(monkeypatch):
     monkeypatch.setattr("scipy.sparse.linalg.splu", None)
     k = 20
-    second = diags_array(
-        [np.full(k - 1, -1.0), np.full(k, 2.5), np.full(k - 1, -1.0)],
-        offsets=[-1, 0, 1],
-    )
-    M = csr_array(
-        kron(kron(second, eye_array(k)), eye_array(k)) + kron(eye_array(k * k), second)
-    )
+    second, one = tridiagonal(k, 2.5), eye_array(k)
+    M = csr_array(kron(kron(second, one), one) + kron(kron(one, one), second))
     true = np.maximum(np.sin(np.arange(k**3) / 100.0), 0.0)
     bound = error_bound(Problem(M, np.where(true > 0, 0.0, 0.5) - M @ true), true)
     assert bound.value <= 1e-10
@@ -213,7 +211,7 @@ def test_a_bound_takes_no_factors_of_a_matrix_with_much_fill(monkeypatch):
 def test_no_factors_with_much_fill_are_taken_where_there_is_no_bound(monkeypatch):
     monkeypatch.setattr("scipy.sparse.linalg.splu", None)
     k = 40
-    line, one = diags_array([np.full(k - 1, -1.0)] * 2, offsets=[-1, 1]), eye_array(k)
+    line, one = tridiagonal(k, 0.0), eye_array(k)
     grid = (
         kron(kron(line, one), one)
         + kron(kron(one, line), one)

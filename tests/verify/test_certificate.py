@@ -15,14 +15,13 @@ from numpy.random import default_rng
 from scipy.sparse import csr_array
 
 import lcpcli
-from lcpcli import Problem, Solver, from_qp, run, solve, solve_many
+from lcpcli import Problem, Solver, from_qp, run, solve
 from lcpcli.formulations.quadratic_program.no_minimum import Constraints
 from lcpcli.interrupts import TimeIsUp
 from lcpcli.model.box import ORTHANT, Box
 from lcpcli.model.problem import conditions_of
 from lcpcli.rational import elimination
 from lcpcli.rational.exact_problem import ExactProblem, fractions_of
-from lcpcli.rational.numbers import approximate, brief
 from lcpcli.rational.tree import first_solution
 from lcpcli.report import result_formats
 from lcpcli.solving import proof as solving
@@ -68,7 +67,6 @@ FEASIBLE = {
         [1, 1],
     ),
     "M'y of 1e-400": (Problem([[0, -1], [1e-200, 0]], [0, -1]), [1, 1e-200]),
-    "M'y of 1e-400 of one unknown": (Problem([[1e-200]], [-1]), [1e-200]),
     "columns of free variables that nearly vanish": (
         Problem(
             np.column_stack(
@@ -222,13 +220,8 @@ def test_sides_hold_near_a_point_wherever_the_enclosure_moves_it(high, holds):
 
 
 def test_dependent_equations_and_too_many_have_no_enclosure():
-    assert (
-        enclosure(
-            np.array([[1.0, -1.0, 0.0], [2.0, -2.0, 0.0]]), np.array([1.0, 1.0, 1.0])
-        )
-        is None
-    )
-    assert enclosure(np.ones((3, 2)), np.ones(2)) is None
+    for shape in (2, 3), (3, 2):
+        assert enclosure(np.ones(shape), np.ones(shape[1])) is None
 
 
 @pytest.mark.parametrize("seed", few_of(range(6), 3))
@@ -277,13 +270,10 @@ def test_farkas_vector_is_corrected_where_no_double_fits():
 
 
 def test_farkas_vector_is_found_where_rounding_has_made_columns_independent():
-    """10 y1 = y2 in decimals, but as doubles 0.1 and 0.3 make M nonsingular: M'y = 0
-    has no solution, M'y < 0 has."""
-    problem, y = Problem([[1, 3], [-0.1, -0.3]], [-1, 0]), np.array([0.1, 1.0])
-    assert exact_proof(ExactProblem.of_decimals(problem), y) == [1, 10]
-    data = ExactProblem.of_floats(problem)
-    found = exact_proof(data, y)
-    assert data.refuted_by(found)
+    """As doubles 0.1 and 0.3 make M nonsingular: M'y = 0 has no solution, M'y < 0
+    has."""
+    data = ExactProblem.of_floats(Problem([[1, 3], [-0.1, -0.3]], [-1, 0]))
+    assert data.refuted_by(exact_proof(data, np.array([0.1, 1.0])))
 
 
 @pytest.mark.parametrize("size", [1e-9, 1.0, 1e9])
@@ -314,13 +304,6 @@ def test_each_violation_is_named():
 def whole(values):
     assert all(value == int(value) for value in values), values
     return [Fraction(value) for value in values]
-
-
-def test_numbers_beyond_doubles_are_shown_as_rounded():
-    huge, tiny = Fraction(10) ** 400 / 3, Fraction(1, 3 * 10**400)
-    assert brief(huge) == "~3.333333e+399"
-    assert brief(tiny) == "~3.333333e-401"
-    assert approximate(-huge) == "-3.333333e+399"
 
 
 def test_proof_in_integers_leaves_columns_of_bounded_variables_that_nearly_vanish():
@@ -415,15 +398,9 @@ NONE = {"INFEASIBLE", "UNSOLVABLE"}
 def as_pyomo_writes_it(M, q, lower, upper):
     """With free w = Mz + q."""
     n, one = len(q), np.eye(len(q))
-    ends = {
-        "lower": np.append(lower, np.full(n, -np.inf)),
-        "upper": np.append(upper, np.full(n, np.inf)),
-    }
-    return run(
-        Problem(
-            np.block([[0 * one, one], [-M, one]]), np.append(np.zeros(n), -q), **ends
-        )
-    )
+    lower, upper = np.append(lower, [-np.inf] * n), np.append(upper, [np.inf] * n)
+    M, q = np.block([[0 * one, one], [-M, one]]), np.append(np.zeros(n), -q)
+    return solve(M, q, lower=lower, upper=upper)
 
 
 def without_solution(has_all_bounds):
@@ -453,9 +430,6 @@ WAYS = {
     "pyomo": as_pyomo_writes_it,
     "sparse": lambda M, q, **bounds: solve(csr_array(M), q, **bounds),
     "Solver": lambda M, q, **bounds: Solver(M, **bounds).solve(q),
-    "solve_many": lambda M, q, **bounds: list(
-        solve_many(M, np.column_stack((q, q)), **bounds)
-    )[1],
     "exact": lambda M, q, **bounds: lcpcli.exact(Problem(M, q, **bounds)),
 }
 
@@ -511,11 +485,3 @@ def test_a_simple_proof_replaces_a_long_one_but_not_what_proves_nothing():
     assert first_proof(problem, [np.array([1.0, 0.0])], whole=True) is None
     found = lcpcli.exact(problem)
     assert max(map(abs, found.exact.y)) <= Fraction(2)
-
-
-@pytest.mark.parametrize("side", [1.0, -1.0])
-def test_a_multiplier_of_the_other_sign_proves_nothing(side):
-    """z <= 0 solves w = z - 1 <= 0, and z >= 0 solves w = z + 1 >= 0."""
-    lower, upper = (-np.inf, 0) if side > 0 else (0, np.inf)
-    problem = Problem([[1]], [-side], lower=lower, upper=upper)
-    assert not Proof("farkas", np.array([side])).holds(problem)

@@ -41,27 +41,16 @@ def rational_problem(seed, condition):
 
 
 def right_digits(z, solution):
-    errors = [
-        abs(Fraction(a) - b) / b for a, b in zip(z.tolist(), solution, strict=True)
-    ]
-    digits = (
-        float(np.clip(-np.log10(float(error)), 0, DOUBLE_DIGITS))
-        if error
-        else DOUBLE_DIGITS
-        for error in errors
-    )
-    return min(digits)
+    pairs = zip(z.tolist(), solution, strict=True)
+    largest = max(abs(Fraction(a) - b) / b for a, b in pairs)
+    return np.clip(-np.log10(max(float(largest), 1e-17)), 0, DOUBLE_DIGITS)
 
 
 def counted(result):
     """The digits, none where another value is as good to working precision."""
-    return np.array(
-        [
-            0 if i in result.not_unique else count
-            for i, count in enumerate(result.digits)
-        ],
-        dtype=float,
-    )
+    digits = np.array(result.digits, dtype=float)
+    digits[result.not_unique] = 0
+    return digits
 
 
 def test_digits_of_many_problems_with_conditions_up_to_1e16():
@@ -101,9 +90,6 @@ def test_few_digits_are_said(n, said, lcp, tmp_path):
     save_json(file, {"M": problem.M.tolist(), "q": problem.q.tolist()})
     outcome = lcp(f"solve {file} --method newton")
     assert ("the data determine" in outcome.out) is said
-    digits = lcp(f"solve {file} --method newton --format json").record["digits"]
-    assert len(digits) == n
-    assert (min(count for count in digits if count is not None) < 6) is said
 
 
 def kinky_problem(seed):

@@ -92,19 +92,8 @@ WRONG = {
         Problem([[1e20, 0.0], [-1e20, 1e20]], [1e3, -2e3], lower=[-1, 0]),
         [0.0, 0.0],
     ),
-    "digits of a far bound": (Problem([[1.0]], [-2.3], lower=-1e10), [2.2999992]),
     "small beside one": (Problem(np.eye(2), [-1.0, -1e-14]), [1.0, 0.0]),
-    "a part without data of a size": (
-        Problem(np.eye(2), [-1e8, 0.0]),
-        [1e8 * (1 + 1e-11), 1e-6],
-    ),
-    "a positive z beside a positive w": (Problem([[1.0]], [1.0]), [1e-6]),
-    "a small solution is not taken for 0": (Problem([[1e12]], [-1.0]), [2e-12]),
     # no z has M z + q >= 0, but the terms |M| |z| grow without bound
-    "z that tends to infinity": (
-        Problem([[0.0, 1.0], [0.0, -1.0]], [-2.0, 1.0]),
-        [1e15, 1.5],
-    ),
     "z that tends to infinity in a difference": (
         Problem([[1.0, -1.0], [-1.0, 1.0]], [-1.0, 0.5]),
         [1e8 + 0.75, 1e8],
@@ -121,10 +110,6 @@ def test_large_number_does_not_hide_an_error_elsewhere(name):
 
 RIGHT = {
     "a third": (Problem([[-3.0]], [1.0], lower=-1.0), [1 / 3]),
-    "decades": (
-        Problem(np.diag(10.0 ** np.arange(-6, 7)), -np.ones(13)),
-        (10.0 ** -np.arange(-6.0, 7)).tolist(),
-    ),
     "small beside one": (Problem(np.eye(2), [-1.0, -1e-14]), [1.0, 1e-14]),
     "growth": (families.make("growth", 60), np.exp2(np.arange(60.0)).tolist()),
 }
@@ -182,17 +167,6 @@ def test_a_w_at_the_bounds_that_is_only_rounding_gives_no_size(n):
     assert Point(Criterion(problem), np.full(n, 0.1)).solves()
 
 
-def test_scaled_residual_counts_how_far_z_is_beyond_a_bound():
-    criterion = Criterion(Problem([[2, 1], [1, 2]], [-2, 3]))
-    for beyond in (1e-9, 0.5):
-        residual = Point(
-            criterion, np.array([1, -beyond]), is_admissible=False
-        ).scaled_residual
-        assert residual == pytest.approx(beyond / 2**0.5), (
-            "as q1 = -2, and the geometric mean of each row is 2^(1/2)"
-        )
-
-
 @settings(deadline=None, max_examples=40)
 @given(
     seed=st.integers(0, 2**32 - 1),
@@ -224,12 +198,11 @@ def test_bounds_never_call_a_solution_what_is_none(seed, n, spread, size, sparse
 
 
 def around(z, generator):
-    """z and points near it at all distances, some so near that rounding decides."""
-    steps = 10.0 ** generator.uniform(-17, 0, (60, 1)) * generator.standard_normal(
-        (60, z.size)
+    """Points near z at all distances, some so near that rounding decides."""
+    sizes = 10.0 ** generator.uniform(-17, 0, (60, 1))
+    return z + sizes * generator.standard_normal((60, z.size)) * (
+        np.abs(z) + generator.integers(2)
     )
-    steps[0] = 0.0
-    return z + steps * (np.abs(z) + float(generator.integers(2)))
 
 
 @pytest.mark.parametrize(
@@ -257,15 +230,10 @@ def test_many_points_together_pass_where_each_does(bounds, condition):
     measure, together, alone = Measure(block), 0, 0
     for tol in (1e-4, 1e-10, 1e-13):
         surely = measure.surely_solves(z, measure.rows(z), tol)
-        each = np.array(
-            [
-                Point(Criterion(block.problem(i), tol), z[i]).solves()
-                for i in range(len(z))
-            ]
-        )
-        assert not (surely & ~each).any()
-        together = together + np.count_nonzero(surely)
-        alone = alone + np.count_nonzero(each)
+        for i, is_sure in enumerate(surely):
+            solves = Point(Criterion(block.problem(i), tol), z[i]).solves()
+            assert solves >= is_sure
+            together, alone = together + is_sure, alone + solves
     assert together > 0.6 * alone > 0
 
 
@@ -392,14 +360,6 @@ def test_numbers_near_zero_are_allowed_no_more_than_their_own_distance():
     rounded = Problem([[1.11e304]], [-1.3e-14])
     assert Point(Criterion(rounded), np.array([1.3e-14 / 1.11e304])).solves()
     assert not Point(Criterion(rounded), np.array([2 * 1.3e-14 / 1.11e304])).solves()
-
-
-def test_a_fixed_variable_is_measured_by_its_bound_where_its_unit_is_far_smaller():
-    problem = Problem(
-        [[2.0, 0.0], [1.0, 2.0]], [-1.0, 0.0], lower=[0.0, 1e8], upper=[math.inf, 1e8]
-    )
-    assert check(problem, [0.5, 1e8 * (1 + 5e-11)]).accepted
-    assert not check(problem, [0.5, 1e8 * (1 + 5e-10)]).accepted
 
 
 def test_an_enclosed_solution_is_doubtful_if_entries_nearby_have_none():
