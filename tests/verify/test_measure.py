@@ -167,6 +167,13 @@ def test_a_w_at_the_bounds_that_is_only_rounding_gives_no_size(n):
     assert Point(Criterion(problem), np.full(n, 0.1)).solves()
 
 
+def test_scaled_residual_counts_how_far_z_is_beyond_a_bound():
+    """q1 = -2, and the geometric mean of each row is 2^(1/2)."""
+    criterion = Criterion(Problem([[2, 1], [1, 2]], [-2, 3]))
+    point = Point(criterion, np.array([1, -0.5]), is_admissible=False)
+    assert point.scaled_residual == pytest.approx(0.5**1.5)
+
+
 @settings(deadline=None, max_examples=40)
 @given(
     seed=st.integers(0, 2**32 - 1),
@@ -360,6 +367,13 @@ def test_numbers_near_zero_are_allowed_no_more_than_their_own_distance():
     rounded = Problem([[1.11e304]], [-1.3e-14])
     assert Point(Criterion(rounded), np.array([1.3e-14 / 1.11e304])).solves()
     assert not Point(Criterion(rounded), np.array([2 * 1.3e-14 / 1.11e304])).solves()
+
+
+def test_a_fixed_variable_is_measured_by_its_bound_where_its_unit_is_far_smaller():
+    sides = {"lower": [0.0, 1e8], "upper": [math.inf, 1e8]}
+    problem = Problem([[2.0, 0.0], [1.0, 2.0]], [-1.0, 0.0], **sides)
+    assert check(problem, [0.5, 1e8 * (1 + 5e-11)]).accepted
+    assert not check(problem, [0.5, 1e8 * (1 + 5e-10)]).accepted
 
 
 def test_an_enclosed_solution_is_doubtful_if_entries_nearby_have_none():
