@@ -107,14 +107,9 @@ def test_error_in_the_search_for_others_leaves_the_solution(lcp, monkeypatch, tm
 def with_ones(generator, n, twins):
     """A sparse matrix with ones on the diagonal: the others 1 or -1, or with two equal
     rows."""
-    values = (
-        generator.integers(-3, 4, (n, n))
-        if twins
-        else generator.choice([-1.0, 1.0], (n, n))
-    )
-    M = np.where(generator.random((n, n)) < (0.3 if twins else 0.1), values, 0).astype(
-        float
-    )
+    chosen, share = (range(-3, 4), 0.3) if twins else ((-1, 1), 0.1)
+    values = generator.choice(chosen, (n, n))
+    M = np.where(generator.random((n, n)) < share, values, 0.0)
     np.fill_diagonal(M, 1)
     if twins:
         i, j = generator.choice(n, 2, replace=False)
@@ -158,14 +153,10 @@ def test_only_solution_is_not_said_to_be_another_point_near_it():
 
 
 def test_errors_in_few_unknowns_refer_to_the_nearest_of_all_isolated_solutions():
-    problem = others.with_all_references(
-        with_reference(Problem([[1, 3], [2, 1]], [-3, -4]))
-    )
-    assert sorted(z.round(12).tolist() for z in problem.solutions) == [
-        [0, 4],
-        [1.8, 0.4],
-        [3, 0],
-    ]
+    one = with_reference(Problem([[1, 3], [2, 1]], [-3, -4]))
+    problem = others.with_all_references(one)
+    found = sorted(z.round(12).tolist() for z in problem.solutions)
+    assert found == [[0, 4], [1.8, 0.4], [3, 0]]
     assert run(problem, "fixed-point").error == 0
     of_a_ray = with_reference(Problem([[0, 0], [0, 1]], [0, -1]))
     assert others.with_all_references(of_a_ray) is of_a_ray

@@ -102,16 +102,8 @@ def test_a_gain_that_rounding_of_a_row_makes_is_none():
     H = [[18, -6, 1.5, -1], [-6, 10, -0.5, -0.5], [1.5, -0.5, 4, 6], [-1, -0.5, 6, 9]]
     sides = {"row_lower": [-1, -np.inf], "row_upper": [-1, np.inf]}
     bounds = {"lower": [0, -1, -np.inf, -3], "upper": [np.inf, 3, np.inf, 2]}
-    problem = from_players(
-        [2, 2],
-        H,
-        [3, 3, 0, 0],
-        [[1, -3, -1, 3], [0, 0, 0, 0]],
-        owner=[0, None],
-        shared="each",
-        **sides,
-        **bounds,
-    )
+    rows, own = [[1, -3, -1, 3], [0, 0, 0, 0]], {"owner": [0, None], "shared": "each"}
+    problem = from_players([2, 2], H, [3, 3, 0, 0], rows, **own, **sides, **bounds)
     answer = lcpcli.run(problem).answer
     assert answer.gains == (0, 0)
     assert answer.statement.startswith("an equilibrium: ")
@@ -135,14 +127,11 @@ def test_a_shared_row_has_one_price_for_all_or_one_for_each():
     data = {**MARKET, "A": [[1, 1, 1]], "row_upper": 4}
     common = from_players(**data)
     each = from_players(**data, shared="each")
-    assert common.n == 4
-    assert each.n == 6
-    variational = list(solutions(common))
-    general = list(solutions(each))
-    assert len(variational) == 1
-    assert variational[0].is_point
-    assert any(not piece.is_point for piece in general)
-    x = variational[0].vertices[0][:3]
+    assert (common.n, each.n) == (4, 6)
+    (variational,) = solutions(common)
+    assert variational.is_point
+    assert not all(piece.is_point for piece in solutions(each))
+    x = variational.vertices[0][:3]
     assert lcpcli.check(each, list(x)).accepted
 
 

@@ -23,15 +23,9 @@ class Rows(NamedTuple):
     has_minimum: bool
 
     def problem(self):
-        return from_qp(
-            self.Q,
-            self.c,
-            self.A,
-            row_lower=self.low,
-            row_upper=self.high,
-            lower=self.lower,
-            upper=self.upper,
-        )
+        bounds = {"lower": self.lower, "upper": self.upper}
+        sides = {"row_lower": self.low, "row_upper": self.high}
+        return from_qp(self.Q, self.c, self.A, **sides, **bounds)
 
 
 def sparse(rows):
@@ -46,18 +40,15 @@ def spread(rows, decades, seed):
         2.0 ** random.integers(-(most := int(3.3 * decades)), most, size)
         for size in rows.A.shape
     )
-    own = {
-        "A": rows.A * R[:, np.newaxis] * C,
-        "Q": rows.Q * C[:, np.newaxis] * C,
-        "c": rows.c * C,
-    }
-    ends = {
-        "low": rows.low * R,
-        "high": rows.high * R,
-        "lower": rows.lower / C,
-        "upper": rows.upper / C,
-    }
-    return rows._replace(**own, **ends)
+    return rows._replace(
+        A=rows.A * R[:, np.newaxis] * C,
+        Q=rows.Q * C[:, np.newaxis] * C,
+        c=rows.c * C,
+        low=rows.low * R,
+        high=rows.high * R,
+        lower=rows.lower / C,
+        upper=rows.upper / C,
+    )
 
 
 def random_program(seed, most=160, kind=""):

@@ -93,13 +93,6 @@ def test_path_is_that_of_exact_arithmetic_however_many_ties(kind, seed):
     assert result.solved == (z is not None)
     assert result.evaluations == pivots
     if z is not None:
-        w = [
-            sum((m * t for m, t in zip(row, z, strict=True)), Fraction(qi))
-            for row, qi in zip(M, q, strict=True)
-        ]
-        assert all(
-            zi >= 0 and wi >= 0 and zi * wi == 0 for zi, wi in zip(z, w, strict=True)
-        )
         exact = np.array([float(t) for t in z])
         assert np.allclose(result.z, exact, rtol=0, atol=1e-12 * max(1.0, exact.max()))
     elif kind == "positive semidefinite":
@@ -131,27 +124,19 @@ def test_infeasible_problem_is_proved_to_be():
 
 
 @pytest.mark.parametrize(
-    ("M", "q"),
-    [
-        ([[0, 1], [0, 0]], [-1, 0]),
-        ([[0, 1], [1, 0]], [-1, 1]),
-    ],
-    ids=["solvable", "feasible but unsolvable"],
+    ("corner", "q"), [(0, 0), (1, 1)], ids=["solvable", "feasible but unsolvable"]
 )
-def test_ray_of_a_feasible_problem_is_no_proof(M, q):
-    result = run(Problem(M, q), "lemke", **TEXTBOOK)
+def test_ray_of_a_feasible_problem_is_no_proof(corner, q):
+    result = run(Problem([[0, 1], [corner, 0]], [-1, q]), "lemke", **TEXTBOOK)
     assert result.status == Status.RAY
-    assert not result.status.has_no_solution
     assert result.message == "ended on a ray: that alone proves nothing"
-    ray = result.certificate.vector
     assert result.certificate.kind == "ray"
-    assert (ray >= 0).all()
-    assert ray.any()
+    assert (result.certificate.vector >= 0).all()
+    assert result.certificate.vector.any()
 
 
 def test_too_many_unknowns_to_pivot_are_refused_and_overflow_breaks_down():
     most = METHODS["lemke"].max_unknowns
-    assert most is not None
     n = most + 1
     refused = run(Problem(eye_array(n), -np.ones(n)), "lemke")
     assert refused.status == Status.BREAKDOWN
@@ -166,31 +151,20 @@ def test_a_path_goes_on_from_upper_bounds():
     for seed in range(20, 120, 5):
         rng = default_rng(seed)
         n = int(rng.integers(2, 7))
-        M = rng.integers(-3, 4, (n, n)).astype(float)
-        q = rng.integers(-9, 10, n).astype(float)
-        result = run(
-            Problem(M, q, lower=-1.0, upper=rng.integers(1, 4, n).astype(float)),
-            "lemke",
-        )
-        assert result.solved, seed
+        M, q = rng.integers(-3, 4, (n, n)), rng.integers(-9, 10, n)
+        problem = Problem(M, q, lower=-1, upper=rng.integers(1, 4, n))
+        assert run(problem, "lemke").solved, seed
 
 
 def test_in_doubles_ties_are_broken_as_in_integers_so_that_a_path_does_not_cycle():
-    M = np.array([[-1.0, 2.0, 0.0], [0.0, 1.0, 1.0], [0.0, -1.0, 0.0]])
-    q = np.array([-1.0, -1.0, 0.0])
-    traces = []
+    M, q = [[-1, 2, 0], [0, 1, 1], [0, -1, 0]], np.array([-1.0, -1.0, 0.0])
+    steps = []
     for factor in (1.0, 1 / 3):
-        traces.append(Trace())
-        run(
-            Problem(M, factor * q),
-            "lemke",
-            **TEXTBOOK,
-            trace=traces[-1],
-            limits=Limits(max_iterations=30),
-        )
-    first, second = ([row.step for row in trace.rows] for trace in traces)
-    assert first == second
-    assert len(first) < 10
+        given, trace = Problem(M, factor * q), Trace()
+        run(given, "lemke", **TEXTBOOK, trace=trace, limits=Limits(max_iterations=30))
+        steps.append([row.step for row in trace.rows])
+    assert steps[0] == steps[1]
+    assert len(steps[0]) < 10
 
 
 UNITS = np.diag([1.0, 1e4, 1.0, 1.0])

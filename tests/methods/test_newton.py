@@ -26,16 +26,9 @@ def test_rows_of_the_papers_first_table_are_its_own():
     """From any start with all components negative: 0; 4, 0, 4, 0; 1, 0, 1, 0, the
     vector-division rows."""
     trace = Trace()
-    run(
-        read(contents.shipped_path("paper-example-1.json")),
-        "newton",
-        [-1.0, -1.0, -1.0, -1.0],
-        trace=trace,
-    )
-    assert [row.z.tolist() for row in trace.rows[1:]] == [
-        [4.0, 0.0, 4.0, 0.0],
-        [1.0, 0.0, 1.0, 0.0],
-    ]
+    example = read(contents.shipped_path("paper-example-1.json"))
+    run(example, "newton", -np.ones(4), trace=trace)
+    assert [row.z.tolist() for row in trace.rows[1:]] == [[4, 0, 4, 0], [1, 0, 1, 0]]
 
 
 @pytest.mark.parametrize("n", [3, 5, 21])
@@ -161,17 +154,11 @@ def with_solution(M, seed):
 @pytest.mark.parametrize("n", [5, factors.MAX_NUMPY_ROWS + 20])
 @pytest.mark.parametrize("kind", ["dense", "sparse", "nonsymmetric"])
 def test_right_signs_give_the_solution_to_rounding(n, kind):
-    M = matrix(
-        "monotone" if kind == "nonsymmetric" else "definite",
-        n,
-        default_rng(1),
-    )
+    own = "monotone" if kind == "nonsymmetric" else "definite"
+    M = matrix(own, n, default_rng(1))
     problem, x = with_solution(csr_array(M) if kind == "sparse" else M, 2)
-    *_, last = finish(
-        problem,
-        None,
-        constant(np.sign(x) * default_rng(3).uniform(0.1, 1, n)),
-    )
+    signed = np.sign(x) * default_rng(3).uniform(0.1, 1, n)
+    *_, last = finish(problem, None, constant(signed))
     assert last.step == FINISH
     z = ORTHANT.z_of(last.x)
     rounding = 1e-13 * (np.abs(M) @ z + np.abs(problem.q)).max()

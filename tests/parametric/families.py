@@ -125,29 +125,19 @@ def random_change(problem, random):
     moves = rounded(random.normal(size=(2, n)))
     moves[1, low == high] = moves[0, low == high]
     moves[np.isinf((low, high))] = 0.0
-    return {
-        "dM": rounded(random.normal(size=(n, n))),
-        "dq": rounded(random.normal(size=n)),
-    } | {
-        "dlower": moves[0],
-        "dupper": moves[1],
-    }
+    dM, dq = rounded(random.normal(size=(n, n))), rounded(random.normal(size=n))
+    return {"dM": dM, "dq": dq, "dlower": moves[0], "dupper": moves[1]}
 
 
 def exact_z(problem, change, h):
     """The solution in fractions of the problem with its data plus h times the change,
     which doubles represent."""
-    data = dict(
-        zip(
-            DATA,
-            (dense(problem.M), problem.q, *problem.box.vectors(problem.n)),
-            strict=True,
-        )
-    )
-    z = lcpcli.exact(
-        Problem(**{name: data[name] + h * change.get(f"d{name}", 0.0) for name in DATA})
-    ).exact
-    return z.z
+    data = dense(problem.M), problem.q, *problem.box.vectors(problem.n)
+    moved = {
+        name: own + h * change.get(f"d{name}", 0.0)
+        for name, own in zip(DATA, data, strict=True)
+    }
+    return lcpcli.exact(Problem(**moved)).exact.z
 
 
 def exact_derivative(problem, change, h=STEP):

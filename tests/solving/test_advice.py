@@ -57,10 +57,6 @@ def followed(arguments, way):
         if word.startswith("--") and word in arguments:
             place = arguments.index(word)
             arguments = arguments[:place] + arguments[place + 2 :]
-    own = {"shi": ("--k-star", "--p"), "fixed-point": ("--omega",)}
-    assert not any(
-        option in arguments for options in own.values() for option in options
-    )
     return arguments + words
 
 
@@ -130,10 +126,6 @@ def test_other_starts_are_advised_where_stuck_and_what_may_be_wrong_with_f():
         outside.advice
         == "try restarts=25, or another start, or bounds within the domain of F"
     )
-    second = solve_mcp(
-        lambda z: [z[0] - 1, np.sqrt(z[1]) + 1], lower=None, x0=[1.0, 1.0], restarts=1
-    )
-    assert "F is undefined, in row 2, were cut back" in second.message
     scaled = solve_mcp(
         lambda z: [1 + z[0] ** 2, 1e9 * (z[1] - 1)],
         lower=None,

@@ -64,24 +64,16 @@ def enclosed(problem):
 
     def interval(low, high):
         z = [Interval(*ends) for ends in zip(low.tolist(), high.tolist(), strict=True)]
-        F = np.array([as_interval(value).ends for value in called(problem.F, z)])
+        F = np.array([as_interval(value).ends for value in problem.F(z)])
         J = np.array(
-            [[as_interval(value).ends for value in row] for row in called(problem.J, z)]
+            [[as_interval(value).ends for value in row] for row in problem.J(z)]
         )
         return Enclosure(F[:, 0], F[:, 1], J[:, :, 0], J[:, :, 1])
 
-    given = {
-        "lower": problem.lower,
-        "upper": problem.upper,
-        "x0": problem.x0,
-        "interval": interval,
-    }
-    return NonlinearProblem(problem.F, problem.J, **given)
-
-
-def called(function, z):
-    assert function is not None
-    return function(z)
+    bounds = {"lower": problem.lower, "upper": problem.upper}
+    return NonlinearProblem(
+        problem.F, problem.J, **bounds, x0=problem.x0, interval=interval
+    )
 
 
 def test_the_bound_covers_the_distance_of_a_rough_point():
@@ -165,9 +157,7 @@ def test_zeros_of_polynomials_are_where_they_are_proved_for_decimals_as_written(
         ]
         terms = [("*", text, ("^", "v0", power)) for power, text in enumerate(texts)]
         content = model(1, [((5, 1, 1), {0: 0}, ("sum", *terms))], [(2, -9)])
-        problem = problem_of(content, "cubic.nl")
-        assert isinstance(problem, NonlinearProblem)
-        result = lcpcli.solve_mcp(problem, proof=True)
+        result = lcpcli.solve_mcp(problem_of(content, "cubic.nl"), proof=True)
         if not result.solved or result.bound is None or not result.bound.proved:
             continue
         proved += 1
