@@ -319,18 +319,6 @@ def test_a_step_with_the_data_of_the_one_before_takes_one_system():
         assert result.iterations == 1
 
 
-def test_redundant_contacts_take_few_pivots():
-    random = default_rng(3)
-    for _ in range(15):
-        J = random.normal(size=(16, 3)) * (random.random((16, 3)) < 0.6)
-        # A motion that opens all contacts: they are not jammed.
-        J[::2] *= np.sign(J[::2] @ random.normal(size=3))[:, None]
-        q = J @ random.normal(size=3)
-        result = run(from_contact(J @ J.T, q, 0.5))
-        assert result.solved
-        assert result.iterations < 4 * result.problem.n
-
-
 @pytest.mark.parametrize("dimension", [2, 3])
 def test_a_solver_with_another_q_answers_for_the_b_that_makes_it(dimension):
     W, first, second = np.eye(dimension), [-1.0, 0.2, 0.1], [-3.0, -0.4, 0.3]

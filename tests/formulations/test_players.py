@@ -227,7 +227,7 @@ def test_what_is_wrong_is_named(refusal, refused):
     assert refused(refusal.command, refusal.files) == refusal.line
 
 
-PENNIES, OTHER = [[1, -1], [-1, 1]], [[-1, 1], [1, -1]]
+OTHER = [[-1, 1], [1, -1]]
 # Each player wants to differ from the next one.
 RING = {
     "payoffs": {

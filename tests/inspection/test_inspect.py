@@ -12,31 +12,18 @@ from scipy import sparse
 from scipy.sparse import eye_array
 
 import lcpcli
-from lcpcli import Problem, Trace
+from lcpcli import Problem
 from lcpcli.gallery.families import make
 from lcpcli.inspection.inspection import inspect
 from lcpcli.inspection.theory import smoothing
 from lcpcli.inspection.verdict import CLASSES
 from lcpcli.methods.registry import METHODS
-from lcpcli.model.box import ORTHANT
-from lcpcli.options import Limits
 from lcpcli.report import inspection_text
-from lcpcli.solving.driver import run
-from lcpcli.solving.proof import with_reference
-
-from ..benchmarks.accuracy import contraction, empirical_rate
 
 OWN = ("auto", "shi", "fixed-point", "newton", "interior", "lemke", "milp")
 OBJECT = json.loads(
     inspection_text.inspection_report(inspect(Problem([[1.0]], [1.0]))).render("json")
 )
-
-
-def random_problem(seed, n, symmetric):
-    random = default_rng(seed)
-    A, S = random.standard_normal((2, n, n)) / np.sqrt(n)
-    M = A @ A.T + 0.1 * np.eye(n)
-    return Problem(M if symmetric else M + S - S.T, random.standard_normal(n))
 
 
 def tridiagonal(n):
@@ -58,36 +45,6 @@ def test_estimates_for_large_and_sparse_matrices_agree_with_the_exact_figures():
     assert 1 / 3 < found.spectrum.smallest / (4 * math.sin(math.pi / 2 / 2001) ** 2) < 3
     assert 1 / 3 < found.spectrum.largest / 4 <= 1
     assert found.cost.bandwidth == 1
-
-
-@pytest.mark.parametrize(
-    ("n", "kind"),
-    [
-        (5, "symmetric"),
-        (100, "symmetric"),
-        (5, "other"),
-        (100, "other"),
-        (20, "bounded"),
-    ],
-)
-def test_measured_rate_of_fixed_point_is_the_local_one_and_below_the_bound(n, kind):
-    problem = random_problem(n, n, kind != "other")
-    if kind == "bounded":
-        lower = np.where(np.arange(n) % 3, -0.3, -np.inf)
-        upper = np.where(np.arange(n) % 4, 0.4, np.inf)
-        problem = Problem(problem.M, problem.q, lower=lower, upper=upper)
-    problem = with_reference(problem)
-    z, box = problem.solutions[0], problem.box if problem.is_mixed else ORTHANT
-    x = box.x_of(z, problem.w(z))
-    theory = contraction(problem, x)
-    curve = Trace(components=np.empty(0, dtype=np.intp), residuals=False)
-    run(problem, "fixed-point", limits=Limits(tol=1e-14), curve=curve)
-    steps, errors = zip(*((row.k, row.error or 0.0) for row in curve.rows), strict=True)
-    rate = empirical_rate([*steps], [*errors], 1e-2, 1e-11)
-    assert rate == pytest.approx(theory.local, rel=0.1)
-    assert max(rate, theory.local) <= theory.bound
-    x[1] = box.x_of(np.full(n, 0.4), np.zeros(n))[1] if kind == "bounded" else 0.0
-    assert contraction(problem, x).local is None, "at a degenerate solution"
 
 
 def test_modulus_iteration_is_not_guaranteed_for_the_matrix_of_kostreva():

@@ -2,8 +2,6 @@
 change, and those of scaling; products, largest entries, and matrices in compressed rows
 that are made of arrays, beside those that scipy makes."""
 
-import sys
-
 import numpy as np
 import pytest
 from hypothesis import given, settings
@@ -15,7 +13,6 @@ from lcpcli import Problem
 from lcpcli.linalg.matrices import (
     column_maxima,
     dense,
-    multiplier,
     norm_inf,
     row_and_column_maxima,
     row_maxima,
@@ -77,27 +74,6 @@ def test_units_are_the_least_squares_however_long_the_graph_is(n, shape):
         assert shape in ("band", "ring") or np.abs(left).max() <= 1e-9
 
 
-@settings(max_examples=25)
-@given(
-    seed=st.integers(0, 2**32 - 1), spread=st.integers(0, 40), is_program=st.booleans()
-)
-def test_rows_and_columns_share_units_where_sizes_of_entries_are_symmetric(
-    seed, spread, is_program
-):
-    generator = np.random.default_rng(seed)
-    A, R = (
-        generator.standard_normal((6, 6)) * (generator.random((6, 6)) < 0.6),
-        np.exp2(generator.integers(0, spread + 1, 6)),
-    )
-    Q = np.zeros((6, 6)) if is_program else A + A.T
-    M = np.block([[R[:, None] * Q * R, -R[:, None] * A], [A.T * R, np.zeros((6, 6))]])
-    sparse, dense = units(csr_array(M)), units(M)
-    assert np.array_equal(sparse.rows, sparse.columns)
-    assert np.allclose(sparse.rows, dense.rows, atol=1e-6)
-    assert np.allclose(sparse.columns, dense.columns, atol=1e-6)
-    assert sparse.parts == dense.parts
-
-
 @settings(max_examples=20)
 @given(seed=st.integers(0, 2**32 - 1), spread=st.integers(0, 40))
 def test_equilibrated_rows_and_columns_have_entries_near_one(seed, spread):
@@ -148,22 +124,6 @@ def test_largest_entries_are_those_of_absolute_values_whatever_the_size(n, form)
     for found, axis in zip(row_and_column_maxima(given, R, C), (1, 0), strict=True):
         assert found == pytest.approx(scaled.max(axis=axis), rel=1e-15)
     assert norm_inf(given) == pytest.approx(np.abs(M).sum(axis=1).max(), rel=1e-14)
-
-
-@pytest.mark.parametrize("hidden", [False, True], ids=["routine", "operator"])
-def test_products_are_those_of_the_operator_of_scipy_with_its_routine_or_without(
-    hidden, monkeypatch
-):
-    if hidden:
-        monkeypatch.setitem(sys.modules, "scipy.sparse._sparsetools", None)
-    random = default_rng(0)
-    for shape in ((5, 5), (3, 7), (40, 1)):
-        A = random.standard_normal(shape) * (random.random(shape) < 0.3)
-        v = random.standard_normal(shape[1])
-        for M in (A, csr_array(A)):
-            times = multiplier(M)
-            assert np.array_equal(times(v), times(v))
-            assert times(v) == pytest.approx(A @ v)
 
 
 def same(made, expected):

@@ -95,17 +95,6 @@ def test_the_options_change_the_iterates():
     assert "rho 1e-03" in firsts[2].step
 
 
-def test_small_and_extreme_problems_are_solved():
-    for problem in (
-        Problem([[0.0]], [0.0]),
-        Problem(np.zeros((3, 3)), np.zeros(3), lower=-1, upper=1),
-        Problem(np.eye(2), [1.0, -1.0], lower=2.0, upper=2.0),
-        Problem(np.eye(3), [1e200, -1e200, 1.0]),
-        Problem(csr_array((4, 4)), np.ones(4)),
-    ):
-        assert run(problem, "interior").solved
-
-
 @pytest.mark.parametrize(
     ("cut", "status"),
     [(MemoryError, Status.BREAKDOWN), (KeyboardInterrupt, Status.INTERRUPTED)],

@@ -13,7 +13,7 @@ from scipy.sparse import eye_array
 from lcpcli import Problem, Status, Trace, inspect
 from lcpcli.basis import tableau
 from lcpcli.gallery import families
-from lcpcli.methods.lemke import lemke, refine_small_components
+from lcpcli.methods.lemke import refine_small_components
 from lcpcli.methods.registry import LEXICOGRAPHIC, METHODS, ONES
 from lcpcli.options import Limits
 from lcpcli.solving.driver import run
@@ -98,29 +98,6 @@ def test_path_is_that_of_exact_arithmetic_however_many_ties(kind, seed):
     elif kind == "positive semidefinite":
         assert result.status is Status.INFEASIBLE
         assert Proof("farkas", result.certificate.vector).holds(result.problem)
-
-
-def test_iterates_are_complementary_and_their_F_is_minus_the_covering_vector():
-    problem = families.make("harker-pang", 20, 3)
-    covers = []
-    for iterate in lemke(problem, np.zeros(20), cover=ONES):
-        F = problem.w(2 * np.maximum(iterate.x, 0)) - 2 * np.maximum(-iterate.x, 0)
-        assert iterate.F is None or np.allclose(F, iterate.F, rtol=0, atol=1e-9)
-        covers.append(-F.min())
-    assert covers[0] == pytest.approx(-problem.q.min(), rel=1e-14)
-    assert covers[-1] <= 1e-12
-    # M is positive definite: z_0 falls along the path.
-    assert sorted(covers, reverse=True) == covers
-
-
-def test_infeasible_problem_is_proved_to_be():
-    """By the multipliers of z_0, as the ray proves nothing."""
-    M = np.array([[-2, -1, 1], [-0.5, -0.5, -2], [0.5, 0.5, -1]])
-    result = run(Problem(M, [1.5, -1.5, 1.5]), "lemke")
-    assert result.status is Status.INFEASIBLE
-    found = result.certificate.vector
-    assert Proof("farkas", found).holds(result.problem)
-    assert np.allclose(found / found.max(), [0, 1, 0])
 
 
 @pytest.mark.parametrize(

@@ -39,8 +39,6 @@ from lcpcli.methods.shi import (
 )
 from lcpcli.model.box import Box
 
-from .grids import line
-
 TABLE_1 = {
     1: "0.0000000 0.0000000 0.0000000 0.0000000",
     5: "0.7883251 0.0000000 1.3448593 0.0000000",
@@ -279,19 +277,6 @@ def test_badly_scaled_matrix_is_not_mistaken_for_a_singular_one(M):
     assert (
         run(problem, "fixed-point", max_iterations=3).status is Status.ITERATION_LIMIT
     )
-
-
-@pytest.mark.parametrize("n", [factors.MAX_NUMPY_ROWS, factors.MAX_NUMPY_ROWS + 1])
-def test_small_large_and_sparse_matrices_give_the_same_iterates(n):
-    q = default_rng(n).standard_normal(n)
-    dense, sparse = (
-        run(Problem(M, q), "fixed-point")
-        for M in (line(n, 4.0).toarray(), line(n, 4.0))
-    )
-    assert dense.solved
-    assert sparse.solved
-    assert dense.iterations == sparse.iterations
-    assert np.allclose(dense.z, sparse.z, rtol=0, atol=1e-13)
 
 
 @settings(max_examples=20)

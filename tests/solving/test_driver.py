@@ -151,18 +151,6 @@ def test_method_that_wants_to_correct_signs_at_a_solution_has_three_iterations_f
         assert result.iterations == iterations
 
 
-def test_exact_points_are_recognised_although_F_is_large():
-    """z = 0 solves any problem with q >= 0, for every negative x that represents it;
-    and with M singular F stays large along the iteration although z has converged long
-    before."""
-    result = run(Problem([[-5.0, 2.0], [-6.0, 1.0]], [1.0, 2.0]), "shi", [-3.0, -4.0])
-    assert result.solved
-    assert result.iterations == 0
-    result = run(Problem(np.ones((3, 3)), [-1.0, -2.0, -3.0]), "fixed-point")
-    assert result.solved
-    assert result.iterations <= 256
-
-
 def test_start_is_the_problems_own_unless_given_and_displaces_both_of_its_points():
     def rows(problem, *start):
         trace = Trace()

@@ -265,14 +265,3 @@ def test_few_payoffs_are_written_as_decimals(monkeypatch):
         written.clear()
         lcpcli.from_game(A, np.zeros(A.shape))
         assert len(written) <= most
-
-
-def test_a_pure_equilibrium_of_many_strategies_is_found_before_anything_else():
-    A = default_rng(0).random((200, 210))
-    B = A.copy()  # its largest payoff is one
-    result = lcpcli.run(lcpcli.from_game(A, B))
-    assert result.solved
-    assert result.route == ("pure",)
-    assert result.evaluations == 1
-    game = lcpcli.from_game(A, B)
-    assert lcpcli.plan(game)[0].method == "pure"

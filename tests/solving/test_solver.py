@@ -66,16 +66,6 @@ def test_a_sequence_has_the_results_of_separate_runs(family):
                 assert np.abs(result.z - alone.z).max() <= 1e-9 * np.abs(alone.z).max()
 
 
-def test_one_system_suffices_where_redundant_contacts_change_no_state():
-    problem = families.make("contact", 60, 1)
-    solver = Solver(problem.M)
-    first, second = solver.solve(problem.q), solver.solve(1.01 * np.array(problem.q))
-    assert first.route == ("lemke",)
-    assert second.route == ("newton",)
-    assert second.iterations == 1
-    assert second.solved
-
-
 @pytest.mark.usefixtures("way")
 def test_a_step_after_z_0_has_its_own_solution_if_its_q_has_a_negative_entry():
     solver = Solver([[2, 1], [1, 2]])
@@ -291,15 +281,6 @@ def test_a_solver_answers_for_the_formulation_of_its_problem(name, form):
     for result in (solver.solve(), solver.solve(problem.q)):
         assert result.answer.statement == alone.statement
         assert list(result.names) == list(problem.names)
-
-
-@pytest.mark.parametrize("form", [np.asarray, csr_array], ids=["dense", "sparse"])
-def test_a_solver_takes_other_friction_for_dense_and_sparse_matrices(form):
-    W, q = form(np.eye(6) + 0.1), [-1, 0.1, -1, -5.0, 3.0, 0]
-    solver = Solver(lcpcli.from_contact(W, q, 0.5), compiled=False)
-    solver.update(mu=0.05)
-    alone = run(lcpcli.from_contact(W, q, 0.05))
-    assert np.allclose(solver.solve().answer.x, alone.answer.x)
 
 
 def test_names_stay_with_another_matrix():

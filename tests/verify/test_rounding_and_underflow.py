@@ -12,7 +12,7 @@ from numpy.random import default_rng
 from scipy.sparse import csr_array
 
 import lcpcli
-from lcpcli import Problem, check, from_qp, run, solve_many
+from lcpcli import Problem, check, from_qp, run
 from lcpcli.solving import direct_run
 from lcpcli.verify import exact_solution
 from lcpcli.verify.acceptance import BY_CRITERION, accepted
@@ -54,18 +54,6 @@ def test_point_with_hidden_violations_does_not_solve(n, as_matrix):
 def test_small_problems_are_not_solved_at_once_where_a_product_underflows(module):
     found = pytest.importorskip(module).direct(chain(30), 1e-10)
     assert found is None or not found.is_certain or found.z.tolist() == solution(30)
-
-
-@pytest.mark.parametrize(("columns", "compiled"), [(3, False), (12, False), (12, True)])
-def test_many_right_hand_sides_are_judged_alike(columns, compiled):
-    if compiled:
-        pytest.importorskip("numba")
-    problem = chain(3)
-    for result in solve_many(
-        problem.M, np.tile(problem.q[:, np.newaxis], (1, columns)), compiled=compiled
-    ):
-        assert result.solved
-        assert result.z.tolist() == solution(3)
 
 
 def triangular(random):
@@ -257,24 +245,6 @@ def test_rows_of_noise_are_cleaned_one_by_one():
     assert solution.z[1] == 0.0
     assert solution.z[5] == 1e-10
     assert list(solution.negligible) == []
-
-
-def test_points_beyond_a_bound_do_not_solve_however_far_the_numbers_are_from_1():
-    M = [
-        [3.0, 7.57303354e4, 5e-324],
-        [0.0, 2.0, 6.69337276e307],
-        [2.96e-34, 0.0, 1.5e-323],
-    ]
-    problem = Problem(
-        M,
-        [0.0, 1e-323, 9.6e13],
-        lower=[-5.2e-54, 0.0, 3.0],
-        upper=[0.0, 5.15e-299, np.inf],
-    )
-    assert not check(problem, np.zeros(3)).accepted  # z_3 < 3
-    result = run(problem)
-    assert (result.z >= problem.lower).all()
-    assert (result.z <= problem.upper).all()
 
 
 def test_a_whole_number_in_q_is_no_rounding_however_large_the_others_are():
