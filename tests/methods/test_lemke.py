@@ -13,7 +13,7 @@ from scipy.sparse import eye_array
 from lcpcli import Problem, Status, Trace, inspect
 from lcpcli.basis import tableau
 from lcpcli.gallery import families
-from lcpcli.methods.lemke import refine_small_components
+from lcpcli.methods.lemke import lemke, refine_small_components
 from lcpcli.methods.registry import LEXICOGRAPHIC, METHODS, ONES
 from lcpcli.options import Limits
 from lcpcli.solving.driver import run
@@ -98,6 +98,14 @@ def test_path_is_that_of_exact_arithmetic_however_many_ties(kind, seed):
     elif kind == "positive semidefinite":
         assert result.status is Status.INFEASIBLE
         assert Proof("farkas", result.certificate.vector).holds(result.problem)
+
+
+def test_iterates_are_complementary_and_their_F_is_minus_the_covering_vector():
+    problem = families.make("harker-pang", 20, 3)
+    first = next(lemke(problem, np.zeros(20), cover=ONES))
+    F = problem.w(2 * np.maximum(first.x, 0)) - 2 * np.maximum(-first.x, 0)
+    assert first.F == pytest.approx(F)
+    assert F == pytest.approx(problem.q.min())
 
 
 @pytest.mark.parametrize(
@@ -254,6 +262,15 @@ def test_the_rounding_of_a_variable_that_enters_is_that_of_its_own_size():
     tableau.follow(made, *following, row, False, 1)
     assert made.values == pytest.approx([1e-6])
     assert made.noise.max() < 1e-5 * tableau.NOISE
+
+
+def test_z_0_leaves_where_rounding_alone_keeps_it_from_0():
+    """Before the variable of the other row, whose pivot is larger."""
+    change, no_bound = np.array([-1.0, -2.0]), np.full(2, np.inf)
+    made = tableau.tableau_of(np.eye(2), np.ones(2), no_bound, np.ones(2))
+    made.values[:] = 1.0 + 2.0**-52, 2.0
+    made.noise[:] = 1e-15
+    assert tableau.choose(made, 0, change, 0, False) == (0, 1.0 + 2.0**-52)
 
 
 def test_a_ray_that_is_one_by_rounding_alone_is_not_the_end():

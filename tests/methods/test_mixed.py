@@ -142,49 +142,6 @@ def test_contact_with_friction_is_solved_by_one_path(form):
             assert result.route[-1] == "lemke"
 
 
-def tower(boxes, seed):
-    """A time step of boxes at rest on one another (D. E. Stewart and J. C. Trinkle
-    1996), with their velocities as free variables: forces of about 0.1, and horizontal
-    momenta, and tilts of the contacts, that are rounding."""
-    generator = default_rng(seed)
-    m, friction = 3 * boxes, generator.uniform(0.1, 1.0)
-    mass = np.repeat(generator.uniform(0.5, 2.0, boxes), 3) * np.tile(
-        [1.0, 1.0, 0.1], boxes
-    )
-    normals, tangents = np.zeros((2, m, 2 * boxes))
-    for i in range(boxes):
-        tilt, offset = 1e-18 * generator.normal(), 0.02 * generator.normal()
-        for k, corner in ((2 * i, -0.5), (2 * i + 1, 0.5)):
-            normals[3 * i : 3 * i + 3, k], tangents[3 * i : 3 * i + 3, k] = (
-                [tilt, 1, corner],
-                [1, -tilt, 0.25],
-            )
-            if i:
-                normals[3 * i - 3 : 3 * i, k] = [-tilt, -1, -(corner + offset)]
-                tangents[3 * i - 3 : 3 * i, k] = [-1, tilt, 0.25]
-    c = 2 * boxes
-    J = np.hstack([normals, np.kron(tangents, [[1.0, -1.0]])])
-    E, zero = np.kron(np.eye(c), [[1.0], [1.0]]), np.zeros
-    M = np.block(
-        [
-            [np.diag(mass), -J, zero((m, c))],
-            [J.T, zero((3 * c, 3 * c)), np.vstack([zero((c, c)), E])],
-            [zero((c, m)), friction * np.eye(c), -E.T, zero((c, c))],
-        ]
-    )
-    momenta = np.column_stack(
-        [1e-17 * generator.normal(size=boxes), 0.1 * mass[::3], 1e-18 * np.ones(boxes)]
-    )
-    q = np.append(momenta.ravel(), zero(4 * c))
-    return Problem(M, q, lower=np.where(np.arange(q.size) < m, -INF, 0.0))
-
-
-def test_boxes_at_rest_are_solved_with_their_velocities_as_free_variables():
-    """Rows of velocities have nothing but rounding in them, which has to be 0."""
-    for seed in range(5):
-        assert run(tower(3, seed), "lemke").solved
-
-
 @pytest.mark.parametrize(
     ("M", "q", "lower", "y"),
     [

@@ -238,14 +238,8 @@ def test_it_sees_the_rows_of_a_trace_but_the_start(method):
     rows = []
     result = solve(M, Q, method, callback=rows.append, trace=True)
     assert result.solved
-    kept = result.trace.rows[1:]
-    assert (
-        [row.k for row in rows]
-        == [row.k for row in kept]
-        == list(range(1, result.iterations + 1))
-    )
-    for row, other in zip(rows, kept, strict=True):
-        for name in ("method", "step", "residual", "error"):
+    for row, other in zip(rows, result.trace.rows[1:], strict=True):
+        for name in ("k", "method", "step", "residual", "error"):
             assert getattr(row, name) == getattr(other, name)
         assert np.array_equal(row.z, other.z)
         assert row.residual == pytest.approx(

@@ -70,7 +70,6 @@ def test_at_a_limit_the_best_x_of_a_program_is_given_with_its_residual(options, 
     assert not result.status.has_no_solution
     assert np.array_equal(answer.x, result.z[:3])
     assert np.array_equal(answer.y, sign * result.z[3:])
-    assert answer.bound_multipliers.shape == (3,)
     assert answer.objective == pytest.approx(
         answer.x @ Q @ answer.x / 2 + c @ answer.x + 7
     )
@@ -79,8 +78,6 @@ def test_at_a_limit_the_best_x_of_a_program_is_given_with_its_residual(options, 
         "x does not solve the program: it is the best iterate, with a relative "
         f"residual of {result.relative_residual:.1e}"
     )
-    record = json.loads(result.to_json())["answer"]
-    assert record["x"] == answer.x.tolist()
 
 
 def test_a_game_that_is_not_solved_has_no_strategies():
