@@ -104,8 +104,16 @@ def test_iterates_are_complementary_and_their_F_is_minus_the_covering_vector():
     problem = families.make("harker-pang", 20, 3)
     first = next(lemke(problem, np.zeros(20), cover=ONES))
     F = problem.w(2 * np.maximum(first.x, 0)) - 2 * np.maximum(-first.x, 0)
-    assert first.F == pytest.approx(F)
-    assert F == pytest.approx(problem.q.min())
+    assert np.allclose(first.F, F)
+    assert np.allclose(F, problem.q.min())
+
+
+def test_infeasible_problem_is_proved_by_the_multipliers_of_z_0():
+    """As the ray proves nothing."""
+    M = np.array([[-2, -1, 1], [-0.5, -0.5, -2], [0.5, 0.5, -1]])
+    result = run(Problem(M, [1.5, -1.5, 1.5]), "lemke")
+    assert result.status is Status.INFEASIBLE
+    assert result.certificate.vector.astype(bool).tolist() == [False, True, False]
 
 
 @pytest.mark.parametrize(

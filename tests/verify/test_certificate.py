@@ -475,3 +475,11 @@ def test_a_simple_proof_replaces_a_long_one_but_not_what_proves_nothing():
     assert first_proof(problem, [np.array([1.0, 0.0])], whole=True) is None
     found = lcpcli.exact(problem)
     assert max(map(abs, found.exact.y)) <= Fraction(2)
+
+
+@pytest.mark.parametrize("side", [1.0, -1.0])
+def test_a_multiplier_of_the_other_sign_proves_nothing(side):
+    """z <= 0 solves w = z - 1 <= 0, and z >= 0 solves w = z + 1 >= 0."""
+    lower, upper = (-np.inf, 0) if side > 0 else (0, np.inf)
+    problem = Problem([[1]], [-side], lower=lower, upper=upper)
+    assert not Proof("farkas", np.array([side])).holds(problem)
