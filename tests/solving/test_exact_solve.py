@@ -7,17 +7,20 @@ import sys
 from dataclasses import replace
 from fractions import Fraction
 from functools import partial
+from operator import mul
 
 import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from numpy.random import default_rng
+from scipy import sparse
 from scipy.io import savemat
 
 import lcpcli
 from lcpcli import Problem, Status, read
 from lcpcli.files import contents
+from lcpcli.linalg.matrices import accurate_residual
 from lcpcli.options import Limits
 from lcpcli.rational.exact_problem import ExactProblem
 from lcpcli.solving import proof
@@ -159,6 +162,25 @@ def test_a_proved_solution_beyond_the_range_of_doubles_says_so():
     assert result.solved
     assert float(result.exact.z[0] / 10**300) == pytest.approx(8.3e20, rel=0.01)
     assert "beyond the range of doubles" in result.message
+
+
+def test_residuals_are_rounded_but_once():
+    """Sums that cancel, to 0 or to a last digit; rows of equal lengths, and one that is
+    much longer."""
+    random = default_rng(0)
+    A = sparse.random_array((60, 300), density=0.02, rng=random, format="lil")
+    A[7] = random.standard_normal(300)
+    A = sparse.csr_array(A)
+    A.data *= 2.0 ** random.integers(-60, 60, A.nnz)
+    x = random.standard_normal(300)
+    b = np.where(random.random(60) < 0.5, A @ x, random.integers(-1, 2, 60))
+    dense, exact_x = A.toarray(), list(map(Fraction, x.tolist()))
+    true = [
+        float(Fraction(right) - sum(map(mul, map(Fraction, row), exact_x)))
+        for right, row in zip(b.tolist(), dense.tolist(), strict=True)
+    ]
+    for matrix in (A, dense):
+        assert accurate_residual(matrix, x, b).tolist() == true
 
 
 def test_reference_is_exact_where_rational_arithmetic_can_be_had(monkeypatch):
