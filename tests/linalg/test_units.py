@@ -2,6 +2,8 @@
 change, and those of scaling; products, largest entries, and matrices in compressed rows
 that are made of arrays, beside those that scipy makes."""
 
+import sys
+
 import numpy as np
 import pytest
 from hypothesis import given, settings
@@ -13,6 +15,7 @@ from lcpcli import Problem
 from lcpcli.linalg.matrices import (
     column_maxima,
     dense,
+    multiplier,
     norm_inf,
     row_and_column_maxima,
     row_maxima,
@@ -124,6 +127,14 @@ def test_largest_entries_are_those_of_absolute_values_whatever_the_size(n, form)
     for found, axis in zip(row_and_column_maxima(given, R, C), (1, 0), strict=True):
         assert found == pytest.approx(scaled.max(axis=axis), rel=1e-15)
     assert norm_inf(given) == pytest.approx(np.abs(M).sum(axis=1).max(), rel=1e-14)
+
+
+@pytest.mark.parametrize("hidden", [False, True], ids=["routine", "operator"])
+def test_products_are_those_of_scipy_with_its_routine_or_without(hidden, monkeypatch):
+    if hidden:
+        monkeypatch.setitem(sys.modules, "scipy.sparse._sparsetools", None)
+    M = csr_array([[1.0, 0.0, 2.0], [0.0, 3.0, 0.0]])
+    assert multiplier(M)(np.array([1.0, 2.0, 4.0])).tolist() == [9.0, 6.0]
 
 
 def same(made, expected):
