@@ -115,6 +115,7 @@ def test_a_pure_equilibrium_is_found_where_there_is_one_and_else_a_mixed_one(
             tuple(int(support[0]) for support in supports if support.size == 1) in pure
         )
         assert result.route == ("pure",)
+        assert lcpcli.plan(result.problem)[0].method == "pure"
 
 
 def test_the_same_pure_equilibrium_is_found_with_and_without_kernels():
