@@ -38,8 +38,10 @@ from .conftest import assert_refused
     ],
 )
 def test_options_reach_the_family(line, family, arguments, lcp, tmp_path):
+    made = lcp(f"make {line}")
+    assert (made.code, made.err) == (0, "")
     file = tmp_path / "made.json"
-    file.write_text(lcp(f"make {line}").out)
+    file.write_text(made.out)
     problem, expected = read(file), gallery.make(family, **arguments)
     assert abs(problem.M - expected.M).max() == 0
     assert np.array_equal(problem.q, expected.q)
