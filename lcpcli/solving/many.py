@@ -548,7 +548,8 @@ def _answers(
     measures of the block and, where these do not decide, one by one."""
     stopwatch = Stopwatch(seconds, began)
     by_gradient = np.zeros(len(block.q), dtype=bool)
-    kernel = None if fast is None else fast.direct_many
+    # Columns may have bounds of their own, which `like` has not; the kernel has none.
+    kernel = fast.direct_many if fast is not None and block.box.is_orthant else None
     if kernel is not None or isinstance(block, Stack):
         stopwatch.count("setup")
         of_all = like.M[np.newaxis], np.array([like.largest])
