@@ -2,6 +2,7 @@
 iterates have their own file."""
 
 import csv
+import json
 from io import StringIO
 
 import pytest
@@ -67,3 +68,24 @@ def test_each_solution_of_a_list_is_checked(name, form, exact, lcp, folder):
     assert outcome.code == 0
     assert outcome.err == ""
     assert len(outcome.records) == vertices[name]
+
+
+@pytest.mark.parametrize(
+    ("name", "swapped", "cell", "other"),
+    [("murty", (2, 3), 4, "5"), ("both", (12, 13), 3, "")],
+    ids=["z1-and-z2", "probabilities-of-two-columns"],
+)
+def test_wrong_solution_among_others_in_csv_is_told_apart(
+    name, swapped, cell, other, lcp, folder
+):
+    assert lcp(f"solve {name}.json --all --format csv -o all.csv").code == 0
+    lines = (folder / "all.csv").read_text().splitlines()
+    first, second = (next(csv.reader([lines[k]])) for k in swapped)
+    first[cell], second[cell] = second[cell], other or first[cell]
+    for k, row in zip(swapped, (first, second), strict=True):
+        lines[k] = ",".join(f'"{text}"' for text in row)
+    (folder / "all.csv").write_text("\n".join(lines))
+    outcome = lcp(f"check {name}.json all.csv --format json")
+    correct = [json.loads(line)["accepted"] for line in outcome.out.splitlines()]
+    assert outcome.code == 1
+    assert correct.count(False) == 1

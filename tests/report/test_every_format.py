@@ -10,8 +10,9 @@ from pathlib import Path
 
 import pytest
 
+from lcpcli import Problem, Trace, run
 from lcpcli.files import contents
-from lcpcli.report import latex
+from lcpcli.report import latex, result_csv
 from lcpcli.report.document import FORMATS, Document, Section, Table, typeset
 from lcpcli.report.latex import escape_latex
 from lcpcli.report.markdown import escape_markdown
@@ -252,3 +253,11 @@ def test_labels_of_like_names_differ():
         "tab:lcp:4",
         "tab:a-b-50",
     ]
+
+
+def test_iterates_in_csv_have_the_components_of_the_largest_problem():
+    problems = Problem([[1]], [-1]), Problem([[1, 0], [0, 1]], [-1, -3])
+    results = [run(each, "newton", trace=Trace()) for each in problems]
+    (header, *_, last), _ = result_csv.iterates(results)
+    assert len(last) == len(header)
+    assert {1.0, 3.0} <= {*last}
