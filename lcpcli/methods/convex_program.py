@@ -19,7 +19,14 @@ from lcpcli.errors import ProblemError
 from lcpcli.interrupts import remaining
 from lcpcli.linalg.compressed_rows import block, of_arrays
 from lcpcli.linalg.factors import SingularMatrix
-from lcpcli.linalg.matrices import is_sparse, may_be_stiff, stack, thinned
+from lcpcli.linalg.matrices import (
+    column_maxima,
+    is_sparse,
+    may_be_stiff,
+    scaled,
+    stack,
+    thinned,
+)
 from lcpcli.linalg.programs import ConvexProgram, PiqpResult, convex_minimum
 from lcpcli.linalg.rank_one_blocks import rank_one_blocks
 from lcpcli.linalg.shifted_systems import operations, systems
@@ -353,16 +360,24 @@ def _minimizer(
                 (1, -1, -1), (x, equations, rows), blocks, strict=True
             )
         )
+    factors = np.ones(rows.size)
+    if values.size:
+        # PIQP's tolerance grows with the largest side of a row, and large entries have
+        # large sides.
+        sizes = column_maxima(G.T)
+        is_range = np.isin(rows, ranged) & (sizes > 0)
+        factors[is_range] = np.exp2(-np.rint(np.log2(sizes[is_range])))
+        G = scaled(G.T, np.ones(x.size), factors).T
     program = ConvexProgram(
         Q=Q,
         c=q[x],
         equations=(A, -q[equations]),
-        rows=(G, low[rows], high[rows]),
+        rows=(G, factors * low[rows], factors * high[rows]),
         bounds=(lower[x], upper[x]),
     )
     ended = _minimum(program, max_steps, is_dense)
     z[x], z[equations] = ended[:2]
-    z[rows] += ended.of_rows
+    z[rows] += factors * ended.of_rows
     if values.size:
         z[values] = np.clip(problem.w(z)[ranged], lower[values], upper[values])
     has_minimum = "INFEASIBLE" not in ended.status and bool(np.isfinite(z).all())

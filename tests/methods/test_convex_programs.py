@@ -200,7 +200,7 @@ def test_programs_whose_costs_depend_on_sums_have_the_minimum_of_dense_ones():
 
 def test_rows_between_two_bounds_need_no_further_variables_of_piqp(monkeypatch):
     """Both multipliers of such a row are told apart, and its value is within its
-    bounds, also where variables are fixed."""
+    bounds, also where variables are fixed, whatever the units of the rows."""
     counts = []
 
     def counted(program, *options):
@@ -211,7 +211,12 @@ def test_rows_between_two_bounds_need_no_further_variables_of_piqp(monkeypatch):
     monkeypatch.setattr(convex_program, "convex_minimum", counted)
     random = default_rng(0)
     A, middle = random.standard_normal((40, 30)), random.uniform(-0.5, 0.5, 30)
-    ends = {"row_lower": A @ middle - 0.2, "row_upper": A @ middle + 0.2}
+    units = 10.0 ** random.uniform(-4, 4, 40)
+    A = units[:, np.newaxis] * A
+    ends = {
+        "row_lower": A @ middle - 0.2 * units,
+        "row_upper": A @ middle + 0.2 * units,
+    }
     lower = np.where(np.arange(30) < 3, middle, -3.0)
     upper = np.where(np.arange(30) < 3, middle, 3.0)
     c = random.standard_normal(30)
@@ -221,8 +226,11 @@ def test_rows_between_two_bounds_need_no_further_variables_of_piqp(monkeypatch):
     y, values = result.answer.y, A @ result.answer.x
     assert (y > 0).any()
     assert (y < 0).any()
-    expected = np.where(y > 0, ends["row_lower"], ends["row_upper"])
-    assert np.allclose(values[y != 0], expected[y != 0], rtol=0.0, atol=1e-9)
+    ends_there = np.where(y > 0, ends["row_lower"], ends["row_upper"])
+    differences = (values - ends_there) / units
+    assert np.abs(differences[y != 0]).max() <= 1e-9
+    linear = from_qp(None, c, A, **ends, lower=-3.0, upper=3.0)
+    assert solved(linear).route == ("piqp",)
 
 
 def test_arrays_with_few_zeros_reach_piqp_without_a_sparse_form(monkeypatch):

@@ -164,6 +164,13 @@ def test_start_is_the_problems_own_unless_given_and_displaces_both_of_its_points
     assert rows(problem, -np.ones(4))[1] != [4.0] * 4
 
 
+@pytest.mark.parametrize("name", list(methods.METHODS))
+def test_options_in_force_are_reported_defaults_too(name):
+    options = run(EXAMPLE, name).options
+    assert set(options) == set(methods.parameters_of(name))
+    assert all(value is not None for key, value in options.items() if key != "x1")
+
+
 def test_trace_keeps_the_start_the_first_every_so_many_and_the_last_three():
     for every in (1, 2, 7, 1000):
         trace = Trace(every=every)
