@@ -310,6 +310,19 @@ def _range_rows(problem: Problem) -> tuple[Indices, Indices]:
     return np.arange(n - count, n), rows[:count]
 
 
+def _with_even_ranges(G: Matrix, is_range: Mask) -> tuple[Matrix, Vector]:
+    """Return FG and the diagonal of F, with which the largest entry of a row between two
+    bounds is about 1: PIQP's tolerance grows with the largest side of a row, and large
+    entries have large sides."""
+    factors = np.ones(is_range.size)
+    if not is_range.any():
+        return G, factors
+    sizes = column_maxima(G.T)
+    is_range = is_range & (sizes > 0)
+    factors[is_range] = np.exp2(-np.rint(np.log2(sizes[is_range])))
+    return scaled(G.T, np.ones(G.shape[1]), factors).T, factors
+
+
 def _minimizer(
     problem: Problem,
     S: Vector,
@@ -360,14 +373,7 @@ def _minimizer(
                 (1, -1, -1), (x, equations, rows), blocks, strict=True
             )
         )
-    factors = np.ones(rows.size)
-    if values.size:
-        # PIQP's tolerance grows with the largest side of a row, and large entries have
-        # large sides.
-        sizes = column_maxima(G.T)
-        is_range = np.isin(rows, ranged) & (sizes > 0)
-        factors[is_range] = np.exp2(-np.rint(np.log2(sizes[is_range])))
-        G = scaled(G.T, np.ones(x.size), factors).T
+    G, factors = _with_even_ranges(G, np.isin(rows, ranged))
     program = ConvexProgram(
         Q=Q,
         c=q[x],
