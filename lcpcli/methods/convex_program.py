@@ -311,9 +311,9 @@ def _range_rows(problem: Problem) -> tuple[Indices, Indices]:
 
 
 def _with_even_ranges(G: Matrix, is_range: Mask) -> tuple[Matrix, Vector]:
-    """Return FG and the diagonal of F, with which the largest entry of a row between two
-    bounds is about 1: PIQP's tolerance grows with the largest side of a row, and large
-    entries have large sides."""
+    """Return FG and the diagonal of F, with which the largest entry of a row between
+    two bounds is about 1: PIQP's tolerance grows with the largest side of a row, and
+    large entries have large sides."""
     factors = np.ones(is_range.size)
     if not is_range.any():
         return G, factors
