@@ -12,6 +12,7 @@ import lcpcli
 from lcpcli import errors, from_efg, read
 from lcpcli.files import contents
 from lcpcli.formulations.bimatrix_game.game import Game
+from lcpcli.formulations.bimatrix_game.tables import input_of
 from lcpcli.formulations.game_tree.game import ExtensiveGame
 
 from ..conftest import read_exact, save_json
@@ -117,6 +118,36 @@ GAME = TREE + (
     'p "" 2 1 "there" { "yes" "yes" } 0 t "" 1 "one" { 1/3, -0.5 } t "" 2\n'
     't "" 3 "three" { 4 4 }\n'
 )
+
+
+@pytest.mark.parametrize(
+    ("first", "second", "rows", "columns"),
+    [
+        ("left,right\n3,0\n0,2\n", "2,0\n0,3\n", (), ("left", "right")),
+        ("3,0\n0,2\n", "left,right\n2,0\n0,3\n", (), ("left", "right")),
+        (
+            "event,left,right\nopera,3,0\nbox,0,2\n",
+            "2,0\n0,3\n",
+            ("opera", "box"),
+            ("left", "right"),
+        ),
+    ],
+    ids=["of-A", "of-B", "below-a-named-corner"],
+)
+def test_labels_of_strategies_are_kept(first, second, rows, columns):
+    put(first, second)
+    origin = input_of(["A.csv", "B.csv"]).read().origin
+    assert isinstance(origin, Game)
+    assert origin.rows == rows
+    assert origin.columns == columns
+
+
+@pytest.mark.parametrize("last", [1, 0])
+def test_whole_numbers_as_text_are_payoffs_as_str_writes_them(last):
+    payoffs = [[Fraction(1, 2), Fraction(0)], [Fraction(-3), Fraction(last)]]
+    A = [[str(v) for v in row] for row in payoffs]
+    save_json(Path("game.json"), {"A": A, "B": [["1", "0"], ["0", "1"]]})
+    assert read("game.json").origin.payoffs()[0] == payoffs
 
 
 def test_events_sets_and_outcomes_are_said_once_and_their_payoffs_add_up():

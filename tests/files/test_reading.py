@@ -234,6 +234,21 @@ def test_each_is_read_by_its_name_from_any_folder(in_folder):
     assert not list(in_folder.iterdir())
 
 
+def test_every_command_that_reads_a_problem_takes_the_names(in_folder, lcp):
+    assert lcp("solve bimatrix -o result.json").code == 0
+    for line in (
+        "solve winkels --all",
+        "compare two-unknowns --method newton",
+        "check bimatrix result.json",
+        "inspect hs21",
+        "convert portfolio -o portfolio.mat -q",
+        "bench two-unknowns --method newton --budget 0 -q",
+    ):
+        outcome = lcp(line)
+        assert (outcome.code, outcome.err) == (0, ""), line
+    assert (in_folder / "portfolio.mat").exists()
+
+
 @pytest.mark.parametrize(
     "content",
     [

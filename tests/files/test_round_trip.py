@@ -360,6 +360,22 @@ def test_games_keep_their_payoffs(folder, lcp):
     ]
 
 
+@pytest.mark.parametrize("ending", ["npz", "mat", "npy"])
+def test_doubles_are_rounded_with_one_remark(folder, lcp, ending):
+    (folder / "a.json").write_text(
+        f'{{"M": [[{DIGITS}, 0], [0, {INTEGER}]], "q": [0, -1]}}'
+    )
+    output = folder / f"a.{ending}"
+    outcome = lcp(f"convert {folder / 'a.json'} -o {output}")
+    assert outcome.code == 0
+    assert outcome.err.count("\n") == 2
+    assert "were rounded" in outcome.err
+    again = read(*([output, folder / "a.q.npy"] if ending == "npy" else [output]))
+    assert again.M.tolist() == [[0.1, 0.0], [0.0, float(INTEGER)]]
+    (folder / "b.json").write_text('{"M": [[0.1]], "q": [-0.3333333333333333]}')
+    assert lcp(f"convert {folder / 'b.json'} -o {folder / f'b.{ending}'} -q").err == ""
+
+
 @settings(max_examples=30)
 @given(value=st.fractions(max_denominator=10**6), power=st.integers(0, 400))
 def test_decimals_are_exact(value, power):

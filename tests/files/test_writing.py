@@ -169,6 +169,21 @@ def whole_log(lcp, *files):
     return Path("log.jsonl").read_text().splitlines(keepends=True)
 
 
+def test_a_log_in_any_order_goes_on_with_what_it_lacks(lcp, folder):
+    path = folder / "log.jsonl"
+    whole = whole_log(lcp)
+    path.write_text("".join(whole[at] for at in (7, 2, 5, 0, 3)) + whole[1][:40])
+    assert lcp("check good.json log.jsonl -q").code == 0, (
+        "the first problem is that of number 1"
+    )
+    assert lcp("solve good.json --z0 log.jsonl -q").code == 0
+    outcome = lcp("solve", *TOGETHER, "--resume", "log.jsonl")
+    assert outcome.code == 0
+    assert outcome.err == "lcp: 8 problems: 8 solved\n"
+    held = [record["number"] for record in records(path)]
+    assert held == [8, 3, 6, 1, 4, 2, 5, 7]
+
+
 def test_a_log_with_results_is_not_replaced(lcp, folder):
     path = folder / "log.jsonl"
     whole = whole_log(lcp)

@@ -10,7 +10,7 @@ from pathlib import Path
 
 import pytest
 
-from lcpcli import Problem, Trace, run
+from lcpcli import Problem, Trace, read, run
 from lcpcli.files import contents
 from lcpcli.report import latex, result_csv
 from lcpcli.report.document import FORMATS, Document, Section, Table, typeset
@@ -178,6 +178,19 @@ def table(text):
     return list(
         csv.DictReader(line for line in StringIO(text) if not line.startswith("#"))
     )
+
+
+def test_csv_parses_back_to_every_digit(lcp):
+    rows = table(lcp(f"compare {EXAMPLE} --format csv --trace --k-star 10").out)
+    trace = Trace()
+    run(read(EXAMPLE), "fixed-point", trace=trace)
+    kept = [row for row in rows if row["method"] == "fixed-point"]
+    assert len(kept) == len(trace.rows)
+    for text, row in zip(kept, trace.rows, strict=True):
+        assert int(text["k"]) == row.k
+        assert [float(text[f"z{i + 1}"]) for i in range(4)] == row.z.tolist()
+        assert float(text["residual"]) == row.residual
+        assert float(text["error"]) == row.error
 
 
 def test_latex_and_markdown_escape_what_they_must():
