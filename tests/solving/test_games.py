@@ -3,9 +3,7 @@ are checked as such, and the ways to equilibria: pure ones by a look at the payo
 those of games of constant sum by a linear program, others by Lemke and Howson's paths.
 """
 
-from collections.abc import Callable
 from fractions import Fraction
-from typing import Any
 
 import numpy as np
 import pytest
@@ -27,8 +25,6 @@ from lcpcli.methods.bimatrix import (
 from lcpcli.methods.stages import Finished
 
 from ..methods.stages import through
-
-Lcp, File = Callable[..., Any], Callable[..., str]
 
 
 def test_payoff_that_is_not_met_hides_no_gain():
