@@ -30,7 +30,7 @@ MAX_SPLIT_OFF = 30
 # Orders up to which a single system is solved with dense factors, which take a fifth to
 # a half of the time: any, and one at most half of whose entries are 0, for which they
 # take a tenth to a sixth. Beyond, blocks of rank one save more.
-MAX_AS_DENSE, MAX_FILLED_AS_DENSE = 150, 400
+MAX_ONCE_AS_DENSE, MAX_FILLED_ONCE_AS_DENSE = 150, 400
 # Operations per entry of M up to which the variables with a diagonal block are
 # eliminated first.
 MAX_AT_ONCE = 100.0
@@ -55,7 +55,8 @@ def systems(M: Matrix, S: Vector | None, once: bool = False) -> Systems:
     if not is_sparse(M):
         return _Dense(M)
     n = M.shape[0]
-    if once and n <= (MAX_FILLED_AS_DENSE if 2 * M.nnz >= n**2 else MAX_AS_DENSE):
+    is_filled = 2 * M.nnz >= n**2
+    if once and n <= (MAX_FILLED_ONCE_AS_DENSE if is_filled else MAX_ONCE_AS_DENSE):
         return _Dense(M.toarray())
     if S is None or not has_qdldl():
         dense = dense_places(M)
