@@ -53,6 +53,7 @@ HEADING = re.compile(r"[^\W\d][\w .()-]*|\d+")
 RESERVED = {"q", *BOUNDS, *OTHER_NAMES, "none", "null", "nan", "inf", "infinity"}
 NAME = r"[^\W\d]"  # begins like a name
 NUMBERED = re.compile(r"[MmZzXx]?_?\d+")  # a heading that only numbers a column
+MANY = 3  # fewer numbers may be 1, 2, ... by chance
 # A comment, but not an error such as #N/A or #REF!
 COMMENT = re.compile(r"\s*#(?![A-Z][A-Z0-9/]*[!?]?\s*([;,\t]|$))")
 SHAPE = "give n rows of n + 1 columns (M and q) or of n columns (M alone)"
@@ -150,7 +151,7 @@ def fields(content: Tables, number: Number = float) -> dict[str, Any]:
         and len(rows[0]) == n + (len(column_of) or 1) + 1
     )
     # The column only counts rows.
-    if is_long and first in (list(range(n)), list(range(1, n + 1))):
+    if is_long and _counts(first):
         rows = [row[1:] for row in rows]
         column_of = {name: i - 1 for name, i in column_of.items()}
         header = header[1:]
@@ -162,9 +163,10 @@ def fields(content: Tables, number: Number = float) -> dict[str, Any]:
             f"has {count(n, 'row')} of {count(columns, 'column')}",
             _hint_for_shape(n, columns),
         )
-        return of_table(np.array(rows)) | (
-            _names(header[:n]) if len(header) == columns == n + 1 else {}
-        )
+        names = _names(header[:n]) if len(header) == columns == n + 1 else {}
+        if names and header[-1] != "q":
+            _refuse_index(header[0], [row[0] for row in rows])
+        return of_table(np.array(rows)) | names
     M = [
         [value for i, value in enumerate(row) if i not in column_of.values()]
         for row in rows
@@ -184,6 +186,26 @@ def fields(content: Tables, number: Number = float) -> dict[str, Any]:
         | {name: [row[i] for row in rows] for name, i in column_of.items()}
         | names
     )
+
+
+def _refuse_index(heading: str, first: list[Any]) -> None:
+    """Raise ProblemError if the first column of M counts the rows, below a heading."""
+    refuse(
+        len(first) >= MANY and _counts(first),
+        "",
+        f"has M and q, or M alone beside an index {quoted(heading)}",
+        "head the column of q with q, or leave the heading of the index empty",
+    )
+
+
+def _counts(column: list[Any]) -> bool:
+    """Return whether the numbers, or the numbers in the texts, are those of the rows,
+    from 0 or from 1."""
+    n = len(column)
+    numbers: list[Any] = [*range(n + 1)]
+    if isinstance(column[0], str):
+        numbers = list(map(str, numbers))
+    return column in (numbers[:n], numbers[1:])
 
 
 def _names(header: list[str]) -> dict[str, list[str]]:
@@ -326,6 +348,13 @@ def grid_of(content: bytes, all_bounds: bool = False) -> Table:
     indexed = _heads_an_index(first, [row[0] for _, row in rows[1:]])
     has_header = indexed or (
         is_header(first) and not (all_bounds and any(map(is_absent, first)))
+    )
+    are_labelled = len(first) > 1 and all(is_name(row[0]) for _, row in rows)
+    refuse(
+        are_labelled and not has_header,
+        f"line {top}",
+        f"has the label {quoted(first[0].strip())}, but there is no header",
+        "name the columns of numbers in the first line, such as q",
     )
     rows = rows[has_header:]
     refuse(
@@ -486,10 +515,19 @@ def _columns_of_bounds(line: int, names: list[str]) -> dict[str, int]:
 def _heads_an_index(header: list[str], below: list[str]) -> bool:
     """Return whether the first line is a header whose first column is an index: this
     column has no name, as pandas writes it, or a name with only names below it, and the
-    other columns have names or are numbered from 0."""
+    other columns have names or are numbered from 0. If it has a name and the others
+    are numbers, those below it may count the rows, or be the same."""
     first, *others = (name.strip() for name in header)
     is_named = bool(first)
-    if not others or (is_named and not (below and all(map(is_name, (first, *below))))):
+    if is_named and not (others and below and is_name(first)):
+        return False
+    labels = [label.strip() for label in below]
+    if is_named and all(name.isdecimal() for name in others):
+        if labels == others:
+            return True
+        if _counts(labels) and others[0] == "0" and _counts(others):
+            return True
+    if not others or (is_named and not all(map(is_name, labels))):
         return False
     # A row such as A,0 may be a label and a number.
     may_be_numbered = not is_named or len(others) > 1
@@ -501,14 +539,13 @@ def _heads_an_index(header: list[str], below: list[str]) -> bool:
 
 def remark(problem: Problem) -> str:
     n = problem.n
-    # Fewer numbers may be 1, 2, ... by chance.
-    first = [] if any(problem.names) or n < 3 else problem.M[:, 0].tolist()
+    first = [] if any(problem.names) or n < MANY else problem.M[:, 0].tolist()
     numbers = ", ".join(f"{x:g}" for x in first[:3])
     line = (
         f"the first column of M is {numbers}, ...; if it numbers the rows, add a "
         "header with an empty first cell"
     )
-    return line if first and first in (list(range(n)), list(range(1, n + 1))) else ""
+    return line if first and _counts(first) else ""
 
 
 def refuse_other_order(labels: Sequence[str], names: Sequence[str]) -> None:

@@ -44,6 +44,8 @@ SPELLINGS = {
     "decimal-commas-between-tabs": b"2\t-1\t-1\n-0,5\t2\t0,25\n",
     "named-index-of-pandas": b",z1,z2,q\na,2,-1,-1\nb,-0.5,2,0.25\n",
     "names-below-a-named-corner": b"asset,z1,z2,q\na,2,-1,-1\nb,-0.5,2,0.25\n",
+    "named-numbers-over-numbers": b"id,0,1,q\n0,2,-1,-1\n1,-0.5,2,0.25\n",
+    "named-numbers-over-all-numbers": b"id,0,1,2\n0,2,-1,-1\n1,-0.5,2,0.25\n",
     "names-as-R-writes-them": b'"","z1","z2","q"\n"a",2,-1,-1\n"b",-0.5,2,0.25\n',
     "numbers-from-0-beside-bounds": b"id,z1,z2,q,lower\n0,2,-1,-1,0\n1,-0.5,2,0.25,0\n",
     "index-and-decimal-commas": b";0;1;q\n0;2;-1;-1\n1;-0,5;2;0,25\n",
@@ -103,6 +105,21 @@ def test_q_and_a_start_are_read_from_a_file(tmp_path, content, monkeypatch):
         assert numbers(problem) == (M, Q)
         assert problem.name == "M"
     assert read_start("--x0", str(tmp_path / "q.csv"), 2).tolist() == Q
+
+
+INDICES = {
+    "of-names": b"id,0,1\na,2,-1\nb,-0.5,2\n",
+    "of-numbers": b"id,0,1\n0,2,-1\n1,-0.5,2\n",
+    "of-the-headings": b"year,2019,2020\n2019,2,-1\n2020,-0.5,2\n",
+}
+
+
+@pytest.mark.parametrize("content", INDICES.values(), ids=INDICES)
+def test_M_with_a_named_index_is_read_beside_a_q_of_its_own(tmp_path, content):
+    (tmp_path / "M.csv").write_bytes(content)
+    for q in (b"q\n-1\n0.25\n", b"id,0\n0,-1\n1,0.25\n"):
+        (tmp_path / "q.csv").write_bytes(q)
+        assert numbers(read(tmp_path / "M.csv", tmp_path / "q.csv")) == (M, Q)
 
 
 def test_a_start_is_taken_from_a_file_or_hundreds_of_typed_numbers(lcp, tmp_path):

@@ -394,6 +394,12 @@ TEXTS += contents(
 2,1,-5\n1,inf,-6\n
     => line 2, column 2: is 'inf'; give a finite number in double precision
 x,y,q,upper\n2,1,-5,big\n1,2,-6,1\n => line 2, column 4: is 'big', not a number; {REAL}
+firm,a,b,c\n1,2,1,0\n2,1,2,0\n3,1,1,1\n
+    => has M and q, or M alone beside an index 'firm'; head the column of q with q, or
+    leave the heading of the index empty
+a,2,-5\nb,1,-6\n
+    => line 1: has the label 'a', but there is no header; name the columns of numbers in
+    the first line, such as q
 """,
 )
 
