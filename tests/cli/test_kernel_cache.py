@@ -4,6 +4,7 @@ line, goes on, and leaves nothing that stays broken."""
 
 import ast
 import os
+import pty
 import random
 import re
 import shutil
@@ -146,26 +147,22 @@ def test_all_files_whose_functions_and_constants_kernels_use_are_sources():
 
 # In place of folders that can only be read, as those who run the tests may write
 # everywhere.
-READ_ONLY = f"""
+READ_ONLY = """
 import errno, os, tempfile
-import numba.core.caching
-from lcpcli.kernels import loading
 
 def refuse(**_):
     raise OSError(errno.EROFS, os.strerror(errno.EROFS))
 
 tempfile.TemporaryFile = refuse
-{MAIN}
 """
-SMALL = f"""
+SMALL = """
 import resource
 resource.setrlimit(resource.RLIMIT_FSIZE, (100_000, 100_000))
-{MAIN}
 """
 
 
 @pytest.mark.parametrize(
-    ("program", "fault"),
+    ("first", "fault"),
     [
         (READ_ONLY, "numba: has no folder for compiled kernels; set NUMBA_CACHE_DIR"),
         (SMALL, "cannot keep compiled kernels (File too large); set NUMBA_CACHE_DIR"),
@@ -173,20 +170,26 @@ resource.setrlimit(resource.RLIMIT_FSIZE, (100_000, 100_000))
     ids=["read-only", "full"],
 )
 def test_where_there_is_no_room_for_kernels_a_run_goes_on_without_them(
-    program, fault, tmp_path
+    first, fault, tmp_path
 ):
     file = tmp_path / "good.json"
     file.write_text(GOOD)
-    own = os.environ | {"NUMBA_CACHE_DIR": str(tmp_path / "cache"), KERNELS: "1"}
-    done = python(program, f"solve {file} --format json", env=own)
+    # This file runs first in each process, also in workers that are no forks.
+    (tmp_path / "sitecustomize.py").write_text(first)
+    own = os.environ | {
+        "NUMBA_CACHE_DIR": str(tmp_path / "cache"),
+        "PYTHONPATH": str(tmp_path),
+        KERNELS: "1",
+    }
+    done = python(MAIN, f"solve {file} --format json", env=own)
     assert (done.code, done.record["solved"]) == (0, True)
     told = "lcpcli: continuing without compiled kernels: "
     assert re.fullmatch(f"{told}.*{re.escape(fault)}.*\n", done.err)
     many = tmp_path / "many.jsonl"
     many.write_text(f"{GOOD}\n" * 20)
-    done = python(program, f"solve {many} --jobs 2 -q", env=own)
+    done = python(MAIN, f"solve {many} --jobs 2 -q", env=own)
     assert (done.code, done.err.count("\n")) == (0, 1), done.err
-    done = python(program, "kernels", env=own)
+    done = python(MAIN, "kernels", env=own)
     assert_refused(done, fault)
     assert (done.out, done.err[:5]) == ("", "lcp: ")
 
@@ -227,6 +230,39 @@ def test_damaged_kernels_are_compiled_again_in_one_run_which_says_so(
         assert (done.code, done.err) == (0, told)
         assert done.record["solved"]
     assert path.exists()
+
+
+@pytest.mark.slow("compiles kernels again")
+def test_missing_kernels_are_compiled_ahead_of_time_with_a_bar_on_a_terminal(
+    copied, tmp_path
+):
+    for path in copied.folder.glob("measure_kernels.on_bounds-*"):
+        path.unlink()
+    own = os.environ | {"NUMBA_CACHE_DIR": str(tmp_path), "TERM": "xterm", KERNELS: ""}
+    shown, lines = [], []
+    for _ in range(2):
+        ours, terminal = pty.openpty()
+        command = [sys.executable, "-c", MAIN, "kernels"]
+        process = subprocess.Popen(
+            command, stdout=subprocess.PIPE, stderr=terminal, text=True, env=own
+        )
+        os.close(terminal)
+        text = b""
+        try:
+            while part := os.read(ours, 4096):
+                text += part
+        except OSError:  # the process has ended
+            pass
+        os.close(ours)
+        lines.append(process.communicate()[0])
+        shown.append(text.decode())
+    assert process.returncode == 0
+    where = f"the cache is in {tmp_path}\n"
+    assert lines == [
+        f"1 kernel compiled, {loading.KERNELS - 1} already there; {where}",
+        f"0 kernels compiled, {loading.KERNELS} already there; {where}",
+    ]
+    assert ["on_bounds" in text for text in shown] == [True, False]
 
 
 @pytest.mark.slow("compiles kernels")

@@ -2,11 +2,7 @@
 are compiled ahead of time."""
 
 import json
-import os
-import pty
 import re
-import subprocess
-import sys
 from pathlib import Path
 
 import pytest
@@ -14,11 +10,10 @@ import pytest
 import lcpcli
 from lcpcli import options
 from lcpcli.cli import help
-from lcpcli.options import KERNELS
 from lcpcli.version import VERSION
 
 from .. import kernels_together  # noqa: F401
-from .conftest import MAIN, assert_refused
+from .conftest import assert_refused
 
 numba = pytest.importorskip("numba")
 ahead = pytest.importorskip("lcpcli.kernels.loading")
@@ -108,33 +103,3 @@ def test_the_number_of_kernels_and_the_folder_of_the_cache_are_said_in_one_line(
     assert found
     assert int(found[1]) + int(found[2]) == ahead.KERNELS
     assert [*Path(found[3]).rglob("*solve_rows*.nbi")] != []
-
-
-@pytest.mark.slow("compiles all kernels")
-def test_all_kernels_are_compiled_ahead_of_time_with_a_bar_on_a_terminal(tmp_path):
-    own = os.environ | {"NUMBA_CACHE_DIR": str(tmp_path), "TERM": "xterm", KERNELS: ""}
-    shown, lines = [], []
-    for _ in range(2):
-        ours, terminal = pty.openpty()
-        command = [sys.executable, "-c", MAIN, "kernels"]
-        process = subprocess.Popen(
-            command, stdout=subprocess.PIPE, stderr=terminal, text=True, env=own
-        )
-        os.close(terminal)
-        text = b""
-        try:
-            while part := os.read(ours, 4096):
-                text += part
-        except OSError:  # the process has ended
-            pass
-        os.close(ours)
-        lines.append(process.communicate()[0])
-        shown.append(text.decode())
-    assert process.returncode == 0
-    where = f"the cache is in {tmp_path}\n"
-    numbers = (ahead.KERNELS, 0), (0, ahead.KERNELS)
-    assert lines == [
-        f"{now} kernels compiled, {before} already there; {where}"
-        for now, before in numbers
-    ]
-    assert ["solve_rows" in text for text in shown] == [True, False]
