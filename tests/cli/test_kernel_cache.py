@@ -225,8 +225,8 @@ def test_damaged_kernels_are_compiled_again_in_one_run_which_says_so(
     own = os.environ | {"NUMBA_CACHE_DIR": str(tmp_path), KERNELS: "1"}
     command = "solve", str(tmp_path / "good.json"), "--format", "json"
     for told in (f"{loading.DAMAGED}\n", ""):
-        # Elsewhere, so that it imports the package that has the copied kernels.
-        done = python(MAIN, *command, env=own, cwd=tmp_path)
+        # There, so that it imports the package that has the copied kernels.
+        done = python(MAIN, *command, env=own, cwd=stored.PACKAGE.parent)
         assert (done.code, done.err) == (0, told)
         assert done.record["solved"]
     assert path.exists()
@@ -242,9 +242,15 @@ def test_missing_kernels_are_compiled_ahead_of_time_with_a_bar_on_a_terminal(
     shown, lines = [], []
     for _ in range(2):
         ours, terminal = pty.openpty()
-        command = [sys.executable, "-c", MAIN, "kernels"]
+        # The bar need not wait.
+        code = f"from lcpcli.cli import terminal; terminal.PATIENCE = 0; {MAIN}"
         process = subprocess.Popen(
-            command, stdout=subprocess.PIPE, stderr=terminal, text=True, env=own
+            [sys.executable, "-c", code, "kernels"],
+            stdout=subprocess.PIPE,
+            stderr=terminal,
+            text=True,
+            env=own,
+            cwd=stored.PACKAGE.parent,
         )
         os.close(terminal)
         text = b""
