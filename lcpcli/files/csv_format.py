@@ -349,13 +349,6 @@ def grid_of(content: bytes, all_bounds: bool = False) -> Table:
     has_header = indexed or (
         is_header(first) and not (all_bounds and any(map(is_absent, first)))
     )
-    are_labelled = len(first) > 1 and all(is_name(row[0]) for _, row in rows)
-    refuse(
-        are_labelled and not has_header,
-        f"line {top}",
-        f"has the label {quoted(first[0].strip())}, but there is no header",
-        "name the columns of numbers in the first line, such as q",
-    )
     rows = rows[has_header:]
     refuse(
         not rows,
@@ -400,6 +393,14 @@ def table_of(
     """Return the cells of a table with their numbers. all_bounds : whether all numbers
     are bounds; then a header may name anything."""
     top, header, below, _, indexed, commas, *_ = grid
+    first = below[0][1]
+    are_labelled = len(first) > 1 and all(is_name(cells[0]) for _, cells in below)
+    refuse(
+        are_labelled and not header,
+        f"line {top}",
+        f"has the label {quoted(first[0].strip())}, but there is no header",
+        "name the columns of numbers in the first line, such as q",
+    )
     header = header[indexed:]
     column_of = {} if all_bounds or not header else _columns_of_bounds(top, header)
     if "q" in header[:-1] and not (column_of or all_bounds):
@@ -409,7 +410,7 @@ def table_of(
             "is headed q, which must be the last column",
             "reorder the columns",
         )
-    columns = len(below[0][1]) - indexed
+    columns = len(first) - indexed
     reason = f"has {count(len(header), 'name')} above {count(columns, 'column')}"
     # If there is one more name than columns, one is a title.
     one_more = len(header) == columns + 1
