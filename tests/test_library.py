@@ -258,6 +258,8 @@ def test_long_results_and_traces_are_shown_short():
     assert len(repr(result.trace)) < 80
     assert repr(Trace(every=5)) == "<Trace: 0 iterates, every = 5>"
     assert repr(result.problem) == f"<Problem: n = {n}, sparse, {n} stored entries>"
+    failed = run(Problem(M, Q), "fixed-point", max_iterations=1)
+    assert repr(failed).startswith("<Result: iteration limit by fixed-point, n = 2, ")
 
 
 def test_notebooks_show_results_in_which_names_are_harmless():

@@ -21,3 +21,12 @@ def test_interrupted_run_leaves_a_whole_list(lcp, folder, monkeypatch):
     assert [
         each["status"] for each in json.loads((folder / "out.json").read_text())
     ] == ["solved"]
+
+
+def test_a_list_in_a_file_has_a_record_in_each_line(lcp, folder):
+    """Also where the suffix is in capitals."""
+    lcp(f"{BOTH} -o out.JSON")
+    begin, *lines, end = (folder / "out.JSON").read_text().splitlines()
+    assert (begin, end) == ("[", "]")
+    files = [json.loads(line.removesuffix(","))["file"] for line in lines]
+    assert files == BOTH.split()[1:]

@@ -489,6 +489,11 @@ solve M.csv q.csv => q.csv: {EMPTY}; {ONE_ROW_OF_NUMBERS}
 [1, 2  > q.csv
 solve M.csv q.csv => q.csv: line 1, column 7: {ENDS_TOO_EARLY}; {FILE_CUT_OFF}
 solve M.csv good.json => good.json: q: {IS:an object}; {A_LIST}
+2\n > M.csv
+-1,1e-400\n > q.csv
+solve M.csv q.csv
+    => q.csv: has '1e-400', which is 0 in double precision; scale the data; lcp solve
+    --exact keeps all digits
 2,0,1\n0,2,1\n > M.csv
 solve M.csv q.csv => q.csv: {NOT_NEEDED:M.csv}; {GIVE_ALONE}
 {"M": [[2, 0], [0, 2]], "q": [-1, -1]} | solve - q.csv

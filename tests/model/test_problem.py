@@ -12,11 +12,11 @@ import pytest
 from scipy import sparse
 
 import lcpcli
-from lcpcli import Problem, check, run
+from lcpcli import Problem, check, run, solve, solve_many
 from lcpcli.errors import ProblemError
 from lcpcli.linalg.matrices import is_sparse
 from lcpcli.methods.direct import as_dense
-from lcpcli.model.box import BASIC, LOWER, ORTHANT
+from lcpcli.model.box import BASIC, LOWER, ORTHANT, UPPER, Box
 from lcpcli.model.changes import scale
 from lcpcli.model.right_hand_sides import like_with
 
@@ -295,6 +295,27 @@ def test_a_fixed_variable_is_at_its_lower_bound_whatever_the_sign_of_its_w():
         result = run(problem)
         assert result.basis == ["lower", "basic"]
         assert problem.box.basis_at(result.z, result.w).tolist() == [LOWER, BASIC]
+
+
+def test_signs_and_statuses_at_bounds():
+    box = Box(np.zeros(4), np.ones(4))
+    at = np.array([LOWER, UPPER, UPPER, BASIC], np.int8)
+    x = box.x_within(np.array([0.0, 1, 1, 2]), np.array([2.0, -2, 2, 0]), at)
+    assert x.tolist() == [-1, 1.5, 0.5, 0.5]  # z beyond its bound, w of the wrong sign
+    basis = np.array([BASIC, BASIC, BASIC, UPPER], np.int8)
+    violated = np.array([True, True, False, False])
+    found = box.exchanged(basis, violated, np.array([-1.0, 2, 0.5, 1]))
+    assert found.tolist() == [LOWER, UPPER, BASIC, UPPER]
+    below = Box(np.full(2, -np.inf), np.zeros(2))
+    assert below.as_multipliers(np.array([-1.0, 1])).tolist() == [-1, 0]
+
+
+def test_lower_bounds_of_which_some_are_0_are_kept_for_many_vectors():
+    Qs = np.array([[-4.0, 3, -1], [1, 4, 2]])
+    lower = [1, 0]
+    together = solve_many(M, Qs, method="newton", lower=lower)
+    for q, result in zip(Qs.T, together, strict=True):
+        assert result.z == pytest.approx(solve(M, q, lower=lower).z)
 
 
 def test_fractions_beyond_the_range_of_doubles_are_checked():

@@ -141,6 +141,12 @@ def test_npz_holds_doubles(tmp_path):
     assert data.are_floats()
 
 
+def test_a_decimal_that_rounds_to_an_integer_is_not_taken_for_it(tmp_path):
+    number = "0." + 20 * "9"
+    (tmp_path / "a.json").write_text(f'{{"M": [[{number}]], "q": [-1]}}')
+    assert read_exact(str(tmp_path / "a.json")).is_solution([1 / Fraction(number)])
+
+
 def test_exponents_out_of_all_proportion_are_refused(tmp_path):
     for number in ("1e-999999999", "1e-99999999999999999999999999", "-1E-5300"):
         (tmp_path / "a.json").write_text(f'{{"M": [[1]], "q": [{number}]}}')

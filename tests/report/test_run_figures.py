@@ -13,7 +13,7 @@ import lcpcli
 from lcpcli import Problem
 from lcpcli.report.figures import run_figures
 from lcpcli.report.figures.style import BEYOND, UNSOLVED
-from lcpcli.report.plotting import Curve, Panel, Profile
+from lcpcli.report.plotting import Curve, Panel, Profile, panels
 
 from .figure_samples import (
     METHODS,
@@ -53,6 +53,21 @@ def scales(axes):
 def assert_follows(points, xs, ys):
     """The points of a curve, but for those that are moved to the edge of the axes."""
     assert points == pytest.approx(np.column_stack((xs, ys)))
+
+
+def test_a_panel_has_the_steps_times_and_errors_of_the_traces():
+    problem = lcpcli.read("paper-example-1")
+    runs = [
+        lcpcli.run(problem, "shi", trace=True, max_iterations=most)
+        for most in (3, 1000)
+    ]
+    (panel,) = panels([runs])
+    for curve, result in zip(panel.curves, runs, strict=True):
+        rows = result.trace.rows
+        assert curve.k == [row.k for row in rows]
+        assert curve.seconds == [row.seconds for row in rows]
+        assert curve.errors == [row.error for row in rows]
+        assert curve.solved == result.solved
 
 
 def test_a_row_has_the_error_of_each_run_over_time_and_over_iterations():
