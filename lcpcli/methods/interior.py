@@ -130,7 +130,6 @@ FURTHER_ATTEMPTS = (
     InteriorAttempt(1e2),
     InteriorAttempt(1.0, (1.0, 1.0, 1.0)),
 )
-ATTEMPTS = FIRST_ATTEMPTS + FURTHER_ATTEMPTS
 
 
 def interior(
@@ -159,7 +158,7 @@ def interior(
         ending = yield from sequence.run_stage("", definite(problem, start_slack))
         if isinstance(ending, Finished):
             return ending
-    stage = attempts(problem, ATTEMPTS, start_slack, regularization)
+    stage = all_attempts(problem, start_slack, regularization)
     return (yield from sequence.run_stage("", stage))
 
 
@@ -170,7 +169,7 @@ def of_stiff(problem: Problem) -> Stage:
     first = yield from sequence.run_stage("", definite(problem))
     if isinstance(first, Finished):
         return first
-    ending = yield from sequence.run_stage("", attempts(problem, ATTEMPTS))
+    ending = yield from sequence.run_stage("", all_attempts(problem))
     is_large = problem.n > MAX_AS_DENSE
     if is_large and isinstance(ending, Stalled | Breakdown):
         return GivenUp(getattr(first, "reason", ""))
@@ -182,17 +181,50 @@ def attempts(
     settings: Sequence[InteriorAttempt],
     start_slack: float = 1.0,
     regularization: float = 1e-8,
+    by_units: bool = False,
 ) -> Stage:
-    """Make some of the attempts of `interior`, as it does."""
+    """Make some of the attempts of `interior`, as it does. by_units : whether M is
+    scaled by the units of rows and columns."""
     try:
-        run = Run(problem)
+        run = Run(problem, by_units)
     except ProblemError:
         return Breakdown("numbers overflow in the scaled problem")
     return (yield from run.attempts(settings, start_slack, regularization))
 
 
+def further_attempts(
+    problem: Problem, start_slack: float = 1.0, regularization: float = 1e-8
+) -> Stage:
+    """Make the attempts after those of FIRST_ATTEMPTS.
+
+    The first of them are the same, scaled by units: they solve most programs with rows
+    in units that differ by factors of 1e4 and more, on which all others stall.
+    """
+    sequence = MethodSequence(np.zeros(problem.n))
+    if problem.signs is None or (problem.signs < 0).any():
+        stage = attempts(
+            problem, FIRST_ATTEMPTS, start_slack, regularization, by_units=True
+        )
+        ending = yield from sequence.run_stage("", stage)
+        if isinstance(ending, NoSolution):
+            return ending
+    stage = attempts(problem, FURTHER_ATTEMPTS, start_slack, regularization)
+    return (yield from sequence.run_stage("", stage))
+
+
+def all_attempts(
+    problem: Problem, start_slack: float = 1.0, regularization: float = 1e-8
+) -> Stage:
+    sequence = MethodSequence(np.zeros(problem.n))
+    stage = attempts(problem, FIRST_ATTEMPTS, start_slack, regularization)
+    ending = yield from sequence.run_stage("", stage)
+    if isinstance(ending, NoSolution):
+        return ending
+    stage = further_attempts(problem, start_slack, regularization)
+    return (yield from sequence.run_stage("", stage))
+
+
 first_attempts = partial(attempts, settings=FIRST_ATTEMPTS)
-further_attempts = partial(attempts, settings=FURTHER_ATTEMPTS)
 
 
 def at_point(

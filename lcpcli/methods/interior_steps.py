@@ -104,8 +104,8 @@ def slack_form(
     RAL-TR-2001-034); q and the bounds are divided by the largest.
 
     scaling : "units" for the D by which solutions are verified, which takes no extra
-        time; for S M symmetric, where it is the same for rows and columns. "diagonal"
-        for a D M D whose diagonal, which is positive, is about 1.
+        time: for S M symmetric it is the same for rows and columns, else their mean.
+        "diagonal" for a D M D whose diagonal, which is positive, is about 1.
     """
     conditions = conditions_of(problem)
     kept_columns = np.flatnonzero(conditions.lower < conditions.upper)
@@ -122,8 +122,10 @@ def slack_form(
         with imports:
             from lcpcli.linalg.definite_systems import diagonal_units
         d = diagonal_units(M)
-    elif scaling == "units" and problem.signs is not None:
-        d = problem.units.diagonals()[0][kept_columns]
+    elif scaling == "units":
+        rows, columns = problem.units.rows, problem.units.columns
+        exponents = rows if problem.signs is not None else (rows + columns) / 2
+        d = np.exp2(np.rint(exponents))[kept_columns]
     else:
         d = _ruiz(M, problem.signs is not None)
     M = matrices.scaled(M, d, d)

@@ -535,7 +535,7 @@ def test_a_step_that_is_refused_leaves_the_solver_as_it_was(compiled):
         ("W", {"W": np.eye(2) * 1e308, "mu": 10.0, "q": q}),
         ("W", {"W": np.eye(3)}),
     ):
-        # With NUMBA_DISABLE_JIT the kernels warn of an overflow, as compiled ones do not.
+        # Kernels that run as Python warn of an overflow, as compiled ones do not.
         with (
             np.errstate(over="ignore"),
             pytest.raises(lcpcli.errors.ProblemError, match=f"^{field}: "),

@@ -8,7 +8,7 @@ import pytest
 from numpy.random import default_rng
 from scipy.sparse import csr_array
 
-from lcpcli import Problem, Status, Trace, check, run
+from lcpcli import Problem, Status, Trace, check, from_qp, run
 from lcpcli.gallery import families as gallery
 from lcpcli.methods.interior_steps import RefinedShiftedSolver
 
@@ -153,3 +153,30 @@ def test_convex_programs_in_units_that_are_far_apart_are_solved():
     for seed in range(3):
         program = spread(random_program(seed, kind="minimum"), 6, seed)
         assert run(sparse(program), "interior").solved
+
+
+@pytest.mark.parametrize("is_sparse", [False, True])
+@pytest.mark.parametrize("is_linear", [False, True])
+def test_a_program_with_rows_in_other_units_is_solved(is_linear, is_sparse):
+    random, columns = default_rng(0), 30
+    A = random.normal(size=(60, columns)) * (random.random((60, columns)) < 0.3)
+    x = random.normal(size=columns)
+    below, above = random.random((2, 60))
+    below[:15] = above[:15] = 0
+    units = 10 ** random.uniform(-8, 8, 60)
+    F = np.zeros((columns, 1)) if is_linear else random.normal(size=(columns, 5))
+    scaled = units[:, np.newaxis] * A
+    problem = from_qp(
+        F @ F.T,
+        random.normal(size=columns),
+        csr_array(scaled) if is_sparse else scaled,
+        row_lower=units * (A @ x - below),
+        row_upper=units * (A @ x + above),
+        lower=x - 1,
+        upper=x + 1,
+    )
+    result = run(problem, "interior")
+    assert result.solved
+    rows = A @ result.answer.x
+    assert (A @ x - below - 1e-8 <= rows).all()
+    assert (rows <= A @ x + above + 1e-8).all()
