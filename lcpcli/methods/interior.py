@@ -200,7 +200,7 @@ def further_attempts(
     The first of them are the same, scaled by units: they solve most programs with rows
     in units that differ by factors of 1e4 and more, on which all others stall.
     """
-    sequence = MethodSequence(np.zeros(problem.n))
+    sequence = MethodSequence(np.zeros(problem.n), faults=())
     if problem.signs is None or (problem.signs < 0).any():
         stage = attempts(
             problem, FIRST_ATTEMPTS, start_slack, regularization, by_units=True
@@ -215,7 +215,7 @@ def further_attempts(
 def all_attempts(
     problem: Problem, start_slack: float = 1.0, regularization: float = 1e-8
 ) -> Stage:
-    sequence = MethodSequence(np.zeros(problem.n))
+    sequence = MethodSequence(np.zeros(problem.n), faults=())
     stage = attempts(problem, FIRST_ATTEMPTS, start_slack, regularization)
     ending = yield from sequence.run_stage("", stage)
     if isinstance(ending, NoSolution):
