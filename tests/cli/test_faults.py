@@ -170,8 +170,9 @@ ORDERLY = "sys.gettrace = lambda: True\n"
 )
 def test_what_compiled_code_prints_is_not_in_the_output(files, ending):
     line = f"solve {' '.join(files * [EXAMPLE])} --format json"
-    done = python(f"{PRINTING}{ending}main()", line)
-    assert done.code == 0
+    awaited = "try:\n    main()\nfinally:\n    os.write(2, b'in its usual way')"
+    done = python(f"{PRINTING}{ending}{awaited}", line)
+    assert (done.code, "usual way" in done.err) == (0, ending == ORDERLY)
     assert [record["solved"] for record in done.records] == files * [True]
 
 

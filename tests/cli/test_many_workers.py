@@ -512,21 +512,19 @@ def test_ctrl_c_while_a_record_is_written_costs_no_other_one(in_order):
 
 
 def test_columns_of_one_matrix_are_taken_in_parts_and_nothing_beside_them_is_lost():
-    all_read = threading.Event()
     single = list(problems(3))
     columns = QColumns(
         ("M.npy", "Q.npy"), np.eye(2), np.ones((2, 150)), [str(j) for j in range(150)]
     )
 
-    def works():
-        yield from (single[0], single[1], columns, single[2])
-        all_read.set()
-
-    ahead = tasks.Ahead(works(), threading.Event())
-    assert all_read.wait(60)
+    works = [single[0], single[1], columns, single[2]]
+    ahead = tasks.Ahead(works, threading.Event())
+    tasks.reading[-1].join(60)
+    assert not ahead.is_at_end
     taken = []
     while together := ahead.take(3):
         taken += together
+    assert ahead.is_at_end
     assert [work for work in taken if isinstance(work, Input)] == single
     parts = [work.names for work in taken if isinstance(work, QColumns)]
     assert max(map(len, parts)) == tasks.COLUMNS_TOGETHER
