@@ -293,7 +293,8 @@ class Cluster:
         elif now > self._began + SECONDS_ALONE and not self._has_warned:
             tell(
                 f"--cluster: the scheduler at {self._address} has no workers; "
-                f"start dask worker {self._address}"
+                f"start dask worker {self._address}, which needs this package: "
+                "without it a worker ends at once"
             )
             self._has_warned = True
 

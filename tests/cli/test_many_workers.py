@@ -285,7 +285,8 @@ def test_cluster_without_workers_is_told_of_once(monkeypatch, capfd):
         pool.check_alive()
     line = (
         "lcp: --cluster: the scheduler at tcp://here:1 has no workers; start dask "
-        "worker tcp://here:1\n"
+        "worker tcp://here:1, which needs this package: without it a worker ends at "
+        "once\n"
     )
     assert capfd.readouterr().err == line
     workers |= {"a": 2, "b": 1}
