@@ -192,6 +192,9 @@ solve complex.npy => complex.npy: q: is complex (complex128); {REAL}
 solve objects.npy
     => objects.npy: is not an NPY file of numbers or texts, or is damaged; save it again
     with numpy.save, and not as objects
+solve none.npy
+    => none.npy: is not an NPY file of numbers or texts, or is damaged; save it again
+    with numpy.save, and not as objects
 solve cut.npy
     => cut.npy: is not an NPY file of numbers or texts, or is damaged; save it again
     with numpy.save, and not as objects
@@ -216,6 +219,7 @@ solve cut.npy
         "complex.mat": mat(M=EYE * 1j, q=ONES),
         "complex.npy": saved(np.column_stack((EYE, ONES)) * 1j),
         "objects.npy": saved(np.array([1, "a"], dtype=object)),
+        "none.npy": saved(objects(None)),
         "cut.npy": npy(EYE)[:-8],
     },
 )
