@@ -8,8 +8,10 @@ import pty
 import random
 import re
 import shutil
+import signal
 import subprocess
 import sys
+import time
 
 import pytest
 
@@ -24,6 +26,7 @@ stored = pytest.importorskip("lcpcli.kernels.cache")
 loading = pytest.importorskip("lcpcli.kernels.loading")
 resource = pytest.importorskip("resource")
 
+LONGEST = 600.0  # seconds until something that must happen has not
 PLACES = [0.0, 0.25, 0.5, 0.75, 0.99]  # of a file, from which on it is damaged
 OVERWRITTEN = 200  # bytes
 NAME = f"kernels.one-1{stored.TAG}"
@@ -269,6 +272,38 @@ def test_missing_kernels_are_compiled_ahead_of_time_with_a_bar_on_a_terminal(
         f"0 kernels compiled, {loading.KERNELS} already there; {where}",
     ]
     assert ["on_bounds" in text for text in shown] == [True, False]
+
+
+@pytest.mark.slow("compiles kernels again")
+@pytest.mark.skipif(sys.platform == "win32", reason="has no such signals")
+def test_ctrl_c_while_kernels_are_compiled_ends_at_once_and_loses_none(
+    copied, tmp_path
+):
+    for path in copied.folder.glob("measure_kernels.*"):
+        path.unlink()
+    before = set(tmp_path.rglob("*.nbc"))
+    own = os.environ | {"NUMBA_CACHE_DIR": str(tmp_path)}
+    process = subprocess.Popen(
+        [sys.executable, "-c", MAIN, "kernels"],
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        text=True,
+        env=own,
+        cwd=stored.PACKAGE.parent,
+    )
+    end = time.monotonic() + LONGEST
+    while len(set(tmp_path.rglob("*.nbc")) - before) < 2:
+        assert time.monotonic() < end
+        assert process.poll() is None
+        time.sleep(0.05)
+    process.send_signal(signal.SIGINT)
+    out, err = process.communicate(timeout=LONGEST)
+    assert (process.returncode, out, err.strip()) == (130, "", "")
+    whole = {path: path.read_bytes() for path in tmp_path.rglob("*.nb[ci]")}
+    program = "from lcpcli.kernels.cache import Cache; print(Cache().repair())"
+    done = python(program, env=own, cwd=stored.PACKAGE.parent)
+    assert done == Outcome(0, "False\n", "")
+    assert {path: path.read_bytes() for path in whole} == whole
 
 
 @pytest.mark.slow("compiles kernels")

@@ -1,8 +1,6 @@
 """Ctrl-C in the middle of long runs: what was found is printed, and the exit code is
 130. How long that takes is printed, as `pytest -s` shows, and never compared."""
 
-import os
-import signal
 import subprocess
 import sys
 import time
@@ -98,32 +96,3 @@ def test_ctrl_c_ends_a_long_run_with_what_it_has_found(name, folder, tmp_path):
     print(f"\n{name}: {ended - float(pressed.read_text()):.2f} s after Ctrl-C")
     assert (process.returncode, words in out) == (130, True), (out[-2000:], err)
     assert err.strip().count("\n") == 0, err
-
-
-def test_ctrl_c_while_kernels_are_compiled_ends_at_once_and_loses_none(tmp_path):
-    pytest.importorskip("numba")
-    own = os.environ | {"NUMBA_CACHE_DIR": str(tmp_path)}
-    command = [sys.executable, "-c", MAIN, "kernels"]
-    process = subprocess.Popen(
-        command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, env=own
-    )
-    end = time.monotonic() + LONGEST
-    while len(list(tmp_path.rglob("*.nbc"))) < 2:
-        assert time.monotonic() < end
-        assert process.poll() is None
-        time.sleep(0.05)
-    process.send_signal(signal.SIGINT)
-    pressed = time.monotonic()
-    out, err = process.communicate(timeout=LONGEST)
-    print(f"\nkernels: {time.monotonic() - pressed:.2f} s after Ctrl-C")
-    assert process.returncode == 130
-    assert out == ""
-    assert err.strip() == ""
-    whole = {path: path.read_bytes() for path in tmp_path.rglob("*.nb[ci]")}
-    program = "from lcpcli.kernels.cache import Cache; print(Cache().repair())"
-    done = subprocess.run(
-        [sys.executable, "-c", program], capture_output=True, text=True, env=own
-    )
-    assert done.stdout == "False\n"
-    assert done.stderr == ""
-    assert {path: path.read_bytes() for path in whole} == whole
