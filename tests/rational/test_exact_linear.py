@@ -152,6 +152,9 @@ def test_exponents_out_of_all_proportion_are_refused(tmp_path):
         (tmp_path / "a.json").write_text(f'{{"M": [[1]], "q": [{number}]}}')
         with pytest.raises(ProblemError, match=r"a\.json: q: has"):
             read_exact(str(tmp_path / "a.json"))
+    # Whose zeros are all written.
+    (tmp_path / "a.json").write_text(f'{{"M": [[1]], "q": [-0.{5005 * "0"}1]}}')
+    assert read_exact(str(tmp_path / "a.json")).is_solution([Fraction(1, 10**5006)])
 
 
 def test_what_is_no_number_is_refused():
