@@ -215,6 +215,7 @@ def further_attempts(
 def all_attempts(
     problem: Problem, start_slack: float = 1.0, regularization: float = 1e-8
 ) -> Stage:
+    """Make the first attempts, and where they stall, the further ones."""
     sequence = MethodSequence(np.zeros(problem.n), faults=())
     stage = attempts(problem, FIRST_ATTEMPTS, start_slack, regularization)
     ending = yield from sequence.run_stage("", stage)
