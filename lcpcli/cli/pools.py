@@ -150,6 +150,9 @@ class Local:
     def close(self) -> None:
         self._kill()
         self._executor.shutdown(cancel_futures=True)
+        # The semaphore of new processes is removed with it; else Python warns of it
+        # where the interpreter exits without the functions for that.
+        del self._executor
         self._handlers.close()
 
     def _kill(self) -> None:
