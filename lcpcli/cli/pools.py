@@ -150,8 +150,8 @@ class Local:
     def close(self) -> None:
         self._kill()
         self._executor.shutdown(cancel_futures=True)
-        # The semaphore of new processes is removed with it; else Python warns of it
-        # where the interpreter exits without the functions for that.
+        # Its semaphore goes with it. It would outlive an exit that leaves out the
+        # functions of `atexit`, and Python would warn of it.
         del self._executor
         self._handlers.close()
 

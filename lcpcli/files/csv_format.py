@@ -523,11 +523,11 @@ def _heads_an_index(header: list[str], below: list[str]) -> bool:
     if is_named and not (others and below and is_name(first)):
         return False
     labels = [label.strip() for label in below]
-    if is_named and all(name.isdecimal() for name in others):
-        if labels == others:
-            return True
-        if _counts(labels) and others[0] == "0" and _counts(others):
-            return True
+    are_numbers = is_named and all(name.isdecimal() for name in others)
+    if are_numbers and labels == others:
+        return True
+    if are_numbers and others[0] == "0" and _counts(others) and _counts(labels):
+        return True
     if not others or (is_named and not all(map(is_name, labels))):
         return False
     # A row such as A,0 may be a label and a number.

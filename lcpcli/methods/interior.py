@@ -12,11 +12,11 @@ solution closest to the interior point if there are several.
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, replace
 from functools import partial
-from itertools import islice
+from itertools import chain, islice
 from typing import NamedTuple
 
 import numpy as np
@@ -192,37 +192,49 @@ def attempts(
     return (yield from run.attempts(settings, start_slack, regularization))
 
 
+def _in_turn(
+    problem: Problem,
+    parts: Iterable[tuple[Sequence[InteriorAttempt], bool]],
+    start_slack: float,
+    regularization: float,
+) -> Stage:
+    """Make attempts, each part scaled by units or not, up to a proof that there is no
+    solution."""
+    sequence = MethodSequence(np.zeros(problem.n), faults=())
+    ending: Ending = Breakdown("no attempt was made")
+    for settings, by_units in parts:
+        stage = attempts(problem, settings, start_slack, regularization, by_units)
+        ending = yield from sequence.run_stage("", stage)
+        if isinstance(ending, NoSolution):
+            break
+    return ending
+
+
+def _further_parts(
+    problem: Problem,
+) -> Iterator[tuple[Sequence[InteriorAttempt], bool]]:
+    """Generate what follows FIRST_ATTEMPTS: the same scaled by units, which solves most
+    programs with rows in units that differ by factors of 1e4 and more, on which all
+    others stall; and other attempts."""
+    # The rows of a symmetric M are in the units of its columns.
+    if problem.signs is None or (problem.signs < 0).any():
+        yield FIRST_ATTEMPTS, True
+    yield FURTHER_ATTEMPTS, False
+
+
 def further_attempts(
     problem: Problem, start_slack: float = 1.0, regularization: float = 1e-8
 ) -> Stage:
-    """Make the attempts after those of FIRST_ATTEMPTS.
-
-    The first of them are the same, scaled by units: they solve most programs with rows
-    in units that differ by factors of 1e4 and more, on which all others stall.
-    """
-    sequence = MethodSequence(np.zeros(problem.n), faults=())
-    if problem.signs is None or (problem.signs < 0).any():
-        stage = attempts(
-            problem, FIRST_ATTEMPTS, start_slack, regularization, by_units=True
-        )
-        ending = yield from sequence.run_stage("", stage)
-        if isinstance(ending, NoSolution):
-            return ending
-    stage = attempts(problem, FURTHER_ATTEMPTS, start_slack, regularization)
-    return (yield from sequence.run_stage("", stage))
+    """Make the attempts after those of FIRST_ATTEMPTS."""
+    return _in_turn(problem, _further_parts(problem), start_slack, regularization)
 
 
 def all_attempts(
     problem: Problem, start_slack: float = 1.0, regularization: float = 1e-8
 ) -> Stage:
     """Make the first attempts, and where they stall, the further ones."""
-    sequence = MethodSequence(np.zeros(problem.n), faults=())
-    stage = attempts(problem, FIRST_ATTEMPTS, start_slack, regularization)
-    ending = yield from sequence.run_stage("", stage)
-    if isinstance(ending, NoSolution):
-        return ending
-    stage = further_attempts(problem, start_slack, regularization)
-    return (yield from sequence.run_stage("", stage))
+    parts = chain([(FIRST_ATTEMPTS, False)], _further_parts(problem))
+    return _in_turn(problem, parts, start_slack, regularization)
 
 
 first_attempts = partial(attempts, settings=FIRST_ATTEMPTS)

@@ -4,7 +4,6 @@ line, goes on, and leaves nothing that stays broken."""
 
 import ast
 import os
-import pty
 import random
 import re
 import shutil
@@ -24,6 +23,7 @@ from .conftest import GOOD, MAIN, assert_refused, python
 numba = pytest.importorskip("numba")
 stored = pytest.importorskip("lcpcli.kernels.cache")
 loading = pytest.importorskip("lcpcli.kernels.loading")
+pty = pytest.importorskip("pty")
 resource = pytest.importorskip("resource")
 
 LONGEST = 600.0  # seconds until something that must happen has not
@@ -275,7 +275,6 @@ def test_missing_kernels_are_compiled_ahead_of_time_with_a_bar_on_a_terminal(
 
 
 @pytest.mark.slow("compiles kernels again")
-@pytest.mark.skipif(sys.platform == "win32", reason="has no such signals")
 def test_ctrl_c_while_kernels_are_compiled_ends_at_once_and_loses_none(
     copied, tmp_path
 ):
