@@ -1,3 +1,3 @@
 """The version of the package."""
 
-VERSION = "1.22.0"
+VERSION = "2.0.0"
