@@ -162,9 +162,9 @@ class PackageSolver:
         )
         seconds = own_seconds[0] if own_seconds else clock.seconds() - began
         z = None if x is None else np.array(x)
-        block_form = problem.block_form
-        if z is not None and y is not None and block_form is not None:
-            z = block_form.z_of(z, np.array(y), program_of(problem))
+        # only a peer that solved the problem as a program returns y
+        if z is not None and y is not None and problem.block_form is not None:
+            z = problem.block_form.z_of(z, np.array(y), program_of(problem))
         return Claim(z, solved, seconds, statement)
 
 

@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from lcpcli import Status, Trace, read, run, solve_mcp
+from lcpcli import Problem, Status, Trace, read, run, solve_mcp
 from lcpcli.files import contents, writing
 from lcpcli.gallery import families as gallery
 from lcpcli.solving.advice import suggestions
@@ -16,7 +16,6 @@ DECIDED = {0, 3}
 FAILING = {
     "shi, badly scaled": ("ill-scaled", 10, "--method shi --max-iterations 300"),
     "shi, no P-matrix": ("bimatrix", 10, "--method shi --max-iterations 200"),
-    "shi, local minimum": ("growth", 4, "--method shi"),
     "fixed-point, few iterations": (
         "tridiagonal",
         100,
@@ -69,16 +68,30 @@ def ways_in(out):
     return [f"{way} {more}" for way in ways.split(", or ")]
 
 
-@pytest.mark.parametrize("name", FAILING)
-def test_following_the_advice_decides_the_problem(name, lcp, tmp_path):
-    family, n, words = FAILING[name]
+def refused(lcp, problem, words, folder):
+    """The failed run, after each way that it advises has decided the problem."""
     arguments = words.split()
-    file = tmp_path / "problem.json"
-    writing.write(gallery.make(family, n), str(file))
+    file = folder / "problem.json"
+    writing.write(problem, str(file))
     failed = lcp("solve", str(file), *arguments)
     assert failed.code == 1
     for way in ways_in(failed.out):
         assert lcp("solve", str(file), *followed(arguments, way)).code in DECIDED, way
+    return failed
+
+
+@pytest.mark.parametrize("name", FAILING)
+def test_following_the_advice_decides_the_problem(name, lcp, tmp_path):
+    family, n, words = FAILING[name]
+    refused(lcp, gallery.make(family, n), words, tmp_path)
+
+
+def test_following_the_advice_leads_away_from_a_stationary_point(lcp, tmp_path):
+    """At x = (.5, .5) F = (1, -1) and J = 2M, so that grad f = J'F = 0 without any
+    rounding; z = (0, 3) solves the problem."""
+    problem = Problem([[1, 1], [1, 1]], [-1, -3])
+    failed = refused(lcp, problem, "--method shi --x0 .5,.5", tmp_path)
+    assert "stationary at a point that is not a zero of F~" in failed.out
 
 
 def test_advice_in_python_can_be_followed():
