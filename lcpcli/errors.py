@@ -45,6 +45,11 @@ UMLAUTS = {
     for letter, ascii in {"ä": "ae", "ö": "oe", "ü": "ue", "é": "e", "ú": "u"}.items()
 }
 SHORTEST_WORD = 5  # letters that a word must have to be searched for in meanings
+# What version 2.0.0 has removed, as users write it, with what to write instead.
+GONE = {
+    "--vary": "use --sweep, with -o table.csv or --plot figure.svg",
+}
+HAS_GONE = "has been removed in version 2.0.0"
 # Faults and hints that several modules word in the same way.
 NO_SUCH_FILE = "no such file"
 IS_DIRECTORY = "is a directory"

@@ -16,6 +16,8 @@ import click
 
 from lcpcli.errors import (
     EXITS,
+    GONE,
+    HAS_GONE,
     IS_MISSING,
     LEAVE_ONE_OUT,
     Exit,
@@ -108,6 +110,8 @@ class Command(click.Command):
                 if argument.startswith(error.option_name)
             )
             name = next(begun, error.option_name).partition("=")[0]
+            if instead := GONE.get(name):
+                raise OptionError(name, HAS_GONE, instead) from None
             suggested = self._in_variant(ctx, name, typed_args) or self._suggest(
                 ctx, name
             )

@@ -50,7 +50,7 @@ STARTS = {
 PAPER = ("p", "k_star", "rho", "sigma")
 # The options of methods that have flags, by name.
 OF_METHODS = (*PAPER, *STARTS)
-SWEEP, VARY = "--sweep", "--vary"
+SWEEP = "--sweep"
 # Options of a command that solves which its help shows on one screen: the paper's,
 # limits and output.
 COMMON = (
@@ -292,15 +292,6 @@ def several_methods(heading: str, purpose: str, default: Sequence[str]) -> Decla
     )
 
 
-vary_option = option(
-    "Method",
-    f"{VARY} OPTION=VALUE,...  Show the last error and the time against this option, "
-    "the others as they are; with --plot draw them; repeatable, one option at "
-    "a time.  [default: none]",
-    multiple=True,
-)
-
-
 def files_argument(
     heading: str,
     name: str,
@@ -332,23 +323,21 @@ def refuse(is_wrong: bool, where: str, reason: str, hint: str = LEAVE_OUT) -> No
 def chosen_variants(
     methods: Sequence[Variant],
     sweep: Sequence[str],
-    vary: Sequence[str],
     default: Sequence[str],
     option_names: Collection[str] = (),
 ) -> list[Variant]:
-    """Return the requested methods, or the default ones, for all values of --sweep or
-    of --vary, which must not set an option that the command line has too."""
-    for axis in (*sweep, *vary):
+    """Return the requested methods, or the default ones, for all values of --sweep,
+    which must not set an option that the command line has too."""
+    for axis in sweep:
         name = axis.partition("=")[0].strip().replace("-", "_")
-        where = VARY if vary else SWEEP
         refuse(
             name in option_names,
-            where,
+            SWEEP,
             f"{flag(name)} cannot be combined with it",
             LEAVE_ONE_OUT,
         )
     variants = list(dict.fromkeys(methods or map(Variant, default)))
-    return registry.vary(variants, vary) if vary else registry.sweep(variants, sweep)
+    return registry.sweep(variants, sweep)
 
 
 def _names(_: click.Context, __: click.Parameter, text: str | None) -> tuple[str, ...]:
@@ -500,7 +489,6 @@ class Needs(Flag):
     PROCESSES = auto()  # of this run
     LOCAL = auto()  # processes on this machine
     ONE_OBJECTIVE = auto()
-    ONE_AXIS = auto()  # of options that vary
     PIECES = auto()  # of the set of all solutions, of which one is requested
     LIST = auto()  # of all solutions
     NEW_BENCH = auto()
@@ -537,8 +525,9 @@ NEEDS = {
     "--minimize": Needs.PIECES,
     "--maximize": Needs.PIECES | Needs.ONE_OBJECTIVE,
     "--max-solutions": Needs.LIST,
-    SWEEP: Needs.ONE_AXIS | Needs.NEW_BENCH,
-    **dict.fromkeys(("SUITE", "--peer", "--accept", "--budget"), Needs.NEW_BENCH),
+    **dict.fromkeys(
+        (SWEEP, "SUITE", "--peer", "--accept", "--budget"), Needs.NEW_BENCH
+    ),
     **dict.fromkeys(("FAMILY", "-n", "--seed", "--set"), Needs.FAMILY),
 }
 NOTHING = Needs(0)
@@ -598,16 +587,6 @@ SEQUENCE = Mode(
             "has no effect with {mode}, where auto solves each problem from the basis "
             "of the last one",
         )
-    ],
-)
-VARIED = Mode(
-    VARY,
-    [
-        Refusal(Needs.ONE_AXIS, hint=LEAVE_ONE_OUT),
-        Refusal(
-            Needs.CHOICE_OF_ITERATES | Needs.TRAJECTORIES | Needs.UNKNOWNS,
-            "has no effect with {mode}, which shows the results of runs",
-        ),
     ],
 )
 RESUME = Mode(

@@ -124,10 +124,8 @@ class Output(Destination):
         self.request = request
         asks = request.trace or bool(request.every or request.columns)
         self.with_iterates = asks and not self.silent
-        kind, has_axes = self.kind, bool(request.sweep or request.vary)
-        in_table = bool(kind.renderer) and not (
-            request.vary or (request.sweep and not kind.has_figures)
-        )
+        kind = self.kind
+        in_table = bool(kind.renderer) and (kind.has_figures or not request.sweep)
         self._keeps_iterates = self.with_iterates or (in_table and not self.silent)
         self.columns = request.columns or ()
         columns.require(self.columns, [each.method for each in request.variants])
@@ -138,7 +136,9 @@ class Output(Destination):
             NO_ITERATES: not self._keeps_iterates,
             JSON: is_json,
             ITERATES_IN_JSON: is_json and not self._of_traces,
-            NO_UNKNOWNS: not kind.has_proofs and has_axes and not self.with_iterates,
+            NO_UNKNOWNS: not kind.has_proofs
+            and bool(request.sweep)
+            and not self.with_iterates,
             CSV: not kind.has_proofs,
         }
         reject_conflicting_options(request.option_values, *among(modes))
@@ -149,8 +149,7 @@ class Output(Destination):
     def figures(self) -> dict[str, str]:
         """Return the files of the requested figures, by kind."""
         request = self.request
-        by_plot = "variations" if request.vary else "convergence"
-        asked = {"paths": request.paths, by_plot: request.plot}
+        asked = {"paths": request.paths, "convergence": request.plot}
         return {kind: file for kind, file in asked.items() if file is not None}
 
     def shows_answer(self, problems: Sequence[AnyProblem]) -> bool:
@@ -171,7 +170,6 @@ class Output(Destination):
         """
         request, levels = self.request, self.request.levels if problem.solutions else ()
         draws = self.kind.has_figures or (bool(self.figures) and not shows_answer)
-        draws &= not request.vary
         has_curve = draws or bool(levels)
         if not (self._keeps_iterates or has_curve):
             return None, None

@@ -456,7 +456,6 @@ class Request(ManyProblems, Reporting):
     cluster: str | None = None
     sequence: bool = False
     resume: str | None = None
-    vary: Sequence[str] = ()
     sweep: Sequence[str] = ()
     method_options: Mapping[str, Any] = field(default_factory=dict)
     numbers: Mapping[str, Any] = field(default_factory=dict)

@@ -121,7 +121,7 @@ def _run(request: Request, input_items: Iterator[InputItem], output: Output) -> 
     elif made:
         verdict = f"{sum(result.solved for result in made)} of {len(made)} runs solved"
         has_solutions = not (output.kind.has_proofs or output.with_iterates)
-        if has_solutions and not (request.sweep or request.vary):
+        if has_solutions and not request.sweep:
             verdict += "; the file has their solutions, with --trace the iterates"
     output.show(lambda *_: text, verdict)
     output.draw_runs(results)
@@ -145,7 +145,7 @@ def _text(
     selection = Selection(
         compared=bool(request.levels),
         shows_all=output.path is not None,
-        swept=bool(request.sweep or request.vary),
+        swept=bool(request.sweep),
         iterates=output.with_iterates,
         columns=request.columns,
         names=request.names,
@@ -154,10 +154,6 @@ def _text(
     report = result_formats.results_report(
         results, sources[reached], paths[reached], selection, faults
     )
-    if request.vary and results:
-        from lcpcli.report import variations
-
-        report = report._replace(document=lambda *_: variations.document(results))
     return report.render(output.form, output.width, output.color)
 
 
@@ -228,7 +224,7 @@ def _results(
     for kind in output.figures:
         from lcpcli.report import plotting
 
-        plotting.require_drawable(kind, problems, request.vary)
+        plotting.require_drawable(kind, problems)
     for problem in problems if request.names else []:
         wording.require(problem, request.names)
     # Not before the options are accepted, so that an error is one line.

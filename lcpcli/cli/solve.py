@@ -17,7 +17,6 @@ from lcpcli.cli.declarations import (
     MINIMIZE,
     OBJECTIVE,
     ONE,
-    VARIED,
     chosen_variants,
     option,
     reject_conflicting_options,
@@ -147,7 +146,6 @@ class Compare(Request):
         "lcp compare",
         "lcp compare tridiagonal-100 --every 10",
         "lcp compare --method shi --sweep k-star=1,5,20,100 --plot sweep.svg",
-        "lcp compare --method shi --vary k-star=1,5,20,100 --plot k-star.svg",
         "lcp compare --method shi --k-star 1 --trace -o it.csv",
         "lcp compare paper-example-1 --plot errors.svg",
     ),
@@ -173,14 +171,11 @@ class Compare(Request):
 )
 @declarations.with_bounds
 @declarations.several_methods("Method", "compare", AS_PUBLISHED)
-@declarations.vary_option
 @declarations.solving
 def compare(request: Compare) -> int:
     """Run methods side by side on the problem in each FILE."""
     examples = [contents.shipped_path(name) for name in contents.PAPER_EXAMPLES]
     request = request.prepared(examples, levels=LEVELS)
-    if request.vary:
-        reject_conflicting_options(request.option_values, VARIED)
     from lcpcli.cli.session import run
 
     default, files = AS_PUBLISHED, request.inputs.files
@@ -191,8 +186,9 @@ def compare(request: Compare) -> int:
         request = request.reading(ahead)
         if all(map(_is_nonlinear, ahead.values())):
             default = tuple(NONLINEAR)
-    axes = (request.sweep, request.vary)
     is_free = not (request.methods or request.method_options)
-    variants = chosen_variants(request.methods, *axes, default, request.method_options)
-    adds_auto = is_free and not any(axes)
+    variants = chosen_variants(
+        request.methods, request.sweep, default, request.method_options
+    )
+    adds_auto = is_free and not request.sweep
     return run(replace(request, variants=variants, adds_auto=adds_auto))

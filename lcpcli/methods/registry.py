@@ -582,27 +582,14 @@ def parse(text: str) -> Variant:
     )
 
 
-def vary(variants: Sequence[Variant], axes: Sequence[str]) -> list[Variant]:
-    """Return each variant that has the option once for every value, as `sweep` takes
-    them, one option at a time."""
-    varied = list[Variant]()
-    for axis in axes:
-        name = axis.partition("=")[0].strip().replace("-", "_")
-        made = sweep(variants, [axis], "vary")
-        varied += [variant for variant in made if name in dict(variant.settings)]
-    return list(dict.fromkeys(varied))
-
-
-def sweep(
-    variants: Sequence[Variant], axes: Sequence[str], where: str = "sweep"
-) -> list[Variant]:
+def sweep(variants: Sequence[Variant], axes: Sequence[str]) -> list[Variant]:
     """Return each variant once for every value, written OPTION=VALUE,VALUE,...; several
     options make a grid.
 
     A variant of a method without the option remains as it is. Raises OptionError for an
-    option that no variant has, and for one that a variant sets already. where : the
-    option of the command that has the axes.
+    option that no variant has, and for one that a variant sets already.
     """
+    where = "sweep"
     for axis in axes:
         name, _, text = axis.partition("=")
         name = name.strip().replace("-", "_")

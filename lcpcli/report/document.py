@@ -181,14 +181,6 @@ FIGURES = {
         "report.plotting.runs_or_answer",
         "fit_figures.draw",
     ),
-    "variations": Figure(
-        "Error and time against options",
-        ("compare",),
-        "plot",
-        "",
-        "report.variations.picture",
-        "run_figures.draw_variations",
-    ),
     "cones": Figure(
         "Complementary cones",
         ("solve",),

@@ -19,7 +19,6 @@ from pathlib import PurePath
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 from lcpcli.errors import (
-    LEAVE_ONE_OUT,
     LEAVE_OUT,
     ParameterError,
     count,
@@ -88,31 +87,6 @@ class Profile(NamedTuple):
     label: str
     ratios: Sequence[float]
     in_seconds: bool = False
-
-
-THEORY = "ln 3 / p"  # by how much |x| is smoothed where x_i = 0, for the option p
-
-
-class Line(NamedTuple):
-    """The runs of a method on a problem, one for each value of an option. errors :
-    where the runs have ended, or residuals if no solution is known."""
-
-    label: str
-    values: Sequence[str]
-    errors: Sequence[float]
-    seconds: Sequence[float]
-    solved: Sequence[bool]
-
-
-class Variation(NamedTuple):
-    """The runs in which one option varies. theory : for each value the error that
-    theory expects where z_i = w_i = 0; empty if it says nothing on the option."""
-
-    option: str
-    values: Sequence[str]
-    lines: Sequence[Line]
-    measure: str
-    theory: Sequence[float]
 
 
 class Fitted(NamedTuple):
@@ -223,17 +197,6 @@ def paths_of(runs: Sequence[Sequence[Result]]) -> Picture:
     return paths(panels(runs))
 
 
-def variations(drawn: Sequence[Variation], runs: Sequence[Sequence[Result]]) -> Picture:
-    """Return a picture with one row per option: the last error of the runs, and their
-    time, against its values."""
-    provenance = [
-        f"{wording.title_and_size(runs_of_problem[0].problem)}: "
-        f"{wording.made_by(runs_of_problem)}"
-        for runs_of_problem in runs
-    ]
-    return Picture("variations", [drawn], provenance)
-
-
 def form_of(path: str, option: str = PLOT) -> str:
     """Return the form of the picture that an option requests, by the suffix of the
     path."""
@@ -255,24 +218,6 @@ def require_room(
         raise ParameterError(option, reason, "draw fewer at a time")
 
 
-def require_numbers(axes: Sequence[str]) -> None:
-    """Refuse words among the values of options, written OPTION=VALUE,VALUE,..."""
-    for axis in axes:
-        name, _, values = axis.partition("=")
-        for value in values.split(","):
-            if not is_number(value):
-                reason = f"draws numbers, and {name}={value} is none"
-                raise ParameterError(PLOT, reason, LEAVE_ONE_OUT)
-
-
-def is_number(text: str) -> bool:
-    try:
-        float(text)
-    except ValueError:
-        return False
-    return True
-
-
 def is_plane(problem: Problem) -> bool:
     return not problem.is_mixed and problem.n == 2
 
@@ -289,15 +234,10 @@ def require_plane(problems: Sequence[Problem], option: str = PLOT) -> None:
             raise ParameterError(option, reason, LEAVE_OUT)
 
 
-def require_drawable(
-    kind: str, problems: Sequence[Problem], axes: Sequence[str] = ()
-) -> None:
-    """Refuse what a figure, by its key in FIGURES, cannot show. axes : the values of
-    options that vary."""
+def require_drawable(kind: str, problems: Sequence[Problem]) -> None:
+    """Refuse what a figure, by its key in FIGURES, cannot show."""
     if FIGURES[kind].in_plane:
         require_plane(problems, FIGURES[kind].option)
-    elif axes:
-        require_numbers(axes)
     else:
         require_room(len(problems))
 

@@ -292,26 +292,18 @@ def advice(result: Result, files: Sequence[str] = ()) -> str:
     return "" if result.solved else result.suggestions.line(written)
 
 
-def made_by(results: Sequence[Result], one_at_a_time: bool = False) -> str:
+def made_by(results: Sequence[Result]) -> str:
     """Return, in one line, the version, the limits, which are the same, and the options
-    that all runs of a method share; the names of runs have the others. one_at_a_time :
-    whether an option is shared if all runs without it in their name share it."""
+    that all runs of a method share; the names of runs have the others."""
     parts = [f"{PROGRAM}, {_limits(results[0])}"]
     for method in dict.fromkeys(result.method for result in results):
         runs = [
-            {
-                name: value
-                for name, value in options_of(each, shows_all_digits=False).items()
-                if not (one_at_a_time and f"{name}=" in each.label)
-            }
+            options_of(each, shows_all_digits=False)
             for each in results
             if each.method == method
         ]
         names = dict.fromkeys(chain.from_iterable(runs))
-        values = {
-            name: {run.get(name) for run in runs if name in run or not one_at_a_time}
-            for name in names
-        }
+        values = {name: {run.get(name) for run in runs} for name in names}
         shared = [
             f"{name}={next(iter(each))}{_note(name, results)}"
             for name, each in values.items()

@@ -632,16 +632,11 @@ compare paper-example-1 --method shi --columns z0
     => --columns: shi has no z0; {IT_BELONGS:lemke}
 compare paper-example-1 --columns entering
     => --columns: fixed-point and shi have no entering; {IT_BELONGS:lemke}
-compare paper-example-1 --vary p=1,2 --sweep=omega=1
-    => --sweep: {NO_EFFECT:--vary}; {LEAVE_ONE_OUT}
-compare paper-example-1 --vary p=1,2 --columns=k
-    => --columns: {NO_EFFECT:--vary, which shows the results of runs}; {LEAVE_IT_OUT}
-compare paper-example-1 --vary p=1,2 --every=2
-    => --every: {NO_EFFECT:--vary, which shows the results of runs}; {LEAVE_IT_OUT}
-compare paper-example-1 --vary p=1,2 --p=3
-    => --vary: --p cannot be combined with it; {LEAVE_ONE_OUT}
-compare --vary q=1
-    => --vary: 'q' is not an option of any method; choose one of p, k-star, rho, sigma,
+compare --vary p=1,2
+    => --vary: has been removed in version 2.0.0; use --sweep, with -o table.csv or
+    --plot figure.svg
+compare --sweep q=1
+    => --sweep: 'q' is not an option of any method; choose one of p, k-star, rho, sigma,
     omega, anderson, start-slack, regularization, cover, ties, beta, walkers, seed,
     restarts, scale, finish, presolve
 make murty -o own.xyz

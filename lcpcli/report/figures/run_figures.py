@@ -11,7 +11,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Sequence
-from dataclasses import replace
 from itertools import chain
 from typing import Any, NamedTuple
 
@@ -35,14 +34,7 @@ from lcpcli.report.figures.style import (
     fitted_text,
     styles_of,
 )
-from lcpcli.report.plotting import (
-    THEORY,
-    Curve,
-    Line,
-    Panel,
-    Profile,
-    Variation,
-)
+from lcpcli.report.plotting import Curve, Panel, Profile
 
 MEASURES = {
     "error": r"error $\|z - z^*\|_\infty$",
@@ -361,96 +353,6 @@ def _profile(axes: Axes, profiles: Sequence[Profile], styles: LineStyles) -> Non
             zorder=3,
             **line_style.points,
         )
-
-
-PROBLEMS = [style.METHODS["shi"], style.METHODS["fixed-point"], *style.SPARE]
-
-
-def draw_variations(drawn: Sequence[Variation]) -> Figure:
-    """Draw for each option the last error of the runs and their time against its
-    values, with a line for each problem, and the error that theory expects."""
-    figure = Figure(figsize=(WIDTH, min(ROW * len(drawn), style.PAGE_HEIGHT)))
-    labels = list(
-        dict.fromkeys(line.label for variation in drawn for line in variation.lines)
-    )
-    styles: LineStyles = {
-        (label, label): replace(PROBLEMS[i % len(PROBLEMS)], fill="full")
-        for i, label in enumerate(labels)
-    }
-    others = list[Entry]()
-    rows = figure.subplots(len(drawn), 2, squeeze=False)
-    for (left, right), variation in zip(rows, drawn, strict=True):
-        series = [*(line.errors for line in variation.lines), variation.theory]
-        up = times(
-            (v for values in series for v in values), SMALLEST_ERROR, 1 / SMALLEST_ERROR
-        )
-        across = _axis_of_values(left, variation)
-        if variation.theory:
-            xs = [float(value) for value in variation.values]
-            theory: dict[str, Any] = {"color": "black", "linestyle": "--", "lw": 0.9}
-            left.plot(xs, variation.theory, zorder=1, **theory)
-            others.append((Line2D([], [], **theory), f"theory: {THEORY}"))
-        for line in variation.lines:
-            _against_values(left, line, line.errors, styles, across, up)
-        _log_axis(left, "y", up)
-        left.set_ylabel(MEASURES[variation.measure])
-        across = _axis_of_values(right, variation)
-        up = times(second for line in variation.lines for second in line.seconds)
-        for line in variation.lines:
-            _against_values(right, line, line.seconds, styles, across, up)
-        _log_axis(right, "y", up)
-        right.set_ylabel("run time (s)")
-    return add_legend(figure, styles, others)
-
-
-def _axis_of_values(axes: Axes, variation: Variation) -> Range:
-    """Set the axis of the values of an option, logarithmic if they span two decades."""
-    values = [float(value) for value in variation.values]
-    axes.set_xlabel(variation.option)
-    if min(values) > 0 and max(values) >= 100 * min(values):
-        across = times(values)
-        _log_axis(axes, "x", across)
-        return across
-    margin = 0.05 * ((max(values) - min(values)) or 1.0)
-    across = Range(min(values) - margin, max(values) + margin)
-    axes.set_xlim(across)
-    return across
-
-
-def _against_values(
-    axes: Axes,
-    line: Line,
-    ys: Sequence[float],
-    styles: LineStyles,
-    across: Range,
-    up: Range,
-) -> None:
-    """Draw a line with all its points, those of errors that are 0 at the lower edge,
-    and a cross for each run that has not solved its problem."""
-    line_style = styles[line.label, line.label]
-    xs = [float(value) for value in line.values]
-    order = sorted(range(len(xs)), key=xs.__getitem__)
-    points = inside([xs[i] for i in order], [ys[i] for i in order], across, up)
-    if not points:
-        return
-    points_drawn = np.array([point[:2] for point in points])
-    axes.plot(*points_drawn.T, zorder=2, **line_style.line)
-    axes.plot(
-        *points_drawn.T, linestyle="", clip_on=False, zorder=3, **line_style.points
-    )
-    above: dict[str, Any] = {"color": line_style.color, "clip_on": False, "zorder": 4}
-    signs = {
-        style.BEYOND: [is_beyond for _, _, is_beyond in points],
-        style.UNSOLVED: [not line.solved[i] for i in order],
-    }
-    for label, mask in signs.items():
-        if any(mask):
-            axes.plot(
-                *points_drawn[np.array(mask)].T,
-                label=label,
-                **above,
-                **style.SIGNS[label],
-            )
 
 
 COLORS = [look.color for look in [*style.METHODS.values(), *style.SPARE][1:13]]
