@@ -57,8 +57,9 @@ from lcpcli.model.changes import Change
 from lcpcli.model.problem import Problem
 from lcpcli.rational.elimination import Effort
 from lcpcli.rational.exact_problem import ExactProblem
-from lcpcli.rational.numbers import rounded, rounded_direction
+from lcpcli.rational.numbers import rounded
 from lcpcli.rational.tree import solution_search
+from lcpcli.rational.written import exact_data
 from lcpcli.typing import Vector
 from lcpcli.verify import measure
 from lcpcli.verify.acceptance import AS_IT_IS, PROVED, Extent, accepted
@@ -248,7 +249,7 @@ def _at_basic_solution(sequence: MethodSequence, change: Change) -> Iterate:
                 Criterion(change.original), change.original.box.project(z)
             ).solves()
         ):
-            data = ExactProblem.of_floats(change.original)
+            data = exact_data(change.original)
             exact = from_point(data, z, Effort(EXHAUSTION_EFFORT))
             if exact is not None:
                 z = rounded(exact)
@@ -450,7 +451,8 @@ class Tree:
     exact arithmetic, which is suspended and continued. Most problems never need it, so
     that it is set up when it is first used.
 
-    data : the problem in exact numbers. is_decided : whether the search has ended.
+    data : the problem in exact numbers, those of its text if it was read from one.
+    is_decided : whether the search has ended.
     solution : the exact solution of the search; None if there is none.
     """
 
@@ -463,7 +465,7 @@ class Tree:
 
     @cached_property
     def data(self) -> ExactProblem:
-        return ExactProblem.of_floats(self._problem)
+        return exact_data(self._problem)
 
     @cached_property
     def _search(self) -> Iterator[list[Fraction] | None]:
@@ -622,7 +624,7 @@ def exactly(
 
 
 def _exact(problem: Problem, z: Vector, tree: Tree | None) -> Stage:
-    data = ExactProblem.of_floats(problem) if tree is None else tree.data
+    data = exact_data(problem) if tree is None else tree.data
     reason = UNDECIDED_IN_TIME
 
     def solutions() -> Iterator[list[Fraction] | None]:
@@ -655,6 +657,6 @@ def _exact(problem: Problem, z: Vector, tree: Tree | None) -> Stage:
         return Stalled(reason)
     with suppress(TimeIsUp):
         y = farkas_vector(data, Effort(EXHAUSTION_EFFORT).steps(data))
-        if y is not None and (proof := first_proof(problem, [rounded_direction(y)])):
-            return NoSolution(proof)
+        if y is not None:
+            return NoSolution(Proof.of_fractions(data, y))
     return NoSolution(Proof("exhaustion", statement=EXCLUDED))

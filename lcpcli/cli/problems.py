@@ -309,11 +309,13 @@ class Inputs(NamedTuple):
             remarks = [f"{file.source_name}: {model.note}"] if model.note else []
             yield InputProblem(model, None, remarks, file=file)
             return
+        from lcpcli.model.problem import TextNumbers
         from lcpcli.rational.exact_problem import ExactProblem
 
         first = self.first_of(input_item)
+        numbers = TextNumbers(ExactProblem.of_decimals, lambda: True)
         for q, name in zip(input_item.Q.T, input_item.names, strict=True):
-            problem = replace(first, q=q, name=name)
+            problem = replace(first, q=q, name=name).having(written=numbers)
             yield InputProblem(
                 problem, cache(partial(ExactProblem.of_decimals, problem)), []
             )
@@ -359,6 +361,11 @@ class Inputs(NamedTuple):
             data.problem = problem
             return data
 
+        if changed is not original and original.written is not None:
+            from lcpcli.model.problem import TextNumbers
+
+            numbers = TextNumbers(lambda _: exactly(), lambda: False)
+            problem = problem.having(written=numbers)
         paths = () if self.tables else input_item.paths  # tables need their option
         return InputProblem(problem, exactly, remarks, as_given.length, file, paths)
 

@@ -63,6 +63,9 @@ MAY_UNDERFLOW = re.compile(
     rb"[eE]-0*(?:[3-9][0-9]{2}|[1-9][0-9]{3})|[.,]0{20}[0-9]*[eE]-|[.,]0{200}"
     rb"|/[0-9]{200}"
 )
+# A pattern of texts in which a number may have more digits than the shortest decimal of
+# its double, or be a fraction.
+MAY_BE_LONG = re.compile(rb"[0-9.]{16}|[0-9]/[0-9]")
 OF_PACKAGE = "correct the file, or that package"
 
 
@@ -166,6 +169,19 @@ class InputFile:
             if self.kind.is_model
             else None
         )
+
+    @property
+    def has_doubles(self) -> bool:
+        """Return whether its numbers are stored in double precision."""
+        is_binary_model = self.kind.is_model and self.content.startswith(b"b")
+        return self.kind.has_arrays or is_binary_model
+
+    @cached_property
+    def has_short_numbers(self) -> bool:
+        """Return whether all numbers are the shortest decimals of their doubles, as
+        those of at most 15 digits are."""
+        patterns = (MAY_BE_LONG, MAY_UNDERFLOW)
+        return not any(pattern.search(self.content) for pattern in patterns)
 
     @property
     def objective(self) -> Objective | None:

@@ -11,6 +11,7 @@ import json
 from collections.abc import Collection, Iterator, Mapping, Sequence
 from contextlib import nullcontext, suppress
 from dataclasses import replace
+from functools import partial
 from itertools import chain
 from typing import IO, TYPE_CHECKING, Any, NamedTuple, TypeAlias, cast
 
@@ -25,7 +26,7 @@ from lcpcli.files.input_file import LINE, WHOLE, InputFile
 from lcpcli.linalg.matrices import dense, is_sparse
 from lcpcli.model.arrays import as_matrix
 from lcpcli.model.formulations import TEXTS
-from lcpcli.model.problem import Problem
+from lcpcli.model.problem import Problem, TextNumbers
 from lcpcli.typing import Matrix
 
 if TYPE_CHECKING:
@@ -80,8 +81,7 @@ class Input(NamedTuple):
 
     def exactly(self, problem: Problem) -> ExactProblem:
         """Return the problem that `read` has returned with its numbers as written."""
-        first, *others = self.files
-        return first.exactly(problem, *others)
+        return _exactly(self.files, problem)
 
     def compact(self) -> Input:
         """Return the input without its cached values, to free memory."""
@@ -167,7 +167,20 @@ def problem_of(files: Sequence[InputFile], as_written: bool = False) -> Problem:
         first.refuse_underflow(may_be_exact=is_plain)
         for other in others:
             other.refuse_underflow("q")
-    return problem
+    if all(file.has_doubles for file in files):
+        return problem
+    compact = tuple(map(replace, files))
+    numbers = TextNumbers(partial(_exactly, compact), partial(_are_short, compact))
+    return problem.having(written=numbers)
+
+
+def _exactly(files: Sequence[InputFile], problem: Problem) -> ExactProblem:
+    first, *others = files
+    return first.exactly(problem, *others)
+
+
+def _are_short(files: Sequence[InputFile]) -> bool:
+    return all(not file.has_doubles and file.has_short_numbers for file in files)
 
 
 def digest(*parts: bytes) -> str:

@@ -107,13 +107,15 @@ class ComplementarySystem:
     form, units : the standard form of the original problem, and its equilibration. M, q
         : those of the equilibrated problem.
     is_choice : the indices that are decided one way or the other; those of the parts of
-        free variables are not.
+        free variables are not. is_certain_for_all : whether all exclusions so far hold
+        for all data that round to those of the problem.
     """
 
     def __init__(self, standard_form: StandardForm) -> None:
         self.form, self.units = standard_form, scale(standard_form.problem, moderate=0)
         self.M, self.q = self.units.problem.M, self.units.problem.q
         self.is_choice = ~standard_form.are_parts_of_free
+        self.is_certain_for_all = True
 
     def multipliers(self, y: Vector) -> Vector:
         """Return the Farkas vector of the original problem for a y of the equilibrated
@@ -130,13 +132,16 @@ class ComplementarySystem:
         columns, rows = boxes
         multipliers_of_rows = rows.as_multipliers(self.multipliers(y))
         used = np.flatnonzero((columns.lower != 0) | (columns.upper != 0))
-        return farkas.refutes(
+        scope = farkas.scope(
             original_problem.M[:, used],
             original_problem.q,
             multipliers_of_rows,
             columns.part(used),
             rows,
         )
+        if scope is farkas.Scope.DOUBLES:
+            self.is_certain_for_all = False
+        return scope is not farkas.Scope.NOTHING
 
     def excluded(self, P: Mask) -> bool:
         """Return whether the original problem has no basic solution of this set, or a
@@ -154,6 +159,7 @@ class ComplementarySystem:
         proved_basis = exact_basis(
             ExactProblem.of_basis(original_problem, basis), basis
         )
+        self.is_certain_for_all = False
         return proved_basis is None or (proved_basis.unique and not proved_basis.solves)
 
 
@@ -408,7 +414,9 @@ def _tried(
     if not isinstance(ending, Finished):
         yield from rough
         return type(ending)(f"{UNDECIDED}: {ending.reason}")
-    return NoSolution(Proof("exhaustion", statement=EXHAUSTED))
+    is_certain = system.is_certain_for_all
+    proof = Proof("exhaustion", statement=EXHAUSTED, is_certain_for_all=is_certain)
+    return NoSolution(proof)
 
 
 def _all_sets(system: ComplementarySystem, root: DualSimplex | None) -> Sets:

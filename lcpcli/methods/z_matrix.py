@@ -58,6 +58,7 @@ from lcpcli.rational import elimination
 from lcpcli.rational.elimination import Effort
 from lcpcli.rational.exact_problem import ExactProblem
 from lcpcli.rational.numbers import rounded, rounded_direction, whole_multiple, zeros
+from lcpcli.rational.written import exact_data
 from lcpcli.typing import Mask, Matrix, Vector
 from lcpcli.verify.certificate import Proof, first_proof
 from lcpcli.verify.exact_solution import ExactBasis, exact_basis
@@ -241,7 +242,7 @@ def z_matrix(problem: Problem) -> Stage:
             return NoSolution(proof)
     except SingularMatrix:
         pass
-    data = ExactProblem.of_floats(problem)
+    data = exact_data(problem)
     z, multipliers = decided(data, Effort(EXACT_EFFORT), basic)
     if multipliers is not None:
         approximate_proofs = [rounded_direction(multipliers)]

@@ -4,11 +4,11 @@ case l = 0, u infinite."""
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from dataclasses import field as declared
 from functools import cached_property
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
@@ -43,6 +43,7 @@ REMARKS = ("name", "solutions", "verdict", "source", "note", "reference", "origi
 M_FIELDS = ("M", "n", "largest", "facts", "latest")
 LABELS = ("name", "source", "note", "origin", "names", "x0", "x1")
 M_AND_LABELS = (*M_FIELDS, *LABELS)
+NUMBERS = frozenset(("M", "q", "lower", "upper", "box"))  # fields with numbers
 VERDICTS = ("infeasible", "unsolvable", "ray")
 WITHOUT_SOLUTION = ("infeasible", "unsolvable")
 
@@ -192,6 +193,17 @@ class Facts:
         return units(dense(self._M) if is_small else self._M, None)
 
 
+class TextNumbers(NamedTuple):
+    """The numbers of the text that a problem was read from.
+
+    exactly : reads them, with all digits, as a `rational.ExactProblem` of the problem.
+    are_short : returns whether they are the shortest decimals of their doubles.
+    """
+
+    exactly: Callable[[Problem], Any]
+    are_short: Callable[[], bool]
+
+
 @dataclass(frozen=True, eq=False, init=False, repr=False)
 class Problem:
     """An LCP with n >= 0 unknowns, or a mixed one: find l <= z <= u with w = M z + q,
@@ -255,6 +267,9 @@ class Problem:
     upper: Vector | float = math.inf
     # The sums of the |terms| of which each q_i is the sum, or None.
     terms_of_q: Vector | None = declared(default=None, init=False, repr=False)
+    # The numbers of the text that the problem was read from, as a
+    # `TextNumbers`; None for a problem made from arrays.
+    written: TextNumbers | None = declared(default=None, init=False, repr=False)
     box: Box = declared(init=False, repr=False)
     largest: float = declared(init=False, repr=False)
     sizes_of_q: tuple[float, float] = declared(init=False, repr=False)
@@ -361,10 +376,17 @@ class Problem:
 
     def having(self, **values: Any) -> Problem:
         """Return the same problem with other values of these fields, which nothing
-        validates; with another origin, facts are computed again."""
+        validates. With another origin, facts are computed again; other numbers are not
+        those of the text that the problem was read from."""
         fields = vars(self)
+        old = set[str]()
         if "origin" in values:
-            old = ("facts", "block_form")
+            old |= {"facts", "block_form"}
+        if "solutions" in values:
+            old.add("size_of_solutions")
+        if not NUMBERS.isdisjoint(values):
+            old.add("written")
+        if old:
             fields = {name: value for name, value in fields.items() if name not in old}
         return Problem.of_fields(fields, **values)
 
@@ -396,7 +418,8 @@ class Problem:
         other = Problem(
             self.M, self.q, x0=self.x0, x1=self.x1, lower=self.lower, upper=self.upper
         )
-        return other.having(**{field: getattr(self, field) for field in REMARKS})
+        kept = (*REMARKS, "written")
+        return other.having(**{field: getattr(self, field) for field in kept})
 
     @cached_property
     def names(self) -> Sequence[str]:

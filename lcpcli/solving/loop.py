@@ -6,7 +6,7 @@ from __future__ import annotations
 import math
 import time
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -64,6 +64,23 @@ GAINED_NOTHING = "the residual has not lost a digit in the last {} iterations"
 FINISHED = (
     "the equation of the method is solved up to rounding, but z does not solve the "
     "problem"
+)
+# What is said where the numbers as written decide otherwise than the doubles.
+SOLVABLE_AS_WRITTEN = (
+    "the problem in double precision has no solution, with the numbers as written it "
+    "has one"
+)
+EXCLUDED_AS_WRITTEN = (
+    "with the numbers as written the problem has no solution, in double precision it "
+    "may have one"
+)
+EXCLUDED_BOTH_WAYS = (
+    "each complementary set is excluded in exact arithmetic, with the numbers as "
+    "written as well as in double precision"
+)
+UNKNOWN_AS_WRITTEN = (
+    "the problem in double precision has no solution; whether it has one with the "
+    "numbers as written is not known"
 )
 # Statuses whose message explains the failure where M is stiff.
 FAILED = (
@@ -289,13 +306,13 @@ class Loop:
         certificate justifies, once it is verified on M and q."""
         if isinstance(ending, stages.NoSolution):
             with imports:
-                from lcpcli.verify.certificate import UNVERIFIED, verify_claim
+                from lcpcli.verify.certificate import verify_claim
             claim = ending.certificate
             self.certificate = verify_claim(
                 self.problem, claim, declared(self.method).excludes_exactly
             )
             if self.certificate is None:
-                return Status.STALLED, UNVERIFIED[claim.kind]
+                return self._ended_as_written(claim)
             return STATUS_OF_CERTIFICATE[
                 self.certificate.kind
             ], self.certificate.statement
@@ -312,6 +329,45 @@ class Loop:
             isinstance(ending, stages.OutOfTime) and remaining() < math.inf
         )
         return (Status.TIME_LIMIT if time_is_up else Status.STALLED), ending.reason
+
+    def _ended_as_written(self, claim: Proof) -> tuple[Status, str]:
+        """Return how a run has ended whose claim does not hold for the doubles of the
+        problem as well as for its numbers as written: with a solution for these or
+        without one, if exact arithmetic decides it; stalled if the claim is false of
+        both; otherwise ill-posed."""
+        with imports:
+            from lcpcli.rational.numbers import rounded
+            from lcpcli.rational.written import are_same
+            from lcpcli.verify.certificate import UNVERIFIED, solution_as_written
+        is_complete = declared(self.method).excludes_exactly
+        holds_for_doubles = claim.holds(self.problem.having(written=None), is_complete)
+        # Only the exact arithmetic of `auto` claims what is true of the numbers as
+        # written alone.
+        may_hold = claim.kind != "ray" and self.method == "auto"
+        try:
+            if not (holds_for_doubles or may_hold) or are_same(self.problem):
+                return Status.STALLED, UNVERIFIED[claim.kind]
+            solution = solution_as_written(self.problem)
+        except TimeIsUp:
+            if not holds_for_doubles:
+                return Status.STALLED, UNVERIFIED[claim.kind]
+            return Status.ILL_POSED, UNKNOWN_AS_WRITTEN
+        if solution is None and not holds_for_doubles:
+            return Status.ILL_POSED, EXCLUDED_AS_WRITTEN
+        if solution is None:
+            self.certificate = replace(claim, kind="exhaustion", vector=None)
+            return Status.UNSOLVABLE, EXCLUDED_BOTH_WAYS
+        if self.method != "auto":
+            return Status.STALLED, SOLVABLE_AS_WRITTEN
+        z = rounded(solution)
+        x = self.problem.box.x_of(z, self.problem.w(z))
+        point = self._at(x) if in_range(x) else None
+        if point is None or not point.solves():
+            return Status.ILL_POSED, SOLVABLE_AS_WRITTEN
+        self.k += 1
+        self.best, self.end, self.solution = x, None, point
+        self._note_method("exact")
+        return Status.SOLVED, ""
 
     def _note_method(self, method: str) -> None:
         """Add a method to the route; "" is the requested method."""

@@ -313,11 +313,9 @@ def with_reference(problem: Problem) -> Problem:
             ) or pivoting.solve(data, effort)
     z = None if exact is None else finitely_rounded(exact)
     if z is not None:
-        return replace(problem, solutions=(z,), reference="exact")
+        return problem.having(solutions=(z,), reference="exact")
     if result is None or not result.solved:
         return problem
-    return replace(
-        problem,
-        solutions=(accurate_basic_solution(problem, result.z),),
-        reference="computed",
+    return problem.having(
+        solutions=(accurate_basic_solution(problem, result.z),), reference="computed"
     )

@@ -40,9 +40,10 @@ class Acceptance(NamedTuple):
     """The decision on a point.
 
     verdict : "solved"; "ill_posed" if it is a solution only for the entries of M as
-        rounded; "infeasible" if there is no solution; or "doubt" if it violates no row
-        relative to the terms of that row, but neither a solution close to it nor a
-        proof that there is none was established.
+        rounded, or not for the numbers as written; "infeasible" if there is no
+        solution; or "doubt" if it violates no row relative to the terms of that row,
+        but neither a solution close to it nor a proof that there is none was
+        established.
     point : the point itself, or one close to it that is accepted instead.
     reason : the reason, as a clause for the user; "" if the tolerance is met.
     certificate : the proof that there is no solution, if there is one.
@@ -254,16 +255,19 @@ def _by_nearby_solution(
         nearby = nearby_solutions.nearby(problem, z, tol)
         if nearby is None or (nearby.why_unproved and doubt is not None):
             continue
+        solution_point = Point(point.criterion, nearby.z)
         refutation = None
         if not nearby.is_stable and extent.last >= UNREFUTED:
             refutation = proof_near(problem, nearby.z)
         if refutation is not None and refutation.is_rounded:
             return _ill_posed(points, refutation)
-        solution_point = Point(point.criterion, nearby.z)
         if refutation is not None:
             return Acceptance(
                 solution_point, refutation.statement, "infeasible", refutation
             )
+        if not nearby.is_as_written:
+            reason = nearby.reason.format(solution_point.relative_residual)
+            return Acceptance(solution_point, reason, "ill_posed")
         if nearby.why_unproved:
             doubt = Acceptance(
                 solution_point, nearby.reason.format(nearby.why_unproved), "doubt"

@@ -30,10 +30,12 @@ from lcpcli.linalg.matrices import absolute_product, product
 from lcpcli.model.box import BASIC
 from lcpcli.model.changes import scale
 from lcpcli.model.problem import Problem
+from lcpcli.rational import pivoting
 from lcpcli.rational.elimination import Effort
 from lcpcli.rational.exact_problem import ExactProblem, fractions_of
 from lcpcli.rational.numbers import rounded_direction
 from lcpcli.rational.tree import first_solution
+from lcpcli.rational.written import are_same, as_written, readings
 from lcpcli.typing import Vector
 from lcpcli.verify import farkas
 from lcpcli.verify.measure import FEW_UNKNOWNS, Measure
@@ -75,6 +77,8 @@ class Proof:
         `farkas.cancellation`).
     exact : the proof in fractions, if it is known and no double precision vector is a
         proof; vector is then close to it.
+    is_certain_for_all : whether an exhaustion is known to hold for all data that round
+        to those of the problem.
     """
 
     kind: Literal["farkas", "exhaustion", "ray"]
@@ -82,6 +86,7 @@ class Proof:
     statement: str = ""
     is_rounded: bool = False
     exact: Sequence[Fraction] | None = None
+    is_certain_for_all: bool = False
 
     @classmethod
     def of_fractions(
@@ -95,26 +100,55 @@ class Proof:
         statement = statement or data.problem.box.wording.farkas
         return cls("farkas", vector, statement, exact=exact)
 
-    def holds(self, problem: Problem, excludes_exactly: bool = False) -> bool:
+    def holds(
+        self,
+        problem: Problem,
+        excludes_exactly: bool = False,
+        is_original: bool = False,
+    ) -> bool:
         """Return whether the claim is true of a problem: never for a feasible one,
         however close to infeasible, nor for a vector that is not of shape (n,).
 
         excludes_exactly : whether the method that claims exhaustion excludes
             complementary sets in exact arithmetic only. For more than FEW_UNKNOWNS,
             where the search is not repeated, only the claim of such a method is
-            accepted.
+            accepted, if it holds for the numbers as written.
+        is_original : whether it is the problem as somebody gave it, for which a claim
+            has to hold with its numbers as written (`rational.written`), and not one in
+            other variables, whose numbers are computed. A problem that was read from a
+            text always is.
         """
+        is_original = is_original or problem.written is not None
         if self.kind == "exhaustion":
-            return _is_exhausted(problem, excludes_exactly)
+            return self._is_exhausted(problem, excludes_exactly, is_original)
         y = self.vector
         if self.kind == "ray":
             return y is None or _is_ray(problem, y)
         if self.exact is not None:
-            return ExactProblem.of_floats(problem).refuted_by(self.exact)
+            exact_problems = _readings(problem, is_original)
+            return all(data.refuted_by(self.exact) for data in exact_problems)
         if y is None or y.shape != problem.q.shape:
             return False
+        if is_original and not self.is_rounded:
+            return farkas.refutes_as_written(problem, y)
         test = farkas.cancellation if self.is_rounded else farkas.refutes
         return bool(test(problem.M, problem.q, y, problem.box))
+
+    def _is_exhausted(
+        self, problem: Problem, excludes_exactly: bool, is_original: bool
+    ) -> bool:
+        """Return whether all complementary sets are excluded: for few unknowns by
+        branch and bound in exact arithmetic, within EXHAUSTION_EFFORT; otherwise if the
+        method did so, for the numbers as written if it is the original problem."""
+        if problem.n <= FEW_UNKNOWNS:
+            with suppress(TimeIsUp):
+                return all(
+                    first_solution(data, Effort(EXHAUSTION_EFFORT).steps(data)) is None
+                    for data in _readings(problem, is_original)
+                )
+        if not excludes_exactly:
+            return False
+        return not is_original or self.is_certain_for_all or are_same(problem)
 
     def is_clear(self, problem: Problem) -> bool:
         """Return whether the vector, if it is a proof, also excludes violations of
@@ -131,16 +165,9 @@ class Proof:
             )
 
 
-def _is_exhausted(problem: Problem, excludes_exactly: bool) -> bool:
-    """Return whether all complementary sets are excluded: for few unknowns by branch
-    and bound in exact arithmetic, within EXHAUSTION_EFFORT; otherwise if the method did
-    so.
-    """
-    if problem.n <= FEW_UNKNOWNS:
-        data = ExactProblem.of_floats(problem)
-        with suppress(TimeIsUp):
-            return first_solution(data, Effort(EXHAUSTION_EFFORT).steps(data)) is None
-    return excludes_exactly
+def _readings(problem: Problem, is_original: bool) -> Iterable[ExactProblem]:
+    """Return the exact problems for which a claim has to hold."""
+    return readings(problem) if is_original else [ExactProblem.of_floats(problem)]
 
 
 @np.errstate(all="ignore")
@@ -169,6 +196,7 @@ def first_proof(
     statement: str = "",
     rounded_from: float = math.inf,
     whole: bool = False,
+    is_original: bool = False,
 ) -> Proof | None:
     """Return the proof by the first y that is one, multiplied by a power of two that
     keeps it in the range of double precision. If there is none, return the proof by the
@@ -178,11 +206,12 @@ def first_proof(
     statement : by default, the statement for the bounds of the problem. rounded_from :
         the number of unknowns from which proofs up to rounding are accepted; by default
         the proof has to hold exactly. whole : whether a vector of integers close to a
-        multiple of y is tested first.
+        multiple of y is tested first. is_original : as in `Proof.holds`.
     """
     rejected = list[Vector]()
+    of_vector = _whole if whole else _in_range
     for y in ys:
-        vector = _whole(problem, y) if whole else _in_range(problem, y)
+        vector = of_vector(problem, y, is_original)
         if vector is not None:
             return Proof("farkas", vector, statement or problem.box.wording.farkas)
         rejected.append(y)
@@ -198,14 +227,15 @@ def first_proof(
     return None
 
 
-def _in_range(problem: Problem, y: Vector) -> Vector | None:
+def _in_range(problem: Problem, y: Vector, is_original: bool) -> Vector | None:
     """Return y times the power of two that scales it to about 1 if that is a proof;
     otherwise None."""
     y = in_range(y)
-    return y if Proof("farkas", y).holds(problem) else None
+    holds = Proof("farkas", y).holds(problem, is_original=is_original)
+    return y if holds else None
 
 
-def _whole(problem: Problem, y: Vector) -> Vector | None:
+def _whole(problem: Problem, y: Vector, is_original: bool) -> Vector | None:
     """Return a vector close to a multiple of y that proves the problem infeasible; None
     if y proves nothing.
 
@@ -220,13 +250,20 @@ def _whole(problem: Problem, y: Vector) -> Vector | None:
     with imports:
         from lcpcli.verify.alternative import with_margin
 
+    is_original = is_original or problem.written is not None
+    of_doubles = problem.written is None
+
+    def holds(v: Vector) -> bool:
+        if of_doubles and not Proof("farkas", v).holds(problem):
+            return False
+        return not is_original or farkas.is_exact(problem, v)
+
     def proofs(start: Vector, small: bool) -> Iterator[Vector]:
-        candidates = farkas.whole_proofs(problem, start, small)
-        return (v for v in candidates if Proof("farkas", v).holds(problem))
+        return filter(holds, farkas.whole_proofs(problem, start, small))
 
     if (proof := next(proofs(y, small=True), None)) is not None:
         return proof
-    scaled_y = _in_range(problem, y)
+    scaled_y = _in_range(problem, y, is_original)
     others = with_margin(problem) if scaled_y is not None else ()
     small = (v for other in others for v in proofs(other, small=True))
     return next(chain(small, proofs(y, small=False)), scaled_y)
@@ -235,22 +272,43 @@ def _whole(problem: Problem, y: Vector) -> Vector | None:
 def verify_claim(
     problem: Problem, claim: Proof, excludes_exactly: bool = False
 ) -> Proof | None:
-    """Return the claim of a method if it holds for the original M and q, with a Farkas
-    vector of integers if possible (see `_whole`); otherwise None.
+    """Return the claim of a method if it holds for the original problem with its
+    numbers as written, with a Farkas vector of integers if possible (see `_whole`);
+    otherwise None.
     """
     if claim.kind != "farkas":
         is_ray = claim.kind == "ray"
         sure = replace(claim, statement=RAY) if is_ray else replace(claim, vector=None)
-        return sure if claim.holds(problem, excludes_exactly) else None
+        holds = claim.holds(problem, excludes_exactly, is_original=True)
+        return sure if holds else None
     if claim.vector is None:
         return None
-    proof = first_proof(problem, [claim.vector], rounded_from=MANY, whole=True)
+    proof = first_proof(
+        problem, [claim.vector], rounded_from=MANY, whole=True, is_original=True
+    )
     if proof is not None and not proof.is_rounded:
         statement = claim.statement or proof.statement
         return _stated(
             problem, replace(claim, vector=proof.vector, statement=statement)
         )
-    return claim if claim.exact is not None and claim.holds(problem) else proof
+    if claim.exact is not None and claim.holds(problem, is_original=True):
+        return claim
+    return proof
+
+
+# Unknowns up to which exact arithmetic looks for a solution of the numbers as written.
+MAX_DECIDED_AS_WRITTEN = 200
+
+
+def solution_as_written(problem: Problem) -> Sequence[Fraction] | None:
+    """Return an exact solution for the numbers of a problem as written; None if there
+    is none. Raises TimeIsUp if this is not decided within EXHAUSTION_EFFORT.
+    """
+    if problem.n > MAX_DECIDED_AS_WRITTEN:
+        raise TimeIsUp
+    data = as_written(problem)
+    solution = pivoting.solve(data, Effort(EXHAUSTION_EFFORT / 2))
+    return solution or first_solution(data, Effort(EXHAUSTION_EFFORT).steps(data))
 
 
 def _stated(problem: Problem, claim: Proof) -> Proof:
@@ -263,7 +321,7 @@ def _stated(problem: Problem, claim: Proof) -> Proof:
     if farkas.is_exact(problem, y):
         return claim
     if problem.n <= FEW_UNKNOWNS:
-        data = ExactProblem.of_floats(problem)
+        data = as_written(problem)
         with suppress(TimeIsUp):
             exact = farkas.exact_proof(data, y) or farkas.farkas_vector(
                 data, Effort(EXHAUSTION_EFFORT).steps(data)
@@ -292,11 +350,11 @@ def proof_near(problem: Problem, z: Vector) -> Proof | None:
         from lcpcli.verify.alternative import farkas_multipliers
     with suppress(TimeIsUp):
         candidates = _candidates(problem, z, has_dictionary)
-        proof = first_proof(problem, candidates, rounded_from=0)
+        proof = first_proof(problem, candidates, rounded_from=0, is_original=True)
         if proof is not None or has_dictionary:
             return proof
         multipliers = farkas_multipliers(problem, EFFORT)
-        return first_proof(problem, multipliers, rounded_from=MANY)
+        return first_proof(problem, multipliers, rounded_from=MANY, is_original=True)
     return None
 
 

@@ -37,6 +37,7 @@ from lcpcli.rational import elimination
 from lcpcli.rational.elimination import Effort
 from lcpcli.rational.exact_problem import ExactProblem, gap
 from lcpcli.rational.numbers import over_one_denominator, rounded, zeros
+from lcpcli.rational.written import are_computed, are_same, as_written
 from lcpcli.typing import BasisStatus, Indices, Vector
 from lcpcli.verify import farkas
 from lcpcli.verify.farkas import ACTIVE_COLUMN
@@ -356,6 +357,31 @@ def is_rounded_solution(
         if not (is_rounded := _is_rounded(*part_data, effort) if is_small else None):
             return is_rounded
     return True
+
+
+# The largest distance of an exact solution of the numbers as written from that of the
+# doubles, relative to each component: their bases may be almost singular.
+SAME_SIZE = Fraction(1, 2)
+
+
+def has_solution_as_written(problem: Problem, z: Vector, effort: Effort) -> bool | None:
+    """Return whether the basis of z has an exact solution of about this size for the
+    numbers of a problem as written; of arrays for their shortest decimals, unless these
+    are so long that the doubles are what somebody wrote. None if solving takes more
+    than `effort`.
+    """
+    if problem.n > farkas.max_exact_unknowns():
+        return None
+    if are_same(problem) or (problem.written is None and are_computed(problem)):
+        return True
+    data, basis, spent = as_written(problem), problem.box.basis_at(z), effort.spent
+    basic_solution = exact_basis(data, basis, effort)
+    if basic_solution is None:  # if effort was spent, there is none
+        return False if effort.spent > spent else None
+    return basic_solution.solves and all(
+        abs(Fraction(a) - b) <= SAME_SIZE * abs(b)
+        for a, b in zip(z.tolist(), basic_solution.z, strict=True)
+    )
 
 
 def _is_rounded(

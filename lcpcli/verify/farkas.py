@@ -19,6 +19,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterator, Sequence
+from enum import Enum
 from fractions import Fraction
 from itertools import chain, islice, product
 from typing import Any
@@ -37,6 +38,7 @@ from lcpcli.rational.dictionary import Dictionary
 from lcpcli.rational.exact_problem import ExactProblem, fractions_of
 from lcpcli.rational.numbers import rounded
 from lcpcli.rational.tree import Unknowns
+from lcpcli.rational.written import are_decimals, are_same, as_written, in_integers
 from lcpcli.typing import Indices, Mask, Matrix, Vector
 
 # A column with |A'y| below this times |A|'|y| is treated as one with A'y = 0.
@@ -91,15 +93,38 @@ def refutes(
       columns independent, one with A'y < 0 close to y. y is then that proof rounded.
       This is done for at most LARGEST_EXACT columns and entries, or LARGEST_BY_FLINT.
     """
+    return scope(A, b, y, box, rows) is not Scope.NOTHING
+
+
+class Scope(Enum):
+    """The data for which a vector is a proof: none; these doubles; or these, and all
+    others that round to them."""
+
+    NOTHING = "nothing"
+    DOUBLES = "doubles"
+    ALL_ROUNDED = "all data that round to these doubles"
+
+
+@np.errstate(all="ignore")
+def scope(
+    A: Matrix, b: Vector, y: Vector, box: Box = ORTHANT, rows: Box | None = None
+) -> Scope:
+    """Return for which data y proves that no such z exists, as `refutes` does."""
     of = Multiplied(A, b, y, box, rows)
     if (
         not of.has_signs
         or (of.excess > of.error + ACTIVE_COLUMN * of.size).any()
         or of.total > SNAP * of.terms
     ):
-        return False
-    if of.has_proof_nearby():
-        return True
+        return Scope.NOTHING
+    if of.is_certain_for_all():
+        return Scope.ALL_ROUNDED
+    return Scope.DOUBLES if _refutes_doubles(of) else Scope.NOTHING
+
+
+def _refutes_doubles(of: Multiplied) -> bool:
+    """Return whether y, or a vector close to it, is a proof for the doubles in exact
+    arithmetic."""
     if (of.excess <= of.error).all() and of.holds(fractions_of(of.y), of.is_certain):
         return True
     part = matrices.dense(of.rows[:, np.flatnonzero(of.is_active)])
@@ -215,6 +240,13 @@ class Multiplied:
             self.excess >= -self.error - ACTIVE_COLUMN * self.size
         )
 
+    @property
+    def active_columns(self) -> list[int]:
+        """Return the columns in which A'y may be 0."""
+        is_almost_zero = self.is_active & (self.excess <= ACTIVE_COLUMN * self.size)
+        columns: list[int] = is_almost_zero.nonzero()[0].tolist()
+        return columns
+
     def are_signs(self, y: Any) -> bool:
         """Return whether numbers on the support have the signs of multipliers."""
         return not ((self._low & (y < 0)).any() or (self._high & (y > 0)).any())
@@ -238,6 +270,16 @@ class Multiplied:
             + (rounding * EPS + margin) * terms
             + SMALLEST_NORMAL
         )
+
+    def is_certain_for_all(self) -> bool:
+        """Return whether floating-point arithmetic proves that every problem whose data
+        are these, or round to these, has y or a vector close to it as a proof.
+
+        The bounds on rounding errors of sums of k terms, 4 (k + 2) EPS of the terms,
+        are at least seven times these errors, which are at most k EPS / 2. What is left
+        exceeds the effect of data that differ by at most EPS / 2, relatively.
+        """
+        return self.is_clear() or self.has_proof_nearby()
 
     @np.errstate(all="ignore")
     def is_clear(self) -> bool:
@@ -383,6 +425,51 @@ SMALL = np.arange(1.0, 65.0)
 GRIDS = (2**6, 2**12, 2**20, 2**30)
 
 
+@np.errstate(all="ignore")
+def refutes_as_written(problem: Problem, y: Vector) -> bool:
+    """Return whether y, of shape (n,), or a vector close to it, proves that a problem
+    has no solution with the numbers as written (see `rational.written`): of arrays, for
+    the doubles and for their shortest decimals.
+    """
+    is_of_text = problem.written is not None
+    if not (is_of_text or refutes(problem.M, problem.q, y, problem.box)):
+        return False
+    of = Multiplied(problem.M, problem.q, y, problem.box)
+    if not of.has_signs:
+        return False
+    if of.is_certain_for_all() or (not is_of_text and are_same(problem)):
+        return True
+    whole = in_integers(problem, of.support)
+    used = of.bound_sizes[of.used & (of.excess < np.inf)]
+    if whole is not None and are_decimals(used):
+        return refutes(*whole, y, problem.box)
+    if not (is_of_text or _exceeds_rounding(of)):
+        return False
+    data = _of_rows_as_written(problem, of.support)
+    exact = fractions_of(y)
+    candidates = chain((exact,), _small(problem, y), _simple(data, y, quickly=True))
+    if any(map(data.refuted_by, candidates)):
+        return True
+    corrected_y = _corrected(data, exact, of.active_columns, quickly=True)
+    return corrected_y is not None and data.refuted_by(corrected_y)
+
+
+def _exceeds_rounding(of: Multiplied) -> bool:
+    """Return whether the total is farther from 0 than the rounding of those entries of
+    b that have more digits than a decimal that somebody wrote."""
+    long = numbers.are_rounded(of.b)
+    return -of.total > EPS / 2 * float(np.abs(of.b[long]) @ np.abs(of.y[long]))
+
+
+def _of_rows_as_written(problem: Problem, support: Indices) -> ExactProblem:
+    """Return the problem with its numbers as written, perhaps with zeros in the rows
+    that are not in the support."""
+    is_plain = problem.formulation.exact_conditions() is None
+    if is_plain and (problem.written is None or problem.written.are_short()):
+        return ExactProblem.of_rows(problem, support, numbers.shortest_decimal)
+    return as_written(problem)
+
+
 def exact_proof(data: ExactProblem, y: Vector) -> list[Fraction] | None:
     """Return a vector close to a multiple of y, shape (n,), that proves the problem
     infeasible, in integers without common divisor; None if there is none. The
@@ -425,18 +512,16 @@ def whole_proofs(problem: Problem, y: Vector, small: bool) -> Iterator[Vector]:
 
 
 def is_exact(problem: Problem, y: Vector) -> bool:
-    """Return whether y is a proof exactly as it is, for the double precision numbers of
-    a problem or their shortest decimals; also False if it has so many terms that a test
-    takes long.
+    """Return whether y is a proof exactly as it is, for the numbers of a problem as
+    written; also False if it has so many terms that a test takes long.
     """
-    support = np.flatnonzero(y)
-    problem_data = (
-        _data_of_rows(problem, support)
-        if _entries(problem, support) <= MAX_TERMS
-        else ()
-    )
-    is_clear = Multiplied(problem.M, problem.q, y, problem.box).is_clear()
-    return is_clear or any(data.refuted_by(fractions_of(y)) for data in problem_data)
+    of = Multiplied(problem.M, problem.q, y, problem.box)
+    if of.is_clear():
+        return True
+    if _entries(problem, of.support) > MAX_TERMS:
+        return False
+    data = _of_rows_as_written(problem, of.support)
+    return data.refuted_by(fractions_of(y))
 
 
 def _data_of_rows(problem: Problem, support: Indices) -> Iterator[ExactProblem]:
@@ -484,9 +569,7 @@ def _simple(data: ExactProblem, y: Vector, quickly: bool) -> Iterator[list[Fract
     """
     snapped = fractions_of(np.where(np.abs(y) < SNAP * np.abs(y).max(), 0.0, y))
     of = Multiplied(data.problem.M, data.problem.q, y, data.problem.box)
-    active = (
-        (of.is_active & (of.excess <= ACTIVE_COLUMN * of.size)).nonzero()[0].tolist()
-    )
+    active = of.active_columns
     largest, smallest = (
         extreme(abs(value) for value in snapped if value) for extreme in (max, min)
     )

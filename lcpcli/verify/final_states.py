@@ -168,8 +168,10 @@ def _exact_near(
     with imports:
         from lcpcli.rational.exact_problem import ExactProblem
         from lcpcli.rational.numbers import rounded
+        from lcpcli.rational.written import as_written
         from lcpcli.verify.exact_solution import exact_basis
-    data = ExactProblem.of_floats(problem)
+    is_of_text = problem.written is not None
+    data = as_written(problem) if is_of_text else ExactProblem.of_floats(problem)
     for _ in range(MAX_EXACT_BASES):
         exact_solution = exact_basis(data, basis)
         if exact_solution is None:

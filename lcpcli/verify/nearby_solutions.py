@@ -36,6 +36,7 @@ from lcpcli.verify.exact_solution import (
     accurate_basic_solution,
     finitely_rounded,
     from_point,
+    has_solution_as_written,
     is_rounded_difference,
     is_rounded_solution,
 )
@@ -67,6 +68,10 @@ UNDECIDED = (
     "arithmetic"
 )
 NOT_TRIED = "is not decided"
+AS_STORED = (
+    "a solution with the basis of z exists for the double precision numbers, with a "
+    "relative residual of {:.1e}, but not for the numbers as written"
+)
 
 
 class Nearby(NamedTuple):
@@ -78,23 +83,36 @@ class Nearby(NamedTuple):
         relative residual of z, or for `why_unproved`.
     is_stable : whether a solution exists for all entries that differ by their rounding
         errors.
+    is_as_written : whether no exact arithmetic shows that the basis has no such
+        solution for the numbers as written.
     """
 
     z: Vector
     why_unproved: str = ""
     reason: str = ROUNDED
     is_stable: bool = False
+    is_as_written: bool = True
 
 
 @np.errstate(all="ignore")
 def nearby(problem: Problem, z: Vector, tol: float) -> Nearby | None:
     """Return the exact solution close to z. If z violates no row relative to the terms
     of that row, but its basis has no proved solution, return z and why.
-    Otherwise None. One system with the basis of z is solved, with bounds on its
-    rounding errors or else exactly.
+    Otherwise None.
     """
     if is_rounded_difference(problem, z, tol):
         return Nearby(z, is_stable=True)
+    solution = _by_its_basis(problem, z, tol)
+    if solution is None or solution.is_stable or solution.why_unproved:
+        return solution
+    if has_solution_as_written(problem, solution.z, Effort(EFFORT)) is not False:
+        return solution
+    return solution._replace(reason=AS_STORED, is_as_written=False)
+
+
+def _by_its_basis(problem: Problem, z: Vector, tol: float) -> Nearby | None:
+    """Return what one system with the basis of z, solved with bounds on its rounding
+    errors or else exactly, shows of a solution close to z, as `nearby` does."""
     why_unproved = ""
     if is_run_off(problem, z, tol):
         nearby_z = accurate_basic_solution(problem, z, problem.box.basis_at(z))

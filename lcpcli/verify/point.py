@@ -31,7 +31,6 @@ from __future__ import annotations
 
 from collections.abc import Callable, Generator, Iterator, Sequence
 from contextlib import suppress
-from dataclasses import replace
 from functools import cached_property
 from itertools import islice, product
 from typing import TYPE_CHECKING, TypeAlias
@@ -809,7 +808,7 @@ def without_wrong_solutions(problem: Problem) -> tuple[Problem, list[str]]:
     complaints = [
         f"{name}: {why}" for name, why in zip(names, reasons, strict=True) if why
     ]
-    return replace(problem, solutions=valid_solutions), complaints
+    return problem.having(solutions=valid_solutions), complaints
 
 
 @np.errstate(over="ignore", invalid="ignore")
