@@ -16,19 +16,19 @@ Row = list[Fraction]
 SLACKS = {"lower": -1, "basic": 0, "upper": 1}  # signs in the rows
 
 
-def solution(problem, first=()):
-    """A solution z of the problem whose data are the floats of the problem taken as
-    rationals, or None if it has none.
+def solution(problem, first=(), number=Fraction):
+    """A solution z of the problem whose data are the floats of the problem, each taken
+    as a rational number, or None if it has none.
 
     The states of the unknowns ("lower", "basic", "upper" or "fixed") are enumerated,
     beginning with `first`."""
-    M, q = rational(problem)
-    bounds = [bound.tolist() for bound in _bounds(problem)]
+    M, q = rational(problem, number)
+    bounds = _exact_bounds(problem, number)
     candidates = product(*map(_possible_states, *bounds))
     for states in chain([tuple(first)] if first else [], candidates):
         z = of_states(M, q, *bounds, states)
         if z is not None:
-            assert solves(problem, z)
+            assert solves(problem, z, number)
             return z
     return None
 
@@ -48,10 +48,10 @@ def states_of(problem, z):
     ]
 
 
-def solves(problem, z):
-    M, q = rational(problem)
+def solves(problem, z, number=Fraction):
+    M, q = rational(problem, number)
     w = [dot(row, z) + value for row, value in zip(M, q, strict=True)]
-    lower, upper = (bound.tolist() for bound in _bounds(problem))
+    lower, upper = _exact_bounds(problem, number)
     return all(
         low <= a <= high and (b >= 0 or a == high) and (b <= 0 or a == low)
         for a, b, low, high in zip(z, w, lower, upper, strict=True)
@@ -259,6 +259,14 @@ def rational(problem, number=Fraction):
 def _bounds(problem):
     return [
         np.broadcast_to(bound, problem.n) for bound in (problem.lower, problem.upper)
+    ]
+
+
+def _exact_bounds(problem, number):
+    """The bounds, finite ones as rational numbers."""
+    return [
+        [number(value) if abs(value) < np.inf else value for value in bound.tolist()]
+        for bound in _bounds(problem)
     ]
 
 

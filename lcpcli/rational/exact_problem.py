@@ -122,9 +122,12 @@ class ExactProblem:
 
     @classmethod
     def of_problem(cls, problem: Problem) -> ExactProblem:
-        """Return the problem with the numbers of what it was made from, such as the
-        payoffs of a game, whose differences doubles round, or else with its floats, as
-        exact rational numbers."""
+        """Return the problem with the numbers of the text that it was read from, or of
+        what it was made from, such as the payoffs of a game, whose differences doubles
+        round, or else with its floats, as exact rational numbers."""
+        if problem.written is not None:
+            data: ExactProblem = problem.written.exactly(problem)
+            return data
         parts = problem.formulation.exact_conditions()
         return cls.of_floats(problem) if parts is None else cls(problem, *parts)
 

@@ -313,6 +313,7 @@ def data(result: Result, source: Source = NO_SOURCE) -> dict[str, Any]:
     certificate = plain(result.certificate)
     if certificate:  # its vector in fractions, if floats are only close to the proof
         vector = certificate.pop("exact") or certificate["vector"]
+        del certificate["is_certain_for_all"]
         head = {"kind": certificate.pop("kind"), "statement": certificate["statement"]}
         certificate = head | certificate | {"vector": vector}
     overrides = {

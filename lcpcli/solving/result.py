@@ -379,8 +379,9 @@ class Status(Enum):
         vector.
     UNSOLVABLE : proved to have no solution, as every complementary set is excluded.
     ILL_POSED : the problem in double precision has a solution, too large to satisfy the
-        tolerance, but a change of M within its rounding provably leaves none; the
-        certificate holds the Farkas vector of that proof.
+        tolerance, but a change of M within its rounding provably leaves none, and the
+        certificate holds the Farkas vector of that proof; or the numbers as written
+        decide otherwise than their doubles, or what they decide is not known.
     RAY : Lemke's method ended on a ray, which proves nothing for this M.
     INTERRUPTED : ended by Ctrl-C, or by a callback.
 

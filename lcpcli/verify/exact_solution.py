@@ -332,7 +332,8 @@ def is_rounded_solution(
     problem: Problem, z: Vector, effort: Effort | None = None
 ) -> bool | None:
     """Return whether z, of shape (n,), is a solution up to its last digits, in rational
-    arithmetic: whether the exact basic solution of its basis solves the problem, and
+    arithmetic, for the numbers of the text that the problem was read from, or else for
+    its doubles: whether the exact basic solution of its basis solves the problem, and
     each component of z differs from it by at most ROUNDING, relatively. So the result
     is never True for a problem without solution. It is None if more than
     `farkas.max_exact_unknowns()` variables are basic, or solving takes more than
@@ -344,7 +345,8 @@ def is_rounded_solution(
     is_large = np.count_nonzero(basis == BASIC) > farkas.max_exact_unknowns()
     if is_large and problem.n > MAX_IN_PARTS:
         return None
-    data = ExactProblem.of_basis(problem, basis)
+    is_of_text = problem.written is not None
+    data = as_written(problem) if is_of_text else ExactProblem.of_basis(problem, basis)
     effort = Effort() if effort is None else effort
     if not is_large:
         return _is_rounded(data, z, basis, effort)

@@ -318,14 +318,15 @@ def verify_farkas(
     required signs.
 
     For exact data, y has to be a proof exactly, or, if it is known to be rounded, to be
-    one after correction. Without exact data, the double precision numbers of the
-    problem are used, and y may be a proof after rounding, or up to the rounding of M;
-    for few unknowns only if y is known to be rounded, as that of an ill-posed problem.
+    one after correction. Without exact data, the numbers are those of the text that the
+    problem was read from, or else its double precision numbers, and y may be a proof
+    after rounding, or up to the rounding of M; for few unknowns only if y is known to
+    be rounded, as that of an ill-posed problem.
     """
     exact, doubles = data is not None, rounded(y)
     problem = problem if data is None else data.problem
     message = f"proved infeasible: {problem.box.wording.refuted}"
-    exact_data = data or ExactProblem.of_floats(problem)
+    exact_data = data or ExactProblem.of_problem(problem)
     is_proof = not exact and Proof("farkas", doubles).holds(problem)
     failure = "" if is_proof else _failed_condition(exact_data, y)
     if (
