@@ -412,7 +412,7 @@ def _files(asked: Sequence[str], tell: Tell, infinity: float | None) -> Sequence
     from lcpcli.files import reading
     from lcpcli.files.fields import is_whole
     from lcpcli.files.input_file import WHOLE, InputFile
-    from lcpcli.model import changes
+    from lcpcli.model import usual_units
     from lcpcli.verify.point import without_wrong_solutions
 
     path, suite_names = asked[0], (*SUITES, ALL)
@@ -441,7 +441,7 @@ def _files(asked: Sequence[str], tell: Tell, infinity: float | None) -> Sequence
     paths = asked[: 1 if is_whole(file.fields) else 2]
     files = [file, *map(InputFile.read, paths[1:])]
     problem = reading.problem_in(files, infinity or math.inf)
-    far = changes.remark(problem) if infinity is None else ""
+    far = usual_units.remark(problem) if infinity is None else ""
     for remark in filter(None, [*without_wrong_solutions(problem)[1], far]):
         tell(f"{path}: {remark}")
     return paths

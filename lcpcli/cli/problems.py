@@ -339,9 +339,9 @@ class Inputs(NamedTuple):
         # Remarks on what has been read.
         notes = [problem.note] if file.kind.is_model else []
         if problem.has_far_sides and self.bounds.get("infinity") is None:
-            from lcpcli.model import changes
+            from lcpcli.model import usual_units
 
-            notes.append(changes.remark(problem))
+            notes.append(usual_units.remark(problem))
         if len(input_item.files) == 1 and file.kind.is_table:
             from lcpcli.files import csv_format
 

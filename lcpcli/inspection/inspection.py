@@ -31,11 +31,12 @@ from lcpcli.linalg.doubles import generator, size
 from lcpcli.linalg.patterns import affordable
 from lcpcli.linalg.units import equilibrate
 from lcpcli.methods.definite import MADE_FOR_IT, MAX_TOLD, in_words, stiffness
-from lcpcli.model import changes, views
+from lcpcli.model import views
 from lcpcli.model.changes import relaxed, shifted
 from lcpcli.model.evaluations import Evaluations
 from lcpcli.model.nonlinear import NonlinearProblem
 from lcpcli.model.problem import Problem, as_problem
+from lcpcli.model.usual_units import in_usual_units, remark
 from lcpcli.options import INSPECTION_SECONDS
 from lcpcli.presolve.presolve import Presolved, presolved
 from lcpcli.typing import Matrix, Vector
@@ -73,7 +74,7 @@ def plan(problem: Problem) -> list[Attempt]:
     ['newton', 'newton', 'lemke']
     """
     # The changes with which auto starts.
-    given = relaxed(as_problem(problem)).problem
+    given = relaxed(in_usual_units(as_problem(problem)).problem).problem
     problem = shifted(given).problem
     structure = Structure(problem, problem.q, None, given)
     in_order = chain.from_iterable(
@@ -190,7 +191,7 @@ def inspect(
         smoothing_error=smoothing_error,
         guarantees=theory.guarantees(classes, problem),
         obvious=_obvious(problem, classes),
-        hints=list(filter(None, [changes.remark(problem)])),
+        hints=list(filter(None, [remark(problem)])),
     )
     with suppress(TimeIsUp), deadline_after(deadline - clock.seconds()):
         raise_if_timed_out()

@@ -20,16 +20,14 @@ from typing import Any, ClassVar
 
 import numpy as np
 
-from lcpcli.errors import count
 from lcpcli.linalg import matrices
-from lcpcli.linalg.doubles import ROW_ROUNDING, are_moderate, in_range
+from lcpcli.linalg.doubles import ROW_ROUNDING, are_moderate, in_range, sizes
 from lcpcli.linalg.matrices import is_sparse, product, unit_columns
 from lcpcli.linalg.units import LARGEST_POWER, equilibrate
 from lcpcli.model.box import (
     BASIC,
     LARGEST_X,
     LOWER,
-    NO_BOUND,
     UPPER,
     Box,
     as_intervals,
@@ -44,6 +42,11 @@ from lcpcli.typing import Indices, Mask, Vector
 NEARER = 1e5
 CLEAR = 1e-9  # relative to the terms of w: above this it is no rounding
 MAX_RATIO = 1e3  # of two moved sides: a larger ratio is reduced to this by a power
+# Powers of two up to which sides and bounds, and the scaling factors of the matrix,
+# make no difference to the methods: for programs, of which costs and sides may differ
+# by as much, and for other problems, whose methods hardly depend on the size of q.
+USUAL_IN_PROGRAM, USUAL = 10.0, 30.0
+USUAL_ENTRIES = 20.0
 MODERATE_POWER = 300  # the power of two up to which R q is usually left unchanged
 
 
@@ -227,6 +230,23 @@ def is_far_from_one(problem: Problem) -> bool:
             (problem.M.data if is_sparse(problem.M) else problem.M, problem.q),
         )
     )
+
+
+def is_of_usual_size(problem: Problem) -> bool:
+    """Return whether all nonzero numbers of the problem but single entries of M are of
+    usual size, so that no scaling needs to be computed."""
+    smallest, largest = problem.sizes_of_q
+    limit = 2.0 ** (USUAL if problem.block_form is None else USUAL_IN_PROGRAM)
+    if largest > limit or smallest < 1 / limit:
+        return False
+    smallest, largest = sizes(problem.row_maxima)
+    if largest > 2.0**USUAL_ENTRIES or smallest < 2.0**-USUAL_ENTRIES:
+        return False
+    if not problem.is_mixed:
+        return True
+    bounds = np.concatenate(problem.box.vectors(problem.n))
+    smallest, largest = sizes(bounds[np.isfinite(bounds)])
+    return bool(smallest >= 1 / limit and largest <= limit)
 
 
 class Shifted(Change):
@@ -434,20 +454,6 @@ def with_infinity(problem: Problem, infinity: float) -> Problem:
         verdict="",
         solutions=solutions,
         **starts,
-    )
-
-
-def remark(problem: Problem) -> str:
-    """Return how many far sides there are and what to do if they mean infinite ones; ""
-    if there are none."""
-    if not problem.has_far_sides:
-        return ""
-    assert problem.far_sides is not None
-    sides, smallest, _ = problem.far_sides
-    power = min(math.floor(math.log10(smallest)), math.floor(math.log10(NO_BOUND)))
-    return (
-        f"{count(sides.number, 'bound')} of 1e{power} or more; --infinity 1e{power} "
-        "makes them infinite"
     )
 
 

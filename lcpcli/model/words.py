@@ -31,6 +31,8 @@ from lcpcli.typing import BasisStatus, Vector, VectorLike
 if TYPE_CHECKING:
     from fractions import Fraction
 
+    from lcpcli.model.changes import Scaled
+
 # Relative to the largest |q_ref|_i: the natural residual from which on a z is no better
 # than none.
 FAR_START = 0.5
@@ -91,6 +93,12 @@ class Start:
         if self.z is not None:
             return self.problem.box.x_of(self.z, self.problem.w(self.z))
         return x_in(self.problem, self.basis)
+
+    def in_units_of(self, change: Scaled) -> Start:
+        """Return the same start for the scaled problem."""
+        x = None if self._x is None else change.start(self._x)
+        z = None if self.z is None else change.z_inside(self.z)
+        return Start(change.problem, self._basis, x, z)
 
 
 @np.errstate(all="ignore")

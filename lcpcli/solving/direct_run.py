@@ -12,7 +12,7 @@ import math
 import os
 from collections.abc import Callable, Generator, Iterator, Sequence
 from contextlib import suppress
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cache
 from itertools import chain, islice
 from typing import TYPE_CHECKING, Any, NamedTuple, TypeAlias, TypeVar
@@ -34,6 +34,7 @@ from lcpcli.methods.direct import (
     may_be_program,
 )
 from lcpcli.model.box import BASIC, of_masks
+from lcpcli.model.changes import Change, Scaled
 from lcpcli.model.problem import Problem
 from lcpcli.options import KERNELS, MISSING, Limits, has_numba, wants_kernels
 from lcpcli.solving.result import Result
@@ -162,6 +163,7 @@ class Session:
     evaluations : those of the first stages, also if they lead to no solution.
     certain : a z that is known to solve the problem, though its relative residual does
         not show it, and why.
+    change : to the units in which the attempts are made; None if there is no other.
     """
 
     problem: Problem
@@ -180,6 +182,16 @@ class Session:
     extent: Extent = AT_ONCE
     evaluations: int = 0
     certain: tuple[Vector, str] | None = None
+    change: Change | None = None
+
+    @property
+    def within(self) -> Session:
+        """Return the session of the same run in the units of the attempts."""
+        change = self.change
+        if not isinstance(change, Scaled):
+            return self
+        start = None if self.start is None else self.start.in_units_of(change)
+        return replace(self, problem=change.problem, change=None, start=start)
 
     def is_late(self) -> bool:
         """Return whether the time is up."""
@@ -267,12 +279,31 @@ class Quick(NamedTuple):
 def answered(session: Session) -> Result | None:
     """Return the result of the first attempt on the problem of a session that reaches a
     solution; None if none does. Nobody sees its steps."""
-    for attempt in attempts(session):
-        steps = attempt.steps(session)
-        result = _in_time(session, steps) if attempt.is_timed else exhausted(steps)
+    within = session.within
+    for attempt in attempts(within):
+        steps = attempt.steps(within)
+        result = _in_time(within, steps) if attempt.is_timed else exhausted(steps)
+        if result is not None and within is not session:
+            result = _in_given_units(session, result)
         if result is not None:
             return result
     return None
+
+
+def _in_given_units(session: Session, result: Result) -> Result | None:
+    """Return a result in the units of the attempts as one of the problem of a session;
+    None if z does not solve that."""
+    change = session.change
+    assert isinstance(change, Scaled)
+    answer = DirectAnswer(
+        session.problem.box.project(change.z_outside(result.z)),
+        False,
+        result.iterations,
+        evaluations=result.evaluations,
+        end=result.end,
+    )
+    session.extent = FIRST_STAGES
+    return session.result_if_accepted(answer, result.route)
 
 
 def exhausted(steps: Generator[Item, None, End], made: list[Item] | None = None) -> End:

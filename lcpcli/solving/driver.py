@@ -25,7 +25,7 @@ from lcpcli.methods.direct import (
     with_M,
 )
 from lcpcli.model.arrays import as_vector
-from lcpcli.model.changes import Change, composed, shifted
+from lcpcli.model.changes import Change, composed, is_of_usual_size, shifted
 from lcpcli.model.changes import scale as in_natural_units
 from lcpcli.model.problem import Problem
 from lcpcli.options import DEFAULTS, Limits
@@ -120,6 +120,7 @@ def run(
         is_shown=seen is not NOBODY,
     )
     result = None
+    session.change = _units_of(stored_problem) if is_auto else None
     if is_auto and not session.is_shown:
         try:
             result = direct_run.answered(session)
@@ -146,11 +147,14 @@ def _in_loop(
         M, q, lower, upper = rounded.conditions
         problem = Problem(M, q, lower=lower, upper=upper, origin=problem.origin)
         session.recorded_stages, is_shown = {}, False
+        session.change = _units_of(problem) if method == "auto" else None
     with imports:
         from lcpcli.solving.loop import Loop
     with np.errstate(all="ignore"):  # overflow gives infinity
         x = problem.start if start is None else start.x
-        change = variables_of(method, problem, "scale" in additions)
+        change = session.change
+        if change is None:
+            change = variables_of(method, problem, "scale" in additions)
         options = _with_second_point(method, problem, chosen, start is not None)
         in_force = methods.options_in_force(method, change.problem, options)
         stages_before: dict[str, Any] = {}
@@ -161,11 +165,13 @@ def _in_loop(
                 else start.known_to_auto
             )
         finishes = "finish" in additions
-        stage = partial(_stage, method, change, x, in_force | stages_before, finishes)
+        shown: Callable[[Callable[[], Stage]], Stage] | None = None
         if is_shown:
             with imports:
-                from lcpcli.solving.direct_stage import shown
-            stage = partial(shown, session, stage)
+                from lcpcli.solving import direct_stage
+            shown = partial(direct_stage.shown, session.within)
+        in_force_at_first = in_force | stages_before
+        stage = partial(_stage, method, change, x, in_force_at_first, finishes, shown)
         session.options = in_force | additions
         session.stopwatch.count("setup")
         acceptance_test = direct_run.acceptance_test if session.is_compiled else None
@@ -305,6 +311,15 @@ def variables_of(method: str, problem: Problem, is_scaled: bool) -> Change:
     )
 
 
+def _units_of(problem: Problem) -> Change:
+    """Return the change to the units in which `auto` solves a problem."""
+    if is_of_usual_size(problem):
+        return Change(problem, problem)
+    with imports:
+        from lcpcli.model.usual_units import in_usual_units
+    return in_usual_units(problem)
+
+
 def ended(loop: Loop, stage: Callable[[], Stage]) -> Result:
     """Run the loop within its time limit and return the result, also if Ctrl-C comes
     while it is made."""
@@ -337,17 +352,25 @@ def _start(problem: Problem, method: str, starts: dict[str, Any]) -> Start:
 
 
 def _stage(
-    method: str, change: Change, start: Vector, in_force: dict[str, Any], finishes: bool
+    method: str,
+    change: Change,
+    start: Vector,
+    in_force: dict[str, Any],
+    finishes: bool,
+    shown: Callable[[Callable[[], Stage]], Stage] | None = None,
 ) -> Stage:
     """Set up the method in changed variables, with a finish on its active set if that
-    is requested."""
+    is requested, after attempts that `shown`, if it is given, puts before it."""
     with imports:
         from lcpcli.methods.stages import begin, changed
     if in_force.get("x1") is not None:
         in_force = in_force | {"x1": change.start(in_force["x1"])}
 
     def run(problem: Problem, start: Vector) -> Stage:
-        stage = begin(method, problem, start, **in_force)
+        begun = partial(begin, method, problem, start, **in_force)
+        if shown is not None:
+            return shown(begun)
+        stage = begun()
         if not finishes:
             return stage
         with imports:
