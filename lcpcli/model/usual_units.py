@@ -38,6 +38,7 @@ UPWARDS = 0.54
 SYMMETRIC = 1e-2
 
 
+@np.errstate(all="ignore")  # an entry may over- or underflow
 def in_usual_units(problem: Problem) -> Change:
     """Return the problem in its own units, with its inverse transformation; itself if
     these hardly differ from those in which it is given, or if its formulation has
@@ -132,9 +133,8 @@ def _scaled(
     """Return the problem scaled by these powers of two, the problem itself if an
     entry of q overflows. M stays as it is if all powers `of_matrix` are 0."""
     R, C = np.exp2(rows), np.exp2(columns)
-    with np.errstate(over="ignore"):
-        q = R * problem.q
-        box = problem.box if problem.box.is_orthant else problem.box.in_units(C)
+    q = R * problem.q
+    box = problem.box if problem.box.is_orthant else problem.box.in_units(C)
     if not np.isfinite(q).all():
         return Change(problem, problem)
     q.setflags(write=False)

@@ -25,7 +25,13 @@ from lcpcli.methods.direct import (
     with_M,
 )
 from lcpcli.model.arrays import as_vector
-from lcpcli.model.changes import Change, composed, is_of_usual_size, shifted
+from lcpcli.model.changes import (
+    USUAL,
+    Change,
+    composed,
+    is_of_usual_size,
+    shifted,
+)
 from lcpcli.model.changes import scale as in_natural_units
 from lcpcli.model.problem import Problem
 from lcpcli.options import DEFAULTS, Limits
@@ -120,7 +126,15 @@ def run(
         is_shown=seen is not NOBODY,
     )
     result = None
-    session.change = _units_of(stored_problem) if is_auto else None
+    smallest, largest = stored_problem.sizes_of_q
+    # A function of its own would cost small problems a hundredth of their time.
+    if is_auto and not (
+        stored_problem.origin is None
+        and stored_problem.is_moderate
+        and smallest >= 2.0**-USUAL
+        and largest <= 2.0**USUAL
+    ):
+        session.change = _units_of(stored_problem)
     if is_auto and not session.is_shown:
         try:
             result = direct_run.answered(session)
