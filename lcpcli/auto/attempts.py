@@ -281,7 +281,9 @@ class Structure:
     def is_first_interior(self) -> bool:
         """Return whether interior takes less time on contact with friction than any
         other method, some of which take long to fail."""
-        return self.problem.n > direct.MAX_PIVOTED and self.is_frictional
+        return self.problem.n > direct.MAX_PIVOTED and (
+            self.is_frictional or self.has_other_form
+        )
 
     @cached_property
     def prefers_lemke(self) -> bool:
@@ -325,13 +327,24 @@ class Structure:
             from lcpcli.methods.bimatrix import costs
         return costs(self.problem)
 
-    def other_form(self) -> Any:
+    def other_form(self, stage_of: Callable[[Problem], Stage]) -> Any:
         """Return a stage that solves the problem in another form that its formulation
-        has, in the variables in which the reference point is 0; None if there is
-        none."""
+        has, in the variables in which the reference point is 0; None if there is none.
+        stage_of : makes the stage for the other form."""
         given = self.given_problem
-        stage = given.formulation.in_other_form(given, self.follow)
+        stage = given.formulation.in_other_form(given, stage_of)
         return stage and stages.in_new_variables(shifted(given), stage)
+
+    @cached_property
+    def has_other_form(self) -> bool:
+        """Return whether there is another form: contact with friction in the plane."""
+        return self.other_form(lambda _: stages.ended(Stalled())) is not None
+
+    @property
+    def suits_interior(self) -> bool:
+        """Return whether a theorem or experience says that interior leads to a solution
+        if there is one: contact is solved whatever the ratio of the masses is."""
+        return self.is_path_sure or self.has_other_form
 
     @cached_property
     def is_constant_sum(self) -> bool:
@@ -554,6 +567,28 @@ def _simplex_effort(structure: Structure) -> float:
     return max(by_entries, by_operations, MIN_SIMPLEX_EFFORT)
 
 
+def _paths_in_other_form(structure: Structure) -> Stage:
+    """Follow Lemke's paths in another form of the problem, which leads to a
+    solution."""
+
+    def paths(other: Problem) -> Stage:
+        if other.n > direct.MAX_AS_DENSE:
+            return stages.ended(Stalled("its other form has many unknowns"))
+        with imports:
+            from lcpcli.methods import lemke
+        return lemke.paths(direct.as_dense(other), structure.follow)
+
+    stage: Stage = structure.other_form(paths)
+    return stage
+
+
+def _interior_in_other_form(structure: Structure) -> Stage:
+    with imports:
+        from lcpcli.methods.interior import first_attempts
+    stage: Stage = structure.other_form(first_attempts)
+    return stage
+
+
 INTERIOR_AT_FIRST = stage_factory("interior.first_attempts", lambda s: (s.thin,))
 FIRST = (
     # Without it: games of 300 strategies each take 5 times as long, if one is pure.
@@ -581,6 +616,14 @@ FIRST = (
         stage_factory(
             "linear.linear", lambda s: (s.original_problem, _simplex_effort(s))
         ),
+    ),
+    # Without it: stacks of 60 to 100 boxes take 5 to 100 times as long.
+    AttemptRule(
+        "interior",
+        "in another form",
+        "there are many contacts, and the method is made for their other form",
+        lambda s: s.is_first_interior and s.has_other_form,
+        _interior_in_other_form,
     ),
     AttemptRule(
         "interior",
@@ -763,8 +806,8 @@ LATER = (
         "lemke",
         "in another form",
         "the contacts have another form, in which Lemke's path leads to a solution",
-        lambda s: s.other_form() is not None,
-        lambda s: s.other_form(),
+        lambda s: s.has_other_form,
+        _paths_in_other_form,
         lambda _: 1,
     ),
     AttemptRule(
@@ -805,7 +848,7 @@ LATER = (
         "interior",
         "two attempts",
         "M + M' is positive semidefinite, or M has the blocks of contact with friction",
-        lambda s: s.is_path_sure and not s.is_first_interior,
+        lambda s: s.suits_interior and not s.is_first_interior,
         INTERIOR_AT_FIRST,
     ),
     AttemptRule(
@@ -840,8 +883,8 @@ LATER = (
     AttemptRule(
         "interior",
         "further attempts",
-        "M + M' is positive semidefinite",
-        lambda s: s.is_semidefinite,
+        "M + M' is positive semidefinite, or that of contact with friction",
+        lambda s: s.is_semidefinite or s.has_other_form,
         stage_factory("interior.further_attempts", lambda s: (s.thin,)),
     ),
     AttemptRule(

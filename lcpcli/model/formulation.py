@@ -323,9 +323,9 @@ class Formulation:
         the problem."""
         return result
 
-    def in_other_form(self, problem: Any, follow: Any) -> Any:  # noqa: ARG002
-        """Return a stage of `auto` that follows Lemke's paths of another form of the
-        problem by a function `follow`; None if there is no such form."""
+    def in_other_form(self, problem: Any, stage_of: Any) -> Any:  # noqa: ARG002
+        """Return the stage that the function `stage_of` makes for another form of the
+        problem, in the variables of the problem; None if there is no such form."""
         return None
 
     def lengths(self, problem: Any) -> dict[int, str]:

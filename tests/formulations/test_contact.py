@@ -17,6 +17,7 @@ from lcpcli.basis.tableau import follow
 from lcpcli.formulations.contact import cones
 from lcpcli.formulations.contact.cones import Friction
 from lcpcli.gallery.rigid_bodies import contact_in_time
+from lcpcli.methods.lemke import paths
 from lcpcli.verify.point import Criterion, Point
 
 from ..refusals import calls, contents, raised
@@ -71,9 +72,52 @@ def violation(answer, given):
 @pytest.mark.parametrize("seed", range(4))
 def test_the_form_of_stewart_and_trinkle_has_the_solution(seed):
     problem = from_findex(*generated(seed))
-    iterate = next(problem.formulation.in_other_form(problem, follow))
+    iterate = next(
+        problem.formulation.in_other_form(problem, lambda other: paths(other, follow))
+    )
     z = problem.box.z_of(iterate.x)
     assert Point(Criterion(problem), z).solves()
+
+
+def stack_of_boxes(masses, corners):
+    """W and q of boxes of width and height 1 on each other, under gravity for a
+    millisecond, with this many contacts between two of them, and the sums of the normal
+    impulses of these: the weight above them times the step."""
+    step, n = 9.81e-3, 3 * len(masses)
+    inverses = np.outer(1 / np.array(masses), [1.0, 1.0, 6.0]).ravel()
+    rows, at = [], np.linspace(-0.5, 0.5, corners)
+    for i in range(len(masses)):
+        for x in at:
+            normal, tangential = np.zeros((2, n + 3))
+            normal[3 * i : 3 * i + 6] = 0, -1, -x, 0, 1, x
+            tangential[3 * i : 3 * i + 6] = -1, 0, 0.5, 1, 0, 0.5
+            rows += [normal[3:], tangential[3:]]
+    J = np.array(rows)
+    falling = np.zeros(n)
+    falling[1::3] = -step
+    above = np.cumsum(np.array(masses)[::-1])[::-1] * step
+    return (J * inverses) @ J.T, J @ falling, above
+
+
+@pytest.mark.parametrize("corners", [2, 3])
+@pytest.mark.parametrize(
+    "masses",
+    [
+        [1.0] * 4 + [1e8],
+        [1.0] * 19 + [1e8],
+        [1.0] * 59 + [1e4],
+        [1.0, 1e2] * 30,
+        [1e4, 1.0] * 30,
+    ],
+    ids=["5, 1e8", "20, 1e8", "60, 1e4", "alternating 1e2", "alternating 1e4"],
+)
+def test_boxes_stick_on_each_other_whatever_the_ratio_of_their_masses(masses, corners):
+    W, q, above = stack_of_boxes(masses, corners)
+    result = run(lcpcli.from_contact(W, q, 0.5), time_limit=30)
+    assert result.solved
+    assert not {"reflections", "milp"} & set(result.route)
+    sums = result.answer.x[::2].reshape(-1, corners).sum(axis=1)
+    np.testing.assert_allclose(sums, above, rtol=1e-6)
 
 
 def test_the_other_form_is_tried_before_methods_that_take_many_iterations():

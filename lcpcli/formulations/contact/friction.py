@@ -557,10 +557,10 @@ class Contact(Formulation):
     def retried(self, result: Any) -> Any:
         return self.sibling("other_form").retried(self, result)
 
-    def in_other_form(self, problem: Problem, follow: Any) -> Any:
+    def in_other_form(self, problem: Problem, stage_of: Any) -> Any:
         if not (self.is_planar and self.contacts):
             return None
-        return self.sibling("other_form").by_lemke(self, problem, follow)
+        return self.sibling("other_form").iterates(self, problem, stage_of)
 
     def update(
         self,

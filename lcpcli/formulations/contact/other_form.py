@@ -5,6 +5,7 @@ under the conditions of their theorem.
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import replace
 
 import numpy as np
@@ -15,15 +16,12 @@ from lcpcli.formulations.contact.cones import Form
 from lcpcli.formulations.contact.friction import Contact
 from lcpcli.linalg.matrices import product
 from lcpcli.methods import stages
-from lcpcli.methods.direct import as_dense
-from lcpcli.methods.lemke import Follow, paths
 from lcpcli.methods.stages import Stage
 from lcpcli.model.problem import Problem
 from lcpcli.solving.result import Result, Status
 from lcpcli.typing import Vector
 from lcpcli.verify.point import Criterion, Point
 
-MAX_UNKNOWNS = 400  # up to which a whole path takes no longer than a wait for Ctrl-C
 ENDS = Status.RAY, Status.STALLED, Status.BREAKDOWN
 
 
@@ -68,21 +66,20 @@ def retried(contact: Contact, result: Result) -> Result:
     )
 
 
-def by_lemke(contact: Contact, problem: Problem, follow: Follow) -> Stage:
-    """Follow paths of Lemke's method in the other form, and yield the point where each
-    terminates as one of the problem itself.
-    """
+def iterates(
+    contact: Contact, problem: Problem, stage_of: Callable[[Problem], Stage]
+) -> Stage:
+    """Yield the iterates of a stage of the other form as points of the problem
+    itself."""
     form = contact.stewart_trinkle()
     M, q, lower, upper = form.conditions
-    other = as_dense(Problem(M, q, lower=lower, upper=upper))
-    if other.n > MAX_UNKNOWNS:
-        return stages.Stalled("its other form has many unknowns")
-    stage, criterion = paths(other, follow), Criterion(problem)
+    other = Problem(M, q, lower=lower, upper=upper)
+    stage, criterion = stage_of(other), Criterion(problem)
     while isinstance(step := stages.advance(stage), stages.Iterate):
         point = _point(contact, form, criterion, other.box.z_of(step.x))
         basis = problem.box.basis_at(point.z)
         x = problem.box.x_within(point.z, problem.w(point.z), basis)
-        yield step._replace(x=x, basis=None)
+        yield step._replace(x=x, F=None, basis=None)
     return step
 
 
