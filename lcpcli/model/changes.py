@@ -42,11 +42,11 @@ from lcpcli.typing import Indices, Mask, Vector
 NEARER = 1e5
 CLEAR = 1e-9  # relative to the terms of w: above this it is no rounding
 MAX_RATIO = 1e3  # of two moved sides: a larger ratio is reduced to this by a power
-# Powers of two up to which sides and bounds, and the scaling factors of the matrix,
-# make no difference to the methods: for programs, of which costs and sides may differ
-# by as much, and for other problems, whose methods hardly depend on the size of q.
-USUAL_IN_PROGRAM, USUAL = 10.0, 30.0
-USUAL_ENTRIES = 20.0
+# Sizes up to which sides and bounds, and entries of the matrix, make no difference to
+# the methods: for programs, of which costs and sides may differ by as much, and for
+# other problems, whose methods hardly depend on the size of q.
+USUAL_IN_PROGRAM, USUAL = 2.0**10, 2.0**30
+USUAL_ENTRY = 2.0**20
 MODERATE_POWER = 300  # the power of two up to which R q is usually left unchanged
 
 
@@ -236,11 +236,11 @@ def is_of_usual_size(problem: Problem) -> bool:
     """Return whether all nonzero numbers of the problem but single entries of M are of
     usual size, so that no scaling needs to be computed."""
     smallest, largest = problem.sizes_of_q
-    limit = 2.0 ** (USUAL if problem.block_form is None else USUAL_IN_PROGRAM)
+    limit = USUAL if problem.block_form is None else USUAL_IN_PROGRAM
     if largest > limit or smallest < 1 / limit:
         return False
     smallest, largest = sizes(problem.row_maxima)
-    if largest > 2.0**USUAL_ENTRIES or smallest < 2.0**-USUAL_ENTRIES:
+    if largest > USUAL_ENTRY or smallest < 1 / USUAL_ENTRY:
         return False
     if not problem.is_mixed:
         return True

@@ -21,7 +21,7 @@ from lcpcli.linalg.units import LARGEST_POWER, Units
 from lcpcli.model.box import MIN_FAR, NO_BOUND
 from lcpcli.model.changes import (
     USUAL,
-    USUAL_ENTRIES,
+    USUAL_ENTRY,
     USUAL_IN_PROGRAM,
     Change,
     Scaled,
@@ -57,7 +57,7 @@ def in_usual_units(problem: Problem) -> Change:
     ):
         return same
     units = problem.units
-    limit = USUAL if block_form is None else USUAL_IN_PROGRAM
+    limit = math.log2(USUAL if block_form is None else USUAL_IN_PROGRAM)
     of_matrix = _factors_of_matrix(problem, units)
     powers = _powers_of_components(problem, units, of_matrix)
     if not (of_matrix.any() or np.abs(powers).max(initial=0.0) > limit):
@@ -74,7 +74,7 @@ def _factors_of_matrix(problem: Problem, units: Units) -> Vector:
     zeros if it is not, or its entries are of usual size."""
     none = np.zeros(problem.n)
     powers = (units.rows + units.columns) / 2
-    if np.abs(powers).max() <= USUAL_ENTRIES / 2:
+    if np.abs(powers).max() <= math.log2(USUAL_ENTRY) / 2:
         return none
     if np.abs(units.rows - units.columns).max() > SYMMETRIC:
         return none
@@ -147,13 +147,11 @@ def _scaled(
         facts.units = units._replace(
             rows=units.rows - of_matrix, columns=units.columns - of_matrix
         )
-    like = like_with(problem, q, box, M, facts)
-    fields = {"origin": None, "block_form": problem.block_form, "x0": None, "x1": None}
-    change = Scaled(Problem.of_fields(vars(like), **fields), problem, R, C)
+    scaled = like_with(problem, q, box, M, facts).having(x0=None, x1=None)
+    change = Scaled(scaled, problem, R, C)
     if problem.x0 is None:
         return change
-    scaled_problem = change.problem.having(x0=change.start(problem.x0))
-    return Scaled(scaled_problem, problem, R, C)
+    return Scaled(scaled.having(x0=change.start(problem.x0)), problem, R, C)
 
 
 def remark(problem: Problem) -> str:

@@ -124,17 +124,9 @@ def run(
         start,
         {} if start is None else None,
         is_shown=seen is not NOBODY,
+        change=_units_of(stored_problem) if is_auto else None,
     )
     result = None
-    smallest, largest = stored_problem.sizes_of_q
-    # A function of its own would cost small problems a hundredth of their time.
-    if is_auto and not (
-        stored_problem.origin is None
-        and stored_problem.is_moderate
-        and smallest >= 2.0**-USUAL
-        and largest <= 2.0**USUAL
-    ):
-        session.change = _units_of(stored_problem)
     if is_auto and not session.is_shown:
         try:
             result = direct_run.answered(session)
@@ -325,10 +317,16 @@ def variables_of(method: str, problem: Problem, is_scaled: bool) -> Change:
     )
 
 
-def _units_of(problem: Problem) -> Change:
-    """Return the change to the units in which `auto` solves a problem."""
-    if is_of_usual_size(problem):
-        return Change(problem, problem)
+def _units_of(problem: Problem) -> Change | None:
+    """Return the change to the units in which `auto` solves a problem; None if it has
+    those already, which for most problems two numbers show."""
+    smallest, largest = problem.sizes_of_q
+    if problem.origin is None:
+        is_usual = problem.is_moderate and smallest >= 1 / USUAL and largest <= USUAL
+    else:
+        is_usual = is_of_usual_size(problem)
+    if is_usual:
+        return None
     with imports:
         from lcpcli.model.usual_units import in_usual_units
     return in_usual_units(problem)

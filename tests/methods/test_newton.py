@@ -95,17 +95,15 @@ def test_steps_in_single_precision_lead_to_the_solution_in_doubles(family, preci
     assert precisions == {np.dtype(np.float32)}
 
 
-@pytest.mark.parametrize(("of_M", "of_q"), [(2.0**-60, 1.0), (1.0, 2.0**60)])
-def test_numbers_beyond_the_range_of_single_precision_are_left_to_doubles(
-    of_M, of_q, precisions
-):
+def test_numbers_beyond_the_range_of_single_precision_are_left_to_doubles(precisions):
+    of_M = 2.0**-60
     problem = families.make("harker-pang", 250, 1)
     plain = run(problem, "auto")
     precisions.clear()
-    result = run(Problem(of_M * problem.M, of_q * problem.q), "auto")
+    result = run(Problem(of_M * problem.M, problem.q), "auto")
     assert result.solved
     assert not precisions
-    assert np.allclose(result.z * of_M / of_q, plain.z, rtol=1e-12, atol=0)
+    assert np.allclose(result.z * of_M, plain.z, rtol=1e-12, atol=0)
 
 
 def test_steps_end_where_states_do_not_settle():
