@@ -51,8 +51,7 @@ SUBPACKAGES = {
             "enumeration parametric files"
         ),
         "explanation": (
-            "linalg model rational verify inspection solving enumeration parametric "
-            "files report"
+            "linalg model rational verify solving enumeration parametric files report"
         ),
         "bench": "linalg model verify methods solving files gallery peers report",
         "cli": (

@@ -1,12 +1,14 @@
 """lcp why: which conditions of a problem conflict and what would help, or how far the
-numbers of a solved problem may move."""
+numbers of a solved program may move."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
+from contextlib import ExitStack
 from dataclasses import dataclass, replace
 from fractions import Fraction
 from functools import partial
+from typing import TYPE_CHECKING
 
 from lcpcli import clock, interrupts
 from lcpcli.cli import declarations
@@ -15,11 +17,15 @@ from lcpcli.cli.declarations import OneProblem, Reporting, option, refuse, repor
 from lcpcli.cli.main import of_end
 from lcpcli.cli.output import Destination
 from lcpcli.cli.problems import Inputs
+from lcpcli.cli.terminal import Line, emit, shows_progress
 from lcpcli.errors import Exit, quoted
 from lcpcli.files import contents
 from lcpcli.interrupts import TimeIsUp, stopping
 from lcpcli.options import TIME_LIMIT
 from lcpcli.report.document import RECORD_MEANINGS
+
+if TYPE_CHECKING:
+    from lcpcli.explanation.report import Explanation
 
 MIN_SECONDS = 1e-6  # of the search, if the time was up after reading
 
@@ -37,7 +43,7 @@ class Why(OneProblem, Reporting):
 
 @command(
     request=Why,
-    short_help="Explain what conflicts and what would help, or how far data may move.",
+    short_help="Explain what would help and what conflicts, or how far data may move.",
     examples=(
         "lcp make infeasible -n 5 -o infeasible.json",
         "lcp why infeasible.json",
@@ -59,7 +65,7 @@ class Why(OneProblem, Reporting):
     epilog="lcp help conflicts explains conflicts, repairs and ranges.",
     exits={
         Exit.SOLVED: (
-            "answered: with a conflict and the cheapest change, or with all ranges"
+            "answered: with the cheapest change and a conflict, or with a solution"
         ),
         Exit.NOT_SOLVED: "not answered within the limits; what is known is shown",
         Exit.INTERRUPTED: Exit.INTERRUPTED.meaning,
@@ -82,9 +88,10 @@ class Why(OneProblem, Reporting):
 @option("Output", "--exact  Show fractions; JSON always does.")
 @reporting(RECORD_MEANINGS)
 def why(request: Why) -> int:
-    """Explain a problem in exact arithmetic: if it has no solution, which of its
-    conditions cannot hold together and the smallest change that makes it solvable; if
-    it has one, how far each number may move alone until something else changes."""
+    """Solve a problem. If it has no solution, show the smallest change that makes it
+    solvable, and which of its conditions cannot hold together, in exact arithmetic. If
+    it is a program with a solution, show how far each cost and each row side may move
+    alone while the optimal basis stays the same."""
     destination = Destination.of(request)
     inputs = Inputs.of(request, request.files, request.quiet)._replace(as_written=True)
     inputs.prepare({"--output": destination.path})
@@ -98,7 +105,20 @@ def why(request: Why) -> int:
     from lcpcli.rational.exact_problem import ExactProblem
     from lcpcli.rational.numbers import approximate
 
-    with stopping() as signals:
+    shown_parts = list[int]()
+    shows_parts = destination.path is None and destination.form == "table"
+    source = contents.Source(request.file)
+
+    def show_repair(explanation: Explanation) -> None:
+        if shows_parts and explanation.repair is not None:
+            doing.close()
+            first = report(explanation, source, request.exact, slice(1))
+            destination.show(first.render)
+            shown_parts.append(1)
+            doing.enter_context(_waiting("looking for a small conflict", request))
+
+    with stopping() as signals, ExitStack() as doing:
+        doing.enter_context(_waiting("solving, and looking for a repair", request))
         try:
             with interrupts.deadline_after(limit):
                 data = read.exactly()
@@ -111,15 +131,23 @@ def why(request: Why) -> int:
             change=request.change or None,
             weights=costs,
             time_limit=time_left,
+            observe=show_repair,
         )
         is_cut = bool(signals)
     inputs.tell(read.remarks)
     if is_cut and explanation.status == TIME_LIMITED:
         explanation = replace(explanation, status=INTERRUPTED)
     where = contents.source_name(request.file)
-    shown = report(explanation, contents.Source(request.file), request.exact)
+    rest = slice(len(shown_parts), None) if explanation.z is None else slice(None)
+    shown = report(explanation, source, request.exact, rest)
+    if shown_parts:
+        emit("\n", color=False)
     destination.show(shown.render, f"{where}: {message(explanation, approximate)}")
     return of_end(explanation.complete, interrupted=is_cut)
+
+
+def _waiting(doing: str, request: Why) -> Line:
+    return Line(doing, is_shown=shows_progress(request.quiet))
 
 
 def _weight(text: str) -> tuple[str, Fraction]:

@@ -17,8 +17,8 @@ optimality, which are examined once the constraints are feasible.
 
 from __future__ import annotations
 
+import re
 from collections.abc import Collection, Iterable, Mapping, Sequence
-from fnmatch import fnmatchcase
 from fractions import Fraction
 from functools import partial
 from typing import NamedTuple, TypeVar
@@ -130,11 +130,9 @@ def matching(named: Sequence[T], patterns: Iterable[str], option: str) -> list[T
     labels = [(each.name, f"{each.name} {each.what}") for each in named]
     chosen = set[int]()
     for pattern in patterns:
-        escaped = pattern.replace("[", "[[]")
+        shape = re.compile(".*".join(map(re.escape, pattern.split("*"))), re.DOTALL)
         matches = [
-            i
-            for i, both in enumerate(labels)
-            if any(fnmatchcase(label, escaped) for label in both)
+            i for i, both in enumerate(labels) if any(map(shape.fullmatch, both))
         ]
         if not matches:
             valid_names = dict.fromkeys(label for both in labels for label in both)
@@ -152,15 +150,13 @@ def matching(named: Sequence[T], patterns: Iterable[str], option: str) -> list[T
 class System:
     """The conditions of a problem as forms: z_i - l_i is form i, w_i form n + i, u_i -
     z_i form 2 n + i; form 3 n is for a parameter; the negative of form k is form k + 4
-    n. The values of rows are expressed by the variables, unless `is_whole`.
+    n. The values of rows are expressed by the variables.
 
     linear, complementarities : the conditions. numbers : the numbers in the data.
-        factors : the numbers by which forms are multiplied. rows_of : for the values of
-        rows that are expressed by variables, the indices of the multipliers of these
-        rows.
+        rows_of : for the values of rows, the indices of the multipliers of these rows.
     """
 
-    def __init__(self, data: ExactProblem, is_whole: bool = False) -> None:
+    def __init__(self, data: ExactProblem) -> None:
         self.data = data
         self.n = data.n
         self.components = components(data)
@@ -169,13 +165,12 @@ class System:
             low if low is not None else high or Fraction(0) for low, high in bound_pairs
         ]
         self.linear, self.complementarities = list[Condition](), list[Condition]()
-        self.numbers, self.factors = list[Number](), dict[int, int]()
+        self.numbers = list[Number]()
         kinds = enumerate(each.kind for each in self.components)
-        rows_of = {i: row_of(data, i) for i, kind in kinds if kind == RANGE}
-        self.rows_of = {} if is_whole else rows_of
+        self.rows_of = {i: row_of(data, i) for i, kind in kinds if kind == RANGE}
         for i, each in enumerate(self.components):
             # The condition of the multiplier of a two-sided row defines the value.
-            if i not in rows_of.values():
+            if i not in self.rows_of.values():
                 self._describe(i, each)
 
     def _describe(self, i: int, component: Component) -> None:
@@ -240,6 +235,10 @@ class System:
             return n + i, 5 * n + i
         return (n + i if self.data.upper[i] is None else 5 * n + i,)
 
+    def is_bound(self, of: Condition) -> bool:
+        """Return whether a condition is a bound of a variable, and not one of a row."""
+        return of.kind != SIGN and of.at not in self.rows_of
+
     def alternatives(self, i: int, held: Collection[int] = ()) -> list[Alternative]:
         """Return the polyhedra whose union is the complementarity of component i. held
         : forms of bounds that are required as well: z_i is then at the bound, rather
@@ -299,7 +298,6 @@ class System:
         row, scale, constant = self.entries(form)
         moved = scale * constant + sum(a * self.base[j] for j, a in row.items())
         d = Fraction(moved).denominator
-        self.factors[form] = d * scale
         return [int(d * moved), *(d * self.side(j) * row.get(j, 0) for j in columns)]
 
     def point(self, dictionary: Dictionary, columns: Sequence[int]) -> Values:

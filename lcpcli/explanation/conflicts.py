@@ -1,23 +1,18 @@
 """Conflicts: conditions that cannot hold together, each of them necessary for that.
 
 Linear conditions are examined first. If they are feasible, branch and bound finds
-complementarities that exclude a solution together with them. A smallest such set hits
-all sets of complementarities that some point violates: a smallest hitting set of those
-known is a conflict, or yields a point that violates another set (A. Ignatiev, A.
-Previti, M. Liffiton and J. Marques-Silva, Smallest MUS extraction with minimal hitting
-set dualization, Principles and Practice of Constraint Programming 2015, 173-182). For
-more than a dozen complementarities, and for the linear conditions that are needed in
-addition, a deletion filter removes what is not necessary (J. W. Chinneck and E. W.
-Dravnieks, ORSA Journal on Computing 3 (1991) 157-168), many conditions at first and
-then one by one, with the proof of each step.
+complementarities that exclude a solution together with them, and a deletion filter (J.
+W. Chinneck and E. W. Dravnieks, ORSA Journal on Computing 3 (1991) 157-168) removes
+what is not necessary, many conditions at first and then one by one, with the proof of
+each step.
 """
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
-from itertools import combinations
 
+from lcpcli.enumeration.search import MAX_BLOCK_UNKNOWNS
 from lcpcli.explanation.conditions import (
     CONSTRAINTS,
     OPTIMALITY,
@@ -28,13 +23,12 @@ from lcpcli.explanation.conditions import (
 from lcpcli.explanation.contradictions import (
     Multipliers,
     contradiction,
-    contradictions,
+    smallest,
 )
-from lcpcli.explanation.search import Outcome, search
+from lcpcli.explanation.repair import violation
+from lcpcli.explanation.search import search
 from lcpcli.rational.elimination import Effort
 from lcpcli.rational.numbers import whole_multiple
-
-MAX_FOR_FEWEST = 12  # complementarities up to which a smallest set is computed
 
 
 @dataclass(frozen=True)
@@ -42,15 +36,12 @@ class Conflict:
     """Conditions that cannot hold together.
 
     members : the conditions. irreducible : whether each is proved to be necessary.
-    fewest : whether it is proved that no fewer complementarities exclude a solution
-        together with the linear conditions.
     multipliers : of linear conditions, integers with which they add up to a
         contradiction.
     """
 
     members: Sequence[Condition]
     irreducible: bool = False
-    fewest: bool = False
     multipliers: dict[Condition, int] = field(default_factory=dict)
 
 
@@ -59,129 +50,84 @@ class Finder:
 
     conflict : the smallest one that is known, or None. point : a solution, if one is
         computed. never_blamed : the conditions that are taken to be right.
-        nearly_contradictory : the smallest set of linear conditions that are
-        inconsistent only up to rounding.
+        nearly_contradictory : linear conditions that are inconsistent only up to
+        rounding.
     """
 
-    def __init__(
-        self, system: System, never_blamed: Sequence[Condition], effort: Effort
-    ) -> None:
+    def __init__(self, system: System, never_blamed: Sequence[Condition]) -> None:
         self.system = system
         self.never_blamed = list(never_blamed)
-        self._effort = effort
+        self._effort = Effort()
         self.conflict: Conflict | None = None
         self.point: Values | None = None
         self.nearly_contradictory: Sequence[Condition] = ()
 
-    def contradict(self) -> None:
-        """Search for a conflict of linear conditions by linear programs."""
+    def run(self) -> None:
+        """Search for a conflict of linear conditions, by linear programs; then, with at
+        most MAX_BLOCK_UNKNOWNS unknowns, for one with complementarities, or a solution.
+        """
         for stage in (CONSTRAINTS, OPTIMALITY):
             linear = [each for each in self.system.linear if each.stage == stage]
-            pairs = (
-                [*contradictions(self.system, linear, self.never_blamed)]
-                if linear
-                else []
-            )
-            proved = [each for _, each in pairs if each is not None]
-            if proved:
-                self._set_contradiction(min(proved, key=self._size))
+            found = smallest(self.system, linear, self.never_blamed)
+            if found is not None and found.multipliers is not None:
+                self._set_contradiction(found.multipliers)
                 return
-            self.nearly_contradictory = self.nearly_contradictory or min(
-                (conditions for conditions, _ in pairs), key=len, default=()
-            )
-
-    def _size(self, of: Multipliers) -> tuple[int, int]:
-        """Return the number of conditions that a contradiction blames, and the sum of
-        its multipliers as integers.
-        """
-        blamed = sum(each not in self.never_blamed for each in of)
-        return blamed, sum(map(abs, whole_multiple(list(of.values()))))
+            if found is not None:
+                self.nearly_contradictory = found.conditions
+        if self.system.n <= MAX_BLOCK_UNKNOWNS:
+            self._exclude()
 
     def _set_contradiction(self, multipliers: Multipliers) -> None:
         """Store an irreducible contradiction of linear conditions; if conditions are
-        never blamed, others may be superfluous and are removed.
+        never blamed, a point has to prove that each of the others is necessary.
         """
-        integer_multipliers = dict(
-            zip(multipliers, whole_multiple(list(multipliers.values())), strict=True)
-        )
+        integers = whole_multiple(list(multipliers.values()))
         members = [
             each
             for each in self.system.linear
             if each in multipliers.keys() - self.never_blamed
         ]
-        self.conflict = Conflict(
-            members, not self.never_blamed, multipliers=integer_multipliers
-        )
+        integer_multipliers = dict(zip(multipliers, integers, strict=True))
+        self.conflict = Conflict(members, multipliers=integer_multipliers)
+        stage = max((each.stage for each in multipliers), default=CONSTRAINTS)
+        kept = [each for each in self.never_blamed if each in self.system.linear]
         if self.never_blamed:
-            points = self._reduce(members, self.never_blamed)
-            self._finish(points)
+            for each in members:
+                others = [other for other in members if other != each]
+                others += [other for other in kept if other.stage == stage]
+                if violation(self.system, others, {}) is None:
+                    return
+        self.conflict = replace(self.conflict, irreducible=True)
 
-    def run(self) -> None:
+    def _exclude(self) -> None:
         """Search for complementarities and linear conditions that exclude a solution
         together, or for a solution.
         """
         system, linear = self.system, self.system.linear
-        outcome = self._search([*linear, *system.complementarities])
-        self.point = outcome.point
-        if outcome.point is not None:
+        conditions = [*linear, *system.complementarities]
+        self.point, core = search(system, conditions, self._effort)
+        if self.point is not None:
             return
-        if not any(each in outcome.core for each in system.complementarities):
-            multipliers = contradiction(system, outcome.core)
+        if not any(each in core for each in system.complementarities):
+            multipliers = contradiction(system, core)
             assert multipliers is not None
             self._set_contradiction(multipliers)
             return
-        free = [
-            each
-            for each in (*linear, *system.complementarities)
-            if each not in self.never_blamed
-        ]
-        self.conflict = Conflict([each for each in free if each in outcome.core])
+        free = [each for each in conditions if each not in self.never_blamed]
+        self.conflict = Conflict([each for each in free if each in core])
+        kept = [each for each in self.never_blamed if each not in linear]
+        others = [each for each in free if each in core and each not in linear]
+        # First with all linear conditions, so that few complementarities remain.
+        points = self._reduce(others, [*linear, *kept], [*free])
+        others = list(points)
         members = [each for each in free if each in linear]
-        others = [each for each in free if each not in linear]
-        background = [
-            *linear,
-            *(each for each in self.never_blamed if each not in linear),
-        ]
-        is_fewest = len(others) <= MAX_FOR_FEWEST
-        core = [each for each in others if each in outcome.core]
-        if is_fewest:
-            core = self._fewest(others, background)
-        points = self._reduce(core, background, members)
-        core = list(points)
-        points |= self._reduce(members, [*self.never_blamed, *core], core)
-        self._finish(points, is_fewest)
-
-    def _search(self, conditions: Sequence[Condition]) -> Outcome:
-        return search(self.system, conditions, self._effort)
-
-    def _fewest(
-        self, others: Sequence[Condition], background: Sequence[Condition]
-    ) -> list[Condition]:
-        """Return a smallest set of complementarities that excludes a solution together
-        with the background.
-        """
-        violated: list[set[Condition]] = []
-        while True:
-            subsets = (
-                chosen
-                for size in range(len(others) + 1)
-                for chosen in combinations(others, size)
-            )
-            chosen = next(
-                each for each in subsets if all(other & {*each} for other in violated)
-            )
-            outcome = self._search([*background, *chosen])
-            if outcome.point is None:
-                return list(chosen)
-            missing = self._violated(others, outcome.point)
-            for each in list(missing):
-                held = [
-                    other for other in others if other not in missing or other == each
-                ]
-                more = self._search([*background, *held]).point
-                if each in missing and more is not None:
-                    missing = self._violated(others, more)
-            violated.append(missing)
+        points |= self._reduce(members, [*self.never_blamed, *others], others)
+        assert all(
+            self._violated([*self.never_blamed, *self.conflict.members], point)
+            == {each}
+            for each, point in points.items()
+        )
+        self.conflict = replace(self.conflict, irreducible=True)
 
     def _violated(
         self, conditions: Sequence[Condition], point: Values
@@ -192,11 +138,11 @@ class Finder:
         self,
         members: Sequence[Condition],
         background: Sequence[Condition],
-        conflict_part: Sequence[Condition] = (),
+        others: Sequence[Condition],
     ) -> dict[Condition, Values]:
         """Remove members of a conflict with a background until each is necessary, and
-        return the points that prove this. conflict_part : conditions of the background
-        that belong to the conflict.
+        return the points that prove this. others : conditions of the background that
+        belong to the conflict.
         """
         points = dict[Condition, Values]()
         size = len(members)
@@ -205,26 +151,18 @@ class Finder:
             i = 0
             while i < len(members):
                 rest = members[:i] + members[i + size :]
-                outcome = self._search([*background, *rest])
-                if outcome.point is None:
-                    i = sum(each in outcome.core for each in members[:i])
-                    members = [each for each in rest if each in outcome.core]
-                    self.conflict = Conflict([*conflict_part, *members])
+                conditions = [*background, *rest]
+                point, core = search(self.system, conditions, self._effort)
+                if point is None:
+                    i = sum(each in core for each in members[:i])
+                    members = [each for each in rest if each in core]
+                    blamed = {*others, *members}
+                    self.conflict = Conflict(
+                        [each for each in conditions if each in blamed]
+                    )
                     continue
                 if size == 1:
-                    points[members[i]] = outcome.point
+                    points[members[i]] = point
                 i += size
             size = min(size // 2, len(members))
         return points
-
-    def _finish(self, points: dict[Condition, Values], is_fewest: bool = False) -> None:
-        """Store the conflict with the proof that it is irreducible: at each of the
-        points all members but one hold, and all conditions that are never blamed.
-        """
-        assert self.conflict is not None
-        members = self.conflict.members
-        assert all(
-            self._violated([*self.never_blamed, *members], points[each]) == {each}
-            for each in members
-        )
-        self.conflict = replace(self.conflict, irreducible=True, fewest=is_fewest)

@@ -6,33 +6,33 @@ its data would make it solvable, or how far the data of a solvable one may chang
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from contextlib import contextmanager
 from fractions import Fraction
 from typing import Any
+
+import numpy as np
 
 from lcpcli import clock, options
 from lcpcli.enumeration.search import TIME_LIMIT, UNSOLVABLE
 from lcpcli.errors import ParameterError, quoted
-from lcpcli.explanation.conditions import (
-    COMPLEMENTARITY,
-    Condition,
-    Number,
-    System,
-    Values,
-    matching,
-)
+from lcpcli.explanation.conditions import Condition, Number, System, matching
 from lcpcli.explanation.conflicts import Conflict, Finder
 from lcpcli.explanation.ranges import Range
 from lcpcli.explanation.ranges import ranges as ranges_of
-from lcpcli.explanation.repair import Repairs, solution
+from lcpcli.explanation.repair import Repairs
 from lcpcli.explanation.report import SOLVED, UNDECIDED, Explanation
 from lcpcli.interrupts import TimeIsUp, deadline_after, remaining
 from lcpcli.model.problem import Problem, as_problem
-from lcpcli.rational.elimination import Effort
+from lcpcli.options import DEFAULTS, Limits
 from lcpcli.rational.exact_problem import ExactProblem
+from lcpcli.rational.numbers import rounded
+from lcpcli.solving import driver
+from lcpcli.solving.proof import MAX_EXACT_UNKNOWNS
+from lcpcli.verify.exact_solution import from_point
 
 NO_CONFLICT = Conflict(())
-FIELDS = ("q", "lower", "upper")
+SHORT = 1e-6  # seconds for the solution if the time is up
 
 
 def why(
@@ -42,11 +42,13 @@ def why(
     change: str | Iterable[str] | None = None,
     weights: Mapping[str, Any] | None = None,
     time_limit: float | None = None,
+    observe: Callable[[Explanation], None] | None = None,
 ) -> Explanation:
-    """Explain a problem in exact arithmetic. If it has no solution: which of its
-    conditions cannot hold together, each of them necessary, and the smallest change of
-    its numbers that makes it solvable. If it has one: the range of each number, the
-    others being fixed, in which the same z_i and w_i can be positive.
+    """Solve a problem. If it has no solution: which smallest change of its numbers
+    makes it solvable, and which of its conditions cannot hold together, each of them
+    necessary, in exact arithmetic. If it is a program with a solution: the range of
+    each cost and each row side, the others being fixed, in which the optimal basis
+    stays the same.
 
     Parameters
     ----------
@@ -60,7 +62,9 @@ def why(
     weights : the cost of a change by 1, a positive number, by the names of numbers that
         may change; by default 1.
     time_limit : seconds after which to stop, with what is known by then; by default
-        there is no limit.
+        there is no limit. Half of it is for the solution, half of the rest for the
+        repair, and what is left for the conflict.
+    observe : a function that is called with the repair, before the conflict is known.
 
     Returns
     -------
@@ -89,14 +93,14 @@ def why(
     system = System(problem)
     conditions = [*system.linear, *system.complementarities]
     never_blamed = matching(conditions, _texts("keep", keep), "keep")
-    search = _Search(system, never_blamed, _weights(system, change, weights))
-    began, status = clock.seconds(), ""
+    chosen = _weights(system, change, weights)
+    search = _Search(system, never_blamed, chosen, observe or (lambda _: None))
     try:
         with deadline_after(math.inf if time_limit is None else time_limit):
             search.run()
     except TimeIsUp:
-        status = TIME_LIMIT
-    return search.explanation(status, clock.seconds() - began)
+        return search.explanation(TIME_LIMIT)
+    return search.explanation()
 
 
 def _texts(option: str, raw_value: str | Iterable[str]) -> list[str]:
@@ -131,92 +135,91 @@ def _weights(
 
 
 class _Search:
-    """The search for a conflict and a repair, or for a solution and its ranges."""
+    """The search for a solution and its ranges, or for a repair and a conflict."""
 
     def __init__(
         self,
         system: System,
         never_blamed: Sequence[Condition],
         weights: Mapping[Number, Fraction],
+        observe: Callable[[Explanation], None],
     ) -> None:
-        self.system, self._weights = system, weights
-        self._finder = Finder(system, never_blamed, Effort())
-        self._repairs: Repairs | None = None
-        self._z: Values | None = None
-        self._ranges = dict[str, list[Range | None]]()
-        self._has_ranges = self._is_late = False
+        self.system, self._observe = system, observe
+        self._finder = Finder(system, never_blamed)
+        self._repairs = Repairs(system, weights)
+        self._began, self._status = clock.seconds(), UNDECIDED
+        self._z: Sequence[Any] | None = None
+        self._ranges: list[Range] | None = None
+        self._is_late = False
 
     def run(self) -> None:
-        """Search for linear conflicts, a solution, and conflicts of other conditions;
-        then for a repair or the ranges. It may raise TimeIsUp."""
-        finder = self._finder
-        # Half of a limited time is reserved for the repair.
+        """Search for a solution; then for its ranges, or for a repair, and then for a
+        conflict. Each has half of the time that is left. It may raise TimeIsUp.
+        """
+        with self._share():
+            self._solve()
+        if self._z is None:
+            with self._share():
+                self._repairs.run()
+            repair = self._repairs.repair
+            if repair is not None and not repair.total:
+                self._z, self._status = repair.z, SOLVED
+        if self._z is None:
+            self._observe(self.explanation())
+            self._finder.run()
+            if self._finder.point is not None:
+                self._z, self._status = self._finder.point, SOLVED
+        if self._z is not None and self.system.data.problem.block_form is not None:
+            z = np.array(rounded([*map(Fraction, self._z)]))
+            self._ranges = [*ranges_of(self.system, z)]
+        self._is_late = self._is_late and self._z is None
+
+    @contextmanager
+    def _share(self) -> Iterator[None]:
+        """Open a context with half of the time that is left, whose end is noted."""
         try:
             with deadline_after(remaining() / 2):
-                finder.contradict()
-                if finder.conflict is None:
-                    self._z = solution(self.system.data, max_search_unknowns=0)
-                if finder.conflict is None and self._z is None:
-                    finder.run()
-                    self._z = finder.point
+                yield
         except TimeIsUp:
             self._is_late = True
-        if self._z is None:
-            self._repair()
+
+    def _solve(self) -> None:
+        """Solve the problem as `lcpcli.solve` does; with few unknowns the solution has
+        to be an exact one.
+        """
+        data = self.system.data
+        limit = remaining()
+        limits = DEFAULTS if limit == math.inf else Limits(time_limit=max(limit, SHORT))
+        result = driver.run(data.problem, "auto", limits=limits)
+        if result.interrupted:
+            raise KeyboardInterrupt
+        if result.status.has_no_solution:
+            self._status = UNSOLVABLE
+        elif result.solved and data.n <= MAX_EXACT_UNKNOWNS:
+            self._z = from_point(data, result.z)
+        elif result.solved:
+            self._z = result.z.tolist()
         if self._z is not None:
-            self._find_ranges(self._z)
+            self._status = SOLVED
 
-    def _repair(self) -> None:
-        """Search for the smallest repair; one without changes is a solution."""
-        conflict = self._finder.conflict
-        is_linear = conflict is not None and all(
-            each.kind != COMPLEMENTARITY for each in conflict.members
-        )
-        # The stage of a conflict of linear conditions alone is repaired first; with
-        # None the larger problem is solved at once.
-        stage = None
-        if conflict is not None and is_linear:
-            stage = max((each.stage for each in conflict.multipliers), default=0)
-        self._repairs = Repairs(self.system, self._weights, stage)
-        self._repairs.run()
-        repair = self._repairs.repair
-        # The time limit may have ended the search for a solution, which this is.
-        if conflict is None and repair is not None and not repair.total:
-            self._z = repair.z
-
-    def _find_ranges(self, z: Values) -> None:
-        """Compute the ranges of all numbers at a solution."""
-        system = System(self.system.data, is_whole=True)
-        senses = {(each.field, each.at): each.sense for each in system.numbers}
-        self._ranges = {field: [None] * system.n for field in FIELDS}
-        for (field, i), number_range in ranges_of(system, z, Effort()):
-            if (field, i) in senses:
-                has_sense_of_q = senses[field, i] == 1
-                self._ranges[field][i] = (
-                    number_range if has_sense_of_q else number_range.opposite()
-                )
-            self._has_ranges = True
-
-    def explanation(self, ended: str, seconds: float) -> Explanation:
+    def explanation(self, ended: str = "") -> Explanation:
         """Return the known results. ended : the limit that ended the search, "" if none
         did.
         """
-        conflict, repairs = self._finder.conflict, self._repairs
-        repair = None if repairs is None else repairs.repair
-        is_impossible = repairs is not None and repairs.is_impossible
-        status, is_complete = ended or UNDECIDED, False
-        if self._is_late:
-            status = TIME_LIMIT
+        conflict, repair = self._finder.conflict, self._repairs.repair
+        is_impossible = self._repairs.is_impossible
         is_least = is_impossible or (repair is not None and repair.is_least)
+        ended = ended or (TIME_LIMIT if self._is_late else "")
         if self._z is not None:
-            status, repair = SOLVED, None
-            is_complete = self._has_ranges or not self.system.n
+            repair, is_complete = None, True
         elif conflict is not None or is_least:
-            status = UNSOLVABLE
+            self._status = UNSOLVABLE
             is_complete = conflict is not None and conflict.irreducible and is_least
+        else:
+            is_complete = False
         return Explanation(
             self.system.data,
-            status,
+            self._status if self._status != UNDECIDED else ended or UNDECIDED,
             is_complete and not ended,
             conflict or NO_CONFLICT,
             repair,
@@ -224,5 +227,5 @@ class _Search:
             self._z,
             self._ranges,
             () if conflict is not None else self._finder.nearly_contradictory,
-            seconds,
+            clock.seconds() - self._began,
         )

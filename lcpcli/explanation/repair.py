@@ -35,6 +35,7 @@ from lcpcli.explanation.conditions import (
     Number,
     System,
 )
+from lcpcli.explanation.contradictions import smallest
 from lcpcli.explanation.programs import LinearProgram, in_doubles, matrix_of
 from lcpcli.interrupts import remaining
 from lcpcli.model.formulation import Formulation
@@ -81,48 +82,48 @@ class Repair:
 
 class Repairs:
     """The search for the smallest repair. weights : the costs of the numbers that may
-    change. stage : the stage of inconsistent linear conditions, None if they are
-    consistent. repair : the best one that is known, or None. is_impossible : whether it
-    is proved that no change suffices.
+    change. repair : the best one that is known, or None; one without changes is a
+    solution. is_impossible : whether it is proved that no change suffices.
     """
 
-    def __init__(
-        self, system: System, weights: Mapping[Number, Fraction], stage: int | None
-    ) -> None:
+    def __init__(self, system: System, weights: Mapping[Number, Fraction]) -> None:
         self.system = system
         self.weights = weights
-        self._stage = stage
         self.repair: Repair | None = None
         self.is_impossible = False
 
     def run(self) -> None:
         """Solve the relaxation; if its change does not suffice, the larger problem."""
-        if self._stage is None or not self._relax(self._stage):
+        if not self._relax() and not self.is_impossible:
             self._search()
 
-    def _relax(self, first: int) -> bool:
-        """Return whether the smallest change for the linear conditions alone, of one
-        stage or of both, suffices.
+    def _relax(self) -> bool:
+        """Return whether the smallest change for the linear conditions alone, of the
+        constraints or also of optimality, suffices.
         """
+        weights = {
+            (each.field, each.at): weight for each, weight in self.weights.items()
+        }
         smallest_changes = dict[Key, Fraction]()
-        for stage in (first, CONSTRAINTS + OPTIMALITY - first):
+        for stage in (CONSTRAINTS, OPTIMALITY):
             conditions = [each for each in self.system.linear if each.stage == stage]
-            changes = self._least_violation(conditions) if conditions else {}
+            changes = violation(self.system, conditions, weights)
             if changes is None:
+                fixed = [each for each in conditions if _key(each) not in weights]
+                found = smallest(self.system, fixed, ())
+                self.is_impossible = found is not None and bool(found.multipliers)
                 return False
             smallest_changes |= changes
-            z = (
-                solution(changed(self.system.data, smallest_changes))
-                if changes
-                else None
-            )
+            if not changes:
+                continue
+            z = solution(changed(self.system.data, smallest_changes))
             self._set_repair(smallest_changes, z, z is not None)
             if z is not None:
                 return True
         # Feasible linear programs with feasible duals are solvable, and their
         # constraints and optimality conditions have no unknowns in common, so that both
         # smallest changes add up to the smallest one.
-        if is_linear_program(self.system):
+        if smallest_changes and is_linear_program(self.system):
             self._set_repair(smallest_changes, None, True)
             return True
         return False
@@ -141,24 +142,6 @@ class Repairs:
             (weight * abs(change) for _, change, weight in entries), Fraction(0)
         )
         self.repair = Repair(changes, total, z, is_least)
-
-    def _least_violation(self, of: Sequence[Condition]) -> dict[Key, Fraction] | None:
-        """Return the smallest changes for which some linear conditions are consistent,
-        or None if they are not computed.
-        """
-        weights = {
-            (each.field, each.at): weight for each, weight in self.weights.items()
-        }
-        program, changes = _program(self.system, of, weights)
-        minimizer = program.minimizer()
-        if minimizer is None:
-            return None
-        smallest_changes = dict[Key, Fraction]()
-        for column, (key, sign) in changes.items():
-            smallest_changes[key] = (
-                smallest_changes.get(key, Fraction(0)) + sign * minimizer[0][column]
-            )
-        return {key: change for key, change in smallest_changes.items() if change}
 
     def _search(self) -> None:
         """Compute the best solution of the larger problem in which changes are
@@ -186,6 +169,27 @@ class Repairs:
         self._set_repair(changes, z, best_solution.status == OPTIMAL)
 
 
+def violation(
+    system: System, of: Sequence[Condition], weights: Mapping[Key, Fraction]
+) -> dict[Key, Fraction] | None:
+    """Return the smallest changes of numbers that have weights for which some linear
+    conditions are consistent, or None if they are not computed.
+    """
+    program, changes = _program(system, of, weights)
+    minimizer = program.minimizer() if of else ([], [])
+    if minimizer is None:
+        return None
+    smallest_changes = dict[Key, Fraction]()
+    for column, (key, sign) in changes.items():
+        change = smallest_changes.get(key, Fraction(0)) + sign * minimizer[0][column]
+        smallest_changes[key] = change
+    return {key: change for key, change in smallest_changes.items() if change}
+
+
+def _key(of: Condition) -> Key:
+    return FIELDS[of.kind], of.at
+
+
 def _program(
     system: System, of: Sequence[Condition], weights: Mapping[Key, Fraction]
 ) -> tuple[LinearProgram, dict[int, tuple[Key, int]]]:
@@ -201,10 +205,10 @@ def _program(
     lower: Bounds = [None] * n
     upper: Bounds = [None] * n
     for each in of:
-        key, forms = (FIELDS[each.kind], each.at), system.forms(each)
+        key, forms = _key(each), system.forms(each)
         integers, scale, constant = system.entries(forms[0])
         row = {j: Fraction(a, scale) for j, a in integers.items()}
-        if _is_bound(system, each) and key not in weights:
+        if system.is_bound(each) and key not in weights:
             is_lower = each.kind == LOWER
             (lower if is_lower else upper)[each.at] = (
                 -constant if is_lower else constant
@@ -277,15 +281,10 @@ def _optimum(system: System) -> Values | None:
         return None
     z, y = minimizer_and_multipliers[0], iter(minimizer_and_multipliers[1])
     for each in of:
-        if not _is_bound(system, each):
+        if not system.is_bound(each):
             sign = 1 if system.forms(each)[0] < 2 * data.n else -1
             z[system.rows_of.get(each.at, each.at)] += sign * next(y)
     return z if data.is_solution(system.filled(z)) else None
-
-
-def _is_bound(system: System, of: Condition) -> bool:
-    """Return whether a condition is a bound of a variable of the linear program."""
-    return of.kind != SIGN and of.at not in system.rows_of
 
 
 def changed(data: ExactProblem, change_of: Mapping[Key, Fraction]) -> ExactProblem:

@@ -5,7 +5,8 @@ the statements remain true.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping, Sequence
+import re
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
 from itertools import islice
@@ -23,15 +24,11 @@ from lcpcli.explanation.conditions import (
     Condition,
     Number,
     System,
-    Values,
 )
 from lcpcli.explanation.conflicts import Conflict
-from lcpcli.explanation.ranges import End, Range
+from lcpcli.explanation.ranges import Range
 from lcpcli.explanation.repair import Repair
 from lcpcli.files.contents import NO_SOURCE, Source
-from lcpcli.inspection.classes import definiteness
-from lcpcli.inspection.verdict import YES
-from lcpcli.linalg.matrices import symmetric_part
 from lcpcli.model.words import in_stated_sense, reversed_names
 from lcpcli.rational.exact_problem import ExactProblem
 from lcpcli.rational.numbers import approximate, brief, text
@@ -49,6 +46,8 @@ OF_ROWS = {
 }
 MAX_NAMED = 4  # conditions, or changes, that a sentence names
 MAX_TERMS = 6  # of a row in a table
+MAX_MEMBERS = 20  # of a conflict; those of similar names are then shown in one line
+MAX_SIMILAR = 8  # conditions of similar names that are still shown one by one
 MAX_ROWS = 400  # of a table on a screen or a page
 
 Cell: TypeAlias = Callable[[Fraction, int], str]
@@ -63,14 +62,14 @@ class Explanation:
         otherwise "time_limit" or "interrupted" if the search was stopped, and
         "undecided" if no method decides it.
     complete : whether all questions are answered: the conflict is irreducible and the
-        repair is the smallest one, or proved to be impossible; or all ranges are known.
+        repair is the smallest one, or proved to be impossible; or there is a solution.
     reason : the conflict with its proof; `conflict`, `irreducible` and `multipliers`
         are its parts.
     repair : the change of the data, None if none is known. is_impossible : whether it
         is proved that no change of the numbers that may change suffices.
-    z : a solution. ranges : of the numbers in the data, under "q", "lower" and "upper",
-        for each component of z; None if there is no such number, or its range is not
-        known.
+    z : a solution: exact up to some hundred unknowns, else in floating-point
+        arithmetic, as it is solved. ranges : of the costs and row sides of a program
+        with a solution; None for other problems.
     near : conditions that are inconsistent only up to rounding, if none are known that
         are inconsistent in exact arithmetic.
     seconds : the time of the search.
@@ -82,8 +81,8 @@ class Explanation:
     reason: Conflict
     repair: Repair | None
     is_impossible: bool
-    z: Values | None
-    ranges: Mapping[str, Sequence[Range | None]]
+    z: Sequence[Any] | None
+    ranges: Sequence[Range] | None
     near: Sequence[Condition]
     seconds: float
 
@@ -121,46 +120,37 @@ class Explanation:
 
 
 def report(
-    explanation: Explanation, source: Source = NO_SOURCE, exact: bool = True
+    explanation: Explanation,
+    source: Source = NO_SOURCE,
+    exact: bool = True,
+    parts: slice = slice(None),
 ) -> Report:
     """Return the report on an explanation. exact : whether numbers are written as
-    fractions instead of with seven digits.
+    fractions instead of with seven digits. parts : the sections of a document, of which
+    there are two for a problem without a solution: the repair, and the conflict.
     """
     cell = brief if exact else approximate
+
+    def document(form: str, _: int | None) -> Document:
+        whole = _document(explanation, cell, form)
+        return whole._replace(sections=whole.sections[parts])
+
     return Report(
-        lambda form, _: _document(explanation, cell, form),
+        document,
         lambda: [record(explanation, source)],
     )
 
 
 def message(explanation: Explanation, cell: Cell = brief) -> str:
     """Return the outcome in one sentence."""
-    is_decided = explanation.status in (UNSOLVABLE, SOLVED)
-    ended = {TIME_LIMIT: "time limit: ", INTERRUPTED: "interrupted: "}
-    if not is_decided:
-        return (
-            f"{ended.get(explanation.status, '')}"
-            "neither a conflict nor a solution is known"
-        )
     if explanation.status == SOLVED:
-        known = "each range is" if explanation.complete else "not all ranges are"
-        return f"the problem has a solution, and {known} known{_where(explanation)}"
-    return "; ".join([*_blame(explanation), *_cure(explanation, cell)])
-
-
-def _where(explanation: Explanation) -> str:
-    """Return a clause on the solutions of which the ranges are; "" if of all.
-
-    The solutions of a monotone problem form one polyhedron. Otherwise there may be
-    several, and the optimal partition is that of the one around z.
-    """
-    problem = explanation.data.problem
-    if not problem.n or explanation.z is None:
-        return ""
-    if definiteness(symmetric_part(problem.M)).semidefinite == YES:
-        return ""
-    shown = wording.vector(in_stated_sense(problem, explanation.z), brief)
-    return f", for the solutions near z = {shown} alone, as M may not be monotone"
+        known = ", and each range is known" if explanation.ranges else ""
+        return f"the problem has a solution{known}"
+    ended = {TIME_LIMIT: "time limit: ", INTERRUPTED: "interrupted: "}
+    if explanation.status != UNSOLVABLE and explanation.repair is None:
+        why = ended.get(explanation.status, "")
+        return f"{why}neither a conflict nor a solution is known"
+    return "; ".join([*_cure(explanation, cell), *_blame(explanation)])
 
 
 def _near(explanation: Explanation) -> str:
@@ -177,11 +167,7 @@ def _blame(explanation: Explanation) -> list[str]:
     members = explanation.conflict
     if not members:
         said = "what is never blamed cannot hold together"
-        return [
-            said
-            if explanation.irreducible
-            else "no solution exists, and no conflict is known"
-        ]
+        return [said if explanation.irreducible else "no conflict is known"]
     names = [f"{each.name} ({each.what})" for each in members]
     if len({each.name for each in members}) == len(members):
         names = [each.name for each in members]
@@ -238,50 +224,95 @@ def _change(number: Number, change: Fraction, cell: Cell) -> str:
 
 
 def _document(explanation: Explanation, cell: Cell, form: str) -> Document:
-    problem = explanation.data.problem
-    title = f"{wording.title(problem) or 'problem'}: {wording.size(problem)}"
-    facts = list[str]()
-    tables = list[Table]()
-    remarks = list[str]()
-    if explanation.conflict:
-        tables.append(_conflict(explanation, cell))
-    if explanation.reason.fewest:
-        remarks.append(
-            "no fewer complementarities exclude a solution together with all bounds "
-            "and signs of w"
+    title = _headline(explanation)
+    took = wording.took(explanation.seconds, form)
+    made_by = f"{wording.PROGRAM}{took}"
+    is_open = explanation.status != UNSOLVABLE and explanation.repair is None
+    if explanation.status == SOLVED or is_open:
+        section = Section(
+            title,
+            message(explanation, cell),
+            explanation.complete,
+            tables=[_ranges(explanation.ranges or [])],
+            remarks=[_near(explanation)] if explanation.near else [],
+            provenance=made_by,
         )
-    if (repair := explanation.repair) is not None and repair.changes:
-        tables.append(_changes(explanation, repair, cell))
+        return Document(title, [section])
+    return Document(
+        title,
+        [
+            _repaired(explanation, cell),
+            _blamed(explanation, cell, f"{wording.PROGRAM}, in exact arithmetic{took}"),
+        ],
+    )
+
+
+def _headline(explanation: Explanation) -> str:
+    problem = explanation.data.problem
+    return f"{wording.title(problem) or 'problem'}: {wording.size(problem)}"
+
+
+def _repaired(explanation: Explanation, cell: Cell) -> Section:
+    """Return the section on the repair."""
+    repair, remarks = explanation.repair, list[str]()
+    has_changes = repair is not None and bool(repair.changes)
+    tables = [_changes(explanation, repair, cell)] if repair and has_changes else []
     if repair is not None and repair.z is not None:
-        z = in_stated_sense(problem, repair.z)
+        z = in_stated_sense(explanation.data.problem, repair.z)
         shown = wording.vector(z, lambda value: cell(value, 0))
         remarks.append(f"a solution after the change: z = {shown}")
-    rows = [
-        _row(explanation, *each, cell)
-        for each in islice(_numbers(explanation), MAX_ROWS)
+    crossing = _crossing(explanation)
+    if crossing:
+        remarks.append(f"the change reverses the sign of {listed(crossing)}")
+    verdict = "; ".join(_cure(explanation, cell))
+    is_least = repair is not None and repair.is_least
+    title = _headline(explanation)
+    return Section(title, verdict, is_least, tables=tables, remarks=remarks)
+
+
+def _crossing(explanation: Explanation) -> list[str]:
+    """Return the names of numbers whose sign the repair reverses."""
+    system = System(explanation.data)
+    return [
+        f"{each.number.name} ({each.number.what})"
+        for each in (explanation.repair.changes if explanation.repair else ())
+        if (value := system.value(each.number)) * (value + each.change) < 0
     ]
-    if rows:
-        tables.append(
-            Table(
-                ["number", "", "is", "from", "to", "below", "above"],
-                [rows],
-                words=(0, 1, 5, 6),
-                texts=(5, 6),
-                name="Ranges",
-            )
-        )
-    total = sum(1 for _ in _numbers(explanation))
-    if total > MAX_ROWS:
-        remarks.append(f"the first {MAX_ROWS} of {total} ranges; JSON has all of them")
-    took = wording.took(explanation.seconds, form)
-    made_by = f"{wording.PROGRAM}, in exact arithmetic{took}"
-    said = message(explanation, cell)
-    if explanation.near:
-        remarks.append(_near(explanation))
-    section = Section(
-        title, said, explanation.complete, facts, tables, remarks, made_by
+
+
+def _blamed(explanation: Explanation, cell: Cell, made_by: str) -> Section:
+    """Return the section on the conflict."""
+    tables = [_conflict(explanation, cell)] if explanation.conflict else []
+    near = [_near(explanation)] if explanation.near else []
+    return Section(
+        "conflict",
+        "; ".join(_blame(explanation)),
+        explanation.irreducible,
+        tables=tables,
+        remarks=near,
+        provenance=made_by,
     )
-    return Document(title, [section])
+
+
+def _ranges(ranges: Sequence[Range]) -> Table:
+    """Return the table of the ranges of a program, with rounded numbers."""
+
+    def row(each: Range) -> list[str]:
+        ends = each.below, each.above
+        return [
+            each.number.name,
+            each.number.what,
+            f"{each.value:.7g}",
+            *("" if end is None else f"{end.value:.7g}" for end in ends),
+            *("" if end is None else end.change for end in ends),
+        ]
+
+    header = ["number", "", "is", "from", "to", "below", "above"]
+    rows = [row(each) for each in ranges[:MAX_ROWS]]
+    more = f"the first {MAX_ROWS} of {len(ranges)} ranges; JSON has all of them"
+    notes = [more] if len(ranges) > MAX_ROWS else []
+    words, texts = (0, 1, 5, 6), (5, 6)
+    return Table(header, [rows] if rows else [], words, texts, notes, "Ranges")
 
 
 def _conflict(explanation: Explanation, cell: Cell) -> Table:
@@ -300,8 +331,27 @@ def _conflict(explanation: Explanation, cell: Cell) -> Table:
             cells.append(brief(Fraction(multipliers[each])))
         return cells
 
-    groups = [[row(each) for each in group] for group in (explanation.conflict, others)]
+    def rows(of: Sequence[Condition]) -> list[list[str]]:
+        if len(of) <= MAX_MEMBERS:
+            return [row(each) for each in of]
+        similar = dict[tuple[str, str], list[Condition]]()
+        for each in of:
+            pattern = re.sub(r"[\W_]*\d.*", "*", each.name)
+            similar.setdefault((pattern, each.what), []).append(each)
+        table = list[list[str]]()
+        for (pattern, what), some in similar.items():
+            if len(some) <= MAX_SIMILAR:
+                table += [row(each) for each in some]
+                continue
+            first = condition(system, some[0], cell)
+            cells = [pattern, what, f"{len(some)} of them, the first: {first}"]
+            table.append([*cells, ""][: len(header)])
+        return table
+
+    groups = [rows(group) for group in (explanation.conflict, others)]
     notes = ["below the rule: what is never blamed"] if others else []
+    if max(len(explanation.conflict), len(others)) > MAX_MEMBERS:
+        notes.append("conditions of similar names in one line; JSON has each")
     return Table(
         header,
         [group for group in groups if group],
@@ -372,47 +422,6 @@ def _sum(system: System, terms: Mapping[int, Fraction], cell: Cell) -> str:
     return "".join(parts) + more if parts else "0"
 
 
-def _numbers(explanation: Explanation) -> Iterator[tuple[Number, Range]]:
-    """Yield the numbers whose ranges are known."""
-    if explanation.ranges:
-        for each in System(explanation.data).numbers:
-            if (number_range := explanation.ranges[each.field][each.at]) is not None:
-                yield each, number_range
-
-
-def _row(
-    explanation: Explanation, number: Number, number_range: Range, cell: Cell
-) -> list[str]:
-    # Limits are rounded inward, unless they are equal.
-    below, above = number_range.below, number_range.above
-    is_point = below is not None and above is not None and below.value == above.value
-    inward = 0 if is_point else 1
-    return [
-        number.name,
-        number.what,
-        cell(number_range.value, 0),
-        "" if below is None else cell(below.value, inward),
-        "" if above is None else cell(above.value, -inward),
-        _beyond(explanation, below),
-        _beyond(explanation, above),
-    ]
-
-
-def _beyond(explanation: Explanation, end: End | None) -> str:
-    """Return what changes beyond a limit of a range."""
-    if end is None:
-        return ""
-    if end.enters is None or end.leaves is None:
-        return "no solution nearby" if end.ends else "not known"
-    system = System(explanation.data)
-    parts = [
-        f"{word} {listed([label(system, i) for i in indices])}"
-        for word, indices in (("in:", end.enters), ("out:", end.leaves))
-        if indices
-    ]
-    return ", ".join(parts) or "other w"
-
-
 def record(explanation: Explanation, source: Source = NO_SOURCE) -> dict[str, Any]:
     """Return an explanation as an object of plain values, with fractions as texts."""
     system, repair = System(explanation.data), explanation.repair
@@ -429,7 +438,6 @@ def record(explanation: Explanation, source: Source = NO_SOURCE) -> dict[str, An
             }
             for each in explanation.conflict
         ],
-        "fewest": explanation.reason.fewest,
         "near": [{"name": each.name, "what": each.what} for each in explanation.near],
         "repairable": _repairable(explanation),
         "repair": repair
@@ -447,7 +455,19 @@ def record(explanation: Explanation, source: Source = NO_SOURCE) -> dict[str, An
             "least": repair.is_least,
             "z": repair.z,
         },
-        "ranges": _ranges(explanation, system),
+        "ranges": explanation.ranges
+        and [
+            {
+                "name": each.number.name,
+                "what": each.number.what,
+                "value": each.value,
+                "lower": each.below and each.below.value,
+                "upper": each.above and each.above.value,
+                "below": each.below and each.below.change,
+                "above": each.above and each.above.change,
+            }
+            for each in explanation.ranges
+        ],
     }
     return plain_record(keys_of("why"), explanation, overrides)
 
@@ -460,42 +480,3 @@ def _repairable(explanation: Explanation) -> bool | None:
         if explanation.repair is not None and explanation.repair.z is not None
         else None
     )
-
-
-def _ranges(explanation: Explanation, system: System) -> dict[str, Any] | None:
-    """Return the ranges of all numbers, in three lists; None for a problem without a
-    known solution."""
-    if not explanation.ranges:
-        return None
-    number_of = {(each.field, each.at): each for each in system.numbers}
-
-    def names(indices: Sequence[int] | None) -> list[str] | None:
-        return None if indices is None else [label(system, i) for i in indices]
-
-    def one(number: Number, number_range: Range) -> dict[str, Any]:
-        below, above = number_range.below, number_range.above
-        return {
-            "name": number.name,
-            "what": number.what,
-            "value": number_range.value,
-            "lower": below and below.value,
-            "upper": above and above.value,
-            "enters_below": below and names(below.enters),
-            "leaves_below": below and names(below.leaves),
-            "enters_above": above and names(above.enters),
-            "leaves_above": above and names(above.leaves),
-            "ends_below": below and below.ends,
-            "ends_above": above and above.ends,
-            "objective_lower": below and below.objective,
-            "objective_upper": above and above.objective,
-            "basis_lower": number_range.basis[0],
-            "basis_upper": number_range.basis[1],
-        }
-
-    return {
-        field: [
-            None if number_range is None else one(number_of[field, i], number_range)
-            for i, number_range in enumerate(each)
-        ]
-        for field, each in explanation.ranges.items()
-    }

@@ -2,7 +2,6 @@
 others can, by every combination of states; with proofs that are checked here."""
 
 from fractions import Fraction
-from itertools import combinations
 
 import numpy as np
 import pytest
@@ -33,23 +32,6 @@ def test_a_conflict_has_no_point_and_without_any_member_it_has_one(most, is_mixe
             assert small.is_possible([each for each in keys if each != key]), seed
         kinds.add(any(kind == COMPLEMENTARITY for kind, _ in keys))
     assert kinds == {False, True}
-
-
-@KINDS
-def test_no_fewer_complementarities_exclude_a_solution(most, is_mixed):
-    compared = 0
-    for seed, small in unsolvable(12, most, is_mixed):
-        found = why(small.problem())
-        if not found.reason.fewest:
-            continue
-        compared += 1
-        every = small.keys()
-        linear = [key for key in every if key[0] != COMPLEMENTARITY]
-        others = [key for key in every if key[0] == COMPLEMENTARITY]
-        size = sum(each.kind == COMPLEMENTARITY for each in found.conflict)
-        for fewer in combinations(others, size - 1):
-            assert small.is_possible([*linear, *fewer]), seed
-    assert compared > 1
 
 
 def test_what_is_kept_is_never_blamed():

@@ -3,6 +3,7 @@ what is known at a limit and after Ctrl-C."""
 
 import json
 import signal
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -26,13 +27,14 @@ INFEASIBLE = {
     "columns": ["bread", "cheese", "eggs"],
 }
 UNSOLVABLE = {"M": [[0, 1], [0, 1]], "q": [-1, 0], "names": ["pump", "valve"]}
+PLAN = {"c": [-1], "A": [[1]], "row_upper": [4], "columns": ["x"]}
 SOLVABLE = {"M": [[2, 1], [1, 2]], "q": [-5, -6]}
 
 
 @pytest.fixture
 def folder(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
-    own = {"diet": INFEASIBLE, "pipes": UNSOLVABLE, "two": SOLVABLE}
+    own = {"diet": INFEASIBLE, "pipes": UNSOLVABLE, "two": SOLVABLE, "plan": PLAN}
     for name, data in own.items():
         save_json(tmp_path / f"{name}.json", data)
     M = np.array([[0.0, 1.0], [0.0, 0.0]])
@@ -102,23 +104,22 @@ def test_an_interrupt_shows_what_is_known(number, code, lcp):
         return found
 
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(repair.Repairs, "run", _raising(number))
+        patch.setattr(conflicts.Finder, "run", _raising(number))
         found = shown("diet.json")
-    assert found["irreducible"] is True
-    assert len(found["conflict"]) == 4
     assert found["status"] == "unsolvable"
-    assert found["repair"] is None
-    with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(ranges.Position, "farthest", _raising(number))
-        patch.setattr(ranges.Position, "is_simple", lambda *_: False)
-        found = shown("two.json")
-    assert found["status"] == "solved"
-    assert found["z"] == ["4/3", "7/3"]
-    with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(conflicts.Finder, "contradict", _raising(number))
-        found = shown("diet.json")
-    assert found["status"] == "interrupted"
+    assert found["repair"]["least"] is True
     assert found["conflict"] == []
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(ranges._Basis, "range", _raising(number))
+        found = shown("plan.json")
+    assert found["status"] == "solved"
+    assert found["z"] == ["4", "-1"]
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(repair.Repairs, "run", _raising(number))
+        found = shown("pipes.json")
+    assert found["status"] == "unsolvable"
+    assert found["conflict"] == []
+    assert found["repair"] is None
 
 
 def test_at_the_time_limit_nothing_else_is_said(lcp):
@@ -139,3 +140,36 @@ def test_a_conflict_that_is_not_reduced_is_told_as_such(monkeypatch, lcp):
     assert outcome.code == 1
     assert "it is not proved that all of them are necessary" in outcome.out
     assert "the cheapest change" in outcome.out
+
+
+def test_the_repair_is_printed_before_the_conflict_is_known(lcp, monkeypatch, capfd):
+    printed = []
+
+    def late(*_):
+        printed.append(capfd.readouterr().out)
+        raise lcpcli.interrupts.TimeIsUp
+
+    monkeypatch.setattr(conflicts.Finder, "run", late)
+    rest = lcp("why diet.json").out
+    assert "the cheapest change: decrease the lower bound of row protein" in printed[0]
+    assert "conflict" not in printed[0]
+    assert rest.startswith("\nconflict\n")
+
+
+def test_names_have_a_star_as_their_only_wildcard(lcp, refused):
+    assert lcp("why diet.json --change 'f*t' --change 'w*' --format json").code == 0
+    line = refused(
+        "why diet.json --change 'f?t'", {"diet.json": json.dumps(INFEASIBLE)}
+    )
+    assert line.startswith("--change: 'f?t' names nothing in this problem")
+
+
+def test_many_similar_conditions_are_counted_in_one_line(lcp):
+    n = 30
+    names = [f"part_{i}" for i in range(n)]
+    data = {"c": [1] * n, "A": [[1] * n], "row_upper": [-1], "columns": names}
+    Path("parts.json").write_text(json.dumps(data))
+    outcome = lcp("why parts.json")
+    assert "these 31 conditions cannot hold together" in outcome.out
+    assert "30 of them, the first: part_0 >= 0" in outcome.out
+    assert len(outcome.out.splitlines()) < 20
