@@ -16,7 +16,7 @@ from lcpcli.cli.command import command
 from lcpcli.cli.declarations import OneProblem, Reporting, option, refuse, reporting
 from lcpcli.cli.main import of_end
 from lcpcli.cli.output import Destination
-from lcpcli.cli.problems import Inputs
+from lcpcli.cli.problems import Inputs, tell
 from lcpcli.cli.terminal import Line, emit, shows_progress
 from lcpcli.errors import Exit, quoted
 from lcpcli.files import contents
@@ -26,6 +26,7 @@ from lcpcli.report.document import RECORD_MEANINGS
 
 if TYPE_CHECKING:
     from lcpcli.explanation.report import Explanation
+    from lcpcli.model.problem import Problem
 
 MIN_SECONDS = 1e-6  # of the search, if the time was up after reading
 
@@ -39,6 +40,7 @@ class Why(OneProblem, Reporting):
     weights: Sequence[str] = ()
     time_limit: float | None = None
     exact: bool = False
+    repaired: str | None = None
 
 
 @command(
@@ -48,6 +50,7 @@ class Why(OneProblem, Reporting):
         "lcp make infeasible -n 5 -o infeasible.json",
         "lcp why infeasible.json",
         "lcp why infeasible.json --keep 'z1 lower bound' --weights z1=2",
+        "lcp why infeasible.json --repaired solvable.json",
         "lcp why transport --format json",
     ),
     common=(
@@ -86,6 +89,11 @@ class Why(OneProblem, Reporting):
 )
 @option("Stopping", TIME_LIMIT)
 @option("Output", "--exact  Show fractions; JSON always does.")
+@option(
+    "Output",
+    "--repaired FILE  Write the problem with the cheapest change, in the format of the "
+    "suffix, such as .mps or .json.  [default: none]",
+)
 @reporting(RECORD_MEANINGS)
 def why(request: Why) -> int:
     """Solve a problem. If it has no solution, show the smallest change that makes it
@@ -94,7 +102,8 @@ def why(request: Why) -> int:
     alone while the optimal basis stays the same."""
     destination = Destination.of(request)
     inputs = Inputs.of(request, request.files, request.quiet)._replace(as_written=True)
-    inputs.prepare({"--output": destination.path})
+    inputs.prepare({"--output": destination.path, "--repaired": request.repaired})
+    _prepare_repaired(inputs, request.repaired)
     costs = dict(map(_weight, request.weights))
     began, limit = clock.seconds(), request.time_limit or TIME_LIMIT.value
     read = inputs.read(tells=False)
@@ -143,7 +152,27 @@ def why(request: Why) -> int:
     if shown_parts:
         emit("\n", color=False)
     destination.show(shown.render, f"{where}: {message(explanation, approximate)}")
+    if request.repaired is not None:
+        _write_repaired(explanation.repaired, request.repaired, request.quiet)
     return of_end(explanation.complete, interrupted=is_cut)
+
+
+def _prepare_repaired(inputs: Inputs, file: str | None) -> None:
+    """Refuse a file whose suffix belongs to no format."""
+    if file is not None:
+        from lcpcli.files import writing
+
+        inputs.refuse({"--repaired": writing.file_of_q(file)})
+
+
+def _write_repaired(problem: Problem | None, file: str, quiet: bool) -> None:
+    """Write the problem with the cheapest change, or say that none is known."""
+    from lcpcli.cli import make
+
+    if problem is None:
+        tell(f"{file} is not written: no change is known", quiet)
+    else:
+        make.write(problem, file, quiet, as_program=True)
 
 
 def _waiting(doing: str, request: Why) -> Line:

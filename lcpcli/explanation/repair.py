@@ -299,7 +299,10 @@ def changed(data: ExactProblem, change_of: Mapping[Key, Fraction]) -> ExactProbl
         for field, bounds in ((LOWER, lower), (UPPER, upper)):
             if (bound := bounds[i]) is not None:
                 bounds[i] = bound + change_of.get((field, i), 0)
-    return _exact(data.M, q, lower, upper, data.problem.block_form)
+    problem = data.problem
+    has_names = problem.origin is not None and problem.formulation.is_names_alone
+    origin = problem.origin if has_names else problem.block_form
+    return _exact(data.M, q, lower, upper, origin)
 
 
 def _exact(

@@ -27,8 +27,9 @@ from lcpcli.explanation.conditions import (
 )
 from lcpcli.explanation.conflicts import Conflict
 from lcpcli.explanation.ranges import Range
-from lcpcli.explanation.repair import Repair
+from lcpcli.explanation.repair import Repair, changed
 from lcpcli.files.contents import NO_SOURCE, Source
+from lcpcli.model.problem import Problem
 from lcpcli.model.words import in_stated_sense, reversed_names
 from lcpcli.rational.exact_problem import ExactProblem
 from lcpcli.rational.numbers import approximate, brief, text
@@ -102,6 +103,20 @@ class Explanation:
         contradiction; empty for another conflict.
         """
         return self.reason.multipliers
+
+    @property
+    def repaired(self) -> Problem | None:
+        """Return the problem with the changes of the repair, in double precision, that
+        is solvable with them; None if no such changes are known.
+        """
+        if self.repair is None or self.repair.z is None:
+            return None
+        numbers = ((each.number, each.change) for each in self.repair.changes)
+        change_of = {
+            (number.field, number.at): number.sense * change
+            for number, change in numbers
+        }
+        return changed(self.data, change_of).problem
 
     @property
     def message(self) -> str:

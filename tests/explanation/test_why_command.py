@@ -173,3 +173,19 @@ def test_many_similar_conditions_are_counted_in_one_line(lcp):
     assert "these 31 conditions cannot hold together" in outcome.out
     assert "30 of them, the first: part_0 >= 0" in outcome.out
     assert len(outcome.out.splitlines()) < 20
+
+
+@pytest.mark.parametrize("name", ["diet.json", "pipes.json"])
+def test_the_repaired_problem_is_a_file_with_a_solution_and_the_names(name, lcp):
+    lcp(f"why {name} --repaired solvable.json")
+    repaired = lcpcli.read("solvable.json")
+    assert lcpcli.run(repaired).solved
+    assert [*repaired.names] == [*lcpcli.read(name).names]
+
+
+def test_the_repaired_program_is_an_mps_file_in_the_signs_of_its_rows(lcp):
+    lcp("why diet.json --repaired solvable.mps")
+    assert "1.2" in Path("solvable.mps").read_text()
+    assert lcp("why two.json --repaired none.json").err.endswith(
+        "none.json is not written: no change is known\n"
+    )
