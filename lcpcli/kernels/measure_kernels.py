@@ -17,7 +17,7 @@ from numba import njit, types
 
 from lcpcli.linalg.doubles import ROUNDING, ROW_ROUNDING, SMALL_DISTANCE
 from lcpcli.linalg.matrices import TINY_TERMS
-from lcpcli.linalg.units import CONVERGED_ERROR, FEW_CG_STEPS
+from lcpcli.linalg.units import CONVERGED_ERROR, FEW_CG_STEPS, TINY
 from lcpcli.model.box import CANCELLATION, NO_BOUND
 from lcpcli.verify.measure import DROWNED, FINEST
 
@@ -187,12 +187,18 @@ def _components(entries: Any) -> Any:
 def units_of(entries: Any) -> Any:
     """Return log2 of R and of C, the components of rows and columns, shape (2 n,), and
     their number, as `units.units` does up to a constant for each component; 0
-    components if conjugate gradients do not converge.
+    components if conjugate gradients do not converge, or if entries may be so small
+    that they take no part.
     """
     begin, columns, values = entries
     n = begin.size - 1
     sums, counts = np.zeros(2 * n), np.zeros(2 * n)
     used = values != 0.0
+    smallest_entry, largest_entry = np.inf, 0.0
+    for value in values:
+        largest_entry = max(largest_entry, abs(value))
+        if value != 0.0:
+            smallest_entry = min(smallest_entry, abs(value))
     for i in range(n):
         for at in range(begin[i], begin[i + 1]):
             logarithm = np.log2(abs(values[at])) if used[at] else 0.0
@@ -230,6 +236,7 @@ def units_of(entries: Any) -> Any:
         for v in range(2 * n):
             x[v] += size / total * direction[v]
             residual[v] -= size / total * image[v]
+    has_converged &= smallest_entry >= TINY * largest_entry
     parts, count = _components(entries)
     return x[:n].copy(), x[n:].copy(), parts, count if has_converged else 0
 

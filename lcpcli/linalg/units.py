@@ -34,7 +34,7 @@ import numpy as np
 
 from lcpcli.clock import imports
 from lcpcli.linalg import matrices
-from lcpcli.linalg.doubles import FAR_FROM_ONE, ROW_ROUNDING, generic, largest
+from lcpcli.linalg.doubles import FAR_FROM_ONE, ROW_ROUNDING, generic, largest, sizes
 from lcpcli.linalg.factors import finite
 from lcpcli.linalg.krylov import (
     Operator,
@@ -102,6 +102,10 @@ FEW_ROWS = 256
 # Fraction of nonzero entries above which conjugate gradients multiply by a dense M as
 # it is, and the limit on their steps then.
 DENSE, DENSE_CG_STEPS = 0.2, 30
+# Entries of the equilibrated matrix that are smaller do not take part in the fit.
+TINY = 2.0**-50
+# Fits, each without the entries that are tiny by the one before.
+MAX_FITS = 5
 
 
 class Units(NamedTuple):
@@ -142,8 +146,25 @@ def units(M: Matrix, S: Vector | None = None) -> Units:
     sparse rows, with finite entries. In each connected component, the mean of log2 R
     over the entries equals that of log2 C.
 
+    Entries that are tiny when all rows and columns have largest entries of about 1 take
+    no part: no term of their row and column can feel them, and the exponents of the
+    tails of a Gaussian would decide all others.
+
     S : 1 for variables and -1 for multipliers, if M is the matrix of a program.
     """
+    fitted, entries = _units_of_all(M, S), M.data if is_sparse(M) else M
+    smallest, largest_entry = sizes(entries)
+    for _ in range(0 if smallest >= TINY * largest_entry else MAX_FITS):
+        before, counted = entries, _without_tiny_entries(M, fitted)
+        entries = counted.data if is_sparse(M) else counted
+        if np.array_equal(before, entries):
+            break
+        fitted = _units_of_all(counted, S)
+    return fitted
+
+
+def _units_of_all(M: Matrix, S: Vector | None) -> Units:
+    """Return the scaling factors as `units` does, of which all entries are part."""
     if is_sparse(M):
         return _sparse(M, S)
     if M.all():
@@ -159,6 +180,23 @@ def units(M: Matrix, S: Vector | None = None) -> Units:
     if fitted is not None:
         return fitted
     return _sparse(matrices.thinned(M, M.size), S)
+
+
+def _without_tiny_entries(M: Matrix, all_units: Units) -> Matrix:
+    """Return M with zeros for entries below TINY times the largest ones of their row
+    and column, in units in which all of these are about 1: those to which Ruiz's
+    sweeps lead from the units of all entries, so that other units of the data lead to
+    the same."""
+    n = M.shape[0]
+    powers = np.concatenate((all_units.rows, all_units.columns))
+    for _ in range(MAX_SWEEPS):
+        found = sizes_in_units(M, powers)
+        powers = powers - 0.5 * np.log2(found + (found == 0.0))
+    scaled = matrices.scaled(M, np.exp2(powers[:n]), np.exp2(powers[n:]))
+    if is_sparse(M):
+        kept = np.where(np.abs(scaled.data) < TINY, 0.0, M.data)
+        return M if kept.all() else matrices.with_data(M, kept)
+    return np.where(np.abs(scaled) < TINY, 0.0, M)
 
 
 class Base:

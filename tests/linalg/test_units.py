@@ -11,6 +11,7 @@ from hypothesis import strategies as st
 from numpy.random import default_rng
 from scipy.sparse import csc_array, csr_array, diags_array, random_array
 
+import lcpcli
 from lcpcli import Problem
 from lcpcli.linalg.matrices import (
     column_maxima,
@@ -216,3 +217,31 @@ def test_units_of_the_matrix_before_bound_those_of_one_near_it(seed):
     assert before.digits_to(M) == 0
     assert before.digits_to(2 * M) == np.inf
     assert before.digits_to(np.where(M[0, 0] == M, 1.0 - (M != 0), M)) == np.inf
+
+
+@pytest.mark.parametrize("is_sparse", [False, True])
+def test_tails_of_a_gaussian_do_not_decide_the_units_of_its_rows(is_sparse):
+    t = np.linspace(0.0, 1.0, 60)
+    M = np.exp(-((t[:, np.newaxis] - t) ** 2) / 0.002)
+    assert M.min() < 1e-200
+    cut = np.where(M < 1e-40, 0.0, M)
+    R, C = np.exp2(np.arange(60) % 7 - 3.0), np.exp2(np.arange(60) % 5 - 2.0)
+    as_given, scaled, without_tails = (
+        units(csr_array(A) if is_sparse else A)
+        for A in (M, R[:, np.newaxis] * M * C, R[:, np.newaxis] * cut * C)
+    )
+    assert np.ptp(as_given.rows) <= 8.0
+    for other in (scaled, without_tails):
+        change = as_given.rows - other.rows - np.log2(R)
+        np.testing.assert_allclose(change, change[0], atol=1e-5)
+
+
+def test_a_column_that_decays_does_not_decide_the_units_of_the_others():
+    """A fit of four exponentials, one of which soon leaves no number that counts."""
+    times = np.arange(20.0)
+    A = np.exp(-np.multiply.outer(times, [0.2, 0.4, 0.6, 12.0]))
+    b = A @ [1.0, 0.5, 0.2, 15.0]
+    problem = lcpcli.from_lsq(A, b, lower=1e-8)
+    result = lcpcli.run(problem)
+    assert result.solved
+    np.testing.assert_allclose(A @ result.answer.x, b, rtol=1e-6)
