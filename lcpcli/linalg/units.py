@@ -182,6 +182,7 @@ def _units_of_all(M: Matrix, S: Vector | None) -> Units:
     return _sparse(matrices.thinned(M, M.size), S)
 
 
+@np.errstate(all="ignore")  # of entries that take no part
 def _without_tiny_entries(M: Matrix, all_units: Units) -> Matrix:
     """Return M with zeros for entries below TINY times the largest ones of their row
     and column, in units in which all of these are about 1: those to which Ruiz's

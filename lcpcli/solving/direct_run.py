@@ -22,7 +22,7 @@ import numpy as np
 from lcpcli.clock import Stopwatch, imports
 from lcpcli.errors import OptionError, ParameterError
 from lcpcli.interrupts import TimeIsUp, deadline_after, hides_interrupt
-from lcpcli.linalg.doubles import number_of
+from lcpcli.linalg.doubles import is_finite, number_of
 from lcpcli.methods import direct
 from lcpcli.methods.direct import (
     MAX_COMPILED,
@@ -292,11 +292,17 @@ def answered(session: Session) -> Result | None:
 
 def _in_given_units(session: Session, result: Result) -> Result | None:
     """Return a result in the units of the attempts as one of the problem of a session;
-    None if z does not solve that."""
+    None if z does not solve that. If doubles cannot represent z in the units of the
+    data, the run continues in these."""
     change = session.change
     assert isinstance(change, Scaled)
+    with np.errstate(over="ignore"):
+        z = change.z_outside(result.z)
+    if not is_finite(z):
+        session.change, session.recorded_stages = None, {}
+        return None
     answer = DirectAnswer(
-        session.problem.box.project(change.z_outside(result.z)),
+        session.problem.box.project(z),
         False,
         result.iterations,
         evaluations=result.evaluations,
