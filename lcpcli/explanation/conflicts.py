@@ -25,7 +25,7 @@ from lcpcli.explanation.contradictions import (
     contradiction,
     smallest,
 )
-from lcpcli.explanation.repair import violation
+from lcpcli.explanation.repair import MAX_SEARCHED, violation
 from lcpcli.explanation.search import search
 from lcpcli.rational.elimination import Effort
 from lcpcli.rational.numbers import whole_multiple
@@ -63,8 +63,8 @@ class Finder:
         self.nearly_contradictory: Sequence[Condition] = ()
 
     def run(self) -> None:
-        """Search for a conflict of linear conditions, by linear programs; then, with at
-        most MAX_BLOCK_UNKNOWNS unknowns, for one with complementarities, or a solution.
+        """Search for a conflict of linear conditions, by linear programs; then, unless
+        there are too many unknowns, for one with complementarities, or a solution.
         """
         for stage in (CONSTRAINTS, OPTIMALITY):
             linear = [each for each in self.system.linear if each.stage == stage]
@@ -74,7 +74,9 @@ class Finder:
                 return
             if found is not None:
                 self.nearly_contradictory = found.conditions
-        if self.system.n <= MAX_BLOCK_UNKNOWNS:
+        # Pivoting on nearly dependent rows takes fractions of many digits.
+        largest = MAX_SEARCHED if self.nearly_contradictory else MAX_BLOCK_UNKNOWNS
+        if self.system.n <= largest:
             self._exclude()
 
     def _set_contradiction(self, multipliers: Multipliers) -> None:

@@ -193,7 +193,10 @@ class _Search:
         result = driver.run(data.problem, "auto", limits=limits)
         if result.interrupted:
             raise KeyboardInterrupt
-        if result.status.has_no_solution:
+        proof = result.certificate
+        # A proof may hold for rounded data, or up to rounding, alone.
+        is_proved = proof is None or not proof.is_rounded
+        if result.status.has_no_solution and is_proved and data.are_floats():
             self._status = UNSOLVABLE
         elif result.solved and data.n <= MAX_EXACT_UNKNOWNS:
             self._z = from_point(data, result.z)

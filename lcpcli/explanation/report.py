@@ -181,8 +181,10 @@ def _blame(explanation: Explanation) -> list[str]:
     """Return clauses about the conditions that cannot hold together."""
     members = explanation.conflict
     if not members:
-        said = "what is never blamed cannot hold together"
-        return [said if explanation.irreducible else "no conflict is known"]
+        if explanation.irreducible:
+            return ["what is never blamed cannot hold together"]
+        is_unsolvable = explanation.status == UNSOLVABLE
+        return ["no solution exists"] * is_unsolvable + ["no conflict is known"]
     names = [f"{each.name} ({each.what})" for each in members]
     if len({each.name for each in members}) == len(members):
         names = [each.name for each in members]
