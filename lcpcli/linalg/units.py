@@ -106,6 +106,7 @@ DENSE, DENSE_CG_STEPS = 0.2, 30
 TINY = 2.0**-50
 # Fits, each without the entries that are tiny by the one before.
 MAX_FITS = 5
+SETTLED = 0.25  # binary digits by which a sweep changes no factor any more
 
 
 class Units(NamedTuple):
@@ -192,7 +193,10 @@ def _without_tiny_entries(M: Matrix, all_units: Units) -> Matrix:
     powers = np.concatenate((all_units.rows, all_units.columns))
     for _ in range(MAX_SWEEPS):
         found = sizes_in_units(M, powers)
-        powers = powers - 0.5 * np.log2(found + (found == 0.0))
+        changes = 0.5 * np.log2(found + (found == 0.0))
+        powers = powers - changes
+        if np.abs(changes).max() <= SETTLED:
+            break
     scaled = matrices.scaled(M, np.exp2(powers[:n]), np.exp2(powers[n:]))
     if is_sparse(M):
         kept = np.where(np.abs(scaled.data) < TINY, 0.0, M.data)

@@ -233,20 +233,31 @@ def is_far_from_one(problem: Problem) -> bool:
 
 
 def is_of_usual_size(problem: Problem) -> bool:
-    """Return whether all nonzero numbers of the problem but single entries of M are of
-    usual size, so that no scaling needs to be computed."""
-    smallest, largest = problem.sizes_of_q
-    limit = USUAL if problem.block_form is None else USUAL_IN_PROGRAM
-    if largest > limit or smallest < 1 / limit:
-        return False
+    """Return whether the numbers of the problem are of usual size, so that no scaling
+    needs to be computed: all nonzero ones but single entries of M or, for a program,
+    the medians of its costs and of its sides."""
     smallest, largest = sizes(problem.row_maxima)
     if largest > USUAL_ENTRY or smallest < 1 / USUAL_ENTRY:
         return False
-    if not problem.is_mixed:
-        return True
-    bounds = np.concatenate(problem.box.vectors(problem.n))
-    smallest, largest = sizes(bounds[np.isfinite(bounds)])
-    return bool(smallest >= 1 / limit and largest <= limit)
+    block_form = problem.block_form
+    if block_form is not None:
+        k, limit = block_form.variables, USUAL_IN_PROGRAM
+        sides = _median_size(problem.q[k:])
+        bounds = problem.box.vectors(problem.n) if sides == 1.0 else ()
+        medians = sides, _median_size(problem.q[:k]), *map(_median_size, bounds)
+        return all(1 / limit <= size <= limit for size in medians)
+    smallest, largest = problem.sizes_of_q
+    if problem.is_mixed:
+        ends = np.concatenate(problem.box.vectors(problem.n))
+        least, most = sizes(ends[np.isfinite(ends)])
+        smallest, largest = min(smallest, least), max(largest, most)
+    return bool(smallest >= 1 / USUAL and largest <= USUAL)
+
+
+def _median_size(values: Vector) -> float:
+    """Return the median of the nonzero finite sizes; 1 if there are none."""
+    found = np.abs(values[(values != 0) & np.isfinite(values)])
+    return float(np.median(found)) if found.size else 1.0
 
 
 class Shifted(Change):
