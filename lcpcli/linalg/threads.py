@@ -18,7 +18,7 @@ from __future__ import annotations
 import os
 import threading
 from collections.abc import Callable, Iterator, Sequence
-from contextlib import contextmanager
+from contextlib import AbstractContextManager, contextmanager, nullcontext
 from functools import cache, wraps
 from typing import Any, TypeVar, cast
 
@@ -46,6 +46,10 @@ MIN_THREADED_ROWS = 100
 # as one at n = 3000 and 4 times at n = 5000: below this size the loss outweighs the
 # gain.
 MANY_ROWS = 5000
+
+# Entries of a dense rectangular matrix A from which OpenBLAS may use several threads
+# for A'A or factors of A.
+MIN_THREADED_ENTRIES = 2500
 
 Function = TypeVar("Function", bound=Callable[..., Any])
 
@@ -98,6 +102,22 @@ def _number(problem: Any, asked: int | None) -> int | None:
     with imports:
         from lcpcli.linalg.matrices import is_sparse
     return 1 if rows < MANY_ROWS or is_sparse(M) else None
+
+
+def limited_for(A: Any) -> AbstractContextManager[None]:
+    """Return a context in which the BLAS uses one thread for a dense or sparse matrix
+    of any shape, unless the environment sets their number, A is so small that it uses
+    one anyway, or so large that more save time.
+    """
+    rows, columns = A.shape
+    entries = rows * columns
+    if entries < MIN_THREADED_ENTRIES or in_environment() is not None:
+        return nullcontext()
+    with imports:
+        from lcpcli.linalg.matrices import is_sparse
+    if min(rows, columns) >= MANY_ROWS and not is_sparse(A):
+        return nullcontext()
+    return limited(1)
 
 
 _lock = threading.Lock()

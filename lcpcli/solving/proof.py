@@ -316,6 +316,7 @@ def with_reference(problem: Problem) -> Problem:
         return problem.having(solutions=(z,), reference="exact")
     if result is None or not result.solved:
         return problem
-    return problem.having(
-        solutions=(accurate_basic_solution(problem, result.z),), reference="computed"
-    )
+    with suppress(TimeIsUp):  # of the caller's time limit
+        z = accurate_basic_solution(problem, result.z)
+        return problem.having(solutions=(z,), reference="computed")
+    return problem

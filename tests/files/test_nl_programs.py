@@ -137,10 +137,29 @@ def test_program_is_solved_checked_and_written_with_its_names(tmp_path):
         lcpcli.read_nl(file)
 
 
-def test_equations_that_determine_all_variables_stay_a_system(tmp_path):
+def test_equations_that_determine_all_variables_keep_the_objective(tmp_path):
+    file = tmp_path / "square.nl"
+    rows = [((4, 2), {0: 1, 1: 1}, 0), ((4, 4), {0: 2, 1: 2}, 0)]
+    objective = ("+", ("square", "v0"), ("*", 2, ("square", "v1")))
+    file.write_bytes(model(2, rows, [FREE] * 2, objective=objective))
+    result = lcpcli.run(read(file))
+    assert result.solved
+    assert result.answer.x == pytest.approx([4 / 3, 2 / 3])
+
+
+def test_constant_objective_asks_for_a_feasible_point(tmp_path):
+    file = tmp_path / "feasible.nl"
+    rows = [((4, 2), {0: 1, 1: 1}, 0), ((4, 1), {0: 1, 1: -1}, 0)]
+    file.write_bytes(model(2, rows, [NONNEGATIVE] * 2, objective=0))
+    result = lcpcli.run(read(file))
+    assert result.solved
+    assert result.answer.x == pytest.approx([1.5, 0.5])
+
+
+def test_constant_objective_leaves_a_square_system_a_system(tmp_path):
     file = tmp_path / "system.nl"
     rows = [((4, 1), {0: 2}, 0), ((4, 2), {0: 1, 1: 1}, 0)]
-    file.write_bytes(model(2, rows, [FREE] * 2, objective="v0"))
+    file.write_bytes(model(2, rows, [FREE] * 2, objective=0))
     problem = read(file)
     assert not isinstance(problem.origin, Program)
-    assert lcpcli.run(problem).z.tolist() == [0.5, 1.5]
+    assert lcpcli.run(problem).z == pytest.approx([0.5, 1.5])

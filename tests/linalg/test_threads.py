@@ -307,3 +307,31 @@ def test_smallest_number_counts_until_the_last_thread_is_done():
     ending.set()
     last.join()
     assert numbers() == before
+
+
+@pytest.mark.usefixtures("clean")
+@pytest.mark.parametrize("shape", [(120, 30), (300, 100)])
+def test_fits_use_one_thread_as_all_other_calls_do(shape, monkeypatch):
+    asked = []
+
+    @contextlib.contextmanager
+    def noted(number):
+        asked.append(number)
+        yield
+
+    monkeypatch.setattr(threads, "limited", noted)
+    rng = np.random.default_rng(0)
+    A, b = rng.standard_normal(shape), rng.standard_normal(shape[0])
+    calls = {
+        "nnls": lambda: lcpcli.nnls(A, b),
+        "lsq": lambda: lcpcli.lsq(A, b, 0, 1),
+        "many": lambda: lcpcli.nnls(A, np.column_stack((b, -b))),
+    }
+    for name, call in calls.items():
+        asked.clear()
+        call()
+        assert set(asked) == {1}, name
+    result = lcpcli.nnls(A, b)
+    asked.clear()
+    assert result.answer.norm > 0
+    assert set(asked) == {1}

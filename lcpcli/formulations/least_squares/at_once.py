@@ -18,6 +18,7 @@ from lcpcli.formulations.least_squares.optimality import REASON, holds
 from lcpcli.formulations.least_squares.scaling import Scaled
 from lcpcli.formulations.least_squares.sparse_fits import minimize_sparse
 from lcpcli.linalg.matrices import dense, is_sparse
+from lcpcli.linalg.threads import limited_for
 from lcpcli.model.formulation import Proposal
 from lcpcli.model.problem import Problem
 from lcpcli.options import DEFAULTS
@@ -82,7 +83,8 @@ class FitResult(RowResult):
     def answer(self) -> Fit:
         fits, i, Z = self._row
         assert isinstance(fits, Fits)
-        return fit_at(fits.origin, fits.data_at(i), Z[i])
+        with limited_for(fits.data.A):
+            return fit_at(fits.origin, fits.data_at(i), Z[i])
 
 
 def solved_at_once(fits: Fits, began: float) -> Result | None:

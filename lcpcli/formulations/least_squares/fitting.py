@@ -14,6 +14,7 @@ from lcpcli.clock import seconds
 from lcpcli.formulations.least_squares.at_once import Fits, solved_at_once
 from lcpcli.formulations.least_squares.fit import data_of, from_lsq
 from lcpcli.formulations.least_squares.many_fits import FitBatch
+from lcpcli.linalg.threads import limited_for
 from lcpcli.model.right_hand_sides import dimensions
 from lcpcli.solving.call import RunOptions, run
 from lcpcli.solving.result import Result
@@ -125,10 +126,12 @@ def lsq(
     if dimensions(b) == 2:
         data, labels = data_of(A, b, lower, upper, E, d)
         shared = data.A, data.lower, data.upper, data.E, data.d
-        return FitBatch(Fits(data, labels), partial(_single, shared, options))
+        with limited_for(data.A):
+            return FitBatch(Fits(data, labels), partial(_single, shared, options))
     if not options:
         data, labels = data_of(A, b, lower, upper, E, d)
-        result = solved_at_once(Fits(data, labels), began)
+        with limited_for(data.A):
+            result = solved_at_once(Fits(data, labels), began)
         if result is not None:
             return result
     return run(from_lsq(A, b, lower, upper, E, d), **options)

@@ -36,11 +36,14 @@ NOT_QUADRATIC = (
 
 
 def is_program(segments: Segments) -> bool:
-    """Return whether a file contains a program: it has an objective, no complementarity
-    condition, and not only equations that determine all variables.
+    """Return whether a file contains a program: it has an objective and no
+    complementarity condition. With a constant objective, as many equations as free
+    variables are a system instead, which need not be linear.
     """
-    if segments.complements or not segments.has_objective:
+    if segments.complements or not segments.objectives:
         return False
+    if segments.has_objective:
+        return True
     equations = [low for low, high in segments.sides if low is not None and low == high]
     rows = [side for side in segments.sides if side != (None, None)]
     fixed = [low for low, high in segments.bounds if low is not None and low == high]
