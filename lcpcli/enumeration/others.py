@@ -9,7 +9,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from dataclasses import replace
 from itertools import islice
 from typing import TYPE_CHECKING, NamedTuple
 
@@ -142,8 +141,8 @@ def with_all_references(problem: Problem) -> Problem:
     pieces = list(islice(search, MAX_REFERENCES + 1))
     if not pieces or not search.complete or not all(piece.is_point for piece in pieces):
         return problem
-    return replace(
-        problem, solutions=tuple(rounded(piece.vertices[0]) for piece in pieces)
+    return problem.having(
+        solutions=tuple(rounded(piece.vertices[0]) for piece in pieces)
     )
 
 

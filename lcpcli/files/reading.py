@@ -44,7 +44,14 @@ def problem_in(files: Sequence[InputFile], infinity: float) -> Problem:
         return problem
     from lcpcli.model.changes import with_infinity
 
-    return files[0].within(with_infinity, problem, infinity)
+    changed = files[0].within(with_infinity, problem, infinity)
+    numbers = problem.written
+    if changed is problem or numbers is None or not numbers.are_short():
+        return changed
+    from lcpcli.rational.exact_problem import ExactProblem
+
+    in_decimals = numbers._replace(exactly=ExactProblem.of_decimals)
+    return changed.having(written=in_decimals)
 
 
 def files_of(paths: Sequence[str]) -> list[InputFile]:

@@ -385,7 +385,7 @@ class Problem:
         if "solutions" in values:
             old.add("size_of_solutions")
         if not NUMBERS.isdisjoint(values):
-            old.add("written")
+            old |= {"written", "exact_numbers"}
         if old:
             fields = {name: value for name, value in fields.items() if name not in old}
         return Problem.of_fields(fields, **values)
@@ -431,6 +431,13 @@ class Problem:
     def facts(self) -> Facts:
         """Return the facts about M, which all problems with this M share."""
         return Facts(self.M, self.block_form)
+
+    @cached_property
+    def exact_numbers(self) -> Any:
+        """Return the numbers of the text that the problem was read from, with all
+        digits, as a `rational.ExactProblem`."""
+        assert self.written is not None
+        return self.written.exactly(self)
 
     @property
     def formulation(self) -> Formulation:

@@ -126,7 +126,7 @@ class ExactProblem:
         what it was made from, such as the payoffs of a game, whose differences doubles
         round, or else with its floats, as exact rational numbers."""
         if problem.written is not None:
-            data: ExactProblem = problem.written.exactly(problem)
+            data: ExactProblem = problem.exact_numbers
             return data
         parts = problem.formulation.exact_conditions()
         return cls.of_floats(problem) if parts is None else cls(problem, *parts)

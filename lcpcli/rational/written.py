@@ -40,7 +40,7 @@ def as_written(problem: Problem) -> ExactProblem:
     decimals of what it was made from."""
     if problem.written is None or problem.written.are_short():
         return ExactProblem.of_decimals(problem)
-    data: ExactProblem = problem.written.exactly(problem)
+    data: ExactProblem = problem.exact_numbers
     return data
 
 

@@ -111,11 +111,7 @@ def scope(
 ) -> Scope:
     """Return for which data y proves that no such z exists, as `refutes` does."""
     of = Multiplied(A, b, y, box, rows)
-    if (
-        not of.has_signs
-        or (of.excess > of.error + ACTIVE_COLUMN * of.size).any()
-        or of.total > SNAP * of.terms
-    ):
+    if not of.may_be_proof():
         return Scope.NOTHING
     if of.is_certain_for_all():
         return Scope.ALL_ROUNDED
@@ -270,6 +266,14 @@ class Multiplied:
             + (rounding * EPS + margin) * terms
             + SMALLEST_NORMAL
         )
+
+    @np.errstate(all="ignore")
+    def may_be_proof(self) -> bool:
+        """Return whether floating-point arithmetic leaves open that a vector close to y
+        is a proof; NaN, where products overflow, leaves it open."""
+        is_beyond = self.excess > self.error + ACTIVE_COLUMN * self.size
+        is_positive = self.total > SNAP * self.terms
+        return self.has_signs and not (is_beyond.any() or is_positive)
 
     def is_certain_for_all(self) -> bool:
         """Return whether floating-point arithmetic proves that every problem whose data
@@ -435,7 +439,7 @@ def refutes_as_written(problem: Problem, y: Vector) -> bool:
     if not (is_of_text or refutes(problem.M, problem.q, y, problem.box)):
         return False
     of = Multiplied(problem.M, problem.q, y, problem.box)
-    if not of.has_signs:
+    if not of.may_be_proof():
         return False
     if of.is_certain_for_all() or (not is_of_text and are_same(problem)):
         return True
