@@ -157,7 +157,7 @@ def _error(value: float, _: TraceRow, frame: Frame) -> list[str]:
 
 
 def _seconds(value: float, _: TraceRow, frame: Frame) -> list[str]:
-    return [f"{value / frame.unit[0]:.3f}"]
+    return [wording.digits(value / frame.unit[0])]
 
 
 def _of_step(row: TraceRow, name: str) -> Any:

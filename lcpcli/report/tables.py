@@ -199,7 +199,7 @@ def _iterates(
         components_shown,
         signs if components is None else signs[components],
         0.0,
-        wording.unit(max((row.seconds for row in rows), default=0.0)),
+        wording.unit(min((row.seconds for row in rows if row.seconds), default=0.0)),
         has_x,
     )
     groups = [

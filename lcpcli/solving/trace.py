@@ -311,6 +311,12 @@ class Trace:
         ]
         return chosen
 
+    def timed(self, times: Mapping[int, float]) -> Trace:
+        """Return the trace with these seconds of each recorded iterate, by its k."""
+        rows = [replace(row, seconds=times[row.k]) for row in self.rows]
+        milestones = [replace(each, seconds=times[each.k]) for each in self.milestones]
+        return replace(self, rows=rows, milestones=milestones)
+
     def _part(self, vector: Vector) -> Vector:
         """Return the components of a vector that are recorded."""
         return vector if self.components is None else vector[self.components]
@@ -357,3 +363,26 @@ class Trace:
                     **self._asked_of(row),
                 )
             )
+
+
+def least_times(runs: Sequence[Sequence[Trace | None]]) -> dict[int, float]:
+    """Return the seconds to each recorded iterate, by its k, where each step takes the
+    least of its times in repetitions of a run.
+
+    runs : the traces of each repetition. The result is empty if there are no rows, or
+        if the repetitions recorded different iterates.
+    """
+    times: list[dict[int, float]] = []
+    for traces in runs:
+        seconds_to = dict[int, float]()
+        for trace in filter(None, traces):
+            seconds_to |= {row.k: row.seconds for row in trace.rows}
+            seconds_to |= {each.k: each.seconds for each in trace.milestones}
+        times.append(seconds_to)
+    numbers = sorted(times[0])
+    if not numbers or any(each.keys() != times[0].keys() for each in times):
+        return {}
+    seconds = np.array([[each[k] for k in numbers] for each in times])
+    steps = np.diff(seconds, axis=1, prepend=0.0)
+    least = np.maximum(steps.min(axis=0), 0.0).cumsum()
+    return dict(zip(numbers, least.tolist(), strict=True))

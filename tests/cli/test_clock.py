@@ -290,6 +290,27 @@ def test_the_fastest_repetition_counts_and_long_pauses_in_the_others_are_told(pa
     assert bool(outcome.spread([result])) == (pause == 100.0)
 
 
+@pytest.mark.usefixtures("repeating")
+def test_a_pause_in_another_step_of_each_repetition_is_in_no_curve():
+    """Each repetition pauses for 1000 s before one of its iterates, another one each
+    time, so that even the fastest has a pause."""
+    plain = run(PROBLEM, "fixed-point", trace=Trace(levels=(1e-3,)), clock=Time())
+    rows, pause, runs = plain.trace.rows, 1000.0, []
+
+    def once(again):
+        runs.append(again)
+        late = len(runs) % 3 + 1
+        times = {row.k: row.seconds + pause * (row.k >= late) for row in rows}
+        parts = {**plain.parts, "solve": plain.parts["solve"] + pause}
+        return replace(plain, parts=parts, trace=plain.trace.timed(times))
+
+    (result,) = driver.repeated(once, compared=True, is_shown=True)
+    assert [row.seconds for row in result.trace.rows] == [row.seconds for row in rows]
+    assert result.trace.milestones == plain.trace.milestones
+    assert result.seconds == pytest.approx(plain.seconds)
+    assert outcome.spread([result])  # that each repetition had a pause is said
+
+
 def test_claim_is_checked_anew_and_not_believed():
     honest = lcpcli.run(read(EXAMPLE), "fixed-point")
     assert verified(honest).verified is True
