@@ -383,6 +383,15 @@ class AttemptRule(NamedTuple):
     first_round: int = 0
 
 
+def is_eliminated(structure: Structure) -> bool:
+    """Return whether elimination of a tridiagonal M is attempted, which takes no longer
+    than one look at a basis."""
+    problem = structure.problem
+    return (
+        structure.is_narrow and problem.box.is_orthant and may_be_eliminated(problem.M)
+    )
+
+
 def _is_first_basic(structure: Structure) -> bool:
     """Return whether newton from w = 0 comes before Lemke's path."""
     return structure.is_z_matrix and not structure.is_large_and_sparse
@@ -637,9 +646,7 @@ FIRST = (
         "elimination",
         "",
         "M is tridiagonal, and no entry off the diagonal is positive, or few are",
-        lambda s: (
-            s.is_narrow and s.problem.box.is_orthant and may_be_eliminated(s.problem.M)
-        ),
+        is_eliminated,
         stage_factory("z_matrix.eliminated"),
     ),
     # Without it: a tridiagonal M in 5000 unknowns, some of them free, takes 3 times

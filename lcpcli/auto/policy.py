@@ -31,6 +31,7 @@ from lcpcli.auto.attempts import (
     PRESOLVE,
     Structure,
     attempts_in_rounds,
+    is_eliminated,
     phases,
 )
 from lcpcli.clock import imports
@@ -360,6 +361,8 @@ def _at_start(
     """Return the part, if any, that begins at a start that is close to a solution."""
     problem = structure.original_problem
     if is_basic_start:
+        if is_eliminated(structure):
+            return []
         return [Part("newton", from_start(problem, problem.box.basis_of(start)))]
     if is_warm_start and not problem.M.diagonal().all():
         with imports:

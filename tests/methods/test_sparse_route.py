@@ -370,3 +370,17 @@ def test_a_solution_that_reaches_far_along_a_shuffled_chain_takes_few_steps(diag
     # Each step of newton finds the neighbours of the last ones.
     assert np.count_nonzero(result.z) > 500
     assert result.iterations < 100
+
+
+def test_a_start_takes_no_more_steps_than_elimination_without_it():
+    """The basis of one time step of an American put starts the next one."""
+    n, dt = 400, 0.02
+    M = diags_array([-3.0, 8.0, -4.0], offsets=[-1, 0, 1], shape=(n, n)).tocsr()
+    payoff = np.maximum(1.0 - np.exp(np.linspace(-1.2, 1.2, n)), 0.0)
+    fixed, value = M @ payoff, payoff
+    first = lcpcli.solve(M, fixed - value)
+    q = fixed - (1 + dt) * (first.z + payoff)
+    cold, warm = lcpcli.solve(M, q), lcpcli.solve(M, q, basis=first.basis)
+    assert warm.solved
+    assert warm.iterations <= cold.iterations
+    assert warm.route == cold.route == ("elimination",)
