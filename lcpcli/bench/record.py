@@ -25,8 +25,6 @@ from lcpcli.report import wording
 EXCLUDED = "excluded"
 EXPECTED = "name a .json file written by lcp bench -o"
 OPENING = '{"problem":'  # of a measurement
-# Fields that only records of earlier versions have.
-GONE = {"rate", "milestones", "condition", "forward_error", "optimality"}
 
 
 @dataclass(frozen=True)
@@ -206,11 +204,7 @@ def _decode(name: str, value: Any, kind: Any) -> Any:
         hints, make = get_type_hints(kind), cast(Any, kind)
         try:
             return make(
-                **{
-                    key: _decode(key, each, hints[key])
-                    for key, each in value.items()
-                    if key not in GONE
-                }
+                **{key: _decode(key, each, hints[key]) for key, each in value.items()}
             )
         except (KeyError, TypeError):
             raise ValueError("its fields do not fit a record") from None

@@ -322,10 +322,6 @@ SUITES = {
     ),
 }
 ALL = "all"
-GONE = {  # suites of earlier versions
-    **dict.fromkeys(("mixed", "programs"), "run lcp bench peers, which has some"),
-    "nonlinear": "name files of models in .nl",
-}
 
 
 def methods_of(asked: Sequence[str]) -> list[str]:
@@ -428,8 +424,7 @@ def _files(asked: Sequence[str], tell: Tell, infinity: float | None) -> Sequence
             (*suite_names, *contents.shipped_problems()),
             f"choose one of {', '.join(suite_names)}, or name a file",
         )
-        where, hint = File(path), GONE.get(path, hint)
-        raise OptionError(where, "is neither a suite nor a file", hint)
+        raise OptionError(File(path), "is neither a suite nor a file", hint)
     contents.refuse_folder(path)
     file = InputFile.read(path, WHOLE)
     if file.nonlinear is not None:

@@ -35,7 +35,6 @@ if TYPE_CHECKING:
 
 # Environment variable that holds a shell's request, such as `bash_complete`
 VARIABLE = "_LCP_COMPLETE"
-TRACE = "--trace"  # which took the name of a file in earlier versions
 # Options of other tools whose names resemble other ones here.
 ELSEWHERE = {"maxiter": "max-iterations"}
 NO_OPTION = "is not an option of {}"
@@ -83,7 +82,6 @@ class Command(click.Command):
     def parse_args(self, ctx: click.Context, args: list[str]) -> list[str]:
         typed_args, hint = list(args), f"see {ctx.command_path} --help"
         if ctx.allow_interspersed_args:  # else the words belong to another command
-            self._refuse_file_of_trace(args)
             if "--all" in args and not {"-h", "--help"}.isdisjoint(args):
                 ctx.meta[WHOLE], args = True, ["--help"]
             self._refuse_single_dash(ctx, args)
@@ -118,18 +116,6 @@ class Command(click.Command):
             reason = NO_OPTION.format(ctx.command_path)
             raise OptionError(name, reason, suggested or hint) from None
 
-    def _refuse_file_of_trace(self, arguments: Sequence[str]) -> None:
-        """Refuse --trace FILE.csv, where scripts of earlier versions mean an output, as
-        the file would be read as a problem."""
-        if all(TRACE not in param.opts for param in self.params):
-            return
-        for argument, following in pairwise([*arguments, ""]):
-            is_given = argument == TRACE and following.casefold().endswith(".csv")
-            if is_given or argument.startswith(f"{TRACE}="):
-                file = following if is_given else argument.removeprefix(f"{TRACE}=")
-                hint = f"write {TRACE} -o {file} for the iterates, or put {TRACE} last"
-                raise OptionError(TRACE, "takes no file", hint)
-
     def _refuse_single_dash(self, ctx: click.Context, arguments: Sequence[str]) -> None:
         """Refuse -max-iterations, which would be read as -m ax-iterations."""
         options = {flag for param in self.get_params(ctx) for flag in param.opts}
@@ -148,7 +134,7 @@ class Command(click.Command):
             if not param.is_flag or param.secondary_opts:
                 name = param.opts[-1]
                 reason = f"occurs {times} times"
-                raise OptionError(name, reason, _hint_at_sweep(self.name, name))
+                raise OptionError(name, reason, "give it once")
         # Of several options for one value only the last would have an effect.
         named: dict[str | None, str] = {}
         for param in order:
@@ -289,20 +275,6 @@ class Command(click.Command):
             )
             helps = [(helps[0][0], more)]
         return {**tables, HELP: helps, **lists}
-
-
-def _hint_at_sweep(command_name: str | None, flag: str) -> str:
-    """Return the hint for an option that occurs twice: for one of a method, how to
-    write several values."""
-    if command_name not in ("solve", "compare"):
-        return "give it once"
-    from lcpcli.methods.registry import METHODS, START_OPTIONS, known_options
-
-    name = flag.removeprefix("--")
-    of_methods = set[str]().union(*map(known_options, METHODS)) - {*START_OPTIONS}
-    if name.replace("-", "_") not in of_methods:
-        return "give it once"
-    return f"give it once, or several values to lcp compare --sweep {name}="
 
 
 def _as_typed(value: Any) -> Any:
@@ -451,34 +423,7 @@ def _show_version(context: click.Context, _: click.Parameter, is_asked: bool) ->
 
         kernels = f", with kernels compiled by numba {version(NUMBA)}"
     click.echo(f"lcp, version {VERSION}{kernels}")
-    for remark in _other_packages():
-        click.echo(f"lcp: {remark}", err=True)
     context.exit()
-
-
-def _other_packages() -> list[str]:
-    """Return remarks on other packages of the name lcpcli that Python might import:
-    another version of this one, and a program of others that an index has."""
-    import os
-    import sys
-    from importlib.metadata import distributions
-
-    package = os.path.realpath(os.path.join(os.path.dirname(__file__), ".."))
-    name = os.path.basename(package)
-    folders = dict.fromkeys(os.path.realpath(os.path.join(p, name)) for p in sys.path)
-    others = [
-        folder
-        for folder in folders
-        if folder != package and os.path.isfile(os.path.join(folder, "__init__.py"))
-    ]
-    remarks = [f"another package {name} is in {folder}" for folder in others]
-    # Both are installed into the same folder: each overwrites files of the other.
-    remarks += [
-        f"{name} {other.version} is another program, whose files have the same names: "
-        f"pip uninstall {name}, and install this one again"
-        for other in distributions(name=name)
-    ]
-    return [f"this is {package}", *remarks] if remarks else []
 
 
 @click.group(

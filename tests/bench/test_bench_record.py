@@ -33,7 +33,6 @@ from .bench_problems import install, liar, measured, measurement, write
     "text",
     [
         measured(),
-        measured(rate={"measured": 0.5}),  # a field of earlier versions
         measured() + "\n",
         measured() + '\n{"problem": "a',
     ],

@@ -58,7 +58,8 @@ bench nothing-like-it
     dense, sparse, hard, speed, peers, stiff, extreme, all,
     or name a file
 bench nonlinear
-    => nonlinear: is neither a suite nor a file; name files of models in .nl
+    => nonlinear: is neither a suite nor a file; choose one of quick, paper, dense,
+    sparse, hard, speed, peers, stiff, extreme, all, or name a file
 bench missing.json => missing.json: {NO_SUCH_FILE}; {CHECK_PATH}
 bench -
     => standard input: cannot be read again for a resumed bench; {NAME_A_FILE}

@@ -13,7 +13,6 @@ from pathlib import Path
 import click
 import pytest
 
-import lcpcli
 from lcpcli.auto import attempts
 from lcpcli.bench import suites
 from lcpcli.cli import command as group
@@ -409,21 +408,6 @@ def test_terminal_shows_the_page_formatted(color, lcp, monkeypatch):
     assert ("\x1b[" in shown) == color
     plain = re.sub(r"\x1b\[[\d;]*m", "", shown)
     assert 80 < max(len(line.rstrip()) for line in plain.splitlines()) <= 100
-
-
-def test_version_says_which_of_two_packages_runs(lcp, tmp_path, monkeypatch):
-    (tmp_path / "lcpcli").mkdir()
-    (tmp_path / "lcpcli" / "__init__.py").touch()
-    metadata = tmp_path / "lcpcli-0.3.2.dist-info" / "METADATA"
-    metadata.parent.mkdir()
-    metadata.write_text("Metadata-Version: 2.1\nName: lcpcli\nVersion: 0.3.2\n")
-    monkeypatch.syspath_prepend(tmp_path)
-    outcome = lcp("--version")
-    assert outcome.out == f"lcp, version {VERSION}\n"
-    first, *others = outcome.err.splitlines()
-    assert first == f"lcp: this is {Path(lcpcli.__file__).resolve().parent}"
-    assert f"lcp: another package lcpcli is in {tmp_path / 'lcpcli'}" in others
-    assert others[-1].startswith("lcp: lcpcli 0.3.2 is another program")
 
 
 def test_the_version_is_that_of_the_page_on_citation(lcp):

@@ -78,10 +78,9 @@ solve good.json --quiet=3 => --quiet: does not take a value; {SEE_HELP:solve}
 solve good.json --tol 1 --tol 2 => --tol: {GIVEN_TWICE}; {GIVE_ONCE}
 check good.json 1,1 --tol -1 --tol -1 => --tol: {GIVEN_TWICE}; {GIVE_ONCE}
 compare good.json --method shi --p 10 --p 100
-    => --p: {GIVEN_TWICE}; {GIVE_ONCE}, or several values to lcp compare --sweep p=
+    => --p: {GIVEN_TWICE}; {GIVE_ONCE}
 solve good.json --k-star 1 --k-star 2
-    => --k-star: {GIVEN_TWICE}; {GIVE_ONCE}, or several values to lcp compare --sweep
-    k-star=
+    => --k-star: {GIVEN_TWICE}; {GIVE_ONCE}
 check coordination-4 1,0,0,0 0,1,0,0
     => 1,0,0,0: is one file or list too many after coordination-4; give row and column
     in one list, as in 1,0,0,1, or in one JSON file with these keys
@@ -266,14 +265,8 @@ inspect good.json none.json => none.json: {NOT_NEEDED:good.json}; {GIVE_ALONE}
 solve q.csv M.csv => q.csv: holds q, and M.csv M; name M first: M.csv q.csv
 solve M.csv Mq.csv => Mq.csv: {BEGINS_WITH_M}; {ALONE_IF_M_AND_Q}
 convert good.json own.mat => own.mat: {NO_SUCH_FILE}; to write it, give -o own.mat
-solve good.json --trace iterates.csv
-    => --trace: takes no file; write --trace -o iterates.csv for the iterates, or put
-    --trace last
-compare --trace=t.csv
-    => --trace: takes no file; write --trace -o t.csv for the iterates, or put --trace
-    last
 """,
-    {**GOOD, "Mq.csv": "2,0,-1\n0,2,-1\n", "iterates.csv": "2,1,-5\n1,2,-6\n"},
+    {**GOOD, "Mq.csv": "2,0,-1\n0,2,-1\n"},
 )
 
 OUTPUTS = commands(
