@@ -27,7 +27,7 @@ from lcpcli.enumeration.meaning import InPayoffs, meaning_of
 from lcpcli.enumeration.search import TIME_LIMIT, UNSOLVABLE, in_exact_numbers
 from lcpcli.errors import ProblemError, quoted
 from lcpcli.interrupts import TimeIsUp, deadline_after, remaining
-from lcpcli.model.arrays import as_vector
+from lcpcli.model.arrays import as_vector, by_names
 from lcpcli.model.block_form import SENSES, sense_of
 from lcpcli.model.problem import Problem
 from lcpcli.model.words import coefficients, reversed_names
@@ -232,6 +232,7 @@ def optimum(
             )
         )
         searched, objective, constant = in_costs(data, exact_objective)
+    (objective,) = by_names(lambda: data.problem.names, objective=objective)
     began = clock.seconds()
     costs = _costs(searched.data, objective)
     search = Search(searched.data, [sign * cost for cost in costs])

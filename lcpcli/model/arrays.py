@@ -506,14 +506,16 @@ def by_label(
     ]
 
 
-def by_names(names: Callable[[], Sequence[str]], **fields: Any) -> list[Any]:
-    """Return the values of fields with their entries in the order of the names of the
-    unknowns, if both have labels; else return the values unchanged. names : returns the
-    names, and is called only if a value has labels."""
+def by_names(
+    names: Callable[[], Sequence[str]], /, axis: str = "index", **fields: Any
+) -> list[Any]:
+    """Return the values of fields with their entries, rows or columns in the order of
+    the names of the unknowns, if both have labels; else return the values unchanged.
+    names : returns the names, and is called only if a value has labels."""
     labels = list(names()) if any(map(_has_index, fields.values())) else []
     labels = labels if all(labels) else []
     return [
-        _in_order(field, values, labels, "the names of the unknowns")
+        _in_order(field, values, labels, "the names of the unknowns", axis)
         for field, values in fields.items()
     ]
 

@@ -150,7 +150,8 @@ def derivative(
     """Return the derivative of the solution, or of J z, in the direction of these
     changes, each of which may be None for no change.
     """
-    dM = changes["dM"]
+    (dM,) = by_names(lambda: problem.names, dM=changes["dM"])
+    (dM,) = by_names(lambda: problem.names, "columns", dM=dM)
     at = linearization(result, J is not None)
     rows = None if J is None else _rows(J, problem.n)
     if rows is not None:

@@ -27,6 +27,7 @@ from lcpcli.model.arrays import (
     as_flat,
     as_square,
     as_vector,
+    by_label,
     plain,
     readonly_copy,
     readonly_matrix,
@@ -596,6 +597,9 @@ def of_findex(
     """Return the contacts of these data; raise ProblemError if they are invalid. fields
     : the names of the bounds in messages.
     """
+    of, (lower, upper) = "the columns of A", bounds
+    A, b, lower, upper = by_label(A, of, A=A, b=b, lower=lower, upper=upper)
+    bounds = lower, upper
     b = as_vector("b", b)
     n = b.size
     matrix = readonly_matrix(as_square("A", A, n, "b")[0], A)
@@ -701,6 +705,9 @@ def of_delassus(
     if width == 3 and not (4 <= edges <= MAX_FACETS and edges % 2 == 0):
         hint = f"give an even number from 4 to {MAX_FACETS}"
         raise ProblemError("facets", f"is {facets!r}", hint)
+    restitution, before = law
+    W, q, before = by_label(W, "the columns of W", W=W, q=q, before=before)
+    law = restitution, before
     q = as_vector("q", q)
     contacts, rest = divmod(q.size, width)
     if rest:

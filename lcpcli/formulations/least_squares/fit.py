@@ -21,12 +21,14 @@ from lcpcli.errors import MAKE_AGREE, ProblemError, numbers_for, refuse_unknown
 from lcpcli.files import fields as files
 from lcpcli.linalg.matrices import compressed, dense, is_sparse
 from lcpcli.model.arrays import (
+    ROWS,
     as_columns,
     as_matrix,
     as_rows,
     as_vector,
     by_label,
     has_rows,
+    plain,
     texts,
 )
 from lcpcli.model.box import as_bound, as_intervals
@@ -173,6 +175,10 @@ def data_of(
         labels = texts(A.columns)
         lower, upper = by_label(A, of="the columns of A", lower=lower, upper=upper)
         (b,) = by_label(A, of="the rows of A", b=b)
+        axis = "columns" if hasattr(E, "columns") else "index"  # of a Series, one row
+        (E,) = by_label(A, "the columns of A", axis, E=E)
+    (d,) = by_label(E, "the rows of E", d=d)
+    E = plain("E", E, ROWS)
     matrix = as_matrix("A", A, may_be_empty=True)
     m, n = matrix.shape
     low, high = as_intervals(("lower", "upper"), lower, upper, n, COEFFICIENT)

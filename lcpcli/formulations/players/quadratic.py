@@ -33,7 +33,7 @@ from lcpcli.files import fields as files
 from lcpcli.files.formats import refuse
 from lcpcli.linalg.doubles import EPS
 from lcpcli.linalg.matrices import compressed, dense, is_sparse, largest_asymmetry
-from lcpcli.model.arrays import FROM_0, as_square, as_vector
+from lcpcli.model.arrays import FROM_0, as_square, as_vector, by_label
 from lcpcli.model.block_form import BlockForm, Blocks, rows_between, size_of
 from lcpcli.model.box import as_intervals
 from lcpcli.model.formulation import Conditions, names_of
@@ -93,6 +93,12 @@ def from_players(
     >>> answer.x.tolist(), answer.costs, answer.gains
     ([3.0, 3.0], (-9.0, -9.0), (0.0, 0.0))
     """
+    b, row_lower, row_upper = by_label(
+        A, "the rows of A", b=b, row_lower=row_lower, row_upper=row_upper
+    )
+    of = "the columns of H"
+    (A,) = by_label(H, of, "columns", A=A)
+    H, c, lower, upper = by_label(H, of, H=H, c=c, lower=lower, upper=upper)
     vector, numbers = as_vector("c", c), _sizes(sizes)
     if not (k := vector.size):
         raise ProblemError("c", IS_EMPTY, ONE_VARIABLE)

@@ -106,6 +106,7 @@ def from_qp(
     quadratic, linear = _objective("Q", Q, "c", c)
     k, sense = linear.size, sense_of(sense)
     low, high = as_intervals(("lower", "upper"), lower, upper, k, "variable", infinity)
+    low = low.copy()  # it may be the argument itself
     low[_free_indices(free, lower, upper, k)] = -np.inf
     matrix, sides = rows_between(A, k, b, row_lower, row_upper, infinity)
     m = matrix.shape[0]
@@ -233,6 +234,10 @@ def from_osqp(
     >>> lcpcli.run(problem).answer.x.tolist()
     [1.0, 0.0]
     """
+    l, u = by_label(A, "the rows of A", l=l, u=u)  # noqa: E741
+    table, of = (A, "the columns of A") if P is None else (P, "the columns of P")
+    (A,) = by_label(table, of, "columns", A=A)
+    P, q = by_label(table, of, P=P, q=q)
     quadratic, linear = _objective("P", P, "q", q, may_be_triangle=True)
     k = linear.size
     matrix = matrix_of_rows("A", A, k, {"l": l, "u": u})
