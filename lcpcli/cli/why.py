@@ -96,10 +96,10 @@ class Why(OneProblem, Reporting):
 )
 @reporting(RECORD_MEANINGS)
 def why(request: Why) -> int:
-    """Solve a problem. If it has no solution, show the smallest change that makes it
-    solvable, and which of its conditions cannot hold together, in exact arithmetic. If
-    it is a program with a solution, show how far each cost and each row side may move
-    alone while the optimal basis stays the same."""
+    """Solve a problem and explain the result in exact arithmetic: without a solution,
+    the smallest change that makes it solvable, and which of its conditions cannot hold
+    together; for a program with one, how far each cost and each row side may move alone
+    while the optimal basis stays the same."""
     destination = Destination.of(request)
     inputs = Inputs.of(request, request.files, request.quiet)._replace(as_written=True)
     inputs.prepare({"--output": destination.path, "--repaired": request.repaired})

@@ -40,9 +40,10 @@ M_BB are treated all at once, with the inverses of M_BB embedded in matrices of 
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import suppress
 from functools import cached_property
+from itertools import product as product_of
 from typing import Any, NamedTuple, TypeVar
 
 import numpy as np
@@ -63,6 +64,7 @@ from lcpcli.linalg.matrices import (
     product,
     scaled,
 )
+from lcpcli.linalg.programs import Pair, minimized
 from lcpcli.linalg.threads import with_limited_threads
 from lcpcli.linalg.units import (
     MIN_DIGITS,
@@ -88,6 +90,11 @@ from lcpcli.verify.digits import signs, state_slacks
 
 # Kinks up to which S is classified before M: its principal minors take milliseconds.
 FEW_KINKS = 10
+# Kinks whose choices are examined one by one, to see whether solutions differ there.
+FEW_CHOICES = 6
+# J_i v of directions v of size 1, relative to |J_i|_1, from which on it is not 0: the
+# linear programs have a tolerance of 1e-10.
+MOVED = 1e-6
 MAX_MINORS = 20_000  # limit on principal minors and other steps of an inspection of S
 # Limit on corrections of the basis, if the corrected z violates its conditions: a
 # verified z needs few of them.
@@ -205,9 +212,35 @@ def _rows(J: Any, n: int) -> Matrix:
 
 def _refuse_undetermined(at: Linearization, J: Matrix) -> None:
     """Raise DerivativeError if J z differs among the solutions."""
-    for i in (~at.determines(J)).nonzero()[0][:1].tolist():
+    is_determined = at.determines(J)
+    if is_determined.all() and at.kinks.size:
+        is_determined = ~at.differs_beyond_kinks(J)
+    for i in (~is_determined).nonzero()[0][:1].tolist():
         reason = f"z is one of several solutions, which differ in J z, in row {i} of J"
         raise DerivativeError("", f"no derivative: {reason} {FROM_0}")
+
+
+def _cones(A: Vector, n_basic: int) -> Iterator[tuple[Vector, Pair, Pair]]:
+    """Yield the directions u of `differs_beyond_kinks`, up to a size of 1, as rows with
+    their sides and the bounds of u: u is free for the first variables, with (A u)_i =
+    0, and u_i >= 0 and (A u)_i >= 0 for the others, one of which is 0."""
+    size = A.shape[0]
+    is_kink = np.arange(size) >= n_basic
+    low = np.where(is_kink, 0.0, -1.0)
+    with imports:
+        from lcpcli.inspection.classes import definiteness
+        from lcpcli.inspection.verdict import YES
+    if definiteness(A + A.T).semidefinite == YES:
+        high = np.append(np.where(is_kink, np.inf, 0.0), np.zeros(size))
+        rows = np.concatenate((A, A + A.T))
+        yield rows, (np.zeros(2 * size), high), (low, np.ones(size))
+        return
+    if size - n_basic > FEW_CHOICES:
+        return
+    for choice in product_of((False, True), repeat=size - n_basic):
+        stays = np.append(np.zeros(n_basic, dtype=bool), choice).astype(bool)
+        sides = np.zeros(size), np.where(stays, np.inf, 0.0)
+        yield A, sides, (low, np.where(stays, 0.0, 1.0))
 
 
 def moved_bounds(
@@ -575,6 +608,37 @@ class Linearization:
             if block is None
             else block.determines(dense(J[:, S]))
         )
+
+    def differs_beyond_kinks(self, J: Any) -> Mask:
+        """Return for which rows J_i of J, shape (k, n), J_i z differs among the
+        solutions, as these leave z in a direction v in which some kinks stop to be
+        kinks.
+
+        With D = 1 at lower and -1 at upper bounds, D v_K >= 0, D (M v)_K >= 0, (M v)_B
+        = 0 and v'M v = 0, and v is 0 elsewhere: a homogeneous mixed LCP. If M + M' is
+        positive semidefinite on these variables, v'M v = 0 is (M + M')v = 0, which
+        makes the directions a polyhedral cone (Cottle, Pang, Stone, theorem 3.1.7).
+        Otherwise each choice of v_i = 0 or w_i = 0 at kinks has one, which is examined
+        for at most FEW_CHOICES kinks.
+        """
+        B, K = self.basic, self.kinks
+        P = np.concatenate((B, K))
+        differs = np.zeros(J.shape[0], dtype=bool)
+        if P.size > MAX_DENSE:
+            return differs
+        R, C = self.problem.units.diagonals()
+        M = np.asarray(dense(scaled(self.problem.M[P][:, P], R[P], C[P])))
+        if _is_p_matrix(M):
+            return differs
+        D = np.append(np.ones(B.size), np.where(self.upper[K], -1.0, 1.0))
+        rows = dense(J[:, P]) * C[P] * D
+        sizes = np.abs(rows).sum(axis=1)
+        for cone in _cones(D[:, np.newaxis] * M * D, B.size):
+            for i, sign in product_of(range(J.shape[0]), (-1.0, 1.0)):
+                optimum = minimized(sign * rows[i], *cone)
+                moved = 0.0 if optimum is None else float(rows[i] @ optimum.x)
+                differs[i] |= abs(moved) > MOVED * sizes[i]
+        return differs
 
     def dependent_equations(self) -> Indices:
         """Return the indices of B whose equations w_i = 0 follow from others, up to

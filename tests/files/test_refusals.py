@@ -1094,18 +1094,21 @@ MODELS = contents(
     => has 3 integer variables; {CONTINUOUS:complementarity problems of |}
 1 1 1 0 0 -> 1 1 1 0 0 2
     => has 2 logical constraints; {CONTINUOUS:complementarity problems of |}
-r\n5\n1\n1 -> r\n0\n1\n5 and o44\nv0 -> n0
+r\n5\n1\n1 -> r\n0\n1\n5 and o44\nv0 -> n0 and \
+1 1 1 0 0 -> 1 1 0 0 0 and O0\n0\nn0\nx0 -> x0
     => C0: {COMPLEMENTS_NOTHING}; {WITH_ITS_VARIABLE}
-r\n5\n1\n1 -> r\n1\n5 and o44\nv0 -> n0
+r\n5\n1\n1 -> r\n1\n5 and o44\nv0 -> n0 and \
+1 1 1 0 0 -> 1 1 0 0 0 and O0\n0\nn0\nx0 -> x0
     => C0: {COMPLEMENTS_NOTHING}; {WITH_ITS_VARIABLE}
 1 1 1 0 0 -> 2 1 1 0 0 and k0 -> 3\nk1\n0
     => {NOT_SQUARE:0|1 variable}; {SQUARE_SYSTEMS}
-\n 1 1 1 -> \n 1 0 1 and \n 1 0\n -> \n 0 0\n and C0\no44\nv0\n ->  \
-and r\n5\n1\n1\nb\n2\n0\nk0\nJ0\n1\n0\n1 -> r\nb\n0\n-1\n2\nk0
+\n 1 1 1 -> \n 1 0 0 and O0\n0\nn0\nx0 -> x0 and \n 1 0\n -> \n 0 0\n and \
+C0\no44\nv0\n ->  and r\n5\n1\n1\nb\n2\n0\nk0\nJ0\n1\n0\n1 -> r\nb\n0\n-1\n2\nk0
     => {NOT_SQUARE:0|1 variable}; {SQUARE_SYSTEMS}; a variable with two bounds but no
     row may have lost it, as by inequality() in Pyomo: write Var(bounds=(l, u)) and
     complements(x >= l, F >= 0)
-o44\nv0 -> n0 and r\n5\n1\n1 -> r\n4\n0
+o44\nv0 -> n0 and r\n5\n1\n1 -> r\n4\n0 and \
+1 1 1 0 0 -> 1 1 0 0 0 and O0\n0\nn0\nx0 -> x0
     => v0: has bounds but no row that it complements; complement it with a row, or take
     its bounds out: equations do not keep them
 b\n2\n0 -> b\n1\n2

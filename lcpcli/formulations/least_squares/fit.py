@@ -29,6 +29,8 @@ from lcpcli.model.arrays import (
     by_label,
     has_rows,
     plain,
+    readonly_copy,
+    readonly_matrix,
     texts,
 )
 from lcpcli.model.box import as_bound, as_intervals
@@ -186,7 +188,15 @@ def data_of(
     rows, sides = _equations(E, d, n)
     if is_sparse(matrix) or is_sparse(rows):
         matrix, rows = compressed(matrix), compressed(rows)
-    return Data(matrix, vector, low, high, rows, sides), labels
+    # Answers are computed when they are read: the caller may have changed A by then.
+    return Data(
+        readonly_matrix(matrix, A),
+        readonly_copy(vector, b),
+        readonly_copy(low, lower),
+        readonly_copy(high, upper),
+        readonly_matrix(rows, E),
+        readonly_copy(sides, d),
+    ), labels
 
 
 def _measurements(b: Any, m: int) -> Vector:
