@@ -163,9 +163,13 @@ def _why(result: Result) -> str:
     """Return, as a clause, why z is accepted as a solution although its residual alone
     does not show that, and with what reservation; "" if the residual shows it, or if a
     proof says it."""
-    before, _, reason = result.message.partition(": ")
-    is_said = before != SAID_OF_SOLVED or result.exact is not None
-    return "" if is_said or not reason else f"; {reason}"
+    message = result.message
+    if result.exact is not None:
+        if result.exact.status is not None:
+            return ""
+        message = message.removesuffix(f"; {result.exact.proof}")
+    before, _, reason = message.partition(": ")
+    return f"; {reason}" if before == SAID_OF_SOLVED and reason else ""
 
 
 def _work(result: Result, with_route: bool = True) -> str:

@@ -47,8 +47,8 @@ ROUNDED = (
     "relative residual of {:.1e}"
 )
 ENCLOSED = (
-    "an exact solution with the basis of z is proved to exist; z is large relative to "
-    "q: its relative residual is {:.1e}"
+    "an exact solution with the basis of z is proved to exist for the stored numbers; "
+    "z is large relative to q: its relative residual is {:.1e}"
 )
 EXACT = "z is an exact solution of size {size} up to its last digits, but {proof}"
 RUN_OFF = (

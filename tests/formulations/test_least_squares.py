@@ -275,3 +275,33 @@ def test_a_residual_that_is_not_that_of_x_is_no_solution(size):
     assert not lcpcli.check(fit, [5, -5, size, size]).accepted
     one_row = lcpcli.from_lsq([[1, -1]], [1], 0)
     assert not lcpcli.check(one_row, [0, size, size]).accepted
+
+
+def planted_minimizer(seed):
+    """A fit with equations whose minimizer, often with all coefficients at bounds, and
+    multipliers are planted; None if no b makes it one."""
+    random = np.random.default_rng([142, 8, seed])
+    n, m = (int(size) for size in random.integers(1, 5, 2))
+    k = int(random.integers(1, min(n, 3) + 1))
+    A, E = random.integers(-3, 4, (m, n)), random.integers(-2, 3, (k, n))
+    lower = random.integers(-1, 1, n).astype(float)
+    upper = lower + random.integers(1, 3, n)
+    place = random.integers(0, 2 + seed % 2, n)
+    x = np.choose(place, (lower, upper, (lower + upper) / 2))
+    w = np.choose(place, (1, -1, 0)) * random.integers(0, 3, n)
+    slopes = w + E.T @ random.integers(-2, 3, k)
+    excess = np.linalg.lstsq(A.T.astype(float), slopes, rcond=None)[0]
+    if np.abs(A.T @ excess - slopes).max() > 1e-9:
+        return None
+    return lcpcli.from_lsq(A, A @ x - excess, lower, upper, E, E @ x), x
+
+
+def test_check_finds_multipliers_wherever_the_coefficients_are_at_bounds():
+    one = lcpcli.from_lsq([[-3, 0]], [-3], 0, [np.inf, 2], [[-2, 1]], [2])
+    assert lcpcli.check(one, [0, 2]).accepted, "the only feasible point"
+    planted = list(filter(None, map(planted_minimizer, range(120))))
+    assert len(planted) > 50
+    for problem, x in planted:
+        assert lcpcli.check(problem, x).accepted
+        inside = np.where(x == problem.origin.data_in(problem).upper, -0.25, 0.25)
+        assert not lcpcli.check(problem, x + inside).accepted

@@ -8,13 +8,14 @@ import numpy as np
 import pytest
 
 import lcpcli
-from lcpcli import Problem, Trace, read
+from lcpcli import Problem, Status, Trace, read
 from lcpcli.cli import terminal as cli_terminal
 from lcpcli.files import contents
 from lcpcli.formulations.quadratic_program import answers
 from lcpcli.report import outcome, tables, wording
 from lcpcli.report.result_formats import Layout, ProblemRow
 from lcpcli.solving.driver import run
+from lcpcli.solving.result import Exact
 
 EXAMPLE = contents.shipped_path("paper-example-1.json")
 TRIDIAGONAL = contents.shipped_path("tridiagonal-100.json")
@@ -273,3 +274,16 @@ def test_no_number_in_the_row_of_one_of_many_is_cut_off():
             *((cells, [", ".join(ways[i:])]) for i in range(3)),
         ]
     assert shown[5:] == [", ".join(ways)]
+
+
+def test_why_a_point_solves_is_said_beside_a_search_that_proved_nothing():
+    """With --exact the same evidence is named as without it, once."""
+    reason, nothing = "close to an exact solution", "no exact proof is known"
+    solved = run(read(EXAMPLE), "auto")
+    plain = replace(solved, message=f"solved: {reason}")
+    message, unproved = f"solved: {reason}; {nothing}", Exact(None, nothing)
+    exact = replace(solved, message=message, exact=unproved)
+    assert outcome.verdict(plain).endswith(f"; {reason}")
+    assert outcome.verdict(exact) == outcome.verdict(plain)
+    proved = replace(exact, exact=Exact(Status.SOLVED, "in fractions"))
+    assert reason not in outcome.verdict(proved), "as the proof says it"

@@ -5,7 +5,7 @@ whether the minimizer is unique. Also the verification of proposed coefficients.
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from fractions import Fraction
 from functools import cached_property
@@ -33,7 +33,8 @@ from lcpcli.formulations.least_squares.optimality import (
 from lcpcli.formulations.least_squares.residuals import residual
 from lcpcli.linalg.doubles import EPS
 from lcpcli.linalg.matrices import accurate_residual, dense, is_sparse
-from lcpcli.model.box import BASIC, in_words
+from lcpcli.linalg.programs import minimized
+from lcpcli.model.box import BASIC, LOWER, UPPER, in_words
 from lcpcli.model.formulation import Answer
 from lcpcli.rational.numbers import brief, zeros
 from lcpcli.report import wording
@@ -49,6 +50,10 @@ MAX_NAMED = 6  # coefficients named in a sentence
 # Uniqueness is examined by the dense inverse of a system of this order, which is the
 # number of measurements, free coefficients and equations.
 MAX_EXAMINED = 3000
+# Slopes below this, relative to their terms, are those of a linear program that are 0,
+# with its tolerance of 1e-10; and the largest denominator of simple multipliers.
+TIGHT = 1e-8
+SIMPLE_DENOMINATOR = 10**6
 UNSOLVED = "the fit is not known"
 INFEASIBLE = "no x within the bounds satisfies the equations"
 KEYS = (
@@ -286,24 +291,75 @@ def _norm(values: Vector) -> tuple[float, float]:
 
 @np.errstate(all="ignore")  # overflow gives infinity
 def verified(origin: LeastSquares, proposed: Proposed) -> Verification:
-    """Verify z; or coefficients x alone, with the residuals b - A x and the multipliers
-    of the equations that satisfy the conditions of the free coefficients best.
+    """Verify z; or coefficients x alone, with the residuals b - A x and multipliers of
+    the equations for which the conditions hold, if there are any.
     """
     data = origin.data_in(proposed.problem)
     if len(proposed.values) == proposed.problem.n:
         return _by_rows(origin, data, proposed, proposed.values)
     x = np.array(proposed.values, dtype=float)
-    A, E = dense(data.A), dense(data.E)
-    r = residual(A, x, data.b)
-    free = (states_of(data, x) == BASIC).nonzero()[0]
-    y = np.zeros(len(E))
-    if len(E):
-        y = np.linalg.lstsq(E[:, free].T, -A[:, free].T @ r, rcond=None)[0]
-    if proposed.data is None:
-        return _by_rows(origin, data, proposed, np.concatenate((r, x, y)))
-    exact = [Fraction(value) for value in proposed.values]
-    residuals = [0 - value for value in _rows(proposed, origin, exact)]
-    return proposed.of_z([*residuals, *exact, *map(Fraction, y.tolist())])
+    r = residual(dense(data.A), x, data.b)
+    verification: Verification | None = None
+    for y in _multipliers(data, x, r):
+        if proposed.data is None:
+            other = _by_rows(origin, data, proposed, np.concatenate((r, x, y)))
+        else:
+            exact = [Fraction(value) for value in proposed.values]
+            residuals = [0 - value for value in _rows(proposed, origin, exact)]
+            other = proposed.of_z([*residuals, *exact, *map(_simple, y.tolist())])
+        if verification is None or other.accepted:
+            verification = other
+        if other.accepted:
+            break
+    assert verification is not None
+    return verification
+
+
+def _multipliers(data: Data, x: Vector, r: Vector) -> Iterator[Vector]:
+    """Yield y, multipliers of the equations, for coefficients x with residuals r: those
+    that satisfy w = 0 of the free coefficients best; then, if there are equations,
+    those for which all w = -A'r - E'y have the required signs, up to the smallest sum
+    of violations s, by a linear program, and more accurately by its active set."""
+    E, slopes = dense(data.E), -dense(data.A).T @ r
+    k = len(E)
+    states = states_of(data, x)
+    free = states == BASIC
+    if not k:
+        yield np.zeros(0)
+        return
+    yield np.linalg.lstsq(E[:, free].T, slopes[free], rcond=None)[0]
+    signed = (data.lower < data.upper).nonzero()[0]
+    n = signed.size
+    rows = np.concatenate(
+        (
+            np.hstack((E[:, signed].T, -np.eye(n))),
+            np.hstack((E[:, signed].T, np.eye(n))),
+        )
+    )
+    is_low, is_high = (states[signed] == state for state in (LOWER, UPPER))
+    high = np.append(np.where(is_high, np.inf, slopes[signed]), np.full(n, np.inf))
+    low = np.append(np.full(n, -np.inf), np.where(is_low, -np.inf, slopes[signed]))
+    bounds = np.append(np.full(k, -np.inf), np.zeros(n)), np.full(k + n, np.inf)
+    optimum = minimized(np.repeat([0.0, 1.0], (k, n)), rows, (low, high), bounds)
+    if optimum is None:
+        return
+    y = optimum.x[:k]
+    yield y
+    gaps = np.abs(slopes - E.T @ y)
+    is_tight = gaps <= TIGHT * (np.abs(slopes) + np.abs(E).T @ np.abs(y))
+    is_tight |= free
+    yield (
+        y
+        + np.linalg.lstsq(
+            E[:, is_tight].T, slopes[is_tight] - E[:, is_tight].T @ y, rcond=None
+        )[0]
+    )
+
+
+def _simple(value: float) -> Fraction:
+    """Return the simple fraction that a number may be rounded from, or the number."""
+    simple = Fraction(value).limit_denominator(SIMPLE_DENOMINATOR)
+    return simple if float(simple) == value else Fraction(value)
 
 
 def _by_rows(
