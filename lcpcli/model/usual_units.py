@@ -5,8 +5,9 @@ The scaling of Curtis and Reid (see `linalg.units`) leaves one factor free in ea
 connected component of rows and columns. A linear program has two components: its
 variables with the sides of its rows, and its multipliers with the costs. A quadratic
 objective joins them. The factor makes the median of the nonzero right-hand sides of a
-component 1 or, where all of them are 0, that of its finite bounds. All factors are
-powers of two, so that nothing is rounded.
+component 1 or, where all of them are 0, that of its finite bounds; of a problem that is
+no program the largest instead of the median, which no tiny sides can turn. All factors
+are powers of two, so that nothing is rounded.
 """
 
 from __future__ import annotations
@@ -90,10 +91,11 @@ def _factors_of_matrix(problem: Problem, units: Units) -> Vector:
 
 def _powers_of_components(problem: Problem, units: Units, of_matrix: Vector) -> Vector:
     """Return log2 of the factor of R, and of 1 / C, in each connected component."""
-    powers = -_medians(problem.q, of_matrix, units.row_part, units.parts)
+    typical = _largest if problem.block_form is None else _medians
+    powers = -typical(problem.q, of_matrix, units.row_part, units.parts)
     if np.isnan(powers).any():
         bounds = _counted_bounds(*problem.box.vectors(problem.n))
-        of_bounds = _medians(
+        of_bounds = typical(
             np.concatenate(bounds),
             np.concatenate((-of_matrix, -of_matrix)),
             np.concatenate((units.column_part, units.column_part)),
@@ -125,6 +127,15 @@ def _medians(values: Vector, powers: Vector, part: Indices, parts: int) -> Vecto
         return np.full(parts, np.nan)
     middle = (logarithms[low] + logarithms[high]) / 2
     return np.where(counts, middle, np.nan)
+
+
+def _largest(values: Vector, powers: Vector, part: Indices, parts: int) -> Vector:
+    """Return the largest log2 |value| + power over the nonzero values of each
+    component; NaN where there are none."""
+    used = values != 0
+    largest = np.full(parts, -np.inf)
+    np.maximum.at(largest, part[used], np.log2(np.abs(values[used])) + powers[used])
+    return np.where(np.isfinite(largest), largest, np.nan)
 
 
 def _scaled(
