@@ -891,7 +891,7 @@ LATER = (
         "interior",
         "further attempts",
         "M + M' is positive semidefinite, or that of contact with friction",
-        lambda s: s.is_semidefinite or s.has_other_form,
+        lambda s: s.suits_interior,
         stage_factory("interior.further_attempts", lambda s: (s.thin,)),
     ),
     AttemptRule(
