@@ -25,6 +25,7 @@ from lcpcli.model.problem import Problem, as_problem
 from lcpcli.rational.dictionary import RationalPoint
 from lcpcli.rational.elimination import Effort
 from lcpcli.rational.exact_problem import ExactProblem
+from lcpcli.rational.written import exact_data
 from lcpcli.verify.error_theorems import semidefinite_by_rounding
 
 # The largest connected component of M: a search in a larger one would practically never
@@ -73,7 +74,8 @@ def solutions(
 
     Parameters
     ----------
-    problem : a Problem, whose floats are taken as exact, or an ExactProblem. If its
+    problem : a Problem, whose numbers are taken as written, those of arrays as their
+        shortest decimals unless they have too many digits; or an ExactProblem. If its
         origin is a game or a game tree, the payoffs are used, as written or as their
         shortest decimals; `equilibria` then has the equilibria of a game.
     time_limit : seconds after which to stop; by default there is no limit.
@@ -110,13 +112,14 @@ def solutions(
 
 
 def in_exact_numbers(problem: Problem | ExactProblem) -> ExactProblem:
-    """Return a problem in exact numbers, unless it has them, by
-    `ExactProblem.of_problem`. Raises ProblemError if `refuse_large` does.
+    """Return a problem in exact numbers, unless it has them: those as written, or its
+    doubles if these have so many digits that nobody wrote them. Raises ProblemError if
+    `refuse_large` does.
     """
     data = problem if isinstance(problem, ExactProblem) else None
     rounded = as_problem(problem) if data is None else data.problem
     refuse_large(rounded)
-    return ExactProblem.of_problem(rounded) if data is None else data
+    return exact_data(rounded) if data is None else data
 
 
 def refuse_large(problem: Problem) -> None:

@@ -27,6 +27,7 @@ from lcpcli.model.problem import Problem, as_problem
 from lcpcli.options import DEFAULTS, Limits
 from lcpcli.rational.exact_problem import ExactProblem
 from lcpcli.rational.numbers import rounded
+from lcpcli.rational.written import exact_data
 from lcpcli.solving import driver
 from lcpcli.solving.proof import MAX_EXACT_UNKNOWNS
 from lcpcli.verify.exact_solution import from_point
@@ -52,7 +53,8 @@ def why(
 
     Parameters
     ----------
-    problem : a Problem, whose floats are taken as exact, or an ExactProblem.
+    problem : a Problem, whose numbers are taken as `solutions` takes them, or an
+        ExactProblem.
     keep : conditions that are not reported in the conflict, by name, as "protein", or
         by name and what they are, as "z1 lower bound"; * matches any text. The
         repair may change their numbers, unless `change` names others.
@@ -89,7 +91,7 @@ def why(
     """
     options.check((options.TIME_LIMIT,), {"time_limit": time_limit})
     if not isinstance(problem, ExactProblem):
-        problem = ExactProblem.of_floats(as_problem(problem))
+        problem = exact_data(as_problem(problem))
     system = System(problem)
     conditions = [*system.linear, *system.complementarities]
     never_blamed = matching(conditions, _texts("keep", keep), "keep")

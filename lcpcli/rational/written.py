@@ -45,11 +45,13 @@ def as_written(problem: Problem) -> ExactProblem:
 
 
 def exact_data(problem: Problem) -> ExactProblem:
-    """Return the problem with the numbers by which exact arithmetic looks for a
-    solution: those as written, or the doubles where these are computed, as in a
+    """Return the problem with the numbers by which exact arithmetic looks for
+    solutions: those as written, or the doubles where these are computed, as in a
     method's own variables."""
-    is_computed = problem.written is None and are_computed(problem)
-    return ExactProblem.of_floats(problem) if is_computed else as_written(problem)
+    if problem.written is None and problem.formulation.exact_conditions() is None:
+        is_computed = are_computed(problem)
+        return ExactProblem.of_floats(problem) if is_computed else as_written(problem)
+    return as_written(problem)
 
 
 def readings(problem: Problem) -> Iterator[ExactProblem]:

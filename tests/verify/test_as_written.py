@@ -114,6 +114,9 @@ def test_of_arrays_no_solution_is_claimed_where_their_decimals_have_one(name):
     result = lcpcli.solve(data["M"], data["q"])
     assert result.solved is is_solvable
     assert not result.status.has_no_solution
+    problem = lcpcli.Problem(data["M"], data["q"])
+    assert bool(list(lcpcli.solutions(problem))) is is_solvable
+    assert bool(lcpcli.why(problem).conflict) is not is_solvable
 
 
 def test_doubles_and_decimals_that_decide_otherwise_are_told_apart():
