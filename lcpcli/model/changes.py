@@ -46,7 +46,9 @@ MAX_RATIO = 1e3  # of two moved sides: a larger ratio is reduced to this by a po
 # the methods: for programs, of which costs and sides may differ by as much, and for
 # other problems, whose methods hardly depend on the size of q.
 USUAL_IN_PROGRAM, USUAL = 2.0**10, 2.0**30
-USUAL_ENTRY = 2.0**20
+# Real programs have entries up to 2^23, and some, such as QPILOTNO, are solved by PIQP
+# in the given units alone.
+USUAL_ENTRY = 2.0**28
 MODERATE_POWER = 300  # the power of two up to which R q is usually left unchanged
 
 
