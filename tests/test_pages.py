@@ -119,7 +119,7 @@ def comparable(text):
             cells = [cell for i, cell in enumerate(cells) if i not in times]
         if not cells or set(line) == {"-"} or DISTURBED in line:
             continue
-        if timed and re.fullmatch(r"\d+\.\d{3}", cells[-1]):
+        if timed and re.fullmatch(r"[\d.]+(e\+\d+)?", cells[-1]):
             cells[-1] = "TIME"
         method = cells[0] if not cells[0][0].isdigit() else method
         lines.append([cells[0]] if method == "shi" else cells)

@@ -273,7 +273,7 @@ def _new_record(request: Bench) -> BenchRecord:
         **pop_options(vars(request).copy(), [number.name for number in MEASURING]),
     }
     variants = declarations.chosen_variants(
-        request.methods, request.sweep, (), methods_of(suites)
+        request.methods, request.sweep, methods_of(suites)
     )
     settings = Settings(**{name: float(value) for name, value in numbers.items()})
     how = partial(tell, quiet=request.quiet), None if infinity == math.inf else infinity

@@ -66,7 +66,10 @@ class _Basis:
         self._states = states
         self._basic = np.flatnonzero(states == box.BASIC)
         self._others = np.flatnonzero(states != box.BASIC)
-        self._solve = checked_solver(self._problem.M[self._basic][:, self._basic])
+        block = self._problem.M[self._basic][:, self._basic]
+        self._solve = (
+            checked_solver(block) if self._basic.size else lambda b, _=False: b
+        )
         low, high = self._problem.box.vectors(system.n)
         # A component with equal bounds never leaves them.
         self._sign = np.where(states == box.UPPER, -1.0, 1.0)[self._others]

@@ -290,14 +290,14 @@ def answered(session: Session) -> Result | None:
     return None
 
 
+@np.errstate(all="ignore")
 def _in_given_units(session: Session, result: Result) -> Result | None:
     """Return a result in the units of the attempts as one of the problem of a session;
     None if z does not solve that. If doubles cannot represent z in the units of the
     data, the run continues in these."""
     change = session.change
     assert isinstance(change, Scaled)
-    with np.errstate(over="ignore"):
-        z = change.z_outside(result.z)
+    z = change.z_outside(result.z)
     if not is_finite(z):
         session.change, session.recorded_stages = None, {}
         return None
