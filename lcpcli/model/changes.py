@@ -259,7 +259,15 @@ def is_of_usual_size(problem: Problem) -> bool:
 def _median_size(values: Vector) -> float:
     """Return the median of the nonzero finite sizes; 1 if there are none."""
     found = np.abs(values[(values != 0) & np.isfinite(values)])
-    return float(np.median(found)) if found.size else 1.0
+    return median(found) if found.size else 1.0
+
+
+def median(values: Vector) -> float:
+    """Return the median of at least one value, without the masked arrays that
+    numpy.median loads."""
+    ordered = np.sort(values)
+    middle = ordered[(values.size - 1) // 2], ordered[values.size // 2]
+    return float(middle[0] / 2 + middle[1] / 2)
 
 
 class Shifted(Change):

@@ -27,6 +27,7 @@ from lcpcli.model.changes import (
     Change,
     Scaled,
     is_of_usual_size,
+    median,
 )
 from lcpcli.model.problem import Facts, Problem
 from lcpcli.model.right_hand_sides import like_with
@@ -116,7 +117,7 @@ def _medians(values: Vector, powers: Vector, part: Indices, parts: int) -> Vecto
     used = values != 0
     logarithms = np.log2(np.abs(values[used])) + powers[used]
     if parts == 1:
-        return np.array([np.median(logarithms) if logarithms.size else np.nan])
+        return np.array([median(logarithms) if logarithms.size else np.nan])
     order = np.lexsort((logarithms, part[used]))
     logarithms = logarithms[order]
     counts = np.bincount(part[used], minlength=parts)
