@@ -317,12 +317,19 @@ def variables_of(method: str, problem: Problem, is_scaled: bool) -> Change:
     )
 
 
+# The largest quotient of two right-hand sides of one problem in other units.
+WIDEST_USUAL = 2.0**100
+
+
 def _units_of(problem: Problem) -> Change | None:
     """Return the change to the units in which `auto` solves a problem; None if it has
     those already, which for most problems two numbers show."""
     smallest, largest = problem.sizes_of_q
     if problem.origin is None:
+        # No units suit numbers that differ by so much.
+        is_wide = largest > WIDEST_USUAL * smallest
         is_usual = problem.is_moderate and smallest >= 1 / USUAL and largest <= USUAL
+        is_usual |= is_wide
     else:
         is_usual = is_of_usual_size(problem)
     if is_usual:

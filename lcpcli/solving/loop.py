@@ -6,7 +6,7 @@ from __future__ import annotations
 import math
 import time
 from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -338,7 +338,11 @@ class Loop:
         with imports:
             from lcpcli.rational.numbers import rounded
             from lcpcli.rational.written import are_same
-            from lcpcli.verify.certificate import UNVERIFIED, solution_as_written
+            from lcpcli.verify.certificate import (
+                UNVERIFIED,
+                proof_as_written,
+                solution_as_written,
+            )
         is_complete = declared(self.method).excludes_exactly
         holds_for_doubles = claim.holds(self.problem.having(written=None), is_complete)
         # Only the exact arithmetic of `auto` claims what is true of the numbers as
@@ -355,8 +359,10 @@ class Loop:
         if solution is None and not holds_for_doubles:
             return Status.ILL_POSED, EXCLUDED_AS_WRITTEN
         if solution is None:
-            self.certificate = replace(claim, kind="exhaustion", vector=None)
-            return Status.UNSOLVABLE, EXCLUDED_BOTH_WAYS
+            self.certificate = proof_as_written(self.problem, claim)
+            kind = self.certificate.kind
+            reason = self.certificate.statement or EXCLUDED_BOTH_WAYS
+            return STATUS_OF_CERTIFICATE[kind], reason
         if self.method != "auto":
             return Status.STALLED, SOLVABLE_AS_WRITTEN
         z = rounded(solution)

@@ -311,6 +311,19 @@ def solution_as_written(problem: Problem) -> Sequence[Fraction] | None:
     return solution or first_solution(data, Effort(EXHAUSTION_EFFORT).steps(data))
 
 
+def proof_as_written(problem: Problem, claim: Proof) -> Proof:
+    """Return the proof that a problem has no solution for its numbers as written, where
+    that is known and a claim holds for its doubles: a Farkas vector, if the claim has
+    one and there is one for these numbers; else an exhaustion."""
+    if claim.kind == "farkas":
+        data = as_written(problem)
+        with suppress(TimeIsUp):
+            y = farkas.farkas_vector(data, Effort(EXHAUSTION_EFFORT).steps(data))
+            if y is not None:
+                return Proof.of_fractions(data, y)
+    return Proof("exhaustion")
+
+
 def _stated(problem: Problem, claim: Proof) -> Proof:
     """Return the claim if its Farkas vector is a proof exactly as it is; for few
     unknowns, otherwise a proof in double precision or in fractions; failing these, the
